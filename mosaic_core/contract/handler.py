@@ -1,0 +1,241 @@
+"""Handlers: what sends, receives or streams. A plugin author derives from one of them.
+
+Threads: a ``def`` body runs on a thread of its own for life, an ``async def`` body as a task on the robot's event
+loop. ``send_*`` may be called from any thread, never blocks, and says whether the message was accepted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Awaitable, Iterable, Iterator, Mapping
+from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origin
+
+from pydantic import BaseModel
+
+from mosaic_core.contract.host import HandlerHost, Outgoing, Sender, UnboundHost
+from mosaic_core.contract.media import Picture
+from mosaic_core.machines.framing import PayloadKind
+from mosaic_core.words.data_type import Delivery, Kind, MosaicDataType
+from mosaic_core.words.wire_model import to_json
+
+T = TypeVar("T")
+Runs = Literal["always", "watched"]
+
+
+class Every:
+    """The ticks of ``Handler.every``: iterate with ``for`` in a ``def`` body, ``async for`` in an ``async`` one.
+
+    The first tick comes at once; then one per period on a fixed grid. A body that is late skips ticks instead of
+    catching up. The iteration ends when the handler shall stop.
+    """
+
+    def __init__(self, host: HandlerHost, period_s: float) -> None:
+        if period_s <= 0:
+            raise ValueError("the period must be positive")
+        self._host = host
+        self._period_s = period_s
+
+    def __iter__(self) -> Iterator[int]:
+        tick, start_s = 0, self._host.monotonic_s()
+        while not self._host.is_stopping:
+            yield tick
+            tick, wait_s = self._next(tick, start_s)
+            if self._host.wait(wait_s):
+                return
+
+    async def __aiter__(self) -> AsyncIterator[int]:
+        tick, start_s = 0, self._host.monotonic_s()
+        while not self._host.is_stopping:
+            yield tick
+            tick, wait_s = self._next(tick, start_s)
+            if await self._host.wait_async(wait_s):
+                return
+
+    def _next(self, tick: int, start_s: float) -> tuple[int, float]:
+        elapsed_s = self._host.monotonic_s() - start_s
+        following = max(tick + 1, int(elapsed_s / self._period_s))
+        return following, max(0.0, following * self._period_s - elapsed_s)
+
+
+class Handler:
+    """The base of all handlers. ``label`` is the name of the data channel or track."""
+
+    runs: ClassVar[Runs] = "always"
+    """``always``: while the robot runs. ``watched``: only while an operator listens or watches."""
+    kind: ClassVar[Kind] = Kind.DATA
+    delivery: ClassVar[Delivery] = Delivery.RELIABLE
+    """The default of this handler; ``delivery:`` in the YAML file overrides it."""
+    widget: ClassVar[str | None] = None
+    """The widget that shows it best; a hint for the dashboard."""
+    data_type: MosaicDataType
+
+    def __init__(self, label: str) -> None:
+        self.label = label
+        self._host: HandlerHost = UnboundHost()
+
+    def bind(self, host: HandlerHost) -> None:
+        """Called once by the runtime (or the test kit) before the handler runs."""
+        self._host = host
+
+    def every(self, period_s: float) -> Every:
+        """``for _ in self.every(0.1): yield …``: a tick per period until the handler shall stop."""
+        return Every(self._host, period_s)
+
+    def pause(self, seconds: float) -> bool:
+        """Wait on this handler's own thread; ``True`` when the handler shall stop. Stop wakes it at once."""
+        return self._host.wait(seconds)
+
+    @property
+    def is_stopping(self) -> bool:
+        return self._host.is_stopping
+
+    def monotonic_s(self) -> float:
+        """The robot's monotonic clock; the kit's fake clock in tests."""
+        return self._host.monotonic_s()
+
+    def _send(self, kind: PayloadKind, payload: bytes, to: Sender | None, channel: str | None = None) -> bool:
+        return self._host.send(
+            Outgoing(
+                channel=channel or self.label,
+                kind=kind,
+                payload=payload,
+                stamp_us=int(self._host.monotonic_s() * 1e6),
+                to=to.peer_id if to else None,
+            )
+        )
+
+
+def message_type_of(handler: type) -> Any:
+    """The ``T`` of ``DataChannelSendable[T]`` or ``DataChannelReceivable[T]``; ``dict`` where none is written."""
+    for base in handler.__mro__:
+        for generic in getattr(base, "__orig_bases__", ()):
+            origin = get_origin(generic)
+            if isinstance(origin, type) and issubclass(origin, Handler):
+                argument = get_args(generic)[0]
+                if not isinstance(argument, TypeVar):
+                    return argument
+    return dict[str, Any]
+
+
+def _encoding_of(message_type: Any) -> Literal["json", "string", "bytes"]:
+    if message_type is str:
+        return "string"
+    return "bytes" if message_type is bytes else "json"
+
+
+class _Sends(Handler):
+    def send_json(self, value: BaseModel | Mapping[str, Any] | list[Any], to: Sender | None = None) -> bool:
+        """Send JSON to everybody who listens, or ``to`` one; NaN raises :class:`ValueError`."""
+        plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
+        return self._send(PayloadKind.JSON, to_json(plain).encode(), to)
+
+    def send_string(self, text: str, to: Sender | None = None) -> bool:
+        return self._send(PayloadKind.STRING, text.encode(), to)
+
+    def send_bytes(self, data: bytes, to: Sender | None = None) -> bool:
+        return self._send(PayloadKind.BYTES, bytes(data), to)
+
+    def send(self, value: Any, to: Sender | None = None) -> bool:
+        """Whatever ``messages()`` yields: a message or mapping as JSON, ``str``, or ``bytes``."""
+        if isinstance(value, str):
+            return self.send_string(value, to)
+        if isinstance(value, bytes | bytearray | memoryview):
+            return self.send_bytes(bytes(value), to)
+        return self.send_json(value, to)
+
+
+class DataChannelSendable(_Sends, Generic[T]):
+    """Robot → operators. Write ``messages()``, or push with ``send_*`` from any thread.
+
+    ``T`` is a :class:`~mosaic_core.contract.params.Message` subclass, ``dict``, ``str`` or ``bytes``.
+    """
+
+    def messages(self) -> Iterable[T] | AsyncIterator[T]:
+        """Yield what to send. ``def``: on a thread of its own; ``async def``: on the event loop."""
+        return ()
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        cls.data_type = {
+            "json": MosaicDataType.JSON_R2U, "string": MosaicDataType.STRING_R2U, "bytes": MosaicDataType.BYTE_R2U,
+        }[_encoding_of(message_type_of(cls))]  # fmt: skip
+
+
+class DataChannelReceivable(Handler, Generic[T]):
+    """Operators → robot. Data that does not validate as ``T`` is refused and never gets here.
+
+    A receiver that moves something is ``def``, sets :attr:`timeout_s` and implements :meth:`make_safe`.
+    """
+
+    timeout_s: float | None = None
+    """Seconds without a valid message after which :meth:`make_safe` runs; ``None``: never. ``safety.timeout_s`` in
+    the YAML file overrides it."""
+
+    def handle_data(self, data: T, sender: Sender) -> Awaitable[None] | None:
+        """Act on one message. May be written without ``sender``, and as ``async def``.
+
+        ``def`` runs on this receiver's own thread, one message at a time, newest first under ``delivery: latest``.
+        Raising ends and restarts the handler; raise :class:`Refused` to refuse just this message.
+        """
+        raise NotImplementedError(f"{type(self).__name__} needs handle_data(self, data)")
+
+    def make_safe(self, cause: str) -> None:
+        """Bring what this receiver moves into its safe state; ``cause`` is a ``safety.*`` code.
+
+        Runs on the robot's safety thread, possibly *while* ``handle_data`` runs or hangs: be quick, take no lock
+        that ``handle_data`` holds for long, and be prepared to be called twice.
+        """
+
+    def peer_left(self, sender: Sender) -> None:
+        """A peer that had this channel open is gone. Runs on the safety thread."""
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        cls.data_type = {
+            "json": MosaicDataType.JSON_U2R, "string": MosaicDataType.STRING_U2R, "bytes": MosaicDataType.BYTE_U2R,
+        }[_encoding_of(message_type_of(cls))]  # fmt: skip
+
+
+class Refused(Exception):
+    """Raised by ``handle_data`` to refuse one message; ``code`` and text reach the sender."""
+
+    def __init__(self, code: str, message: str = "") -> None:
+        super().__init__(message or code)
+        self.code = code
+        self.message = message
+
+
+class DataChannelJsonReceivable(DataChannelReceivable[dict[str, Any]]):
+    """Receives JSON objects as ``dict``."""
+
+
+class DataChannelStringReceivable(DataChannelReceivable[str]):
+    """Receives text."""
+
+
+class DataChannelByteReceivable(DataChannelReceivable[bytes]):
+    """Receives bytes."""
+
+
+class DataChannelBidirectional(DataChannelReceivable[T], _Sends):
+    """Both ways on one channel: implement ``handle_data``, answer with ``send_json(value, to=sender)``."""
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        cls.data_type = MosaicDataType.JSON_BI
+
+
+class MediaTrackHandler(Handler):
+    """Robot → operators: pictures. Write ``frames()``, or push with :meth:`send_frame`."""
+
+    runs: ClassVar[Runs] = "watched"
+    kind: ClassVar[Kind] = Kind.VIDEO
+    delivery: ClassVar[Delivery] = Delivery.LATEST
+    data_type = MosaicDataType.MEDIA
+
+    def frames(self) -> Iterable[Picture] | AsyncIterator[Picture]:
+        """Yield pictures. ``def``: on a thread of its own; ``async def``: on the event loop."""
+        return ()
+
+    def send_frame(self, picture: Picture) -> bool:
+        """Hand over one picture from any thread; ``False`` if nobody watches."""
+        return self._host.send_picture(self.label, picture)

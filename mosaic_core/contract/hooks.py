@@ -1,0 +1,57 @@
+"""The pluggy hooks of a robot, group ``mosaic.plugins``. Write any of them with :data:`hookimpl`.
+
+All are called on the robot's event loop; return quickly. An exception in a hook is logged and stops nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import pluggy
+
+from mosaic_core.contract.host import Sender
+
+if TYPE_CHECKING:
+    from mosaic_core.contract.configurer import Configurer
+    from mosaic_core.contract.handler import Handler
+    from mosaic_core.words.config import RobotConfig
+
+PROJECT = "mosaic"
+hookspec = pluggy.HookspecMarker(PROJECT)
+hookimpl = pluggy.HookimplMarker(PROJECT)
+
+
+@hookspec
+def mosaic_before_configure(config: RobotConfig, configurers: Sequence[Configurer]) -> None:  # type: ignore[type-arg]
+    """Every connector is resolved and its params are valid; none is configured yet."""
+
+
+@hookspec
+def mosaic_after_configure(config: RobotConfig, handlers: Sequence[Handler]) -> None:
+    """All handlers exist; the robot is not connected yet."""
+
+
+@hookspec
+def mosaic_robot_state_changed(state: str) -> None:
+    """``connecting``, ``ready``, ``offline`` or ``stopped``: the robot's relation to its server."""
+
+
+@hookspec
+def mosaic_peer_connected(sender: Sender) -> None:
+    """An operator's peer connection is up."""
+
+
+@hookspec
+def mosaic_peer_closed(sender: Sender, code: str) -> None:
+    """An operator's peer connection ended; ``code`` says why."""
+
+
+@hookspec
+def mosaic_connector_failed(label: str, error: BaseException, restart_in_s: float) -> None:
+    """A handler ended with an error and will be restarted."""
+
+
+@hookspec
+def mosaic_command_received(label: str, sender: Sender, accepted: bool, code: str) -> None:
+    """A message for a receiver arrived; ``code`` says why it was refused, or is empty."""

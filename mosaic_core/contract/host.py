@@ -1,0 +1,91 @@
+"""What the framework gives a handler: time, waiting, and a way out. Plugin authors see it through the handler.
+
+The runtime implements :class:`HandlerHost` for real robots, the kit in ``mosaic_core.testing`` with a fake clock.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Awaitable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from mosaic_core.machines.framing import PayloadKind
+
+if TYPE_CHECKING:
+    from mosaic_core.contract.media import Picture
+
+
+@dataclass(frozen=True, slots=True)
+class Sender:
+    """Who sent a message: one peer of one operator. ``role`` is observer, operator or supervisor."""
+
+    peer_id: str
+    session_id: str
+    operator_id: str = ""
+    name: str = ""
+    role: str = "operator"
+
+
+@dataclass(frozen=True, slots=True)
+class Outgoing:
+    """One message on its way out. ``channel`` is the data channel's label, ``to`` a peer id or ``None`` for all."""
+
+    channel: str
+    kind: PayloadKind
+    payload: bytes
+    stamp_us: int
+    to: str | None = None
+
+
+class HandlerHost(Protocol):
+    """Given to a handler before it runs. Every method may be called from any thread and never blocks,
+    but for :meth:`wait`."""
+
+    def monotonic_s(self) -> float:
+        """Seconds of the robot's monotonic clock."""
+        ...
+
+    def wait(self, seconds: float) -> bool:
+        """Block this thread for ``seconds`` or until stop; ``True`` when the handler shall stop."""
+        ...
+
+    def wait_async(self, seconds: float) -> Awaitable[bool]:
+        """The same for ``async`` bodies."""
+        ...
+
+    @property
+    def is_stopping(self) -> bool: ...
+
+    def send(self, message: Outgoing) -> bool:
+        """Hand a message over; ``False`` if nobody listens or the queue is full."""
+        ...
+
+    def send_picture(self, label: str, picture: Picture) -> bool:
+        """Hand a picture over; a newer one replaces one that still waits. ``False`` if nobody watches."""
+        ...
+
+
+class UnboundHost:
+    """The host of a handler that no runtime has taken yet: time passes, nothing is sent."""
+
+    is_stopping = False
+
+    def monotonic_s(self) -> float:
+        return time.monotonic()
+
+    def wait(self, seconds: float) -> bool:
+        time.sleep(seconds)
+        return False
+
+    async def wait_async(self, seconds: float) -> bool:
+        import asyncio
+
+        await asyncio.sleep(seconds)
+        return False
+
+    def send(self, message: Outgoing) -> bool:
+        return False
+
+    def send_picture(self, label: str, picture: Any) -> bool:
+        return False

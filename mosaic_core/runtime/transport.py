@@ -1,0 +1,127 @@
+"""What the runtime needs from the network, as Protocols; ``adapters`` implement them over aiortc and websockets.
+
+Everything here is called on the event loop and calls back on the event loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from typing import Any, Protocol
+
+from mosaic_core.contract.media import Picture
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import IceCandidate
+
+
+class Channel(Protocol):
+    """One data channel. Callbacks are plain attributes, set by the owner."""
+
+    on_message: Callable[[bytes | str], None] | None
+    on_open: Callable[[], None] | None
+    on_close: Callable[[], None] | None
+    on_drained: Callable[[], None] | None
+    """``buffered_bytes`` fell to the low-water mark."""
+
+    @property
+    def label(self) -> str: ...
+
+    @property
+    def protocol(self) -> str: ...
+
+    @property
+    def is_reliable(self) -> bool: ...
+
+    @property
+    def is_open(self) -> bool: ...
+
+    @property
+    def buffered_bytes(self) -> int:
+        """Bytes that wait in SCTP's queue of the whole peer connection."""
+        ...
+
+    def send(self, data: bytes | str) -> None:
+        """Queue one message; raises :class:`ConnectionFailed` when the channel isn't open."""
+        ...
+
+    def close(self) -> None: ...
+
+
+class PictureFeed(Protocol):
+    """Where a track takes its pictures from; one feed per (peer, label)."""
+
+    async def next(self) -> Any:
+        """The next prepared frame (``av.VideoFrame`` yuv420p with pts/time_base, or ``av.Packet``); waits while there
+        is none. Newest wins: frames that nobody took are dropped."""
+        ...
+
+
+class AnswererListener(Protocol):
+    """What a robot-side peer connection tells."""
+
+    def candidate_found(self, candidate: IceCandidate) -> None: ...
+    def channel_opened(self, channel: Channel) -> None: ...
+    def state_changed(self, state: str) -> None:
+        """``connecting``, ``connected``, ``failed`` or ``closed``."""
+        ...
+
+    def track_bound(self, label: str) -> PictureFeed:
+        """A media line of the offer was given to ``label``; the feed may stay silent for ever."""
+        ...
+
+    def tracks_unbound(self, labels: Sequence[str]) -> None:
+        """The offer had no line for these."""
+        ...
+
+    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
+        """RTP timestamp = capture time x 90 kHz + ``rtp_origin`` (mod 2^32). Told once per track."""
+        ...
+
+
+class Answerer(Protocol):
+    """A robot-side peer connection."""
+
+    async def answer(self, offer_sdp: str, media_labels: Sequence[str], tracks: Mapping[str, str] | None) -> str:
+        """Vet and apply the offer, bind tracks, return the answer's SDP at once; candidates follow by listener.
+
+        ``media_labels`` are the robot's media connectors in YAML order, ``tracks`` the operator's wish (mid → label).
+        Raises :class:`ConnectionFailed` with ``sdp.invalid`` or ``sdp.no_common_codec``.
+        """
+        ...
+
+    async def add_candidate(self, candidate: IceCandidate) -> None:
+        """Add a remote candidate; a bad one is logged and dropped."""
+        ...
+
+    async def close(self) -> None: ...
+
+
+class AnswererFactory(Protocol):
+    def __call__(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> Answerer: ...
+
+
+class PicturePreparer(Protocol):
+    """Converts a handler's picture once, on the handler's thread, into what all encoders share."""
+
+    def __call__(self, picture: Picture, captured_at_s: float) -> Any: ...
+
+
+class SignalingSocket(Protocol):
+    """An open WebSocket with text frames."""
+
+    def __aiter__(self) -> AsyncIterator[str]:
+        """The frames; ends when the socket closes."""
+        ...
+
+    async def send(self, text: str) -> None: ...
+    async def close(self, code: int = 1000, reason: str = "") -> None: ...
+
+    @property
+    def close_code(self) -> int | None:
+        """The other side's close code, once closed."""
+        ...
+
+
+class SocketConnector(Protocol):
+    async def __call__(self, url: str) -> SignalingSocket:
+        """Open ``url``; raises :class:`SignalingError` (``signal.unreachable``) with the cause in words."""
+        ...

@@ -1,0 +1,167 @@
+"""The one table of reason codes.
+
+A code names *why* something was refused, closed or failed. The same word appears in exceptions, WebSocket and
+peer close messages, the command line and the dashboard, so that a user can search for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """A reason code, one sentence for people, and what to do about it."""
+
+    code: str
+    sentence: str
+    cure: str = ""
+
+
+REASONS: dict[str, Reason] = {
+    reason.code: reason
+    for reason in (
+        # config.*: the YAML file
+        Reason("config.unreadable", "The configuration file can't be read.", "Check the path and its permissions."),
+        Reason("config.syntax", "The configuration file isn't valid YAML."),
+        Reason("config.invalid", "The configuration has mistakes.", "Run `mosaic validate FILE`."),
+        Reason("config.unknown_type", "No installed plugin offers this type.", "Run `mosaic connectors list`."),
+        Reason("config.ambiguous_type", "Two distributions claim the same connector type.", "Uninstall one of them."),
+        Reason("config.duplicate_label", "Two connectors share a label or a channel name."),
+        Reason("config.missing_env", "An environment variable that the configuration names isn't set."),
+        Reason("config.broken_plugin", "A plugin that the configuration uses can't be loaded."),
+        # auth.*: who are you
+        Reason("auth.required", "Authorization comes first."),
+        Reason("auth.failed", "The credentials were refused.", "Check the robot id and token, or log in again."),
+        Reason("auth.expired", "The log-in has expired.", "Log in again."),
+        Reason("auth.forbidden", "This account may not do that."),
+        Reason("auth.bad_ticket", "The operator's ticket is missing, expired or not signed by the robot's server."),
+        # signal.*: the server in the middle
+        Reason("signal.bad_message", "A message could not be understood."),
+        Reason("signal.too_large", "A message was larger than allowed."),
+        Reason("signal.timeout", "The other side fell silent."),
+        Reason(
+            "signal.replaced",
+            "The same robot connected a second time; the newest one wins.",
+            "Stop the other process or give it an identity of its own.",
+        ),
+        Reason("signal.too_slow", "The receiver did not keep up, or sent too much."),
+        Reason("signal.unreachable", "The server can't be reached.", "Check `server.ws_url` and the network."),
+        Reason("signal.robot_offline", "The robot isn't connected to the server."),
+        Reason("signal.robot_busy", "The robot takes one operator at a time and has one."),
+        Reason("signal.unknown_connection", "No such connection, or it isn't yours."),
+        Reason("signal.server_restart", "The server is restarting."),
+        # sdp / ice / dtls / channel: the phases of one peer connection
+        Reason("sdp.invalid", "The session description could not be understood."),
+        Reason("sdp.no_common_codec", "Operator and robot share no codec for one of the media lines."),
+        Reason(
+            "ice.no_address",
+            "This machine has no network address that WebRTC can use.",
+            "Bring up a network interface; loopback alone is never offered by WebRTC.",
+        ),
+        Reason(
+            "ice.timeout",
+            "No network path to the other side was found in time.",
+            "Both sides may be behind NAT: configure a TURN server.",
+        ),
+        Reason("ice.failed", "The network path to the other side failed."),
+        Reason("dtls.timeout", "The encrypted connection could not be set up in time."),
+        Reason("channel.timeout", "The data channel did not open in time."),
+        Reason("channel.unknown_label", "The robot has no connector with this label."),
+        Reason("channel.queue_full", "Data was produced faster than the link takes it."),
+        Reason("channel.too_large", "A message was larger than the channel takes."),
+        Reason("channel.invalid", "A message does not fit the connector's schema."),
+        Reason("media.no_line", "The offer had no media line left for this camera."),
+        # peer.*: why a peer connection ended
+        Reason("peer.closed", "The other side closed the connection."),
+        Reason("peer.lost", "The other side fell silent."),
+        Reason("peer.replaced", "The same session connected again."),
+        Reason("peer.shutdown", "The robot is shutting down."),
+        Reason("peer.not_allowed", "The robot does not take this operator."),
+        # safety.*: commands refused
+        Reason("safety.stale", "The command was too old when it arrived."),
+        Reason("safety.out_of_order", "A newer command had arrived before this one."),
+        Reason("safety.not_finite", "The command holds a value that is not a number."),
+        Reason("safety.timeout", "No command arrived in time; the safe action ran."),
+        Reason("safety.peer_left", "The commanding operator left; the safe action ran."),
+        # plugin.*: handlers
+        Reason("plugin.failed", "The connector's handler ended with an error; it will be restarted."),
+        Reason("plugin.ignored_stop", "The handler did not stop in time and was abandoned."),
+    )
+}
+
+
+def reason(code: str) -> Reason:
+    """The table's entry; :class:`KeyError` for a code that nobody defined."""
+    return REASONS[code]
+
+
+class CloseCode(IntEnum):
+    """WebSocket close codes of our servers (4000-4999 is the range for applications, RFC 6455 §7.4.2)."""
+
+    BAD_MESSAGE = 4400
+    AUTH = 4401
+    FORBIDDEN = 4403
+    TIMEOUT = 4408
+    REPLACED = 4409
+    TOO_LARGE = 4413
+    TOO_SLOW = 4429
+
+
+CLOSE_REASONS: dict[CloseCode, str] = {
+    CloseCode.BAD_MESSAGE: "signal.bad_message",
+    CloseCode.AUTH: "auth.failed",
+    CloseCode.FORBIDDEN: "auth.forbidden",
+    CloseCode.TIMEOUT: "signal.timeout",
+    CloseCode.REPLACED: "signal.replaced",
+    CloseCode.TOO_LARGE: "signal.too_large",
+    CloseCode.TOO_SLOW: "signal.too_slow",
+}
+
+
+class ResultCode(IntEnum):
+    """The numbers that the original MOSAIC server puts on the wire and into REST envelopes."""
+
+    SUCCESS = 100
+    ACCESS_TOKEN_DECRYPTING_FAILED = 2002
+    ACCESS_TOKEN_EXPIRED = 2004
+    ACCESS_TOKEN_NOT_EXIST = 2015
+    UNKNOWN_EXCEPTION_OCCURRED = 10000
+    INVALID_FORMAT = 10001
+    UNKNOWN_WEBSOCKET_REQUEST_TYPE = 10002
+    ACCESS_DENIED = 10020
+    AUTHENTICATION_FAILED = 10021
+    WEBSOCKET_SESSION_NOT_EXIST = 10050
+    ROBOT_WS_SESSION_NOT_EXIST = 10051
+    USER_WS_SESSION_NOT_EXIST = 10052
+    WEBRTC_SESSION_NOT_EXIST = 10053
+    INVALID_ROBOT_AUTH_TYPE = 10055
+    USER_NOT_FOUND = 10060
+    USER_NOT_ACTIVE = 10061
+    INVALID_PASSWORD = 10062
+    USER_ALREADY_EXISTS = 10064
+    ROBOT_NOT_FOUND = 20001
+    ROBOT_NOT_IN_SAME_ORGANIZATION = 20006
+    ROBOT_NOT_READY_TO_CONNECT = 20007
+
+
+RESULT_REASONS: dict[ResultCode, str] = {
+    ResultCode.ACCESS_TOKEN_DECRYPTING_FAILED: "auth.failed",
+    ResultCode.ACCESS_TOKEN_EXPIRED: "auth.expired",
+    ResultCode.ACCESS_TOKEN_NOT_EXIST: "auth.required",
+    ResultCode.INVALID_FORMAT: "signal.bad_message",
+    ResultCode.UNKNOWN_WEBSOCKET_REQUEST_TYPE: "signal.bad_message",
+    ResultCode.ACCESS_DENIED: "auth.forbidden",
+    ResultCode.AUTHENTICATION_FAILED: "auth.failed",
+    ResultCode.WEBSOCKET_SESSION_NOT_EXIST: "signal.robot_offline",
+    ResultCode.ROBOT_WS_SESSION_NOT_EXIST: "signal.robot_offline",
+    ResultCode.USER_WS_SESSION_NOT_EXIST: "auth.required",
+    ResultCode.WEBRTC_SESSION_NOT_EXIST: "signal.unknown_connection",
+    ResultCode.USER_NOT_FOUND: "auth.failed",
+    ResultCode.USER_NOT_ACTIVE: "auth.forbidden",
+    ResultCode.INVALID_PASSWORD: "auth.failed",
+    ResultCode.ROBOT_NOT_FOUND: "auth.failed",
+    ResultCode.ROBOT_NOT_IN_SAME_ORGANIZATION: "auth.forbidden",
+    ResultCode.ROBOT_NOT_READY_TO_CONNECT: "signal.robot_busy",
+}

@@ -1,0 +1,74 @@
+"""The models of the robot's YAML file. ``runtime.config_loader`` reads the file; here is only its meaning."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Literal
+from uuid import UUID
+
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, SecretStr, field_validator
+
+from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.ice import IceServer
+
+LABEL = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_.:/-]{0,63}$")
+
+
+class ConfigModel(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+
+class AuthParams(ConfigModel):
+    token: SecretStr | None = Field(default=None, description="The robot's token; write ${MOSAIC_TOKEN}.")
+
+
+class AuthConfig(ConfigModel):
+    """Who the robot is."""
+
+    type: Literal["simple-token", "no-authorization"] = Field(description="How the robot proves who it is.")
+    robot_id: UUID = Field(description="The robot's id, as the server shows it.")
+    params: AuthParams = AuthParams()
+
+    @field_validator("type", mode="before")
+    @classmethod
+    def _historic(cls, value: object) -> object:
+        return "simple-token" if value == "token" else value
+
+
+class WebrtcConfig(ConfigModel):
+    ice_servers: tuple[IceServer, ...] = Field(default=(), description="STUN and TURN servers beside the server's own.")
+
+
+class ServerConfig(ConfigModel):
+    ws_url: str = Field(
+        description="The server, without a path: wss://mosaic.example.org", pattern=r"^wss?://[^/\s]+/?$"
+    )
+    auth: AuthConfig = Field(validation_alias=AliasChoices("auth", "auth_config"))
+    webrtc: WebrtcConfig = Field(default=WebrtcConfig(), validation_alias=AliasChoices("webrtc", "webrtc_config"))
+
+
+class SafetyConfig(ConfigModel):
+    """Limits that the framework enforces for a receiver, whatever its plugin does."""
+
+    timeout_s: float | None = Field(default=None, gt=0, le=60, description="Silence after which the safe action runs.")
+
+
+Label = Annotated[str, Field(pattern=LABEL.pattern, description="Name of the data channel or track; unique.")]
+
+
+class ConnectorConfig(ConfigModel):
+    """One connector. ``params`` is validated by its plugin."""
+
+    type: str = Field(description="The connector type; `mosaic connectors list` shows those installed.")
+    label: Label
+    params: dict[str, Any] = Field(default_factory=dict)
+    delivery: Delivery | None = Field(default=None, description="How the data travels; default: the connector's own.")
+    safety: dict[str, Any] | None = Field(default=None, description="Limits; validated by the connector's own model.")
+
+
+class RobotConfig(ConfigModel):
+    """The whole file."""
+
+    version: Literal[1] = 1
+    server: ServerConfig
+    connectors: tuple[ConnectorConfig, ...] = ()

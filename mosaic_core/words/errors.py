@@ -1,0 +1,93 @@
+"""The exceptions of MOSAIC.
+
+::
+
+    MosaicError                 carries a reason code of ``words.codes``
+    ├── ConfigError             every mistake of a configuration, with file and line
+    ├── PluginError             a distribution's entry point can't be used
+    ├── AuthError               credentials refused
+    ├── SignalingError          the server can't be reached, or said no
+    ├── ConnectionFailed        a peer connection could not be made or was lost
+    └── WireError               bytes from the other side that make no sense
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mosaic_core.words.codes import reason
+
+
+class MosaicError(Exception):
+    """The base of all errors that MOSAIC raises on purpose.
+
+    ``code`` is a key of :data:`mosaic_core.words.codes.REASONS`; ``cure`` says what to do, if anything is known.
+    """
+
+    def __init__(self, message: str, *, code: str, cure: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.code = code
+        self.cure = reason(code).cure if cure is None else cure
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One mistake in a configuration.
+
+    ``line`` counts from 1, or is ``None`` where no line can be named; ``path`` is the place in the document
+    (``connectors[2].params.fps``).
+    """
+
+    message: str
+    code: str = "config.invalid"
+    file: str = ""
+    line: int | None = None
+    path: str = ""
+    cure: str = ""
+
+    def __str__(self) -> str:
+        place = ":".join(str(part) for part in (self.file, self.line) if part)
+        where = f"{place}: " if place else ""
+        at = f"{self.path}: " if self.path else ""
+        cure = f" ({self.cure})" if self.cure else ""
+        return f"{where}{at}{self.message}{cure}"
+
+
+class ConfigError(MosaicError):
+    """A configuration that can't be used: *all* its mistakes at once, in :attr:`problems`."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("\n".join(str(problem) for problem in self.problems), code="config.invalid", cure="")
+
+
+class PluginError(MosaicError):
+    """An entry point that can't be used; ``distribution`` names who ships it, e.g. ``mosaic-camera 0.1.0``."""
+
+    def __init__(self, message: str, *, distribution: str, code: str = "config.broken_plugin") -> None:
+        super().__init__(message, code=code)
+        self.distribution = distribution
+
+
+class AuthError(MosaicError):
+    """The server refused who we say we are."""
+
+    def __init__(self, message: str, *, code: str = "auth.failed") -> None:
+        super().__init__(message, code=code)
+
+
+class SignalingError(MosaicError):
+    """The server can't be reached, or it refused a request."""
+
+
+class ConnectionFailed(MosaicError):
+    """A peer connection could not be made, or was lost; the code names the phase."""
+
+
+class WireError(MosaicError):
+    """Bytes from the other side that make no sense; the message is safe to show and quotes no secret."""
+
+    def __init__(self, message: str, *, code: str = "signal.bad_message") -> None:
+        super().__init__(message, code=code)

@@ -1,0 +1,1 @@
+"""Cameras, video files, network streams and a test pattern for MOSAIC."""

@@ -1,0 +1,1 @@
+"""Velocity commands for MOSAIC: receiver, kinematics and drives."""

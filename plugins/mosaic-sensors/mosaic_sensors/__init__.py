@@ -1,0 +1,1 @@
+"""Sensors for MOSAIC: host load, GPS (NMEA) and JSON from any process."""

@@ -1,0 +1,1 @@
+"""The MOSAIC server: signaling, accounts, robots, and the dashboard."""
