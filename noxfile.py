@@ -1,0 +1,91 @@
+"""One session per wish. All run in the environment that `./dev` made, so that nothing is installed twice.
+
+nox -s tests | lint | types | dashboard | e2e | docs | bench | build | demo
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import nox
+
+nox.options.default_venv_backend = "none"
+nox.options.sessions = ["lint", "types", "dashboard", "docs", "tests", "e2e"]
+nox.options.stop_on_first_error = True
+
+ROOT = Path(__file__).parent
+VENV_PYTHON = ROOT / ".venv" / "bin" / "python"
+PYTHON = str(VENV_PYTHON) if VENV_PYTHON.exists() else sys.executable
+PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
+TYPED = ["mosaic_core", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) for plugin in PLUGINS)]
+
+
+@nox.session
+def tests(session: nox.Session) -> None:
+    """Everything in Python but the browser: pure, loopback, real WebRTC peers."""
+    session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
+
+
+@nox.session
+def e2e(session: nox.Session) -> None:
+    """A real Chromium against the real server and the simulated robot."""
+    _build_dashboard(session)
+    session.run(PYTHON, "-m", "pytest", "-m", "e2e", *session.posargs, external=True)
+
+
+@nox.session
+def lint(session: nox.Session) -> None:
+    session.run(PYTHON, "-m", "ruff", "check", ".", external=True)
+    session.run(PYTHON, "-m", "ruff", "format", "--check", ".", external=True)
+
+
+@nox.session
+def types(session: nox.Session) -> None:
+    for package in TYPED:
+        session.run(PYTHON, "-m", "mypy", package, external=True)
+
+
+@nox.session
+def dashboard(session: nox.Session) -> None:
+    """Types, lint, tests and build of the TypeScript packages."""
+    with session.chdir("dashboard"):
+        for wish in ("typecheck", "lint", "test", "build"):
+            session.run("npm", "run", "--silent", wish, external=True)
+
+
+@nox.session
+def docs(session: nox.Session) -> None:
+    """Generate the reference and build the site into `site/`; warnings are errors."""
+    session.run(
+        PYTHON, "docs/generate_reference.py", *(["--check"] if "--check" in session.posargs else []), external=True
+    )
+    session.run(PYTHON, "-m", "mkdocs", "build", "--strict", "--quiet", external=True)
+
+
+@nox.session
+def bench(session: nox.Session) -> None:
+    """Start-up and set-up figures, as tables."""
+    for script in sorted((ROOT / "bench").glob("*.py")):
+        session.run(PYTHON, str(script), *session.posargs, external=True)
+
+
+@nox.session
+def build(session: nox.Session) -> None:
+    """Wheels and source distributions of all distributions into `dist/`."""
+    _build_dashboard(session)
+    shutil.rmtree(ROOT / "dist", ignore_errors=True)
+    for project in (ROOT, *PLUGINS):
+        session.run(PYTHON, "-m", "build", "--outdir", "dist", str(project), external=True)
+
+
+@nox.session
+def demo(session: nox.Session) -> None:
+    _build_dashboard(session)
+    session.run(PYTHON, "-m", "mosaic_core.cli.main", "demo", *session.posargs, external=True)
+
+
+def _build_dashboard(session: nox.Session) -> None:
+    with session.chdir("dashboard"):
+        session.run("npm", "run", "--silent", "build", external=True)
