@@ -1,0 +1,59 @@
+"""A velocity in SI units, frame ``base_link`` as in REP-103: x forward, y left, z up. Pure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Twist:
+    """Linear velocity in m/s and angular velocity in rad/s; positive ``angular_z_radps`` turns left."""
+
+    linear_x_mps: float = 0.0
+    linear_y_mps: float = 0.0
+    linear_z_mps: float = 0.0
+    angular_x_radps: float = 0.0
+    angular_y_radps: float = 0.0
+    angular_z_radps: float = 0.0
+
+    @property
+    def linear_mps(self) -> float:
+        """Length of the linear part."""
+        return math.hypot(self.linear_x_mps, self.linear_y_mps, self.linear_z_mps)
+
+    @property
+    def angular_radps(self) -> float:
+        """Length of the angular part."""
+        return math.hypot(self.angular_x_radps, self.angular_y_radps, self.angular_z_radps)
+
+    @property
+    def is_zero(self) -> bool:
+        return self == STANDSTILL
+
+
+STANDSTILL = Twist()
+
+
+def limited(twist: Twist, *, max_linear_mps: float, max_angular_radps: float) -> Twist:
+    """``twist`` with both parts no longer than their maximum.
+
+    Each part is scaled as a vector, so that its direction stays: pushing a holonomic base diagonally does not bend
+    its path. The two parts are scaled independently: a robot that is asked to drive too fast still turns as asked.
+    """
+    linear = _shortening(twist.linear_mps, max_linear_mps)
+    angular = _shortening(twist.angular_radps, max_angular_radps)
+    if linear == 1.0 and angular == 1.0:
+        return twist
+    return Twist(
+        linear_x_mps=twist.linear_x_mps * linear,
+        linear_y_mps=twist.linear_y_mps * linear,
+        linear_z_mps=twist.linear_z_mps * linear,
+        angular_x_radps=twist.angular_x_radps * angular,
+        angular_y_radps=twist.angular_y_radps * angular,
+        angular_z_radps=twist.angular_z_radps * angular,
+    )
+
+
+def _shortening(length: float, maximum: float) -> float:
+    return maximum / length if length > maximum else 1.0
