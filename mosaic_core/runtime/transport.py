@@ -20,7 +20,7 @@ class Channel(Protocol):
     on_open: Callable[[], None] | None
     on_close: Callable[[], None] | None
     on_drained: Callable[[], None] | None
-    """``buffered_bytes`` fell to the low-water mark."""
+    """``buffered_bytes`` fell to the low-water mark (``machines.send_scheduler.LOW_WATER_BYTES``)."""
 
     @property
     def label(self) -> str: ...
@@ -61,7 +61,8 @@ class AnswererListener(Protocol):
     def candidate_found(self, candidate: IceCandidate) -> None: ...
     def channel_opened(self, channel: Channel) -> None: ...
     def state_changed(self, state: str) -> None:
-        """``connecting``, ``connected``, ``failed`` or ``closed``."""
+        """``connecting``, ``securing`` (a path is found, DTLS runs; may be left out), ``connected``, ``failed`` or
+        ``closed``."""
         ...
 
     def track_bound(self, label: str) -> PictureFeed:

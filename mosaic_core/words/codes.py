@@ -85,6 +85,7 @@ REASONS: dict[str, Reason] = {
         Reason("safety.not_finite", "The command holds a value that is not a number."),
         Reason("safety.timeout", "No command arrived in time; the safe action ran."),
         Reason("safety.peer_left", "The commanding operator left; the safe action ran."),
+        Reason("safety.shutdown", "The robot is stopping; the safe action ran."),
         # plugin.*: handlers
         Reason("plugin.failed", "The connector's handler ended with an error; it will be restarted."),
         Reason("plugin.ignored_stop", "The handler did not stop in time and was abandoned."),
