@@ -88,6 +88,7 @@ REASONS: dict[str, Reason] = {
         Reason("safety.shutdown", "The robot is stopping; the safe action ran."),
         # plugin.*: handlers
         Reason("plugin.failed", "The connector's handler ended with an error; it will be restarted."),
+        Reason("plugin.no_device", "The connector's device isn't available; it is being tried again."),
         Reason("plugin.ignored_stop", "The handler did not stop in time and was abandoned."),
     )
 }
