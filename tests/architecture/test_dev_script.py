@@ -1,0 +1,73 @@
+"""The two commands: `./dev` answers before it installs anything, and needs only the standard library."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import subprocess
+import sys
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+DEV = Path(__file__).parents[2] / "dev"
+
+
+@pytest.fixture(scope="module")
+def dev() -> ModuleType:
+    loader = SourceFileLoader("dev_script", str(DEV))
+    spec = importlib.util.spec_from_loader("dev_script", loader)
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    dont_write = sys.dont_write_bytecode
+    sys.dont_write_bytecode = True
+    loader.exec_module(module)
+    sys.dont_write_bytecode = dont_write
+    return module
+
+
+def test_it_imports_the_standard_library_only() -> None:
+    names = {
+        alias.name.split(".")[0]
+        for node in ast.walk(ast.parse(DEV.read_text()))
+        if isinstance(node, ast.Import)
+        for alias in node.names
+    }
+    assert names <= sys.stdlib_module_names
+
+
+@pytest.mark.parametrize(("words", "code"), [([], 2), (["nonsense"], 2), (["--help"], 0), (["demo", "test"], 2)])
+def test_wrong_words_show_the_usage_and_do_nothing(words: list[str], code: int) -> None:
+    done = subprocess.run([sys.executable, str(DEV), *words], capture_output=True, text=True)
+    assert done.returncode == code
+    assert "./dev demo" in done.stdout
+
+
+def test_words_after_two_dashes_go_to_what_is_run(dev: ModuleType) -> None:
+    assert dev._split(["demo", "--", "--port", "9"]) == (["demo"], "--", ["--port", "9"])
+    assert dev._split(["test"]) == (["test"], "--", [])
+
+
+@pytest.mark.parametrize(
+    ("printed", "enough"),
+    [("v20.19.0", True), ("v24.1.0", True), ("v20.9.9", False), ("v18.20.0", False), ("?", False)],
+)
+def test_an_old_node_counts_as_absent(dev: ModuleType, tmp_path: Path, printed: str, enough: bool) -> None:
+    node = tmp_path / "node"
+    node.write_text(f"#!/bin/sh\necho {printed}\n")
+    node.chmod(0o755)
+    assert dev._is_new_enough(str(node), ">=20.19") is enough
+
+
+def test_a_python_without_venv_says_which_package_to_install(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ensurepip", None)
+    with pytest.raises(SystemExit, match=r"sudo apt install python3\.\d+-venv"):
+        dev._check_python()
+
+
+def test_an_old_python_is_told_so(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "version_info", (3, 10, 0))
+    with pytest.raises(SystemExit, match=r"Python 3\.11 or newer"):
+        dev._check_python()
