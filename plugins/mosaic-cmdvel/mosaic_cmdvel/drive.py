@@ -56,14 +56,17 @@ class Drive(ABC, Generic[P]):
         """Open the device. May block for a while: it runs on a thread of its own."""
         return self
 
-    def __exit__(  # noqa: B027 - optional to override
+    def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close the device; :meth:`stop` was called before."""
 
     @abstractmethod
     def apply(self, twist: Twist) -> None:
-        """Move like this until told otherwise. Runs on the receiver's thread."""
+        """Move like this until told otherwise. Runs on the receiver's thread.
+
+        Raise :class:`~mosaic_core.contract.handler.Refused` to refuse just this command.
+        """
 
     @abstractmethod
     def stop(self) -> None:

@@ -41,19 +41,17 @@ def limited(twist: Twist, *, max_linear_mps: float, max_angular_radps: float) ->
     Each part is scaled as a vector, so that its direction stays: pushing a holonomic base diagonally does not bend
     its path. The two parts are scaled independently: a robot that is asked to drive too fast still turns as asked.
     """
-    linear = _shortening(twist.linear_mps, max_linear_mps)
-    angular = _shortening(twist.angular_radps, max_angular_radps)
-    if linear == 1.0 and angular == 1.0:
-        return twist
-    return Twist(
-        linear_x_mps=twist.linear_x_mps * linear,
-        linear_y_mps=twist.linear_y_mps * linear,
-        linear_z_mps=twist.linear_z_mps * linear,
-        angular_x_radps=twist.angular_x_radps * angular,
-        angular_y_radps=twist.angular_y_radps * angular,
-        angular_z_radps=twist.angular_z_radps * angular,
+    x_mps, y_mps, z_mps = _shortened(twist.linear_x_mps, twist.linear_y_mps, twist.linear_z_mps, max_linear_mps)
+    roll, pitch, yaw = _shortened(
+        twist.angular_x_radps, twist.angular_y_radps, twist.angular_z_radps, max_angular_radps
     )
+    return Twist(x_mps, y_mps, z_mps, roll, pitch, yaw)
 
 
-def _shortening(length: float, maximum: float) -> float:
-    return maximum / length if length > maximum else 1.0
+def _shortened(x: float, y: float, z: float, maximum: float) -> tuple[float, float, float]:
+    if math.hypot(x, y, z) <= maximum:
+        return x, y, z
+    largest = max(abs(x), abs(y), abs(z))
+    x, y, z = x / largest, y / largest, z / largest  # so that the length below can't overflow
+    shortening = maximum / math.hypot(x, y, z)
+    return x * shortening, y * shortening, z * shortening

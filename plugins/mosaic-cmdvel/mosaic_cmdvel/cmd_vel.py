@@ -1,0 +1,77 @@
+"""The ``cmd-vel`` connector: an operator's velocity, clamped, to a drive; silence or a lost operator is a stop."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import Any, ClassVar
+
+from mosaic_cmdvel.drive_registry import load_drive
+from mosaic_cmdvel.kept_drive import KeptDrive
+from mosaic_cmdvel.params import CmdVelParams, CmdVelSafety
+from mosaic_cmdvel.twist import limited
+from mosaic_cmdvel.twist_message import TwistMessage
+from mosaic_core.contract.configurer import DataChannelConfigurer
+from mosaic_core.contract.handler import DataChannelReceivable, Refused
+from mosaic_core.contract.host import Sender
+from mosaic_core.words.data_type import Delivery
+
+
+class CmdVel(DataChannelReceivable[TwistMessage]):
+    """Moves ``drive`` as told. A stop holds until a newer command is handled."""
+
+    delivery: ClassVar[Delivery] = Delivery.LATEST
+    widget: ClassVar[str | None] = "drive-pad"
+
+    def __init__(self, label: str, drive: KeptDrive, safety: CmdVelSafety) -> None:
+        super().__init__(label)
+        self.timeout_s = safety.timeout_s
+        self._drive = drive
+        self._safety = safety
+        self._lock = threading.Lock()
+        self._commander: str | None = None
+        # A peer id never comes back, so that a command of one who left can only be a late one.
+        self._departed: deque[str] = deque(maxlen=64)
+
+    def handle_data(self, data: TwistMessage, sender: Sender) -> None:
+        """Receiver's thread."""
+        with self._lock:
+            if sender.peer_id in self._departed:
+                raise Refused("safety.peer_left", "this operator's connection has ended")
+            self._commander = sender.peer_id
+        self._drive.apply(
+            limited(
+                data.twist(),
+                max_linear_mps=self._safety.max_linear_mps,
+                max_angular_radps=self._safety.max_angular_radps,
+            )
+        )
+
+    def make_safe(self, cause: str) -> None:
+        """Safety thread."""
+        self._drive.stop(cause)
+
+    def peer_left(self, sender: Sender) -> None:
+        """Safety thread. An operator who only watched may leave without stopping the base."""
+        with self._lock:
+            self._departed.append(sender.peer_id)
+            was_commanding = self._commander == sender.peer_id
+            if was_commanding:
+                self._commander = None
+        if was_commanding:
+            self._drive.stop("safety.peer_left")
+
+
+class CmdVelConfigurer(DataChannelConfigurer[CmdVelParams]):
+    """Drives a base by velocity commands; stops it on silence and when the operator leaves."""
+
+    connector_type = "cmd-vel"
+    safety_model = CmdVelSafety
+    example: ClassVar[dict[str, Any] | None] = {"drive": {"type": "log"}}
+
+    def configure(self) -> CmdVel:
+        drive_params = self.params.drive
+        drive = load_drive(drive_params.type)(drive_params, self.shared)
+        kept = self.shared.get(f"mosaic-cmdvel:{self.label}", lambda: KeptDrive(self.label, drive))
+        safety = CmdVelSafety.model_validate(self.safety.model_dump())
+        return CmdVel(self.label, kept, safety)

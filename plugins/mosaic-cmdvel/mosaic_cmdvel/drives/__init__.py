@@ -1,0 +1,1 @@
+"""The drives that come with mosaic-cmdvel, one per module."""

@@ -1,0 +1,185 @@
+"""Keeps a drive's device open for the robot's life, and keeps a stop a stop whatever the device does.
+
+Three threads meet here: the *receiver's* calls :meth:`KeptDrive.apply`, the robot's *safety* thread (or any other)
+calls :meth:`KeptDrive.stop`, and one thread of our own, the *keeper*, opens the device, tries again when it is lost,
+and closes it.
+
+The fence: a stop counts up. An ``apply`` that a stop overtakes is followed by another stop when it returns, and by a
+stop every :data:`RESTOP_S` while it hangs. So only a command whose ``apply`` begins after the stop moves the robot.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Self
+
+from mosaic_cmdvel.drive import Drive
+from mosaic_cmdvel.twist import Twist
+from mosaic_core.contract.handler import Refused
+
+_log = logging.getLogger(__name__)
+
+RETRY_S = (0.5, 1.0, 2.0, 5.0)
+"""Waits between attempts to open a device; the last one repeats. A replugged USB adapter is back within seconds."""
+RESTOP_S = 0.05
+"""While a command hangs in the drive after a stop: twice per period of the slowest usual motor controller (10 Hz)."""
+CLOSE_TIMEOUT_S = 1.0
+"""A device that does not close in this time is abandoned: a robot shuts down within 2 s."""
+
+
+class KeptDrive:
+    """One drive and its device. Enter it with the robot (``Shared``); entering never fails and never blocks."""
+
+    def __init__(self, label: str, drive: Drive[Any], retry_s: tuple[float, ...] = RETRY_S) -> None:
+        self._label = label
+        self._drive = drive
+        self._retry_s = retry_s
+        self._changed = threading.Condition()
+        self._is_open = False
+        self._is_lost = False
+        self._is_closing = False
+        self._attempts = 0
+        self._stops = 0
+        self._stop_cause = ""
+        self._applying_at: int | None = None
+        self._failure = "it has not been opened yet"
+        self._keeper: threading.Thread | None = None
+
+    @property
+    def is_open(self) -> bool:
+        return self._is_open
+
+    def wait_until_open(self, timeout_s: float) -> bool:
+        """Block until commands are taken; ``False`` when that took too long."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._is_open, timeout_s)
+
+    def __enter__(self) -> Self:
+        self._is_closing = False
+        self._keeper = threading.Thread(target=self._keep, name=f"{self._label}-drive", daemon=True)
+        self._keeper.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with self._changed:
+            self._is_closing = True
+            self._changed.notify_all()
+        if self._keeper is not None:
+            self._keeper.join(CLOSE_TIMEOUT_S)
+            if self._keeper.is_alive():
+                _log.error("%s: the drive did not close within %s s and was abandoned", self._label, CLOSE_TIMEOUT_S)
+
+    def apply(self, twist: Twist) -> None:
+        """Hand ``twist`` to the drive. Receiver's thread, one at a time.
+
+        Raises :class:`Refused`: ``plugin.no_device`` while the device is away, or the cause of a stop that overtook
+        this command.
+        """
+        with self._changed:
+            if not self._is_open:
+                raise Refused("plugin.no_device", f"the drive isn't open: {self._failure}; trying again")
+            self._applying_at = self._stops
+        try:
+            self._drive.apply(twist)
+            self._attempts = 0
+        except Refused:
+            raise
+        except Exception as error:
+            self._lose(error)
+            raise Refused("plugin.no_device", f"the drive failed: {self._failure}; opening it again") from error
+        finally:
+            overtaken = self._applied()
+        if overtaken:
+            raise Refused(self._stop_cause, "a stop came while this command was carried out")
+
+    def _applied(self) -> bool:
+        with self._changed:
+            overtaken = self._is_overtaken
+            self._applying_at = None
+            self._changed.notify_all()
+        if overtaken:
+            self._stop_device()
+        return overtaken
+
+    @property
+    def _is_overtaken(self) -> bool:
+        """A command is being carried out, and a stop came after it had begun."""
+        return self._applying_at is not None and self._applying_at != self._stops
+
+    def stop(self, cause: str) -> None:
+        """Stand still now; ``cause`` is a code of ``safety.*``. Any thread; takes as long as the drive's ``stop``."""
+        with self._changed:
+            self._stops += 1
+            self._stop_cause = cause
+            self._changed.notify_all()
+        self._stop_device()
+
+    def _stop_device(self) -> None:
+        if not self._is_open:
+            return  # opening begins with a stop
+        try:
+            self._drive.stop()
+        except Exception as error:  # noqa: BLE001 - a device may fail in any way; opening it again repeats the stop
+            self._lose(error)
+
+    def _lose(self, error: Exception) -> None:
+        """The device failed: log the change, and let the keeper close it and open it again."""
+        with self._changed:
+            self._failure = f"{type(error).__name__}: {error}"
+            if self._is_open:
+                _log.error("%s: lost the drive: %s; opening it again", self._label, self._failure)
+            self._is_open, self._is_lost = False, True
+            self._changed.notify_all()
+
+    def _keep(self) -> None:
+        failed_before = False
+        while True:
+            try:
+                with self._drive:
+                    self._drive.stop()  # a controller may still carry out what a crashed program told it
+                    self._opened(failed_before)
+                    self._attend()
+            except Exception as error:  # noqa: BLE001 - a device may fail in any way; reported and tried again
+                self._open_failed(error, failed_before)
+            failed_before = True
+            retry_s = self._retry_s[min(self._attempts, len(self._retry_s) - 1)]
+            self._attempts += 1
+            with self._changed:
+                if self._changed.wait_for(lambda: self._is_closing, retry_s):
+                    return
+
+    def _opened(self, failed_before: bool) -> None:
+        with self._changed:
+            self._is_open, self._is_lost = True, False
+            self._changed.notify_all()
+        if failed_before:
+            _log.warning("%s: the drive is back", self._label)
+
+    def _open_failed(self, error: Exception, failed_before: bool) -> None:
+        with self._changed:
+            self._is_open = False
+            self._failure = f"{type(error).__name__}: {error}"
+        if not failed_before:
+            _log.error("%s: the drive can't be opened: %s; trying again", self._label, self._failure)
+
+    def _attend(self) -> None:
+        """Wait until the device is lost or the robot ends; repeat stops that a hanging command might undo."""
+        while self._wait(None, lambda: self._ends or self._is_overtaken) and not self._ends:
+            while not self._wait(RESTOP_S, lambda: self._ends or not self._is_overtaken):
+                self._stop_device()
+        self._stop_device()
+        with self._changed:
+            self._is_open = False
+
+    @property
+    def _ends(self) -> bool:
+        return self._is_closing or self._is_lost
+
+    def _wait(self, seconds: float | None, until: Callable[[], bool]) -> bool:
+        with self._changed:
+            return self._changed.wait_for(until, seconds)

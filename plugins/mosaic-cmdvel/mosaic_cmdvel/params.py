@@ -1,0 +1,67 @@
+"""What a ``cmd-vel`` connector may be told in YAML: which drive with which params, and its limits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import Field, GetJsonSchemaHandler, SerializeAsAny, ValidationError, WrapValidator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError
+
+from mosaic_cmdvel.drive import DriveParams
+from mosaic_cmdvel.drive_registry import DriveNotFound, installed_drives, load_drive
+from mosaic_core.contract.params import Params
+from mosaic_core.words.config import SafetyConfig
+
+
+def _params_of_its_drive(value: Any, _handler: Any) -> DriveParams:
+    """``value`` as the params model of the drive that its ``type`` names; errors point at the wrong field."""
+    if isinstance(value, DriveParams):
+        return value
+    if not isinstance(value, Mapping) or not isinstance(value.get("type"), str):
+        names = ", ".join(sorted({entry.name for entry in installed_drives()}))
+        raise _error(f"a drive needs a type, for example {{type: log}}; installed: {names}", value)
+    try:
+        drive = load_drive(value["type"])
+    except DriveNotFound as error:
+        raise _error(str(error), value, "type") from error
+    return drive.params_model.model_validate(dict(value))
+
+
+def _error(reason: str, value: Any, *place: str) -> ValidationError:
+    custom = PydanticCustomError("drive", "{reason}", {"reason": reason})
+    return ValidationError.from_exception_data("drive", [InitErrorDetails(type=custom, loc=place, input=value)])
+
+
+class _SchemaOfAllDrives:
+    """In JSON Schema a drive is any one of those installed, so that editors complete its params."""
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        choices = []
+        for entry in installed_drives():
+            try:
+                model = load_drive(entry.name).params_model
+            except DriveNotFound:
+                continue  # a broken drive that nobody uses breaks nothing
+            choice = handler.resolve_ref_schema(handler(model.__pydantic_core_schema__))
+            properties = {**choice.get("properties", {}), "type": {"const": entry.name, "type": "string"}}
+            required = sorted({"type", *choice.get("required", [])})
+            choices.append({**choice, "title": entry.name, "properties": properties, "required": required})
+        return {"anyOf": choices} if choices else handler(schema)
+
+
+AnyDriveParams = Annotated[SerializeAsAny[DriveParams], WrapValidator(_params_of_its_drive), _SchemaOfAllDrives]
+
+
+class CmdVelParams(Params):
+    drive: AnyDriveParams = Field(description="What moves: a drive's type and its own params.")
+
+
+class CmdVelSafety(SafetyConfig):
+    """The limits of a base. There is no way to switch the time-out off."""
+
+    timeout_s: float = Field(default=0.3, gt=0, le=5, description="Silence after which the base stands still.")
+    max_linear_mps: float = Field(default=1.0, gt=0, le=100, description="Longest linear velocity, in m/s.")
+    max_angular_radps: float = Field(default=1.5, gt=0, le=100, description="Longest angular velocity, in rad/s.")
