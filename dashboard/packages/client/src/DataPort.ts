@@ -1,0 +1,169 @@
+import {
+  encodeFrame,
+  FrameReader,
+  PayloadKind,
+  WireError,
+  type Delivery,
+  type MosaicDataType,
+  CHANNEL_PROTOCOL,
+  CHUNK_PAYLOAD_BYTES,
+} from '@mosaic/protocol'
+import { microseconds } from './clock'
+
+/** Queued bytes from which a `latest` value waits (and is replaced by a newer one) instead of queueing behind others. */
+const LATEST_HIGH_WATER_BYTES = 16 * 1024
+/** Queued bytes from which a reliable channel refuses. */
+const RELIABLE_HIGH_WATER_BYTES = 1024 * 1024
+
+export interface PortOptions {
+  dataType: MosaicDataType
+  delivery: Delivery
+  now: () => number
+}
+
+export interface PortMessage {
+  data: ArrayBuffer
+  seq: number
+  stampUs: number
+  latched: boolean
+}
+
+export interface PortListener {
+  opened(port: DataPort): void
+  closed(port: DataPort): void
+  received(port: DataPort, message: PortMessage): void
+  /** Bytes that make no sense; the channel stays usable. */
+  misread(port: DataPort, error: WireError): void
+}
+
+/**
+ * One data channel: frames what is sent and unframes what arrives when its protocol is `mosaic.1`; toward an original
+ * robot (empty protocol) payloads travel bare. It applies the delivery: `latest` keeps one waiting value.
+ */
+export class DataPort {
+  private readonly reader = new FrameReader()
+  private readonly isFramed: boolean
+  private seq = 0
+  private waiting: Uint8Array | string | null = null
+
+  constructor(
+    private readonly channel: RTCDataChannel,
+    private readonly options: PortOptions,
+    private readonly listener: PortListener,
+  ) {
+    this.isFramed = channel.protocol === CHANNEL_PROTOCOL
+    channel.binaryType = 'arraybuffer'
+    channel.bufferedAmountLowThreshold = LATEST_HIGH_WATER_BYTES / 2
+    channel.onopen = () => this.listener.opened(this)
+    channel.onclose = () => this.gone()
+    channel.onmessage = (event: MessageEvent<unknown>) => this.received(event.data)
+    channel.onbufferedamountlow = () => this.sendWaiting()
+  }
+
+  get label(): string {
+    return this.channel.label
+  }
+
+  get isOpen(): boolean {
+    return this.channel.readyState === 'open'
+  }
+
+  /** True where data flows towards the robot. */
+  get isSendable(): boolean {
+    return !this.options.dataType.endsWith('r2u')
+  }
+
+  /** Send one message; false when it was not accepted. */
+  send(data: string | ArrayBuffer | Uint8Array): boolean {
+    if (!this.isOpen) return false
+    const value = data instanceof ArrayBuffer ? new Uint8Array(data) : data
+    if (this.options.delivery === 'latest' && this.channel.bufferedAmount > LATEST_HIGH_WATER_BYTES) {
+      this.waiting = typeof value === 'string' ? value : value.slice()
+      return true
+    }
+    this.waiting = null
+    return this.channel.bufferedAmount <= RELIABLE_HIGH_WATER_BYTES && this.put(value)
+  }
+
+  /** Close the channel without telling the listener. */
+  close(): void {
+    this.silence()
+    this.channel.close()
+  }
+
+  private sendWaiting(): void {
+    const value = this.waiting
+    this.waiting = null
+    if (value !== null && this.isOpen) this.put(value)
+  }
+
+  private put(value: string | Uint8Array): boolean {
+    try {
+      if (this.isFramed) this.putFramed(value)
+      else this.putBare(value)
+      return true
+    } catch {
+      // The browser throws where its queue is full or the message too large for the other side.
+      return false
+    }
+  }
+
+  private putFramed(value: string | Uint8Array): void {
+    const payload = typeof value === 'string' ? new TextEncoder().encode(value) : value
+    this.seq = (this.seq + 1) >>> 0
+    const frame = { kind: this.kindOf(value), payload, seq: this.seq, epoch: 0, latched: false }
+    const stamped = { ...frame, stampUs: microseconds(this.options.now()) }
+    for (const message of encodeFrame(stamped, CHUNK_PAYLOAD_BYTES)) this.channel.send(message)
+  }
+
+  private kindOf(value: string | Uint8Array): PayloadKind {
+    if (this.options.dataType.startsWith('json')) return PayloadKind.JSON
+    if (this.options.dataType.startsWith('string')) return PayloadKind.STRING
+    return typeof value === 'string' ? PayloadKind.STRING : PayloadKind.BYTES
+  }
+
+  // Original robots read JSON and strings from text frames.
+  private putBare(value: string | Uint8Array): void {
+    if (typeof value === 'string') this.channel.send(value)
+    else if (this.options.dataType.startsWith('byte')) this.channel.send(value.slice())
+    else this.channel.send(new TextDecoder().decode(value))
+  }
+
+  private received(data: unknown): void {
+    if (typeof data === 'string') this.tellBare(new TextEncoder().encode(data).buffer)
+    else if (data instanceof ArrayBuffer) {
+      if (this.isFramed) this.readFramed(data)
+      else this.tellBare(data)
+    }
+  }
+
+  private tellBare(data: ArrayBuffer): void {
+    this.listener.received(this, { data, seq: 0, stampUs: 0, latched: false })
+  }
+
+  private readFramed(data: ArrayBuffer): void {
+    try {
+      const frame = this.reader.read(new Uint8Array(data), this.options.now())
+      if (frame === null) return
+      const { seq, stampUs, latched } = frame
+      this.listener.received(this, { data: exact(frame.payload), seq, stampUs, latched })
+    } catch (error) {
+      if (!(error instanceof WireError)) throw error
+      this.listener.misread(this, error)
+    }
+  }
+
+  private gone(): void {
+    this.silence()
+    this.listener.closed(this)
+  }
+
+  private silence(): void {
+    this.waiting = null
+    this.channel.onopen = this.channel.onclose = this.channel.onmessage = this.channel.onbufferedamountlow = null
+  }
+}
+
+function exact(bytes: Uint8Array): ArrayBuffer {
+  return bytes.slice().buffer as ArrayBuffer
+}

@@ -1,0 +1,66 @@
+/** A value that changes and says so; it fits React's `useSyncExternalStore` as it is. */
+export interface Readable<T> {
+  /** The value now; the same reference until it changes. */
+  get(): T
+  /** Tell me when it changes; the result takes the listener away again. */
+  subscribe(listener: () => void): () => void
+}
+
+/** A `Readable` whose owner sets it. A listener that throws is reported and disturbs nobody else. */
+export class Value<T> implements Readable<T> {
+  private readonly listeners = new Listeners<[]>()
+
+  constructor(private value: T) {}
+
+  readonly get = (): T => this.value
+
+  readonly subscribe = (listener: () => void): (() => void) => this.listeners.add(listener)
+
+  set(value: T): void {
+    if (Object.is(value, this.value)) return
+    this.value = value
+    this.listeners.tell()
+  }
+
+  get listenerCount(): number {
+    return this.listeners.size
+  }
+}
+
+/** Functions that want to be told; one may leave (or come) while all are being told. */
+export class Listeners<A extends unknown[]> {
+  // A wrapper per call of `add`: the same function may be added twice and counts twice.
+  private readonly entries = new Set<{ listener: (...args: A) => unknown }>()
+
+  add(listener: (...args: A) => unknown): () => void {
+    const entry = { listener }
+    this.entries.add(entry)
+    return () => {
+      this.entries.delete(entry)
+    }
+  }
+
+  tell(...args: A): void {
+    for (const entry of [...this.entries]) {
+      if (this.entries.has(entry)) guarded(() => entry.listener(...args))
+    }
+  }
+
+  get size(): number {
+    return this.entries.size
+  }
+}
+
+/** Run somebody else's function: what it throws, now or later, is reported on the console and goes no further. */
+export function guarded(run: () => unknown): void {
+  try {
+    const result = run()
+    if (result instanceof Promise) result.catch(report)
+  } catch (error) {
+    report(error)
+  }
+}
+
+function report(error: unknown): void {
+  console.error('mosaic: a listener failed', error)
+}

@@ -1,0 +1,186 @@
+import { isReasonCode, reasonOfResult, type Catalogue, type IceServer } from '@mosaic/protocol'
+import { MosaicError } from './MosaicError'
+import type { RobotInfo, User } from './types'
+
+export interface ServerInfo {
+  name: string
+  version: string
+  extensions: Record<string, number>
+  signup: boolean
+}
+
+export interface ConnectionGrant {
+  robotId: string
+  rtcSessionId: string
+  sessionId?: string
+}
+
+export interface NewRobot {
+  name: string
+  description?: string
+  authType?: number
+}
+
+const TIMEOUT_MS = 10_000
+
+/** The server's REST interface, typed. Every failure is a `MosaicError` with a reason code. */
+export class RestApi {
+  constructor(
+    private readonly baseUrl: string,
+    private readonly token: () => string | null,
+    private readonly fetch: typeof globalThis.fetch,
+    private readonly onUnauthorized: (error: MosaicError) => void = () => {},
+  ) {}
+
+  async login(username: string, password: string): Promise<string> {
+    const body = { username, password }
+    return (await this.post<{ accessToken: string }>('/api/v1/account/login/access-token', body)).accessToken
+  }
+
+  async loginWithCode(code: string): Promise<string> {
+    return (await this.post<{ accessToken: string }>('/api/v1/account/login/one-time', { code })).accessToken
+  }
+
+  async signup(account: { email: string; password: string; fullName: string }): Promise<void> {
+    await this.post('/api/v1/account/signup', account)
+  }
+
+  /** `token` where it is not yet (or not) the session's. */
+  me(token?: string): Promise<User> {
+    return this.request<User>('GET', '/api/v1/users/me', undefined, token)
+  }
+
+  server(): Promise<ServerInfo> {
+    return this.request<ServerInfo>('GET', '/api/v1/server')
+  }
+
+  /** All robots of the account, page by page. */
+  async robots(): Promise<RobotInfo[]> {
+    const robots: RobotInfo[] = []
+    for (;;) {
+      const path = `/api/v1/robots?skip=${robots.length}&limit=100`
+      const page = await this.request<{ data: RobotInfo[]; count: number }>('GET', path)
+      robots.push(...page.data)
+      if (page.data.length === 0 || robots.length >= page.count) return robots
+    }
+  }
+
+  robot(robotId: string): Promise<RobotInfo> {
+    return this.request<RobotInfo>('GET', robotPath(robotId))
+  }
+
+  createRobot(robot: NewRobot): Promise<{ id: string; message: string }> {
+    return this.post('/api/v1/robots', { description: '', authType: 1, ...robot })
+  }
+
+  async updateRobot(robotId: string, robot: NewRobot): Promise<void> {
+    await this.request('PUT', robotPath(robotId), robot)
+  }
+
+  async deleteRobot(robotId: string): Promise<void> {
+    await this.request('DELETE', robotPath(robotId))
+  }
+
+  /** A new token for the robot, shown this once; the old one stops working. */
+  async newRobotToken(robotId: string): Promise<string> {
+    return (await this.post<{ token: string }>('/api/v1/robots/auth/simple-token', { robotId })).token
+  }
+
+  catalogue(robotId: string): Promise<Catalogue | null> {
+    return this.request<Catalogue | null>('GET', `${robotPath(robotId)}/catalogue`)
+  }
+
+  iceServers(): Promise<IceServer[]> {
+    return this.request<IceServer[]>('GET', '/api/v1/webrtc/ice-servers')
+  }
+
+  /** Ask for a connection; the server tells the robot to expect an offer. */
+  async createConnection(robotId: string, sessionId?: string): Promise<ConnectionGrant> {
+    const body = sessionId === undefined ? { robotIds: [robotId] } : { robotIds: [robotId], sessionId }
+    const { sessions } = await this.post<{ sessions: ConnectionGrant[] }>('/api/v1/webrtc/connection', body)
+    const grant = sessions.find((session) => session.robotId === robotId)
+    if (!grant) throw new MosaicError('signal.bad_message', 'the server granted no connection')
+    return grant
+  }
+
+  private post<T>(path: string, body: unknown): Promise<T> {
+    return this.request<T>('POST', path, body)
+  }
+
+  private async request<T>(method: string, path: string, body?: unknown, token = this.token()): Promise<T> {
+    const headers: Record<string, string> = { Accept: 'application/json' }
+    if (body !== undefined) headers['Content-Type'] = 'application/json'
+    if (token !== null) headers.Authorization = `Bearer ${token}`
+    const init: RequestInit = { method, headers, signal: AbortSignal.timeout(TIMEOUT_MS) }
+    if (body !== undefined) init.body = JSON.stringify(body)
+    const response = await this.reach(path, init)
+    const answer = await jsonOf(response)
+    if (response.ok && !isRefusal(answer)) return resultOf(answer) as T
+    const error = errorOf(response.status, answer)
+    if (token !== null && isEndOfSession(response.status, answer)) this.onUnauthorized(error)
+    throw error
+  }
+
+  private async reach(path: string, init: RequestInit): Promise<Response> {
+    try {
+      return await this.fetch(this.baseUrl + path, init)
+    } catch {
+      throw new MosaicError('signal.unreachable', '', 'Check the network and that the server runs.')
+    }
+  }
+}
+
+function robotPath(robotId: string): string {
+  return `/api/v1/robots/${encodeURIComponent(robotId)}`
+}
+
+async function jsonOf(response: Response): Promise<unknown> {
+  const text = await response.text()
+  try {
+    return text === '' ? null : (JSON.parse(text) as unknown)
+  } catch {
+    if (response.ok) throw new MosaicError('signal.bad_message', 'the server answered something that is not JSON')
+    return null
+  }
+}
+
+interface Envelope {
+  resultCode?: number | string
+  resultData?: unknown
+  code?: string
+  message?: string
+  cure?: string
+}
+
+function envelopeOf(answer: unknown): Envelope | null {
+  return typeof answer === 'object' && answer !== null && 'resultCode' in answer ? (answer as Envelope) : null
+}
+
+function resultOf(answer: unknown): unknown {
+  const envelope = envelopeOf(answer)
+  return envelope === null ? answer : envelope.resultData
+}
+
+function isRefusal(answer: unknown): boolean {
+  const envelope = envelopeOf(answer)
+  return envelope !== null && envelope.resultCode !== 100
+}
+
+function errorOf(status: number, answer: unknown): MosaicError {
+  const envelope = envelopeOf(answer)
+  const result = envelope?.resultCode === undefined ? null : reasonOfResult(envelope.resultCode)
+  const code = envelope?.code ?? result ?? reasonOfStatus(status)
+  const fallback = isReasonCode(code) ? '' : `the server answered ${status}`
+  return new MosaicError(code, envelope?.message ?? fallback, envelope?.cure, status)
+}
+
+function reasonOfStatus(status: number): string {
+  if (status === 401) return 'auth.required'
+  if (status === 403) return 'auth.forbidden'
+  return status === 429 ? 'signal.too_slow' : 'signal.unreachable'
+}
+
+// Original servers refuse a bad or expired token with 403 and its name.
+function isEndOfSession(status: number, answer: unknown): boolean {
+  return status === 401 || String(envelopeOf(answer)?.resultCode).startsWith('ACCESS_TOKEN_')
+}

@@ -1,0 +1,9 @@
+/** This page's clock: monotonic, in milliseconds. A wall clock (`Date`) may jump and lies about ages. */
+export function nowMs(): number {
+  return performance.timeOrigin + performance.now()
+}
+
+/** The same in whole microseconds, as frames and pings carry it. */
+export function microseconds(ms: number): number {
+  return Math.round(ms * 1000)
+}

@@ -1,0 +1,42 @@
+import type { Refusal } from '@mosaic/protocol'
+import type { DataPort } from '../DataPort'
+import { Value, type Readable } from '../Readable'
+import type { StoreType } from './MosaicStore'
+import { OutgoingPort, type Sendable } from './OutgoingPort'
+import { ReceivableStore } from './ReceivableStore'
+
+/** Both ways on one connector. */
+export class BidirectionalStore extends ReceivableStore {
+  private readonly outgoing = new OutgoingPort()
+  private readonly refusal = new Value<Refusal | null>(null)
+
+  /** The last message that the robot did not accept, and why. */
+  readonly lastRefusal: Readable<Refusal | null> = this.refusal
+
+  override getStoreType(): StoreType {
+    return 'bidirectional'
+  }
+
+  /** Send one message; false when it was not accepted: not open, or the link does not keep up. */
+  sendData(data: Sendable): boolean {
+    return this.outgoing.send(data)
+  }
+
+  /** `sendData` of the value as JSON; a value that JSON can't hold (NaN, infinities) is refused. */
+  sendJson(value: unknown): boolean {
+    return this.outgoing.sendJson(value)
+  }
+
+  override attach(ports: readonly DataPort[]): void {
+    this.outgoing.attach(ports)
+  }
+
+  override detach(): void {
+    this.outgoing.detach()
+  }
+
+  /** Called by the connection. */
+  refused(refusal: Refusal): void {
+    this.refusal.set(refusal)
+  }
+}

@@ -1,0 +1,104 @@
+import type { MediaOrigin } from '@mosaic/protocol'
+import { Value, type Readable } from '../Readable'
+import type { RobotConnector } from '../types'
+import { MosaicStore, type StoreType } from './MosaicStore'
+
+/** What the browser measures about a picture, once a second. */
+export interface MediaStatistics {
+  widthPx: number | null
+  heightPx: number | null
+  framesPerSecond: number | null
+  bitrateBps: number | null
+  framesDropped: number
+  packetsLost: number
+  jitterMs: number | null
+  codec: string | null
+}
+
+/** What a connection lends to a media store while it carries a track of it. */
+export interface MediaSource {
+  statistics(): Promise<MediaStatistics | null>
+  /** Age of the picture with this RTP timestamp at the moment `atMs` of this page's clock; null while unknown. */
+  pictureAgeMs(rtpTimestamp: number, atMs: number, origin: MediaOrigin): number | null
+}
+
+const STATISTICS_PERIOD_MS = 1000
+
+/**
+ * A picture (or sound). The robot sends it only while somebody listens to `mediaStream` and the page is visible.
+ * Give `mediaStream.get()` to a `<video>`'s `srcObject`.
+ */
+export class MediaStreamStore extends MosaicStore {
+  private readonly stream = new Value<MediaStream | null>(null)
+  private readonly measured = new Value<MediaStatistics | null>(null)
+  private readonly watched = new Value<boolean>(false)
+  private source: MediaSource | null = null
+  private mediaOrigin: MediaOrigin | null = null
+  private measuring: ReturnType<typeof setInterval> | null = null
+
+  readonly mediaStream: Readable<MediaStream | null>
+  /** Measured while somebody listens. */
+  readonly statistics: Readable<MediaStatistics | null>
+  /** True while somebody listens to `mediaStream`. */
+  readonly isWatched: Readable<boolean> = this.watched
+
+  constructor(robotConnector: RobotConnector) {
+    super(robotConnector)
+    this.mediaStream = { get: this.stream.get, subscribe: (listener) => this.watch(listener) }
+    this.statistics = { get: this.measured.get, subscribe: (listener) => this.measure(listener) }
+  }
+
+  getStoreType(): StoreType {
+    return 'media'
+  }
+
+  /** Called by the connection; null when the track is gone. */
+  setMediaStream(stream: MediaStream | null, source: MediaSource | null = null): void {
+    this.source = stream === null ? null : source
+    if (stream === null) {
+      this.mediaOrigin = null
+      this.measured.set(null)
+    }
+    this.stream.set(stream)
+  }
+
+  /** Called by the connection: how the RTP clock of this picture relates to the robot's. */
+  setOrigin(origin: MediaOrigin): void {
+    this.mediaOrigin = origin
+  }
+
+  /**
+   * How old the picture is that `requestVideoFrameCallback` shows: from capture on the robot to `atMs` of this page's
+   * clock (`expectedDisplayTime + performance.timeOrigin`). Null while the robot's clock is not known well enough.
+   */
+  pictureAgeMs(rtpTimestamp: number, atMs: number): number | null {
+    if (this.source === null || this.mediaOrigin === null) return null
+    return this.source.pictureAgeMs(rtpTimestamp, atMs, this.mediaOrigin)
+  }
+
+  private watch(listener: () => void): () => void {
+    const unsubscribe = this.stream.subscribe(listener)
+    this.watched.set(true)
+    return () => {
+      unsubscribe()
+      if (this.stream.listenerCount === 0) this.watched.set(false)
+    }
+  }
+
+  private measure(listener: () => void): () => void {
+    const unsubscribe = this.measured.subscribe(listener)
+    this.measuring ??= setInterval(() => void this.measureOnce(), STATISTICS_PERIOD_MS)
+    return () => {
+      unsubscribe()
+      if (this.measured.listenerCount > 0 || this.measuring === null) return
+      clearInterval(this.measuring)
+      this.measuring = null
+    }
+  }
+
+  private async measureOnce(): Promise<void> {
+    const { source } = this
+    const statistics = (await source?.statistics()) ?? null
+    if (source === this.source) this.measured.set(statistics)
+  }
+}

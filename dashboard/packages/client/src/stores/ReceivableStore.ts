@@ -1,0 +1,64 @@
+import type { DataPort } from '../DataPort'
+import { guarded } from '../Readable'
+import type { MessageInfo } from '../types'
+import { MosaicStore, type StoreType } from './MosaicStore'
+
+export type DataListener = (data: ArrayBuffer, info?: MessageInfo) => void | Promise<void>
+
+/** Robot → operator: whoever subscribes is given the bytes of every message. */
+export class ReceivableStore extends MosaicStore {
+  private readonly subscribers = new Set<{ listener: DataListener }>()
+  private last: { data: ArrayBuffer; info: MessageInfo } | null = null
+
+  getStoreType(): StoreType {
+    return 'receivable'
+  }
+
+  /** The last message, for whoever comes later. */
+  get latest(): { data: ArrayBuffer; info: MessageInfo } | null {
+    return this.last
+  }
+
+  get subscriberCount(): number {
+    return this.subscribers.size
+  }
+
+  /**
+   * Be given every message from now on, and first the last one, if there was any (`info.latched` is true then).
+   * The result takes the listener away.
+   */
+  subscribe(listener: DataListener): () => void {
+    const entry = { listener }
+    this.subscribers.add(entry)
+    guarded(() => this.onSubscriberAdded())
+    this.repeatLatest(entry)
+    return () => {
+      if (this.subscribers.delete(entry)) guarded(() => this.onSubscriberRemoved())
+    }
+  }
+
+  /** Give a message to all subscribers; one that throws disturbs nobody else. */
+  notifySubscribers(data: ArrayBuffer, info?: MessageInfo): void {
+    if (info) this.last = { data, info }
+    for (const entry of [...this.subscribers]) {
+      if (this.subscribers.has(entry)) guarded(() => entry.listener(data, info))
+    }
+  }
+
+  onSubscriberAdded(): void {}
+  onSubscriberRemoved(): void {}
+
+  override receive(data: ArrayBuffer, info: MessageInfo, _port: DataPort): void {
+    this.notifySubscribers(data, info)
+  }
+
+  // In a microtask, so that the caller holds its unsubscribe function before it is called.
+  private repeatLatest(entry: { listener: DataListener }): void {
+    const last = this.last
+    if (last === null) return
+    queueMicrotask(() => {
+      if (this.last !== last || !this.subscribers.has(entry)) return
+      guarded(() => entry.listener(last.data, { ...last.info, latched: true }))
+    })
+  }
+}

@@ -1,0 +1,72 @@
+import type { MosaicDataType, RobotStatus } from '@mosaic/protocol'
+
+/** Names one connector of one robot. Without `dataType` the robot's catalogue decides. */
+export interface RobotConnector {
+  robotId: string
+  connectorId: string
+  dataType?: MosaicDataType
+}
+
+/** What is known of a message besides its bytes. */
+export interface MessageInfo {
+  /** When it arrived, in milliseconds of this page's clock (`performance.timeOrigin + now()`). */
+  receivedAtMs: number
+  /** Number of the message on its channel; 0 from an original robot. */
+  seq: number
+  /** When the robot made it, in microseconds of the robot's monotonic clock; 0 from an original robot. */
+  stampUs: number
+  /** True for the last value, repeated because this page came later. */
+  latched: boolean
+  /** How old it was on arrival; null while the clocks have not been compared. */
+  ageMs: number | null
+}
+
+/**
+ * Where a store stands: `waiting` for a connection, `open`, `closed` after one, or `mismatch`: the robot has no such
+ * connector (`nearest` is the label that was perhaps meant).
+ */
+export interface StoreState {
+  phase: 'waiting' | 'open' | 'closed' | 'mismatch'
+  code?: string
+  message?: string
+  nearest?: string
+}
+
+export type ConnectionPhase = 'idle' | 'connecting' | 'connected' | 'reconnecting' | 'failed' | 'closed'
+
+export interface ConnectionState {
+  phase: ConnectionPhase
+  code?: string
+  message?: string
+  roundTripMs: number | null
+}
+
+export interface User {
+  id: string
+  email: string
+  isActive: boolean
+  isOrganizationAdmin: boolean
+  fullName: string
+}
+
+/** A robot as the server's REST interface tells it. */
+export interface RobotInfo {
+  id: string
+  name: string
+  description: string
+  status: RobotStatus
+  authType: number
+  organizationId: string
+  connectorConfig?: string | null
+  isOnline: boolean
+}
+
+/** A robot with its live status. */
+export type RobotSummary = RobotInfo
+
+export interface Session {
+  token: string
+  user: User
+}
+
+export type ServerState = 'offline' | 'connecting' | 'online'

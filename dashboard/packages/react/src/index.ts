@@ -1,0 +1,5 @@
+export { MosaicProvider, useMosaicClient, type MosaicProviderProps } from './MosaicProvider'
+export { useMosaicStore, type MosaicStoreAccess } from './useMosaicStore'
+export { useReadable } from './useReadable'
+export { useRobotConnection } from './useRobotConnection'
+export { useRobots } from './useRobots'
