@@ -68,6 +68,8 @@ class KeptDrive:
     ) -> None:
         with self._changed:
             self._is_closing = True
+            self._stops += 1
+            self._stop_cause = "safety.shutdown"
             self._changed.notify_all()
         if self._keeper is not None:
             self._keeper.join(CLOSE_TIMEOUT_S)
@@ -103,7 +105,7 @@ class KeptDrive:
             self._applying_at = None
             self._changed.notify_all()
         if overtaken:
-            self._stop_device()
+            self._stop_device(even_if_closed=True)
         return overtaken
 
     @property
@@ -119,9 +121,9 @@ class KeptDrive:
             self._changed.notify_all()
         self._stop_device()
 
-    def _stop_device(self) -> None:
-        if not self._is_open:
-            return  # opening begins with a stop
+    def _stop_device(self, *, even_if_closed: bool = False) -> None:
+        if not (self._is_open or even_if_closed):
+            return  # opening begins with a stop, closing ends with one
         try:
             self._drive.stop()
         except Exception as error:  # noqa: BLE001 - a device may fail in any way; opening it again repeats the stop

@@ -1,0 +1,122 @@
+"""The receiver: clamps, stops on silence and when the commanding operator leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from mosaic_cmdvel import STANDSTILL, Twist
+from mosaic_cmdvel.cmd_vel import CmdVel, CmdVelConfigurer
+from mosaic_cmdvel.kept_drive import KeptDrive
+from mosaic_cmdvel.params import CmdVelParams, CmdVelSafety
+from mosaic_cmdvel.twist_message import TwistMessage
+from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.handler import Refused, message_type_of
+from mosaic_core.contract.host import Sender
+from mosaic_core.words.data_type import Delivery, MosaicDataType
+
+if TYPE_CHECKING:
+    from conftest import ScriptedDrive
+
+IN_TIME_S = 5.0
+
+
+def message(x: float = 0.0, yaw: float = 0.0) -> TwistMessage:
+    return TwistMessage.model_validate({"linear": {"x": x}, "angular": {"z": yaw}})
+
+
+@pytest.fixture
+def base(drive: ScriptedDrive) -> Iterator[CmdVel]:
+    with KeptDrive("cmd_vel", drive) as kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        yield CmdVel("cmd_vel", kept, CmdVelSafety(max_linear_mps=0.8, max_angular_radps=1.0))
+
+
+def test_it_is_announced_as_a_drive_pad_with_newest_only_delivery() -> None:
+    assert CmdVel.data_type is MosaicDataType.JSON_U2R
+    assert CmdVel.delivery is Delivery.LATEST
+    assert CmdVel.widget == "drive-pad"
+    assert message_type_of(CmdVel) is TwistMessage
+
+
+def test_a_command_moves_the_drive(base: CmdVel, drive: ScriptedDrive, alice: Sender) -> None:
+    base.handle_data(message(0.5, -0.3), alice)
+
+    assert drive.velocity == Twist(linear_x_mps=0.5, angular_z_radps=-0.3)
+
+
+def test_a_command_beyond_the_limits_is_clamped(base: CmdVel, drive: ScriptedDrive, alice: Sender) -> None:
+    base.handle_data(message(1e300, -7.0), alice)
+
+    assert drive.velocity == Twist(linear_x_mps=0.8, angular_z_radps=-1.0)
+
+
+def test_silence_stops_and_a_newer_command_moves_again(base: CmdVel, drive: ScriptedDrive, alice: Sender) -> None:
+    base.handle_data(message(0.5), alice)
+    base.make_safe("safety.timeout")
+    base.make_safe("safety.timeout")
+    assert drive.velocity == STANDSTILL
+
+    base.handle_data(message(0.2), alice)
+    assert drive.velocity == Twist(linear_x_mps=0.2)
+
+
+def test_the_base_stops_when_the_commanding_operator_leaves(base: CmdVel, drive: ScriptedDrive, alice: Sender) -> None:
+    base.handle_data(message(0.5), alice)
+    base.peer_left(alice)
+
+    assert drive.velocity == STANDSTILL
+
+
+def test_an_operator_who_only_watched_leaves_without_a_stop(
+    base: CmdVel, drive: ScriptedDrive, alice: Sender, bob: Sender
+) -> None:
+    base.handle_data(message(0.5), alice)
+    base.peer_left(bob)
+
+    assert drive.velocity == Twist(linear_x_mps=0.5)
+
+
+def test_a_late_command_of_an_operator_who_left_is_refused(
+    base: CmdVel, drive: ScriptedDrive, alice: Sender, bob: Sender
+) -> None:
+    base.peer_left(alice)
+    with pytest.raises(Refused) as caught:
+        base.handle_data(message(0.5), alice)
+
+    assert caught.value.code == "safety.peer_left"
+    assert drive.velocity == STANDSTILL
+    base.handle_data(message(0.5), bob)
+    assert drive.velocity == Twist(linear_x_mps=0.5)
+
+
+def configured(drive: dict[str, Any], shared: Shared, safety: CmdVelSafety | None = None) -> CmdVel:
+    params = CmdVelParams.model_validate({"drive": drive})
+    return CmdVelConfigurer("cmd_vel", params, safety=safety, shared=shared).configure()
+
+
+def test_configuring_opens_nothing_and_the_robots_life_opens_and_closes_the_drive(alice: Sender) -> None:
+    moves: list[Twist] = []
+    shared = Shared()
+    handler = configured({"type": "callback", "function": moves.append}, shared)
+    assert moves == []
+
+    with shared.entered():
+        kept = shared.get("mosaic-cmdvel:cmd_vel", lambda: pytest.fail("the drive is not the robot's"))
+        assert isinstance(kept, KeptDrive)
+        assert kept.wait_until_open(IN_TIME_S)
+        handler.handle_data(message(0.5), alice)
+
+    assert moves == [STANDSTILL, Twist(linear_x_mps=0.5), STANDSTILL]
+
+
+def test_the_time_out_comes_from_the_safety_section() -> None:
+    assert configured({"type": "log"}, Shared()).timeout_s == 0.3
+    assert configured({"type": "log"}, Shared(), CmdVelSafety(timeout_s=0.5)).timeout_s == 0.5
+
+
+def test_the_example_to_paste_is_valid() -> None:
+    assert CmdVelConfigurer.params_model is CmdVelParams
+    assert CmdVelParams.model_validate(CmdVelConfigurer.example)

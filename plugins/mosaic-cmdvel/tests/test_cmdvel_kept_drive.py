@@ -1,0 +1,190 @@
+"""A device may fail at any time and a command may hang at any place: the robot goes on, and a stop stays a stop."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TYPE_CHECKING
+
+import pytest
+
+from mosaic_cmdvel import STANDSTILL, Twist
+from mosaic_cmdvel.kept_drive import KeptDrive
+from mosaic_core.contract.handler import Refused
+
+if TYPE_CHECKING:
+    from conftest import ScriptedDrive
+
+IN_TIME_S = 5.0
+FORWARD = Twist(linear_x_mps=0.5)
+LEFT = Twist(angular_z_radps=0.5)
+
+
+@pytest.fixture
+def receiver() -> Iterator[ThreadPoolExecutor]:
+    """The receiver's one thread."""
+    with ThreadPoolExecutor(1) as pool:
+        yield pool
+
+
+@pytest.fixture
+def kept(drive: ScriptedDrive) -> KeptDrive:
+    return KeptDrive("base", drive, retry_s=(0.001,))
+
+
+def refusal(future: Future[None]) -> str:
+    error = future.exception(IN_TIME_S)
+    assert isinstance(error, Refused)
+    return error.code
+
+
+def test_the_device_opens_with_a_stop_and_closes_with_one(kept: KeptDrive, drive: ScriptedDrive) -> None:
+    with kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        assert (drive.opened, drive.stops) == (1, 1)
+        kept.apply(FORWARD)
+        assert drive.velocity == FORWARD
+
+    assert (drive.velocity, drive.stops, drive.closed) == (STANDSTILL, 2, 1)
+    assert not kept.is_open
+
+
+def test_commands_are_refused_before_the_robot_starts_and_after_it_ended(kept: KeptDrive) -> None:
+    with pytest.raises(Refused, match="not been opened yet"):
+        kept.apply(FORWARD)
+    with kept:
+        assert kept.wait_until_open(IN_TIME_S)
+    with pytest.raises(Refused, match="isn't open"):
+        kept.apply(FORWARD)
+
+
+def test_a_stop_without_a_device_is_no_error(kept: KeptDrive, drive: ScriptedDrive) -> None:
+    kept.stop("safety.timeout")
+
+    assert drive.stops == 0
+
+
+def test_a_device_that_cannot_be_opened_is_told_once_and_tried_again(
+    kept: KeptDrive, drive: ScriptedDrive, caplog: pytest.LogCaptureFixture
+) -> None:
+    drive.open_error = FileNotFoundError("no /dev/ttyACM0")
+    with caplog.at_level(logging.INFO), kept:
+        assert drive.wait_for(lambda: drive.opened >= 3)
+        with pytest.raises(Refused, match="no /dev/ttyACM0") as caught:
+            kept.apply(FORWARD)
+        assert caught.value.code == "plugin.no_device"
+        drive.open_error = None
+        assert kept.wait_until_open(IN_TIME_S)
+        kept.apply(FORWARD)
+
+    assert [record.message for record in caplog.records] == [
+        "base: the drive can't be opened: FileNotFoundError: no /dev/ttyACM0; trying again",
+        "base: the drive is back",
+    ]
+
+
+def test_a_device_lost_while_driving_is_opened_again_and_starts_with_a_stop(
+    kept: KeptDrive, drive: ScriptedDrive, caplog: pytest.LogCaptureFixture
+) -> None:
+    with kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        drive.apply_error = OSError("unplugged")
+        with pytest.raises(Refused, match="the drive failed: OSError: unplugged"):
+            kept.apply(FORWARD)
+        assert drive.wait_for(lambda: drive.opened == 2 and drive.stops == 2)
+        assert kept.wait_until_open(IN_TIME_S)
+        drive.apply_error = None
+        kept.apply(FORWARD)
+        assert drive.velocity == FORWARD
+
+    assert "base: lost the drive: OSError: unplugged; opening it again" in caplog.messages
+
+
+def test_a_stop_that_the_device_did_not_take_is_repeated_by_opening_it_again(
+    kept: KeptDrive, drive: ScriptedDrive
+) -> None:
+    with kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        kept.apply(FORWARD)
+        drive.stop_error = OSError("unplugged")
+        kept.stop("safety.timeout")
+        drive.stop_error = None
+        assert drive.wait_for(lambda: drive.stops == 2)
+        assert drive.velocity == STANDSTILL
+
+
+def test_a_drive_may_refuse_a_command_without_being_lost(kept: KeptDrive, drive: ScriptedDrive) -> None:
+    with kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        drive.apply_error = Refused("safety.stale", "bumper pressed")
+        with pytest.raises(Refused, match="bumper pressed"):
+            kept.apply(FORWARD)
+        assert kept.is_open
+
+
+@pytest.mark.parametrize("moves_before_hanging", [False, True])
+def test_a_command_that_hangs_while_a_stop_comes_leaves_the_robot_standing(
+    kept: KeptDrive, drive: ScriptedDrive, receiver: ThreadPoolExecutor, moves_before_hanging: bool
+) -> None:
+    with kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        drive.hang = threading.Event()
+        drive.moves_before_hanging = moves_before_hanging
+        late = receiver.submit(kept.apply, FORWARD)
+        assert drive.hanging.wait(IN_TIME_S)
+
+        kept.stop("safety.timeout")
+        assert drive.velocity == STANDSTILL
+        drive.hang.set()
+
+        assert refusal(late) == "safety.timeout"
+        assert drive.velocity == STANDSTILL
+
+
+def test_while_a_command_hangs_the_stop_is_repeated(
+    kept: KeptDrive, drive: ScriptedDrive, receiver: ThreadPoolExecutor
+) -> None:
+    with kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        drive.hang = threading.Event()
+        late = receiver.submit(kept.apply, FORWARD)
+        assert drive.hanging.wait(IN_TIME_S)
+        kept.stop("safety.timeout")
+
+        drive.velocity = FORWARD  # the device moves only now, and still does not return
+        seen = drive.stops
+        assert drive.wait_for(lambda: drive.stops > seen)
+        assert drive.velocity == STANDSTILL
+        drive.hang.set()
+        assert refusal(late) == "safety.timeout"
+
+
+def test_a_newer_command_ends_the_stop(kept: KeptDrive, drive: ScriptedDrive, receiver: ThreadPoolExecutor) -> None:
+    with kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        drive.hang = threading.Event()
+        late = receiver.submit(kept.apply, FORWARD)
+        assert drive.hanging.wait(IN_TIME_S)
+        kept.stop("safety.timeout")
+        drive.hang.set()
+        assert refusal(late) == "safety.timeout"
+
+        receiver.submit(kept.apply, LEFT).result(IN_TIME_S)
+        assert drive.velocity == LEFT
+
+
+def test_leaving_while_a_command_hangs_stops_and_closes(
+    kept: KeptDrive, drive: ScriptedDrive, receiver: ThreadPoolExecutor
+) -> None:
+    with kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        drive.hang = threading.Event()
+        late = receiver.submit(kept.apply, FORWARD)
+        assert drive.hanging.wait(IN_TIME_S)
+
+    assert (drive.closed, drive.velocity) == (1, STANDSTILL)
+    drive.hang.set()
+    assert refusal(late) == "safety.shutdown"
+    assert drive.velocity == STANDSTILL
