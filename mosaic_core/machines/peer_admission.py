@@ -1,0 +1,160 @@
+"""Which operators a robot takes: matches what the server prepared with the offers that come, checks tickets,
+keeps early candidates, and counts peers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+from mosaic_core.words import signaling as wire
+from mosaic_core.words.errors import AuthError
+from mosaic_core.words.ice import IceServer
+
+PREPARED_FOR_S = 60.0
+"""An offer follows its preparation within a second; after a minute nobody is coming."""
+MAX_PREPARED = 64
+MAX_EARLY_CANDIDATES = 64
+"""A browser has about ten; more is somebody filling our memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class PeerIdentity:
+    """Who is at the other end, as far as known."""
+
+    session_id: str
+    operator_id: str = ""
+    name: str = ""
+    role: str = "operator"
+
+
+@dataclass(frozen=True, slots=True)
+class StartPeer:
+    peer_id: str
+    identity: PeerIdentity
+    offer_sdp: str
+    tracks: dict[str, str] | None
+    ice_servers: tuple[IceServer, ...]
+    candidates: tuple[wire.IceCandidate, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class StopPeer:
+    peer_id: str
+    code: str
+    was_connected: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class AddCandidate:
+    peer_id: str
+    candidate: wire.IceCandidate
+
+
+@dataclass(frozen=True, slots=True)
+class RefusePeer:
+    """Not taken; nothing was started."""
+
+    peer_id: str
+    code: str
+    message: str = ""
+
+
+Ticketed = Callable[[str, wire.PrepareConnection], PeerIdentity]
+
+
+@dataclass(slots=True)
+class _Prepared:
+    message: wire.PrepareConnection
+    at_s: float
+    candidates: list[wire.IceCandidate] = field(default_factory=list)
+
+
+class Admission:
+    """The robot's list of prepared and running peers. ``now_s`` is any monotonic clock."""
+
+    def __init__(self, max_peers: int) -> None:
+        self._max_peers = max_peers
+        self._prepared: dict[str, _Prepared] = {}
+        self._peers: dict[str, str] = {}  # id -> "connecting" or "connected"
+
+    def prepare(self, message: wire.PrepareConnection, now_s: float) -> None:
+        """The server announces an offer."""
+        self._forget_old(now_s)
+        if len(self._prepared) >= MAX_PREPARED:
+            del self._prepared[next(iter(self._prepared))]
+        self._prepared[message.rtc_connection_id] = _Prepared(message, now_s)
+
+    def candidate(self, message: wire.ExchangeIceCandidate, now_s: float) -> Iterator[AddCandidate]:
+        """A candidate for a running peer goes on, one before its offer waits, one for nobody is dropped."""
+        peer_id = message.rtc_connection_id
+        if peer_id in self._peers:
+            yield AddCandidate(peer_id, message.ice_candidate)
+            return
+        self._forget_old(now_s)
+        prepared = self._prepared.get(peer_id)
+        if prepared is not None and len(prepared.candidates) < MAX_EARLY_CANDIDATES:
+            prepared.candidates.append(message.ice_candidate)
+
+    def decide(
+        self,
+        offer: wire.SdpOffer,
+        now_s: float,
+        *,
+        tickets: Ticketed | None,
+        several: bool,
+        ice_servers: tuple[IceServer, ...],
+    ) -> Iterator[StartPeer | StopPeer | RefusePeer]:
+        """What an offer leads to, step by step. ``tickets`` checks one where the server agreed to send them."""
+        self._forget_old(now_s)
+        peer_id = offer.rtc_connection_id
+        if several and peer_id in self._peers:
+            yield RefusePeer(peer_id, "signal.bad_message", "this connection already has its offer")
+            return
+        prepared = self._prepared.pop(peer_id, None)
+        try:
+            identity = self._identity(peer_id, prepared, tickets)
+        except AuthError as error:
+            yield RefusePeer(peer_id, error.code, error.message)
+            return
+        if not several:  # the original robot has one peer, and the newest offer wins (UPSTREAM §3.5)
+            for old_id, phase in list(self._peers.items()):
+                del self._peers[old_id]
+                yield StopPeer(old_id, "peer.replaced", was_connected=phase == "connected")
+        elif len(self._peers) >= self._max_peers:
+            yield RefusePeer(peer_id, "signal.robot_busy", f"the robot already has {len(self._peers)} operators")
+            return
+        own = prepared.message.ice_servers if prepared else None
+        self._peers[peer_id] = "connecting"
+        early = tuple(prepared.candidates) if prepared else ()
+        yield StartPeer(peer_id, identity, offer.sdp_offer, offer.tracks, own or ice_servers, early)
+
+    @staticmethod
+    def _identity(peer_id: str, prepared: _Prepared | None, tickets: Ticketed | None) -> PeerIdentity:
+        if tickets is None:
+            return PeerIdentity(session_id=peer_id)
+        if prepared is None or not prepared.message.ticket:
+            raise AuthError("the offer came without a ticket", code="auth.bad_ticket")
+        return tickets(prepared.message.ticket, prepared.message)
+
+    def connected(self, peer_id: str) -> None:
+        if peer_id in self._peers:
+            self._peers[peer_id] = "connected"
+
+    def forget(self, peer_id: str) -> str | None:
+        """The peer is over; its phase (``connecting`` or ``connected``), or ``None`` if it was unknown."""
+        self._prepared.pop(peer_id, None)
+        return self._peers.pop(peer_id, None)
+
+    def status(self, *, several: bool) -> wire.RobotStatus:
+        """What the robot says of itself (numbers of the original server)."""
+        if several:
+            full = len(self._peers) >= self._max_peers
+            return wire.RobotStatus.RTC_CONNECTED if full else wire.RobotStatus.READY_TO_CONNECT
+        if "connected" in self._peers.values():
+            return wire.RobotStatus.RTC_CONNECTED
+        return wire.RobotStatus.RTC_CONNECTING if self._peers else wire.RobotStatus.READY_TO_CONNECT
+
+    def _forget_old(self, now_s: float) -> None:
+        for peer_id in [key for key, entry in self._prepared.items() if now_s - entry.at_s > PREPARED_FOR_S]:
+            del self._prepared[peer_id]

@@ -1,0 +1,194 @@
+"""The life of one operator's peer connection, seen from the robot: every phase is bounded, every end has a code.
+
+::
+
+    answering ──answered──► connecting ──securing──► securing ──connected──► greeting ──hello──► open
+                                                                    └──2 s──► original ──late hello──┘
+    any phase ──failure, time-out, bye, request──► closed
+
+An operator of ours pings, so silence means it is lost (ICE alone needs 29 s); an original one is trusted to ICE.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from mosaic_core.words.control import HELLO_TIMEOUT_S, PEER_LOST_AFTER_S
+
+Phase = Literal["answering", "connecting", "securing", "greeting", "open", "original", "closed"]
+
+TIMEOUTS: dict[Phase, tuple[float, str]] = {
+    "answering": (15.0, "sdp.invalid"),
+    "connecting": (20.0, "ice.timeout"),
+    "securing": (10.0, "dtls.timeout"),
+}
+"""Seconds a phase may take, and the code when it takes longer. Relay-only answers wait for the TURN server."""
+STALL_S = 0.5
+"""A deadline noticed this late means that our own process stood still; pings may be waiting unread."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """The answer is on its way."""
+
+
+@dataclass(frozen=True, slots=True)
+class AnswerFailed:
+    code: str
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class TransportChanged:
+    """``connecting``, ``securing``, ``connected``, ``failed`` or ``closed``."""
+
+    state: str
+
+
+@dataclass(frozen=True, slots=True)
+class HelloReceived:
+    """The operator knows our control channel."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControlReceived:
+    """Any other message on the control channel: a sign of life."""
+
+
+@dataclass(frozen=True, slots=True)
+class ByeReceived:
+    code: str
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class CloseRequested:
+    """By the robot or through the server."""
+
+    code: str
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DeadlinePassed:
+    """The time of :attr:`PeerSession.deadline_s` has come."""
+
+
+Event = (
+    Answered | AnswerFailed | TransportChanged | HelloReceived | ControlReceived | ByeReceived | CloseRequested
+    | DeadlinePassed
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class TellConnected:
+    """The peer connection is up."""
+
+
+@dataclass(frozen=True, slots=True)
+class TreatAsOurs:
+    """It said hello: send the catalogue, wait for ``media.watch``."""
+
+
+@dataclass(frozen=True, slots=True)
+class TreatAsOriginal:
+    """It knows no control channel: show it every camera."""
+
+
+@dataclass(frozen=True, slots=True)
+class Close:
+    """The end, once. ``say_bye``: the other side is still there to hear it."""
+
+    code: str
+    message: str
+    say_bye: bool
+
+
+Effect = TellConnected | TreatAsOurs | TreatAsOriginal | Close
+
+
+class PeerSession:
+    """The machine. ``now_s`` is any monotonic clock."""
+
+    def __init__(self, now_s: float) -> None:
+        self._phase: Phase = "answering"
+        self.deadline_s: float | None = now_s + TIMEOUTS["answering"][0]
+        """When the driver must say :class:`DeadlinePassed`; ``None``: never."""
+
+    @property
+    def phase(self) -> Phase:
+        return self._phase
+
+    def handle(self, event: Event, now_s: float) -> list[Effect]:
+        """What to do now, in order."""
+        if self._phase == "closed":
+            return []
+        match event:
+            case Answered():
+                if self._phase == "answering":
+                    self._enter("connecting", now_s)
+                return []
+            case AnswerFailed(code, message):
+                return self._close(code, message)
+            case TransportChanged(state):
+                return self._transport(state, now_s)
+            case HelloReceived():
+                return self._hello(now_s)
+            case ControlReceived():
+                if self._phase == "open":
+                    self.deadline_s = now_s + PEER_LOST_AFTER_S
+                return []
+            case ByeReceived(code, message):
+                return self._close(code, message)
+            case CloseRequested(code, message):
+                return self._close(code, message, say_bye=self._phase == "open")
+            case DeadlinePassed():
+                return self._overdue(now_s)
+
+    def _enter(self, phase: Phase, now_s: float) -> None:
+        self._phase = phase
+        limit = TIMEOUTS.get(phase)
+        self.deadline_s = now_s + limit[0] if limit else None
+
+    def _transport(self, state: str, now_s: float) -> list[Effect]:
+        before = self._phase in ("answering", "connecting", "securing")
+        if state == "failed":
+            code = "dtls.timeout" if self._phase == "securing" else "ice.failed" if before else "peer.lost"
+            return self._close(code, "")
+        if state == "closed":
+            return self._close("ice.failed" if before else "peer.closed", "")
+        if state == "securing" and self._phase in ("answering", "connecting"):
+            self._enter("securing", now_s)
+        if state == "connected" and before:
+            self._enter("greeting", now_s)
+            self.deadline_s = now_s + HELLO_TIMEOUT_S
+            return [TellConnected()]
+        return []
+
+    def _hello(self, now_s: float) -> list[Effect]:
+        if self._phase == "open":
+            self.deadline_s = now_s + PEER_LOST_AFTER_S
+            return []
+        was_connected = self._phase in ("greeting", "original")
+        self._phase, self.deadline_s = "open", now_s + PEER_LOST_AFTER_S
+        # a message can overtake the event that says "connected": what is heard is there
+        return [TreatAsOurs()] if was_connected else [TellConnected(), TreatAsOurs()]
+
+    def _overdue(self, now_s: float) -> list[Effect]:
+        if self.deadline_s is None or now_s < self.deadline_s:
+            return []
+        late_s = now_s - self.deadline_s
+        if self._phase == "greeting":
+            self._phase, self.deadline_s = "original", None
+            return [TreatAsOriginal()]
+        if self._phase == "open":
+            if late_s > STALL_S:
+                self.deadline_s = now_s + STALL_S
+                return []
+            return self._close("peer.lost", "nothing was heard from the operator")
+        return self._close(TIMEOUTS[self._phase][1], "")
+
+    def _close(self, code: str, message: str, *, say_bye: bool = False) -> list[Effect]:
+        self._phase, self.deadline_s = "closed", None
+        return [Close(code, message, say_bye)]
