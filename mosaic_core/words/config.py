@@ -6,7 +6,7 @@ import re
 from typing import Annotated, Any, Literal
 from uuid import UUID
 
-from pydantic import AliasChoices, BaseModel, ConfigDict, Field, SecretStr, field_validator
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, SecretStr, field_validator, model_validator
 
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.ice import IceServer
@@ -15,7 +15,14 @@ LABEL = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_.:/-]{0,63}$")
 
 
 class ConfigModel(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    """Unknown keys are errors; a key without a value (``params:``) counts as absent, as in original robots."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _nothing_is_absent(cls, data: object) -> object:
+        return {key: value for key, value in data.items() if value is not None} if isinstance(data, dict) else data
 
 
 class AuthParams(ConfigModel):
@@ -33,6 +40,12 @@ class AuthConfig(ConfigModel):
     @classmethod
     def _historic(cls, value: object) -> object:
         return "simple-token" if value == "token" else value
+
+    @model_validator(mode="after")
+    def _token_is_there(self) -> AuthConfig:
+        if self.type == "simple-token" and not (self.params.token and self.params.token.get_secret_value()):
+            raise ValueError("simple-token needs params.token; write token: ${MOSAIC_TOKEN}")
+        return self
 
 
 class WebrtcConfig(ConfigModel):

@@ -1,0 +1,148 @@
+"""From a configuration to connectors: read, resolve, before-hook, configure each, register, after-hook.
+
+These are MOSAIC's documented steps in their order. Unlike the original, no step skips what fails: every mistake is
+collected and nothing starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pluggy
+
+from mosaic_core.contract.configurer import Configurer, Shared
+from mosaic_core.contract.handler import Handler
+from mosaic_core.runtime.catalogue_entry import catalogue_entry, effective_safety, receivers, safety_limits
+from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector, check_config, load_config
+from mosaic_core.runtime.connector import Connector
+from mosaic_core.runtime.hook_calls import call_hook, hook_plugins
+from mosaic_core.runtime.resolver import ConnectorResolver
+from mosaic_core.words.config import LABEL, RobotConfig
+from mosaic_core.words.errors import ConfigError, Problem
+
+
+@dataclass(frozen=True, slots=True)
+class Configured:
+    """Everything that a robot is built from."""
+
+    config: RobotConfig
+    connectors: tuple[Connector, ...]
+    shared: Shared
+    plugins: pluggy.PluginManager
+
+
+class AutoConfigurer:
+    """Makes the connectors of one robot.
+
+    ``resolver`` and ``plugins`` default to what is installed. Use an instance once per robot: connectors share its
+    :attr:`shared`.
+    """
+
+    def __init__(
+        self, *, resolver: ConnectorResolver | None = None, plugins: pluggy.PluginManager | None = None
+    ) -> None:
+        self.resolver = resolver or ConnectorResolver()
+        self.plugins = plugins or hook_plugins()
+        self.shared = Shared()
+
+    def from_file(self, path: Path | str, *, environ: Mapping[str, str] | None = None) -> Configured:
+        """Configure from a YAML file. Raises :class:`ConfigError` with every mistake and its line."""
+        return self.configure(load_config(path, resolver=self.resolver, environ=environ))
+
+    def from_config(self, config: RobotConfig) -> Configured:
+        """Configure from a configuration made in Python. Raises :class:`ConfigError`."""
+        return self.configure(check_config(config, resolver=self.resolver))
+
+    def configure(self, checked: CheckedConfig) -> Configured:
+        """The steps after reading. Raises :class:`ConfigError` naming connector and distribution."""
+        made = self._configurers(checked)
+        call_hook(self.plugins, "mosaic_before_configure", config=checked.config, configurers=made)
+        problems: list[Problem] = []
+        connectors: list[Connector] = []
+        for one, configurer in zip(checked.connectors, made, strict=True):
+            handlers = _handlers(one, configurer, checked, problems)
+            if handlers:
+                connectors.append(_connector(one, handlers))
+                problems += _misplaced_safety(one, handlers, checked)
+        problems += _taken_channels(connectors, checked)
+        if problems:
+            raise ConfigError(problems)
+        every = [handler for connector in connectors for handler in connector.handlers]
+        call_hook(self.plugins, "mosaic_after_configure", config=checked.config, handlers=every)
+        return Configured(checked.config, tuple(connectors), self.shared, self.plugins)
+
+    def _configurers(self, checked: CheckedConfig) -> list[Configurer[Any]]:
+        made: list[Configurer[Any]] = []
+        problems: list[Problem] = []
+        for one in checked.connectors:
+            try:
+                made.append(one.configurer(one.config.label, one.params, safety=one.safety, shared=self.shared))
+            except Exception as error:  # noqa: BLE001 - a plugin's code may fail in any way
+                problems.append(_broken(one, checked, f"{type(error).__name__}: {error}"))
+        if problems:
+            raise ConfigError(problems)
+        return made
+
+
+def _broken(one: CheckedConnector, checked: CheckedConfig, cause: str) -> Problem:
+    message = f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}"
+    return checked.document.problem(one.place, message, code="config.broken_plugin")
+
+
+def _handlers(
+    one: CheckedConnector, configurer: Configurer[Any], checked: CheckedConfig, problems: list[Problem]
+) -> tuple[Handler, ...]:
+    def broken(cause: str) -> tuple[Handler, ...]:
+        problems.append(_broken(one, checked, cause))
+        return ()
+
+    try:
+        made = configurer.configure()
+    except Exception as error:  # noqa: BLE001 - a plugin's code may fail in any way
+        return broken(f"{type(error).__name__}: {error}")
+    handlers = tuple(made) if isinstance(made, Sequence) else (made,)
+    if not handlers or not all(isinstance(handler, Handler) for handler in handlers):
+        return broken(f"configure() returned {made!r} instead of a handler")
+    bad = [handler.label for handler in handlers if not LABEL.match(handler.label)]
+    if bad:
+        return broken(f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}")
+    return handlers
+
+
+def _connector(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Connector:
+    safety = effective_safety(one.safety, handlers)
+    delivery = one.config.delivery or handlers[0].delivery
+    entry = catalogue_entry(one.config.label, one.config.type, handlers)
+    entry = entry.model_copy(update={"delivery": delivery, "safety": safety_limits(safety, handlers)})
+    return Connector(one.config, handlers, entry, safety, delivery)
+
+
+def _misplaced_safety(one: CheckedConnector, handlers: Sequence[Handler], checked: CheckedConfig) -> list[Problem]:
+    if not one.config.safety or receivers(handlers):
+        return []
+    message = f"connector '{one.config.label}' ({one.config.type}) receives nothing that could be limited"
+    return [checked.document.problem((*one.place, "safety"), message, cure="remove `safety:`")]
+
+
+def _taken_channels(connectors: Sequence[Connector], checked: CheckedConfig) -> list[Problem]:
+    """Channel names must be unique beyond the labels: ``connection-check`` makes ``L-receiver`` and ``L-sender``."""
+    owner: dict[str, str] = {}
+    problems = []
+    places = {one.config.label: one.place for one in checked.connectors}
+    for connector in connectors:
+        for name in dict.fromkeys(handler.label for handler in connector.handlers):
+            other = owner.setdefault(name, connector.config.label)
+            if other != connector.config.label:
+                message = (
+                    f"connector '{connector.config.label}' makes the channel '{name}', which '{other}' has already"
+                )
+                place = (*places[connector.config.label], "label")
+                problems.append(checked.document.problem(place, message, code="config.duplicate_label"))
+        if len({handler.label for handler in connector.handlers}) < len(connector.handlers):
+            message = f"connector '{connector.config.label}' makes two channels of one name"
+            place = places[connector.config.label]
+            problems.append(checked.document.problem(place, message, code="config.broken_plugin"))
+    return problems
