@@ -1,0 +1,142 @@
+"""The ``gps-nmea`` connector: positions of any receiver that speaks NMEA 0183, live or recorded."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, ClassVar
+
+from pydantic import Field, field_validator
+
+from mosaic_core.contract.configurer import DataChannelConfigurer
+from mosaic_core.contract.handler import DataChannelSendable
+from mosaic_core.contract.params import Message, Params, unit
+from mosaic_core.words.data_type import Delivery
+from mosaic_sensors.nmea import Position, PositionTracker, parsed
+from mosaic_sensors.nmea_source import is_serial, is_tcp, opened, tcp_address
+from mosaic_sensors.nmea_stream import Lines, Pace
+
+_log = logging.getLogger(__name__)
+
+REPLAY_AGAIN_S = 1.0
+"""Between two rounds of a recording."""
+
+
+class GpsNmeaParams(Params):
+    source: str = Field(
+        default="/dev/ttyUSB0",
+        min_length=1,
+        description="/dev/tty… or COM3: a serial port; tcp://host:port: raw NMEA over TCP; else a recorded file.",
+    )
+    baud: int = Field(default=9600, gt=0, description="Speed of the serial port.")
+    silence_s: float = Field(default=10.0, gt=0, description="Open it again when no sentence came for so long.")
+    loop: bool = Field(default=True, description="Play a recorded file again and again.")
+
+    @field_validator("source")
+    @classmethod
+    def _address(cls, source: str) -> str:
+        if is_tcp(source):
+            tcp_address(source)
+        elif "://" in source:
+            raise ValueError(f"{source!r} is no source; write tcp://host:port, a serial port, or a file")
+        return source
+
+
+class GpsPosition(Message):
+    """The first four keys are those of the original ``NavSatFix``; null: unknown, for example without a fix."""
+
+    latitude: float | None = Field(json_schema_extra=unit("deg"), description="WGS84, north positive.")
+    longitude: float | None = Field(json_schema_extra=unit("deg"), description="WGS84, east positive.")
+    altitude: float | None = Field(json_schema_extra=unit("m"), description="Above mean sea level.")
+    timestamp: int = Field(
+        json_schema_extra=unit("us"), description="UTC since 1970; of the receiver once it knows it."
+    )
+    fix: str = Field(description="none, gps, dgps, pps, rtk, float-rtk, estimated, manual or simulated.")
+    satellites: int | None = None
+    hdop: float | None = Field(default=None, description="Horizontal dilution of precision.")
+    vdop: float | None = Field(default=None, description="Vertical dilution of precision.")
+    speed_mps: float | None = Field(default=None, json_schema_extra=unit("m/s"), description="Over ground.")
+    course_rad: float | None = Field(
+        default=None, json_schema_extra=unit("rad"), description="Over ground, clockwise from true north."
+    )
+    bad_lines: int = Field(default=0, description="Lines since the start that were no valid sentence.")
+
+
+class GpsNmea(DataChannelSendable[GpsPosition]):
+    """One message per epoch of the receiver, also without a fix."""
+
+    delivery: ClassVar[Delivery] = Delivery.LATEST
+
+    def __init__(self, label: str, params: GpsNmeaParams) -> None:
+        super().__init__(label)
+        self.params = params
+
+    def messages(self) -> Iterator[GpsPosition]:
+        tracker = PositionTracker()
+        is_live = is_tcp(self.params.source) or is_serial(self.params.source)
+        for sentence in self._live() if is_live else self._recorded():
+            position = tracker.feed(sentence)
+            if sentence is None and tracker.bad_lines == 1:
+                _log.info("%s: skipped a line of %s that is no NMEA sentence", self.label, self.params.source)
+            if position is not None:
+                yield _message(position, tracker.bad_lines)
+
+    def _live(self) -> Iterator[Any]:
+        lines = Lines()
+        heard_at_s = self.monotonic_s()
+        with opened(self.params.source, self.params.baud) as source:
+            while not self.is_stopping:
+                for line in lines.feed(source.read()):
+                    sentence = parsed(line)
+                    if sentence is not None:
+                        heard_at_s = self.monotonic_s()
+                    yield sentence
+                if self.monotonic_s() - heard_at_s > self.params.silence_s:
+                    raise TimeoutError(
+                        f"{self.params.source}: no NMEA sentence for {self.params.silence_s:g} s{self._hint}"
+                    )
+
+    @property
+    def _hint(self) -> str:
+        return f"; is {self.params.baud} the right baud rate?" if is_serial(self.params.source) else ""
+
+    def _recorded(self) -> Iterator[Any]:
+        while True:
+            pace = Pace()
+            with Path(self.params.source).open("rb") as recording:
+                for line in recording:
+                    sentence = parsed(line)
+                    wait_s = pace.wait_s(sentence)
+                    if wait_s > 0 and self.pause(wait_s):
+                        return
+                    yield sentence
+            if not self.params.loop or self.pause(REPLAY_AGAIN_S):
+                return
+
+
+def _message(position: Position, bad_lines: int) -> GpsPosition:
+    utc_s = position.time_utc.timestamp() if position.time_utc is not None else time.time()
+    return GpsPosition(
+        latitude=position.latitude_deg,
+        longitude=position.longitude_deg,
+        altitude=position.altitude_m,
+        timestamp=round(utc_s * 1e6),
+        fix=position.fix,
+        satellites=position.satellites,
+        hdop=position.hdop,
+        vdop=position.vdop,
+        speed_mps=position.speed_mps,
+        course_rad=position.course_rad,
+        bad_lines=bad_lines,
+    )
+
+
+class GpsNmeaConfigurer(DataChannelConfigurer[GpsNmeaParams]):
+    """Position, speed and fix of a GPS/GNSS receiver that speaks NMEA 0183."""
+
+    connector_type = "gps-nmea"
+
+    def configure(self) -> GpsNmea:
+        return GpsNmea(self.label, self.params)
