@@ -1,0 +1,149 @@
+"""`camera` and upstream's `opencv-sender-camera`: pictures of a device, a video file or a network stream.
+
+The source lives in a ``with`` block of the body. When it vanishes the body raises, and the runner starts it again
+with back-off: that is the reconnect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pydantic import Field
+
+from mosaic_camera.grabber import Grabber
+from mosaic_camera.source import Grabbed, Wanted, is_device, open_source, shown
+from mosaic_camera.source_error import SourceError
+from mosaic_camera.transform import Flip, Rotation, scaled, turned
+from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, Params
+from mosaic_core.contract.media import Image
+
+WAKE_S = 0.2
+"""How long the body waits for a picture before it looks whether it shall stop."""
+FIRST_PICTURE_S = 12.0
+"""Opening may take 5 s on a network and a camera may warm up for seconds."""
+SILENCE_S = 6.0
+"""A running source without a picture for this long is lost, though its driver still waits."""
+LOOK_AT_SOURCE = "check cable, power and network; it is tried again by itself"
+LATE_S = 0.5
+"""A recording that is further behind than this goes on from here instead of catching up."""
+
+
+class CameraParams(Params):
+    source: int | str = Field(
+        default="/dev/video0", description="Device path or number, video file, or URL (rtsp://, http://, https://)."
+    )
+    width: int | None = Field(
+        default=None,
+        ge=2,
+        le=7680,
+        description="Pixels. A device takes its nearest mode, files and streams are scaled. Default: the source's own.",
+    )
+    height: int | None = Field(
+        default=None, ge=2, le=4320, description="Pixels, like `width`; with only one of both the other follows."
+    )
+    fps: float | None = Field(default=None, gt=0, le=240, description="At most this many pictures per second.")
+    flip: Flip = Field(default="none", description="Mirror the picture.")
+    rotation: Rotation = Field(default=0, description="Degrees clockwise, after flipping.")
+    loop: bool = Field(default=True, description="Start a video file again when it ends.")
+
+
+class Camera(MediaTrackHandler):
+    widget = "video"
+
+    def __init__(self, label: str, params: CameraParams) -> None:
+        super().__init__(label)
+        self._params = params
+
+    def frames(self) -> Iterator[Captured]:
+        params = self._params
+        wanted = Wanted(params.source, params.width, params.height, params.fps)
+        with Grabber(lambda: open_source(wanted), is_looping=params.loop, name=self.label) as grabber:
+            for grabbed, captured_at_s in self._paced(grabber):
+                yield Captured(self._presented(grabbed.image), captured_at_s)
+
+    def _paced(self, grabber: Grabber) -> Iterator[tuple[Grabbed, float]]:
+        """Pictures at their time: live ones as they come, those of a recording by its time stamps; thinned to fps."""
+        period_s = 1.0 / self._params.fps if self._params.fps else 0.0
+        began_s: float | None = None
+        due_s = float("-inf")
+        while (grabbed := self._next(grabber)) is not None:
+            at_s = grabbed.captured_at_s if grabber.is_live else grabbed.position_s
+            # Half a period of slack: a 30 fps source that jitters still gives 30 fps, not 15.
+            if at_s < due_s - period_s / 2:
+                continue
+            due_s = max(due_s + period_s, at_s)
+            if grabber.is_live:
+                yield grabbed, grabbed.captured_at_s
+                continue
+            began_s = self._began_s(began_s, at_s)
+            if self.pause(max(0.0, began_s + at_s - self.monotonic_s())):
+                return
+            yield grabbed, self.monotonic_s()
+
+    def _began_s(self, began_s: float | None, position_s: float) -> float:
+        """When position 0 of the recording was, or would have been, shown."""
+        now_s = self.monotonic_s()
+        if began_s is None or now_s - (began_s + position_s) > LATE_S:
+            return now_s - position_s
+        return began_s
+
+    def _next(self, grabber: Grabber) -> Grabbed | None:
+        """The next picture; ``None`` when the handler shall stop or the recording is over."""
+        waited_s = 0.0
+        while not self.is_stopping:
+            grabbed = grabber.next(WAKE_S)
+            if grabbed is not None:
+                return grabbed
+            if grabber.has_ended:
+                return self._ended(grabber)
+            waited_s += WAKE_S
+            limit_s = SILENCE_S if grabber.count else FIRST_PICTURE_S
+            if waited_s >= limit_s:
+                raise SourceError(f"no picture from {shown(self._params.source)} for {limit_s:g} s", LOOK_AT_SOURCE)
+        return None
+
+    def _ended(self, grabber: Grabber) -> None:
+        """A recording may end; a live source may not, nor a file in which nothing can be decoded."""
+        if not grabber.count:
+            raise SourceError(f"{shown(self._params.source)} gives no picture", LOOK_AT_SOURCE)
+        if grabber.is_live:
+            raise SourceError(f"{shown(self._params.source)} was lost", LOOK_AT_SOURCE)
+
+    def _presented(self, image: Image) -> Image:
+        """As configured. A device was asked for the size; if it has another one, squeezing it would distort."""
+        params = self._params
+        if not is_device(params.source):
+            image = scaled(image, params.width, params.height)
+        return turned(image, params.flip, params.rotation)
+
+
+class CameraConfigurer(MediaTrackConfigurer[CameraParams]):
+    """A camera, a video file (looped or once), or a network stream (RTSP, HTTP)."""
+
+    connector_type = "camera"
+    example = {"source": "/dev/video0", "width": 1280, "height": 720, "fps": 30}  # noqa: RUF012 - as the contract has it
+
+    def configure(self) -> Camera:
+        return Camera(self.label, self.params)
+
+
+class OpencvSenderCameraParams(Params):
+    """MOSAIC's own names; numbers may be strings, as its files have them."""
+
+    camera_id: int = Field(default=0, ge=0, description="The N of /dev/videoN.")
+    width: int = Field(default=640, ge=2, le=7680, description="Pixels.")
+    height: int = Field(default=480, ge=2, le=4320, description="Pixels.")
+    fps: float = Field(default=30, gt=0, le=240, description="Pictures per second.")
+
+
+class OpencvSenderCameraConfigurer(MediaTrackConfigurer[OpencvSenderCameraParams]):
+    """A camera under the name and with the params that MOSAIC's C++ robots use."""
+
+    connector_type = "opencv-sender-camera"
+
+    def configure(self) -> Camera:
+        params = self.params
+        return Camera(
+            self.label,
+            CameraParams(source=params.camera_id, width=params.width, height=params.height, fps=params.fps),
+        )

@@ -1,0 +1,103 @@
+"""A thread that reads a source, so that a read that hangs for seconds never holds up the handler.
+
+Of a live source only the newest picture is kept: latency can't accumulate. A recording waits until each is taken.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from types import TracebackType
+
+from mosaic_camera.source import Grabbed, Source
+
+JOIN_S = 0.5
+"""A read may hang in a driver. The thread is then left to close the source by itself when the read returns."""
+
+
+class Grabber:
+    """Opens the source on its own thread between enter and exit; :meth:`next` hands pictures over."""
+
+    def __init__(self, open_source: Callable[[], Source], *, is_looping: bool, name: str) -> None:
+        self._open_source = open_source
+        self._is_looping = is_looping
+        self._changed = threading.Condition()
+        self._waiting: Grabbed | None = None
+        self._error: BaseException | None = None
+        self._is_live = True
+        self._count = 0
+        self._is_stopping = False
+        self._has_ended = False
+        self._thread = threading.Thread(target=self._run, name=f"grab {name}", daemon=True)
+
+    @property
+    def has_ended(self) -> bool:
+        """A recording is over, or a live source is lost; pictures may still wait."""
+        return self._has_ended and self._waiting is None
+
+    @property
+    def count(self) -> int:
+        """Pictures read so far."""
+        return self._count
+
+    @property
+    def is_live(self) -> bool:
+        """Known once the first picture came."""
+        return self._is_live
+
+    def __enter__(self) -> Grabber:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with self._changed:
+            self._is_stopping = True
+            self._changed.notify_all()
+        self._thread.join(JOIN_S)
+
+    def next(self, timeout_s: float) -> Grabbed | None:
+        """The picture that waits, or comes within ``timeout_s``; raises what the source raised."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._waiting is not None or self._has_ended, timeout_s)
+            grabbed, self._waiting = self._waiting, None
+            self._changed.notify_all()
+            if grabbed is None and self._error is not None:
+                raise self._error
+            return grabbed
+
+    def _run(self) -> None:
+        try:
+            source = self._open_source()
+            try:
+                self._is_live = source.is_live
+                self._read_all(source)
+            finally:
+                source.close()
+        except Exception as error:  # noqa: BLE001 - whatever a driver raises belongs to the body, which next() reaches
+            self._error = error
+        finally:
+            with self._changed:
+                self._has_ended = True
+                self._changed.notify_all()
+
+    def _read_all(self, source: Source) -> None:
+        count_at_start = -1
+        while not self._is_stopping:
+            grabbed = source.read()
+            if grabbed is not None:
+                self._count += 1
+                self._hand_over(grabbed)
+            elif self._is_looping and not source.is_live and self._count > count_at_start + 1:
+                count_at_start = self._count - 1
+                source.rewind()
+            else:
+                return
+
+    def _hand_over(self, grabbed: Grabbed) -> None:
+        with self._changed:
+            if not self._is_live:
+                self._changed.wait_for(lambda: self._waiting is None or self._is_stopping)
+            self._waiting = grabbed
+            self._changed.notify_all()
