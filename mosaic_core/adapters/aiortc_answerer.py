@@ -1,0 +1,106 @@
+"""The robot's side of a peer connection over aiortc: vet the offer, bind tracks to its lines, answer at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from aiortc import (
+    RTCBundlePolicy,
+    RTCDataChannel,
+    RTCRtpTransceiver,
+    RTCSessionDescription,
+)
+
+from mosaic_core.adapters.aiortc_channel import AiortcChannel
+from mosaic_core.adapters.aiortc_peer import AiortcPeer
+from mosaic_core.adapters.aiortc_private import name_stream, prefer_codecs, ssrc_of
+from mosaic_core.adapters.offer_vetting import VettedOffer, lines_for_labels, vetted_offer
+from mosaic_core.adapters.video_track import VideoTrack
+from mosaic_core.runtime.transport import AnswererListener
+from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import IceCandidate
+
+CODEC_ORDER = ("video/VP8", "video/H264")
+"""VP8 first: its encoder takes half the time of aiortc's x264 preset (measured at 720p: 15 against 26 ms)."""
+
+
+class AiortcAnswerer:
+    """Implements ``runtime.transport.Answerer`` for one operator."""
+
+    def __init__(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> None:
+        self._listener = listener
+        self._ice_servers = ice_servers
+        self._peer: AiortcPeer | None = None
+        self._early: list[IceCandidate] = []
+        self._is_closed = False
+
+    async def answer(self, offer_sdp: str, media_labels: Sequence[str], tracks: Mapping[str, str] | None) -> str:
+        """See :class:`mosaic_core.runtime.transport.Answerer`. Adds ``ice.no_address`` to what it raises."""
+        if self._peer is not None or self._is_closed:
+            raise ConnectionFailed("This peer connection has had its offer.", code="sdp.invalid")
+        offer = vetted_offer(offer_sdp)
+        bound = lines_for_labels(offer.lines, media_labels, tracks)
+        peer = self._peer = self._new_peer(offer)
+        try:
+            await peer.pc.setRemoteDescription(RTCSessionDescription(offer.sdp, "offer"))
+        except peer.ERRORS as error:
+            message = f"The session description was refused: {error or type(error).__name__}"
+            raise ConnectionFailed(message, code="sdp.invalid") from error
+        self._bind(peer, bound, media_labels)
+        sdp = await peer.describe_locally()
+        peer.described_remotely((*offer.candidates, *self._early), offer.has_all_candidates)
+        self._early.clear()
+        return sdp
+
+    async def add_candidate(self, candidate: IceCandidate) -> None:
+        """Add a remote candidate, also before the offer; returns at once."""
+        if self._peer is None:
+            self._early.append(candidate)
+        else:
+            self._peer.add_candidate(candidate)
+
+    async def close(self) -> None:
+        self._is_closed = True
+        if self._peer is not None:
+            await self._peer.close()
+
+    def _new_peer(self, offer: VettedOffer) -> AiortcPeer:
+        # MAX_BUNDLE makes one transport from the start; under the default aiortc mixes them up when the data
+        # channel's line comes before two video lines.
+        bundle = RTCBundlePolicy.MAX_BUNDLE if offer.is_bundled else RTCBundlePolicy.BALANCED
+        peer = AiortcPeer(self._ice_servers, bundle, self._listener.candidate_found, self._listener.state_changed)
+
+        @peer.pc.on("datachannel")
+        def arrived(channel: RTCDataChannel) -> None:
+            self._listener.channel_opened(AiortcChannel(channel, peer.buffer))
+
+        return peer
+
+    def _bind(self, peer: AiortcPeer, bound: Mapping[str, str], media_labels: Sequence[str]) -> None:
+        for transceiver in peer.pc.getTransceivers():
+            prefer_codecs(transceiver, CODEC_ORDER)
+            label = bound.get(transceiver.mid or "")
+            if label is None:
+                transceiver.direction = "inactive"
+            else:
+                self._bind_line(transceiver, label)
+        unbound = [label for label in media_labels if label not in bound.values()]
+        if unbound:
+            self._listener.tracks_unbound(unbound)
+
+    def _bind_line(self, transceiver: RTCRtpTransceiver, label: str) -> None:
+        sender = transceiver.sender
+        ssrc = ssrc_of(sender)
+
+        def origin_known(rtp_origin: int) -> None:
+            self._listener.origin_known(label, ssrc, rtp_origin)
+
+        sender.replaceTrack(VideoTrack(label, self._listener.track_bound(label), sender, origin_known))
+        name_stream(sender, label)
+        transceiver.direction = "sendonly"
+
+
+def aiortc_answerer(listener: AnswererListener, ice_servers: Sequence[IceServer]) -> AiortcAnswerer:
+    """An ``AnswererFactory``."""
+    return AiortcAnswerer(listener, ice_servers)

@@ -1,0 +1,111 @@
+"""One data channel of aiortc behind the runtime's :class:`Channel`, with backpressure for the whole peer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from aiortc import InvalidStateError, RTCDataChannel, RTCPeerConnection
+from aiortc.rtcsctptransport import RTCSctpTransport
+
+from mosaic_core.adapters.aiortc_private import SctpQueue
+from mosaic_core.words.errors import ConnectionFailed
+
+LOW_WATER_BYTES = 16 * 1024
+"""``on_drained`` fires whenever the queue got shorter and is this short: a quarter of what may wait (64 KiB)."""
+
+
+class PeerBuffer:
+    """SCTP's queue of one peer connection, shared by its channels."""
+
+    def __init__(self, pc: RTCPeerConnection) -> None:
+        self._pc = pc
+        self._queue: SctpQueue | None = None
+        self._last_bytes = 0
+        self.listeners: set[AiortcChannel] = set()
+
+    @property
+    def queued_bytes(self) -> int:
+        return self._queue.queued_bytes if self._queue else 0
+
+    def watch(self) -> None:
+        """Follow the association; it exists from the first data channel on."""
+        if self._queue is None and isinstance(self._pc.sctp, RTCSctpTransport):
+            self._queue = SctpQueue(self._pc.sctp, self._progressed)
+
+    def added(self) -> None:
+        self._last_bytes = self.queued_bytes
+
+    def _progressed(self) -> None:
+        now_bytes, before_bytes = self.queued_bytes, self._last_bytes
+        self._last_bytes = now_bytes
+        if now_bytes < before_bytes and now_bytes <= LOW_WATER_BYTES:
+            for channel in list(self.listeners):
+                if channel.on_drained is not None:
+                    channel.on_drained()
+
+
+class AiortcChannel:
+    """Implements ``runtime.transport.Channel``. All calls and callbacks on the event loop."""
+
+    def __init__(self, channel: RTCDataChannel, buffer: PeerBuffer) -> None:
+        self.on_message: Callable[[bytes | str], None] | None = None
+        self.on_open: Callable[[], None] | None = None
+        self.on_close: Callable[[], None] | None = None
+        self.on_drained: Callable[[], None] | None = None
+        self._channel = channel
+        self._buffer = buffer
+        self._is_closed = False
+        buffer.watch()
+        buffer.listeners.add(self)
+        channel.on("message", self._received)
+        channel.on("open", self._opened)
+        channel.on("close", self._closed)
+
+    @property
+    def label(self) -> str:
+        return self._channel.label
+
+    @property
+    def protocol(self) -> str:
+        return self._channel.protocol
+
+    @property
+    def is_reliable(self) -> bool:
+        channel = self._channel
+        return channel.ordered and channel.maxRetransmits is None and channel.maxPacketLifeTime is None
+
+    @property
+    def is_open(self) -> bool:
+        return self._channel.readyState == "open"
+
+    @property
+    def buffered_bytes(self) -> int:
+        return self._buffer.queued_bytes
+
+    def send(self, data: bytes | str) -> None:
+        try:
+            self._channel.send(data)
+        except InvalidStateError:
+            raise ConnectionFailed(f"The data channel {self.label!r} is not open.", code="peer.closed") from None
+        except ValueError as error:
+            raise ConnectionFailed(f"{self.label!r}: {error}", code="channel.too_large") from None
+        self._buffer.added()
+
+    def close(self) -> None:
+        """Close it; doing so twice does nothing."""
+        if self._channel.readyState not in ("closing", "closed"):
+            self._channel.close()
+
+    def _received(self, data: bytes | str) -> None:
+        if self.on_message is not None:
+            self.on_message(data)
+
+    def _opened(self) -> None:
+        if self.on_open is not None:
+            self.on_open()
+
+    def _closed(self) -> None:
+        self._buffer.listeners.discard(self)
+        if not self._is_closed and self.on_close is not None:
+            self._is_closed = True
+            self.on_close()

@@ -1,0 +1,100 @@
+"""The operator's side of a peer connection over aiortc: channels at any time, video lines before the offer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from aiortc import MediaStreamTrack, RTCBundlePolicy, RTCSessionDescription
+
+from mosaic_core.adapters.aiortc_channel import AiortcChannel
+from mosaic_core.adapters.aiortc_peer import AiortcPeer
+from mosaic_core.adapters.offer_vetting import separated_candidates
+from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import IceCandidate
+
+
+class OffererListener(Protocol):
+    """What an operator-side peer connection tells; all on the event loop."""
+
+    def candidate_found(self, candidate: IceCandidate) -> None: ...
+    def state_changed(self, state: str) -> None:
+        """``connecting``, ``connected``, ``failed`` or ``closed``."""
+        ...
+
+    def track_arrived(self, label: str, track: MediaStreamTrack) -> None:
+        """The robot bound ``label``; somebody must take its frames, or they pile up."""
+        ...
+
+
+class AiortcOfferer:
+    """One peer connection, offered by this side."""
+
+    def __init__(self, listener: OffererListener, ice_servers: Sequence[IceServer]) -> None:
+        self._listener = listener
+        self._peer = AiortcPeer(
+            ice_servers, RTCBundlePolicy.MAX_BUNDLE, listener.candidate_found, listener.state_changed
+        )
+        self._labels: list[str] = []
+        self._tracks: dict[str, str] = {}
+        self._peer.pc.on("track", self._track_arrived)
+
+    def create_channel(
+        self, label: str, *, protocol: str = "", ordered: bool = True, max_retransmits: int | None = None
+    ) -> AiortcChannel:
+        """Open a data channel; one that comes after the connection needs no renegotiation."""
+        channel = self._peer.pc.createDataChannel(
+            label, protocol=protocol, ordered=ordered, maxRetransmits=max_retransmits
+        )
+        return AiortcChannel(channel, self._peer.buffer)
+
+    def add_video(self, label: str) -> None:
+        """Add a line to receive ``label`` on; only before the first channel and :meth:`offer`.
+
+        The order matters: what is made first owns the one transport, and in the offer video lines come first.
+        """
+        if self._peer.pc.sctp is not None or self._tracks:
+            raise ConnectionFailed("Video lines come before the first channel.", code="sdp.invalid")
+        self._peer.pc.addTransceiver("video", direction="recvonly")
+        self._labels.append(label)
+
+    async def offer(self) -> tuple[str, Mapping[str, str]]:
+        """The offer's SDP at once, and which label each media line is for (mid → label). Candidates follow."""
+        sdp = await self._peer.describe_locally()
+        mids = [transceiver.mid or "" for transceiver in self._peer.pc.getTransceivers()]
+        self._tracks = dict(zip(mids, self._labels, strict=True))
+        return sdp, self._tracks
+
+    async def accept_answer(self, sdp: str) -> None:
+        """Apply the robot's answer; raises :class:`ConnectionFailed` (``sdp.invalid``)."""
+        text, candidates, has_all = separated_candidates(sdp)
+        try:
+            await self._peer.pc.setRemoteDescription(RTCSessionDescription(text, "answer"))
+        except self._peer.ERRORS as error:
+            message = f"The robot's answer was refused: {error or type(error).__name__}"
+            raise ConnectionFailed(message, code="sdp.invalid") from error
+        self._peer.described_remotely(candidates, has_all)
+
+    async def add_candidate(self, candidate: IceCandidate) -> None:
+        """Add a remote candidate, also before the answer."""
+        self._peer.add_candidate(candidate)
+
+    async def close(self) -> None:
+        await self._peer.close()
+
+    def _track_arrived(self, track: MediaStreamTrack) -> None:
+        label = track.id if track.id in self._labels else self._label_of_line(track)
+        self._listener.track_arrived(label, track)
+
+    def _label_of_line(self, track: MediaStreamTrack) -> str:
+        """An answerer that names no stream: the line tells."""
+        for transceiver in self._peer.pc.getTransceivers():
+            if transceiver.receiver.track is track:
+                return self._tracks.get(transceiver.mid or "", track.id)
+        return track.id
+
+
+def aiortc_offerer(listener: OffererListener, ice_servers: Sequence[IceServer]) -> AiortcOfferer:
+    """Makes the operator's side of one peer connection."""
+    return AiortcOfferer(listener, ice_servers)

@@ -1,0 +1,158 @@
+"""What both sides of a peer connection share: gathering, candidates, states, and an end that never hangs."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable, Coroutine, Sequence
+from contextlib import suppress
+from typing import Any
+
+from aiortc import RTCBundlePolicy, RTCConfiguration, RTCIceCandidate, RTCPeerConnection
+from aiortc.exceptions import InternalError, InvalidAccessError, InvalidStateError, OperationError
+
+from mosaic_core.adapters.aiortc_channel import PeerBuffer
+from mosaic_core.adapters.aiortc_private import (
+    EarlyGathering,
+    candidate_from_sdp,
+    candidate_to_sdp,
+    ice_transports,
+    widen_udp_buffer,
+)
+from mosaic_core.adapters.offer_vetting import first_mid, without_end_of_candidates
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import IceCandidate
+
+_log = logging.getLogger(__name__)
+
+CLOSE_TIMEOUT_S = 1.0
+"""Saying good-bye to a dead TURN server takes half a minute; after this it goes on without us."""
+_TOLD_STATES = ("connecting", "connected", "failed", "closed")
+
+
+class AiortcPeer:
+    """One ``RTCPeerConnection``. ICE servers are always given explicitly: aiortc's default is a public one."""
+
+    ERRORS = (
+        InternalError, InvalidAccessError, InvalidStateError, OperationError, ValueError, AssertionError, LookupError,
+        AttributeError, TypeError,
+    )  # fmt: skip
+    """What aiortc raises at a description that it does not like."""
+
+    def __init__(
+        self,
+        ice_servers: Sequence[IceServer],
+        bundle: RTCBundlePolicy,
+        on_candidate: Callable[[IceCandidate], None],
+        on_state: Callable[[str], None],
+    ) -> None:
+        widen_udp_buffer()
+        self.pc = RTCPeerConnection(RTCConfiguration(iceServers=[], bundlePolicy=bundle))
+        self.buffer = PeerBuffer(self.pc)
+        self._ice_servers = ice_servers
+        self._on_candidate = on_candidate
+        self._on_state = on_state
+        self._gatherings: list[EarlyGathering] = []
+        self._is_described = False
+        self._early: list[IceCandidate] = []
+        self._unsent: list[str] = []
+        self._mid: str | None = None
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._has_all_remote = False
+        self._closing: asyncio.Task[None] | None = None
+        self.pc.on("connectionstatechange", self._state_changed)
+
+    async def describe_locally(self) -> str:
+        """Set the local description and return it at once, with the host candidates."""
+        for transport in ice_transports(self.pc):
+            gathering = EarlyGathering(transport, self._ice_servers, self._found, self._gathered)
+            gathering.install()
+            self._gatherings.append(gathering)
+        await self.pc.setLocalDescription()
+        sdp = self.pc.localDescription.sdp
+        # What was found meanwhile goes out after the description that it belongs to.
+        asyncio.get_running_loop().call_soon(self._release, first_mid(sdp))
+        return sdp if self._is_gathered else without_end_of_candidates(sdp)
+
+    def described_remotely(self, candidates: Sequence[IceCandidate], has_all: bool) -> None:
+        """The remote description is set: add its candidates, then those that came too early."""
+        self._is_described = True
+        self._has_all_remote = has_all
+        for candidate in (*candidates, *self._early):
+            self.add_candidate(candidate)
+        self._early.clear()
+        self._gathered()
+
+    def add_candidate(self, candidate: IceCandidate) -> None:
+        """Add a remote candidate; resolving its name takes place beside everything else."""
+        if self._closing is not None or not candidate.candidate:
+            return
+        if not self._is_described:
+            self._early.append(candidate)
+            return
+        try:
+            parsed = candidate_from_sdp(candidate.candidate.removeprefix("candidate:"))
+        except (ValueError, AssertionError, LookupError):
+            _log.info("a remote ICE candidate could not be understood and is left out")
+            return
+        if candidate.sdp_mid:  # aiortc takes *either* as a match: give it one
+            parsed.sdpMid = candidate.sdp_mid
+        else:
+            parsed.sdpMLineIndex = candidate.sdp_m_line_index
+        self._run(self._add(parsed))
+
+    async def close(self) -> None:
+        """End the connection; may be called often, returns within :data:`CLOSE_TIMEOUT_S`."""
+        if self._closing is None:
+            for gathering in self._gatherings:
+                gathering.cancel()
+            for task in list(self._tasks):
+                task.cancel()
+            self._closing = asyncio.create_task(self.pc.close())
+        with suppress(TimeoutError):
+            await asyncio.wait_for(asyncio.shield(self._closing), CLOSE_TIMEOUT_S)
+
+    @property
+    def _is_gathered(self) -> bool:
+        return bool(self._gatherings) and all(gathering.is_complete for gathering in self._gatherings)
+
+    def _found(self, candidate: RTCIceCandidate) -> None:
+        text = f"candidate:{candidate_to_sdp(candidate)}"
+        if self._mid is None:
+            self._unsent.append(text)
+        elif self._closing is None:
+            self._on_candidate(IceCandidate(candidate=text, sdp_mid=self._mid, sdp_m_line_index=0))
+
+    def _release(self, mid: str) -> None:
+        self._mid = mid
+        for text in self._unsent:
+            if self._closing is None:
+                self._on_candidate(IceCandidate(candidate=text, sdp_mid=mid, sdp_m_line_index=0))
+        self._unsent.clear()
+
+    def _gathered(self) -> None:
+        """The other side has sent all its candidates and we have all ours: from now on a failure is one."""
+        if self._has_all_remote and self._is_described and self._is_gathered and self._closing is None:
+            self._has_all_remote = False
+            self._run(self._end_candidates())
+
+    async def _end_candidates(self) -> None:
+        pending = [task for task in self._tasks if task is not asyncio.current_task()]
+        if pending:
+            await asyncio.wait(pending)
+        await self.pc.addIceCandidate(None)
+
+    async def _add(self, candidate: RTCIceCandidate) -> None:
+        try:
+            await self.pc.addIceCandidate(candidate)
+        except (ValueError, OSError) as error:
+            _log.info("a remote ICE candidate was refused: %s", error)
+
+    def _run(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def _state_changed(self) -> None:
+        if self.pc.connectionState in _TOLD_STATES:
+            self._on_state(self.pc.connectionState)

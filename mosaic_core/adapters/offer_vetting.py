@@ -1,0 +1,141 @@
+"""Looks at an offer before aiortc does: aiortc answers a bad one with an exception from somewhere deep inside.
+
+Candidates are taken out, to be added like trickled ones: a name that must be resolved may not delay the answer, and
+an end of candidates may not fail the connection while our own relay is still on its way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from mosaic_core.adapters.aiortc_private import MediaDescription, SessionDescription, has_common_codec
+from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.signaling import IceCandidate
+
+_MEDIA_KINDS = ("audio", "video")
+_END_OF_CANDIDATES = "a=end-of-candidates"
+
+
+@dataclass(frozen=True, slots=True)
+class OfferedLine:
+    """One m-line. ``is_wanted``: the operator is ready to receive on it."""
+
+    mid: str
+    kind: str
+    is_wanted: bool
+
+
+@dataclass(frozen=True, slots=True)
+class VettedOffer:
+    """An offer that aiortc will take."""
+
+    sdp: str
+    lines: tuple[OfferedLine, ...]
+    candidates: tuple[IceCandidate, ...]
+    has_all_candidates: bool
+    is_bundled: bool
+
+
+def vetted_offer(text: str) -> VettedOffer:
+    """Check ``text``; raises :class:`ConnectionFailed` with ``sdp.invalid`` or ``sdp.no_common_codec``."""
+    description = _parsed(text)
+    mids = [media.rtp.muxId or "" for media in description.media]
+    if not mids or "" in mids or len(set(mids)) != len(mids):
+        raise _invalid("its media lines have no names (a=mid)")
+    for mid, media in zip(mids, description.media, strict=True):
+        _vet_line(mid, media)
+    bundle = next((list(group.items) for group in description.group if group.semantic == "BUNDLE"), [])
+    sdp, candidates, has_all = separated_candidates(text)
+    return VettedOffer(
+        sdp=sdp,
+        lines=tuple(
+            OfferedLine(mid, media.kind, media.direction in ("recvonly", "sendrecv"))
+            for mid, media in zip(mids, description.media, strict=True)
+        ),
+        candidates=candidates,
+        has_all_candidates=has_all,
+        is_bundled=set(mids) == set(bundle),
+    )
+
+
+def lines_for_labels(
+    lines: Sequence[OfferedLine], labels: Sequence[str], tracks: Mapping[str, str] | None
+) -> dict[str, str]:
+    """Which label goes on which line, as mid → label: by the operator's wish, else in order."""
+    wanted = [line.mid for line in lines if line.kind == "video" and line.is_wanted]
+    if tracks is None:
+        return dict(zip(wanted, labels, strict=False))
+    bound: dict[str, str] = {}
+    for mid in wanted:
+        label = tracks.get(mid)
+        if label is not None and label in labels and label not in bound.values():
+            bound[mid] = label
+    return bound
+
+
+def _parsed(text: str) -> SessionDescription:
+    try:
+        description = SessionDescription.parse(text)
+    except (ValueError, AssertionError, LookupError, AttributeError, TypeError) as error:
+        raise _invalid(f"it can't be parsed ({type(error).__name__})") from error
+    description.type = "offer"
+    return description
+
+
+def _vet_line(mid: str, media: MediaDescription) -> None:
+    kind = media.kind
+    if kind not in (*_MEDIA_KINDS, "application"):
+        raise _invalid(f"media line {mid} is of the unknown kind {kind!r}")
+    ice, dtls = media.ice, media.dtls
+    if ice is None or not ice.usernameFragment or not ice.password:
+        raise _invalid(f"media line {mid} has no ICE credentials")
+    if dtls is None or not dtls.fingerprints:
+        raise _invalid(f"media line {mid} has no DTLS fingerprint")
+    if kind not in _MEDIA_KINDS:
+        return
+    if not media.rtcp_mux:
+        raise _invalid(f"media line {mid} does not multiplex RTCP")
+    codecs = media.rtp.codecs
+    if not has_common_codec(kind, codecs):
+        offered = ", ".join(dict.fromkeys(codec.name for codec in codecs)) or "none"
+        raise ConnectionFailed(
+            f"The {kind} line {mid} offers {offered}; the robot sends VP8 and H.264.", code="sdp.no_common_codec"
+        )
+
+
+def separated_candidates(text: str) -> tuple[str, tuple[IceCandidate, ...], bool]:
+    """A description without its candidates, the candidates, and whether it said that there are no more."""
+    kept: list[str] = []
+    mids: list[str] = []
+    found: list[tuple[int, str]] = []
+    has_all = False
+    for line in text.splitlines():
+        if line.startswith("m="):
+            mids.append("")
+        elif line.startswith("a=mid:") and mids:
+            mids[-1] = line.removeprefix("a=mid:").strip()
+        if line.startswith("a=candidate:") and mids:
+            found.append((len(mids) - 1, line.removeprefix("a=")))
+        elif line.startswith(_END_OF_CANDIDATES):
+            has_all = True
+        else:
+            kept.append(line)
+    candidates = tuple(
+        IceCandidate(candidate=line, sdp_mid=mids[index], sdp_m_line_index=index) for index, line in found
+    )
+    return "\r\n".join(kept) + "\r\n", candidates, has_all
+
+
+def without_end_of_candidates(sdp: str) -> str:
+    """A description of ours, to which candidates will still be added."""
+    return "".join(line for line in sdp.splitlines(keepends=True) if not line.startswith(_END_OF_CANDIDATES))
+
+
+def first_mid(sdp: str) -> str:
+    """The name of the first media line, whose transport carries all others."""
+    return next((line[6:].strip() for line in sdp.splitlines() if line.startswith("a=mid:")), "0")
+
+
+def _invalid(why: str) -> ConnectionFailed:
+    return ConnectionFailed(f"The session description could not be understood: {why}.", code="sdp.invalid")

@@ -1,0 +1,93 @@
+"""Turns whatever a media handler yields into one yuv420p frame, once, however many operators watch.
+
+Several encoders must never touch one ``VideoFrame``: PyAV rebases its time while encoding, and concurrent
+``reformat`` of one bgr24 frame ends in SIGSEGV. So the picture lives in one read-only I420 array, and every track
+wraps it in a frame of its own (:func:`own_frame`, 4 µs).
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any, TypeAlias, cast
+
+import av
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mosaic_core.contract.media import Captured, Picture
+
+Pixels: TypeAlias = NDArray[np.uint8]
+Prepared: TypeAlias = "av.VideoFrame | av.Packet[Any]"
+
+VIDEO_TIME_BASE = Fraction(1, 90_000)
+_TICKS_PER_100_US = 9
+"""Capture times are kept to 100 µs: such a time is a whole number of ticks at 90 kHz *and* of microseconds, the time
+base of PyAV's encoders. Any finer, and their rounding would move RTP timestamps by one tick."""
+_CHROMA_OF_GRAY = 128
+
+
+def pts_of(captured_at_s: float) -> int:
+    """The 90 kHz timestamp of a moment on the robot's monotonic clock."""
+    return round(captured_at_s * 10_000) * _TICKS_PER_100_US
+
+
+def prepared_picture(picture: Picture, captured_at_s: float) -> Prepared:
+    """A ``PicturePreparer``: yuv420p with pts, or the packet itself, stamped.
+
+    Called on the handler's thread. ``captured_at_s`` is the moment of the yield and gives way to the time in a
+    :class:`Captured`. An odd last row or column is cut off. Raises :class:`TypeError` for what is no picture.
+    """
+    if isinstance(picture, Captured):
+        return prepared_picture(picture.image, picture.captured_at_s)
+    if isinstance(picture, av.Packet):
+        picture.pts = picture.dts = pts_of(captured_at_s)
+        picture.time_base = VIDEO_TIME_BASE
+        return picture
+    pixels = _i420_of_frame(picture) if isinstance(picture, av.VideoFrame) else _i420_of_image(picture)
+    return _frame_around(pixels, pts_of(captured_at_s))
+
+
+def own_frame(prepared: Prepared) -> Prepared:
+    """A frame for one encoder alone, around the same pixels. Packets are only read and are shared as they are."""
+    if isinstance(prepared, av.Packet):
+        return prepared
+    pixels = cast("Pixels | None", prepared.opaque)
+    if pixels is None:
+        pixels = _i420_of_frame(prepared)
+    return _frame_around(pixels, prepared.pts or 0)
+
+
+def _frame_around(pixels: Pixels, pts: int) -> av.VideoFrame:
+    frame = av.VideoFrame.from_numpy_buffer(pixels, format="yuv420p")
+    frame.pts = pts
+    frame.time_base = VIDEO_TIME_BASE
+    frame.opaque = pixels
+    return frame
+
+
+def _i420_of_frame(frame: av.VideoFrame) -> Pixels:
+    if frame.width % 2 or frame.height % 2:
+        return _i420_of_image(cast(Pixels, frame.to_ndarray(format="bgr24")))
+    return cast(Pixels, frame.to_ndarray(format="yuv420p"))
+
+
+def _i420_of_image(image: object) -> Pixels:
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.ndim not in (2, 3):
+        raise TypeError(f"a picture is uint8 (height, width, 3) in BGR order or (height, width), not {_kind(image)}")
+    if image.ndim == 3 and image.shape[2] != 3:
+        raise TypeError(f"a colour picture has 3 channels in BGR order, not {image.shape[2]}")
+    height, width = image.shape[0] & ~1, image.shape[1] & ~1
+    if height < 2 or width < 2:
+        raise TypeError(f"a picture needs at least 2 x 2 pixels, not {image.shape[1]} x {image.shape[0]}")
+    cropped = image[:height, :width]
+    if image.ndim == 3:
+        return cast(Pixels, cv2.cvtColor(np.ascontiguousarray(cropped), cv2.COLOR_BGR2YUV_I420))
+    pixels = np.full((height * 3 // 2, width), _CHROMA_OF_GRAY, np.uint8)
+    # COLOR_BGR2YUV_I420 makes limited-range luma (16-235) as BT.601 wants it; gray must match.
+    pixels[:height] = cv2.convertScaleAbs(cropped, alpha=219 / 255, beta=16)
+    return pixels
+
+
+def _kind(value: object) -> str:
+    return f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else type(value).__name__

@@ -1,0 +1,102 @@
+"""A robot's and an operator's side of real peer connections, joined in this process by function calls."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from typing import Any
+
+import pytest
+
+from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
+from mosaic_core.adapters.aiortc_offerer import AiortcOfferer
+from mosaic_core.runtime.transport import Channel
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import IceCandidate
+
+WAIT_S = 15.0
+
+
+class QueueFeed:
+    """A ``PictureFeed`` that a test fills."""
+
+    def __init__(self) -> None:
+        self.pictures: asyncio.Queue[Any] = asyncio.Queue()
+
+    async def next(self) -> Any:
+        return await self.pictures.get()
+
+
+class Side:
+    """Records what one side is told."""
+
+    def __init__(self) -> None:
+        self.other: Any = None
+        self.states: asyncio.Queue[str] = asyncio.Queue()
+        self.channels: asyncio.Queue[Channel] = asyncio.Queue()
+        self.tracks: asyncio.Queue[tuple[str, Any]] = asyncio.Queue()
+        self.origins: asyncio.Queue[tuple[str, int, int]] = asyncio.Queue()
+        self.feeds: dict[str, QueueFeed] = {}
+        self.unbound: list[str] = []
+        self.trickled: list[IceCandidate] = []
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def candidate_found(self, candidate: IceCandidate) -> None:
+        self.trickled.append(candidate)
+        task = asyncio.create_task(self.other.add_candidate(candidate))
+        self._tasks.add(task)
+
+    def state_changed(self, state: str) -> None:
+        self.states.put_nowait(state)
+
+    def channel_opened(self, channel: Channel) -> None:
+        self.channels.put_nowait(channel)
+
+    def track_bound(self, label: str) -> QueueFeed:
+        return self.feeds.setdefault(label, QueueFeed())
+
+    def tracks_unbound(self, labels: Sequence[str]) -> None:
+        self.unbound.extend(labels)
+
+    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
+        self.origins.put_nowait((label, ssrc, rtp_origin))
+
+    def track_arrived(self, label: str, track: Any) -> None:
+        self.tracks.put_nowait((label, track))
+
+    async def reaches(self, state: str) -> None:
+        async with asyncio.timeout(WAIT_S):
+            while await self.states.get() != state:
+                pass
+
+
+class Pair:
+    """An operator that offers and a robot that answers."""
+
+    def __init__(self, ice_servers: Sequence[IceServer] = ()) -> None:
+        self.robot_side, self.operator_side = Side(), Side()
+        self.robot = AiortcAnswerer(self.robot_side, ice_servers)
+        self.operator = AiortcOfferer(self.operator_side, ice_servers)
+        self.robot_side.other, self.operator_side.other = self.operator, self.robot
+
+    async def join(self, media_labels: Sequence[str] = (), *, with_tracks: bool = True) -> None:
+        sdp, tracks = await self.operator.offer()
+        answer = await self.robot.answer(sdp, media_labels, tracks if with_tracks else None)
+        await self.operator.accept_answer(answer)
+        await asyncio.gather(self.robot_side.reaches("connected"), self.operator_side.reaches("connected"))
+
+
+@asynccontextmanager
+async def joined_pair(ice_servers: Sequence[IceServer] = ()) -> AsyncIterator[Pair]:
+    pair = Pair(ice_servers)
+    try:
+        yield pair
+    finally:
+        await asyncio.gather(pair.operator.close(), pair.robot.close())
+
+
+@pytest.fixture
+def pair() -> Any:
+    """``async with pair() as p``: a robot's and an operator's peer connection, closed at the end."""
+    return joined_pair
