@@ -97,6 +97,9 @@ def _cause(url: str, error: Exception) -> tuple[str, str | None]:
         return message, "Use a certificate for this name from an authority that this machine trusts."
     if isinstance(error, ssl.SSLError):
         return f"{host}:{port} does not speak TLS as expected ({error.reason or error}).", "Should the URL be ws://?"
+    if isinstance(error, ConnectionError):
+        cure = "Should the URL be ws:// (no TLS)?" if url.startswith("wss:") else None
+        return f"{host}:{port} hung up before the connection was made.", cure
     if isinstance(error, InvalidStatus):
         status = error.response.status_code
         return f"{host}:{port} answered with HTTP status {status} instead of a WebSocket.", None
@@ -108,7 +111,7 @@ def _cause(url: str, error: Exception) -> tuple[str, str | None]:
         return f"The proxy of this machine's environment can't be used: {error}.", "Check HTTPS_PROXY and NO_PROXY."
     if isinstance(error, InvalidHandshake):
         return f"What answers at {host}:{port} is no WebSocket server ({error}).", None
-    return f"{host}:{port} can't be reached: {error}.", None
+    return f"{host}:{port} can't be reached: {error or type(error).__name__}.", None
 
 
 def _port(url: str) -> int:

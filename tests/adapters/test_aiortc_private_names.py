@@ -1,0 +1,177 @@
+"""One test per private name of aiortc and aioice that we use: each fails loudly when a new version changes it."""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+from collections.abc import Callable, Coroutine
+from importlib.metadata import version
+from typing import Any
+
+import aioice.ice
+import aioice.turn
+import pytest
+from aiortc import RTCConfiguration, RTCPeerConnection
+from aiortc.codecs import CODECS
+from aiortc.rtcicetransport import RTCIceGatherer, RTCIceTransport
+from aiortc.rtcpeerconnection import find_common_codecs
+from aiortc.rtcrtpsender import RTCRtpSender
+from aiortc.rtcsctptransport import DataChunk, RTCSctpTransport
+
+from mosaic_core.adapters.aiortc_private import prefer_codecs, widen_udp_buffer
+
+
+def with_peer(check: Callable[[RTCPeerConnection], Coroutine[Any, Any, None]]) -> None:
+    async def run() -> None:
+        pc = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+        try:
+            await check(pc)
+        finally:
+            await pc.close()
+
+    asyncio.run(run())
+
+
+def source_of(thing: Any) -> str:
+    return inspect.getsource(thing)
+
+
+def test_the_versions_are_those_that_were_read() -> None:
+    assert version("aiortc").startswith("1.16.")
+    assert version("aioice").startswith("0.13.")
+
+
+def test_an_ice_transport_has_its_connection_under_connection() -> None:
+    async def check(pc: RTCPeerConnection) -> None:
+        pc.createDataChannel("x")
+        assert pc.sctp is not None
+        transport = pc.sctp.transport.transport
+        assert isinstance(transport._connection, aioice.Connection)
+        assert transport.iceGatherer._connection is transport._connection
+
+    with_peer(check)
+
+
+def test_the_gatherer_calls_gather_candidates_of_the_instance_and_is_then_complete() -> None:
+    assert "await self._connection.gather_candidates()" in source_of(RTCIceGatherer.gather)
+
+
+def test_an_ice_transport_keeps_its_connection_for_good() -> None:
+    assert "self._connection = gatherer._connection" in source_of(RTCIceTransport.__init__)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "_local_candidates_start", "_local_candidates_end", "_local_candidates", "_remote_candidates", "_protocols",
+        "_closing", "_check_list_done", "_pair_remote_candidate", "sort_check_list", "get_component_candidates",
+    ],
+)  # fmt: skip
+def test_an_ice_connection_has(name: str) -> None:
+    async def run() -> None:
+        assert hasattr(aioice.Connection(ice_controlling=True), name)
+
+    asyncio.run(run())
+
+
+def test_component_candidates_are_hosts_alone_when_no_server_is_set() -> None:
+    async def run() -> None:
+        connection = aioice.Connection(ice_controlling=True)
+        addresses = aioice.ice.get_host_addresses(use_ipv4=True, use_ipv6=True)
+        candidates = await connection.get_component_candidates(1, addresses)
+        assert {candidate.type for candidate in candidates} == {"host"}
+        assert [protocol.local_candidate for protocol in connection._protocols] == candidates
+        await connection.close()
+
+    asyncio.run(run())
+
+
+def test_server_reflexive_candidate_takes_a_protocol_and_a_server() -> None:
+    assert list(inspect.signature(aioice.ice.server_reflexive_candidate).parameters) == ["protocol", "stun_server"]
+
+
+def test_relayed_candidate_takes_what_we_give() -> None:
+    assert set(inspect.signature(aioice.ice.relayed_candidate).parameters) == {
+        "component", "hide_related_address", "protocol_factory", "turn_server", "turn_username", "turn_password",
+        "turn_ssl", "turn_transport",
+    }  # fmt: skip
+
+
+def test_loopback_is_never_gathered() -> None:
+    assert "127.0.0.1" not in aioice.ice.get_host_addresses(use_ipv4=True, use_ipv6=True)
+
+
+def test_the_udp_buffer_is_read_from_the_module_at_each_socket() -> None:
+    assert "turn.UDP_SOCKET_BUFFER_SIZE" in source_of(aioice.Connection.get_component_candidates)
+    before = aioice.turn.UDP_SOCKET_BUFFER_SIZE
+    try:
+        widen_udp_buffer()
+        assert aioice.turn.UDP_SOCKET_BUFFER_SIZE == 4 * 1024 * 1024
+    finally:
+        aioice.turn.UDP_SOCKET_BUFFER_SIZE = before
+
+
+def test_common_codecs_are_found_by_the_function_that_set_remote_description_uses() -> None:
+    assert "find_common_codecs(CODECS[media.kind], media.rtp.codecs)" in source_of(
+        RTCPeerConnection.setRemoteDescription
+    )
+    assert find_common_codecs(CODECS["video"], CODECS["video"])
+    assert not find_common_codecs(CODECS["video"], [])
+
+
+def test_the_first_codec_of_a_transceiver_is_the_one_that_is_sent() -> None:
+    assert "self._run_rtp(parameters.codecs[0])" in source_of(RTCRtpSender.send)
+
+    async def check(pc: RTCPeerConnection) -> None:
+        transceiver = pc.addTransceiver("video")
+        await pc.createOffer()
+        prefer_codecs(transceiver, ["video/H264"])
+        names = [codec.name for codec in transceiver._codecs]
+        assert names[0] == "H264"
+        assert sorted(names) == sorted(codec.name for codec in CODECS["video"])
+        for codec, following in zip(transceiver._codecs, transceiver._codecs[1:], strict=False):
+            if following.name == "rtx":
+                assert following.parameters["apt"] == codec.payloadType
+
+    with_peer(check)
+
+
+def test_msid_is_made_of_the_senders_stream_and_track_ids() -> None:
+    module = inspect.getmodule(RTCPeerConnection)
+    assert "{transceiver.sender._stream_id} {transceiver.sender._track_id}" in source_of(module)
+
+
+def test_a_sender_has_its_ssrc_under_ssrc() -> None:
+    async def check(pc: RTCPeerConnection) -> None:
+        assert isinstance(pc.addTransceiver("video").sender._ssrc, int)
+
+    with_peer(check)
+
+
+def test_a_sender_keeps_the_timestamp_of_its_last_packet() -> None:
+    async def check(pc: RTCPeerConnection) -> None:
+        assert pc.addTransceiver("video").sender._RTCRtpSender__rtp_timestamp == 0  # type: ignore[attr-defined]
+
+    with_peer(check)
+    assert "timestamp = uint32_add(timestamp_origin, enc_frame.timestamp)" in source_of(RTCRtpSender._run_rtp)
+
+
+def test_an_association_has_the_queues_that_we_measure() -> None:
+    async def check(pc: RTCPeerConnection) -> None:
+        channel = pc.createDataChannel("x")
+        assert pc.sctp is not None
+        ((queued, _protocol, data),) = pc.sctp._data_channel_queue
+        assert queued is channel
+        assert isinstance(data, bytes)
+        assert len(pc.sctp._outbound_queue) == 0
+        assert DataChunk().user_data == b""
+
+    with_peer(check)
+
+
+def test_a_selective_acknowledgement_flushes_the_channels_of_the_instance() -> None:
+    assert "await self._data_channel_flush()" in source_of(RTCSctpTransport._receive_sack_chunk)
+
+
+def test_aiortc_would_use_a_public_stun_server_by_default() -> None:
+    assert RTCIceGatherer.getDefaultIceServers()  # which is why the list is never left out
