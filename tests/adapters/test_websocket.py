@@ -122,7 +122,7 @@ def test_a_plain_server_behind_wss_is_told_apart() -> None:
         await server.wait_closed()
 
     async def use(url: str) -> None:
-        with pytest.raises(SignalingError, match="hung up|TLS") as failed:
+        with pytest.raises(SignalingError, match=r"hung up|TLS") as failed:
             await open_websocket(url.replace("ws://", "wss://"))
         assert "ws://" in failed.value.cure
 
