@@ -1,1 +1,79 @@
-"""The kit for plugin authors: no network, no sleeping. See ``mosaic_core.testing.bench`` for the bench itself."""
+"""The kit for plugin authors: no network, no threads, no sleeping.
+
+::
+
+    handler = build(BatteryConfigurer, params={"period_s": 2})     # params checked as in the YAML file
+    first, second = collect(handler, 2)                            # messages(), on a fake clock
+
+    fed = feed(build(LampConfigurer), [{"on": True}, Silence(1.0), Leaves()])
+    assert fed.made_safe == [MadeSafe(0.5, "safety.timeout")]
+
+    pictures = take_frames(build(CameraConfigurer, params={…}), 3)
+
+The pytest plugin adds the fixtures ``fake_clock`` and ``install_distribution``. It lives in this package and is loaded
+with every pytest run, so the names are imported when first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mosaic_core.testing.building import build
+    from mosaic_core.testing.collecting import collect, take_frames
+    from mosaic_core.testing.fake_hosts import FakeClock, FakeHost, fake_host
+    from mosaic_core.testing.feeding import (
+        ANOTHER_OPERATOR,
+        OPERATOR,
+        Fed,
+        From,
+        Leaves,
+        MadeSafe,
+        RefusedMessage,
+        Silence,
+        feed,
+    )
+
+_HOME = {
+    "build": "building",
+    "collect": "collecting",
+    "take_frames": "collecting",
+    "FakeClock": "fake_hosts",
+    "FakeHost": "fake_hosts",
+    "fake_host": "fake_hosts",
+    "ANOTHER_OPERATOR": "feeding",
+    "OPERATOR": "feeding",
+    "Fed": "feeding",
+    "From": "feeding",
+    "Leaves": "feeding",
+    "MadeSafe": "feeding",
+    "RefusedMessage": "feeding",
+    "Silence": "feeding",
+    "feed": "feeding",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+__all__ = [
+    "ANOTHER_OPERATOR",
+    "OPERATOR",
+    "FakeClock",
+    "FakeHost",
+    "Fed",
+    "From",
+    "Leaves",
+    "MadeSafe",
+    "RefusedMessage",
+    "Silence",
+    "build",
+    "collect",
+    "fake_host",
+    "feed",
+    "take_frames",
+]

@@ -1,0 +1,52 @@
+"""Makes the handlers of a connector as the robot would: params and safety are validated, then ``configure()`` runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, TypeVar, cast
+
+from mosaic_core.contract.configurer import Configurer, Shared
+from mosaic_core.contract.handler import Handler
+from mosaic_core.runtime.catalogue_entry import effective_safety
+from mosaic_core.runtime.config_problems import validated
+from mosaic_core.runtime.yaml_document import YamlDocument
+from mosaic_core.testing.fake_hosts import FakeClock, FakeHost
+from mosaic_core.words.errors import ConfigError
+
+Made = TypeVar("Made", covariant=True)
+
+
+class Makes(Protocol[Made]):
+    """A configurer whose ``configure`` says what it returns, so that ``build`` can say it too."""
+
+    def configure(self) -> Made: ...
+
+
+def build(
+    configurer: type[Makes[Made]],
+    *,
+    label: str = "under_test",
+    params: Mapping[str, Any] | None = None,
+    safety: Mapping[str, Any] | None = None,
+    shared: Shared | None = None,
+    clock: FakeClock | None = None,
+) -> Made:
+    """What ``configure()`` of this configurer returns, bound to a :class:`FakeHost` on ``clock``.
+
+    ``params`` and ``safety`` are written as in the YAML file. Raises :class:`ConfigError` with every mistake, as
+    ``mosaic validate`` would print it. Devices that live in ``shared`` are opened by ``with shared.entered():``.
+    """
+    model = cast("type[Configurer[Any]]", configurer)
+    document = YamlDocument({"params": dict(params or {}), "safety": dict(safety or {})})
+    valid_params, problems = validated(model.params_model, document.tree["params"], document, ("params",))
+    valid_safety, more = validated(model.safety_model, document.tree["safety"], document, ("safety",))
+    if valid_params is None or valid_safety is None:
+        raise ConfigError([*problems, *more])
+    made = model(label, valid_params, safety=valid_safety, shared=shared).configure()
+    handlers: Sequence[Handler] = made if isinstance(made, Sequence) else [made]
+    clock = clock or FakeClock()
+    for handler in handlers:
+        host = FakeHost(clock)
+        host.timeout_s = effective_safety(valid_safety, [handler]).timeout_s
+        handler.bind(host)
+    return cast("Made", made)

@@ -1,0 +1,87 @@
+"""Runs a sender's or a camera's body without sleeping: waiting advances the fake clock."""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+from collections.abc import AsyncIterator, Callable, Iterable
+from typing import Any, TypeVar
+
+from mosaic_core.contract.handler import DataChannelSendable, Handler, MediaTrackHandler
+from mosaic_core.contract.media import Picture
+from mosaic_core.testing.fake_hosts import FakeHost, fake_host
+
+T = TypeVar("T")
+
+PATIENCE_S = 3600.0
+"""Fake seconds after which a body that yields too little is given up."""
+
+
+def collect(handler: DataChannelSendable[T], count: int | None = None, *, within_s: float = PATIENCE_S) -> list[T]:
+    """The first ``count`` messages that ``messages()`` yields; all of them if ``count`` is ``None``.
+
+    Each one is also sent, as the robot would: what is no JSON raises here, and ``fake_host(handler).sent`` has the
+    bytes. The body is then closed, so that its ``with`` blocks exit; another ``collect`` starts it anew, as a restart
+    would. Raises :class:`AssertionError` if the body ends early or yields too little ``within_s`` fake seconds.
+    """
+    return _run(handler, handler.messages, handler.send, count, within_s, "messages")
+
+
+def take_frames(handler: MediaTrackHandler, count: int | None = None, *, within_s: float = PATIENCE_S) -> list[Picture]:
+    """The first ``count`` pictures that ``frames()`` yields; the rest is as in :func:`collect`."""
+    return _run(handler, handler.frames, handler.send_frame, count, within_s, "frames")
+
+
+def _run(
+    handler: Handler,
+    body: Callable[[], Iterable[Any] | AsyncIterator[Any]],
+    consume: Callable[[Any], object],
+    count: int | None,
+    within_s: float,
+    noun: str,
+) -> list[Any]:
+    host = fake_host(handler)
+    host.arm()
+    host.stop_at_s = host.clock.now_s + within_s
+    taken: list[Any] = []
+
+    def take(item: Any) -> bool:
+        consume(item)
+        taken.append(item)
+        return len(taken) == count
+
+    try:
+        if inspect.isasyncgenfunction(body):
+            asyncio.run(_iterate_async(body(), take, host))
+        else:
+            stream = body()
+            assert isinstance(stream, Iterable), f"{noun}() must yield or return an iterable, not {stream!r}"
+            _iterate(stream, take, host)
+    finally:
+        host.stop()
+        host.stop_at_s = float("inf")
+    if count is not None and len(taken) < count:
+        raise AssertionError(f"{handler.label}: {len(taken)} of {count} {noun} within {within_s:g} s of fake time")
+    return taken
+
+
+def _iterate(stream: Iterable[Any], take: Callable[[Any], bool], host: FakeHost) -> None:
+    try:
+        for item in stream:
+            if host.is_stopping or take(item):
+                break
+    finally:
+        host.stop()
+        close = getattr(stream, "close", None)
+        if close is not None:
+            close()
+
+
+async def _iterate_async(stream: Any, take: Callable[[Any], bool], host: FakeHost) -> None:
+    try:
+        async for item in stream:
+            if host.is_stopping or take(item):
+                break
+    finally:
+        host.stop()
+        await stream.aclose()

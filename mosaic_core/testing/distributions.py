@@ -1,0 +1,45 @@
+"""Throw-away distributions: plugins that are installed for one test."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+
+def write_distribution(
+    folder: Path,
+    name: str,
+    *,
+    version: str = "1.0.0",
+    modules: Mapping[str, str] | None = None,
+    entry_points: Mapping[str, Mapping[str, str]] | None = None,
+) -> Path:
+    """Write a distribution into ``folder``, which belongs on ``sys.path``; returns its ``dist-info`` folder.
+
+    ``modules`` maps module names to their source, ``entry_points`` groups to ``{name: "module:object"}``.
+    """
+    for module, source in (modules or {}).items():
+        path = folder.joinpath(*module.split(".")).with_suffix(".py")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(source)
+    info = folder / f"{name.replace('-', '_')}-{version}.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+    lines = [
+        line
+        for group, points in (entry_points or {}).items()
+        for line in (f"[{group}]", *(f"{point} = {target}" for point, target in points.items()), "")
+    ]
+    (info / "entry_points.txt").write_text("\n".join(lines))
+    importlib.invalidate_caches()
+    return info
+
+
+def forget_modules_of(folder: Path) -> None:
+    """Let the next test import its own modules of the same name."""
+    for name, module in list(sys.modules.items()):
+        file = getattr(module, "__file__", None)
+        if file and Path(file).is_relative_to(folder):
+            del sys.modules[name]

@@ -1,0 +1,118 @@
+"""A host with a clock that stands still unless somebody waits: tests never sleep and never depend on the machine."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import Any, Protocol
+
+from mosaic_core.contract.handler import Handler
+from mosaic_core.contract.host import Outgoing
+from mosaic_core.contract.media import Picture
+from mosaic_core.machines.framing import PayloadKind
+
+
+class Alarm(Protocol):
+    """Something that happens at a point in time, like a time-out."""
+
+    @property
+    def due_at_s(self) -> float | None: ...
+    def ring(self, now_s: float) -> None: ...
+
+
+class FakeClock:
+    """Seconds that pass only when told to. Not for several threads at once."""
+
+    def __init__(self, now_s: float = 1000.0) -> None:
+        self.now_s = now_s
+        self._alarms: list[Alarm] = []
+
+    def watch(self, alarm: Alarm) -> None:
+        """Let ``alarm`` ring at its time, also in the middle of a longer wait."""
+        self._alarms.append(alarm)
+
+    def forget(self, alarm: Alarm) -> None:
+        self._alarms.remove(alarm)
+
+    def advance(self, seconds: float) -> None:
+        """Let ``seconds`` pass; what is due on the way happens at its exact time."""
+        end_s = self.now_s + max(0.0, seconds)
+        while due := [(alarm.due_at_s, alarm) for alarm in self._alarms if alarm.due_at_s is not None]:
+            due_at_s, alarm = min(due, key=lambda one: one[0])
+            if due_at_s > end_s:
+                break
+            self.now_s = max(self.now_s, due_at_s)
+            alarm.ring(self.now_s)
+        self.now_s = max(self.now_s, end_s)
+
+
+class FakeHost:
+    """What the runtime is for a handler, for tests.
+
+    Waiting advances :attr:`clock`. What the handler sends is in :attr:`sent`, what it shows in :attr:`pictures`;
+    set :attr:`accepts` to ``False`` to play a link that takes nothing.
+    """
+
+    def __init__(self, clock: FakeClock | None = None) -> None:
+        self.clock = clock or FakeClock()
+        self.sent: list[Outgoing] = []
+        self.pictures: list[Picture] = []
+        self.accepts = True
+        self.timeout_s: float | None = None
+        """The receiver's time-out in force; ``build`` sets it."""
+        self.stop_at_s = float("inf")
+        self._is_stopping = False
+
+    def arm(self) -> None:
+        """A body begins, as after a restart."""
+        self._is_stopping = False
+
+    def stop(self) -> None:
+        """End the body, as the runtime does when the robot stops or nobody watches any more."""
+        self._is_stopping = True
+
+    @property
+    def is_stopping(self) -> bool:
+        return self._is_stopping
+
+    def monotonic_s(self) -> float:
+        return self.clock.now_s
+
+    def wait(self, seconds: float) -> bool:
+        if not self._is_stopping:
+            self.clock.advance(min(seconds, self.stop_at_s - self.clock.now_s))
+            self._is_stopping = self._is_stopping or self.clock.now_s >= self.stop_at_s
+        return self._is_stopping
+
+    async def wait_async(self, seconds: float) -> bool:
+        await asyncio.sleep(0)
+        return self.wait(seconds)
+
+    def send(self, message: Outgoing) -> bool:
+        if self.accepts:
+            self.sent.append(message)
+        return self.accepts
+
+    def send_picture(self, label: str, picture: Picture) -> bool:
+        if self.accepts:
+            self.pictures.append(picture)
+        return self.accepts
+
+    def sent_values(self, channel: str | None = None) -> list[Any]:
+        """What was sent (on one channel), as an operator would read it: JSON values, ``str`` or ``bytes``."""
+        return [_value(one) for one in self.sent if channel in (None, one.channel)]
+
+
+def _value(message: Outgoing) -> Any:
+    if message.kind is PayloadKind.JSON:
+        return json.loads(message.payload)
+    return message.payload.decode() if message.kind is PayloadKind.STRING else message.payload
+
+
+def fake_host(handler: Handler) -> FakeHost:
+    """The fake host of ``handler``; binds one if it has none yet."""
+    if not isinstance(handler._host, FakeHost):
+        handler.bind(FakeHost())
+    host = handler._host
+    assert isinstance(host, FakeHost)
+    return host

@@ -1,0 +1,291 @@
+"""The kit: waiting passes fake time, validation and time-outs are the robot's."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Iterator
+from typing import Any
+
+import pytest
+from pydantic import Field
+
+from mosaic_core import (
+    Configurer,
+    DataChannelBidirectional,
+    DataChannelConfigurer,
+    DataChannelReceivable,
+    DataChannelSendable,
+    MediaTrackConfigurer,
+    MediaTrackHandler,
+    Message,
+    Params,
+    Refused,
+    Sender,
+    Shared,
+)
+from mosaic_core.testing import (
+    ANOTHER_OPERATOR,
+    OPERATOR,
+    FakeClock,
+    From,
+    Leaves,
+    MadeSafe,
+    RefusedMessage,
+    Silence,
+    build,
+    collect,
+    fake_host,
+    feed,
+    take_frames,
+)
+from mosaic_core.testing.pytest_plugin import InstallDistribution
+from mosaic_core.words.config import SafetyConfig
+from mosaic_core.words.errors import ConfigError
+
+
+class TickParams(Params):
+    period_s: float = Field(default=1.0, gt=0)
+
+
+class Tick(Message):
+    at_s: float
+
+
+class Ticker(DataChannelSendable[Tick]):
+    def __init__(self, label: str, period_s: float) -> None:
+        super().__init__(label)
+        self.period_s = period_s
+        self.is_open = False
+        self.opened = 0
+
+    def messages(self) -> Iterator[Tick]:
+        self.is_open, self.opened = True, self.opened + 1
+        try:
+            for _ in self.every(self.period_s):
+                yield Tick(at_s=self.monotonic_s())
+        finally:
+            self.is_open = False
+
+
+class TickerConfigurer(DataChannelConfigurer[TickParams]):
+    def configure(self) -> Ticker:
+        return Ticker(self.label, self.params.period_s)
+
+
+class AsyncTicker(Ticker):
+    async def messages(self) -> AsyncIterator[Tick]:  # type: ignore[override]
+        async for _ in self.every(self.period_s):
+            yield Tick(at_s=self.monotonic_s())
+
+
+class Speed(Message):
+    mps: float
+
+
+class Motor(DataChannelReceivable[Speed]):
+    timeout_s = 0.5
+
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.speed_mps = 0.0
+        self.left: list[Sender] = []
+
+    def handle_data(self, data: Speed, sender: Sender) -> None:
+        if data.mps > 10:
+            raise Refused("safety.stale", "too fast")
+        if data.mps < 0:
+            self.pause(2.0)
+        self.speed_mps = data.mps
+
+    def make_safe(self, cause: str) -> None:
+        self.speed_mps = 0.0
+
+    def peer_left(self, sender: Sender) -> None:
+        self.left.append(sender)
+
+
+class MotorConfigurer(DataChannelConfigurer[TickParams]):
+    def configure(self) -> Motor:
+        return Motor(self.label)
+
+
+def test_messages_are_collected_without_waiting_for_real_time(fake_clock: FakeClock) -> None:
+    start_s = fake_clock.now_s
+    ticker = build(TickerConfigurer, params={"period_s": 600}, clock=fake_clock)
+
+    assert [tick.at_s - start_s for tick in collect(ticker, 3)] == [0, 600, 1200]
+    assert fake_host(ticker).sent_values() == [{"at_s": start_s + 600 * step} for step in range(3)]
+
+
+def test_the_body_is_closed_and_can_be_started_again() -> None:
+    ticker = build(TickerConfigurer)
+    collect(ticker, 1)
+    assert not ticker.is_open
+    collect(ticker, 2)
+    assert ticker.opened == 2
+
+
+def test_async_bodies_are_collected_too() -> None:
+    ticker = AsyncTicker("ticks", 0.25)
+    assert [tick.at_s for tick in collect(ticker, 3)] == [1000.0, 1000.25, 1000.5]
+
+
+def test_a_body_that_yields_too_little_is_named() -> None:
+    with pytest.raises(AssertionError, match="under_test: 11 of 20 messages within 10.5 s of fake time"):
+        collect(build(TickerConfigurer), 20, within_s=10.5)
+
+
+def test_a_body_that_ends_gives_all_it_has() -> None:
+    class Countdown(DataChannelSendable[str]):
+        def messages(self) -> Iterator[str]:
+            yield from ("2", "1")
+
+    assert collect(Countdown("count")) == ["2", "1"]
+    with pytest.raises(AssertionError, match="2 of 3"):
+        collect(Countdown("count"), 3)
+
+
+def test_a_message_that_is_no_json_fails_where_it_is_collected() -> None:
+    class Broken(DataChannelSendable[dict[str, Any]]):
+        def messages(self) -> Iterator[dict[str, Any]]:
+            yield {"x": float("nan")}
+
+    with pytest.raises(ValueError, match="JSON"):
+        collect(Broken("broken"), 1)
+
+
+def test_params_are_checked_as_in_the_file() -> None:
+    with pytest.raises(ConfigError) as caught:
+        build(TickerConfigurer, params={"period_s": 0, "perod_s": 1})
+    assert [problem.path for problem in caught.value.problems] == ["params.period_s", "params.perod_s"]
+    assert "did you mean 'period_s'?" in str(caught.value)
+
+
+def test_silence_makes_safe_once_and_at_its_exact_time() -> None:
+    motor = build(MotorConfigurer)
+    fed = feed(motor, [{"mps": 1}, Silence(0.4), {"mps": 2}, Silence(10), {"mps": 3}, Silence(0.1)])
+
+    assert fed.made_safe == [MadeSafe(0.9, "safety.timeout")]
+    assert [message.mps for message in fed.accepted] == [1, 2, 3]
+    assert motor.speed_mps == 3
+
+
+def test_the_timeout_of_the_file_overrides_the_handlers() -> None:
+    fed = feed(build(MotorConfigurer, safety={"timeout_s": 2}), [{"mps": 1}, Silence(5)])
+    assert fed.made_safe == [MadeSafe(2.0, "safety.timeout")]
+
+
+def test_the_safe_action_runs_while_the_handler_hangs_and_again_after_it() -> None:
+    motor = build(MotorConfigurer)
+    fed = feed(motor, [{"mps": -1}])
+    assert fed.made_safe == [MadeSafe(0.5, "safety.timeout"), MadeSafe(2.0, "safety.timeout")]
+    assert motor.speed_mps == 0
+
+
+def test_what_does_not_validate_is_refused_before_the_handler() -> None:
+    fed = feed(build(MotorConfigurer), ['{"mps": NaN}', b"\xff", "{", {"speed": 1}, {"mps": 99}])
+    codes = ["safety.not_finite", "channel.invalid", "channel.invalid", "channel.invalid", "safety.stale"]
+    assert [refused.code for refused in fed.refused] == codes
+    assert fed.refused[-1] == RefusedMessage(0.0, "safety.stale", "too fast")
+    assert fed.accepted == []
+
+
+def test_only_the_commanding_operator_stops_the_motor_by_leaving() -> None:
+    motor = build(MotorConfigurer)
+    fed = feed(motor, [From(OPERATOR, {"mps": 1}), Leaves(ANOTHER_OPERATOR), Silence(0.1), Leaves(OPERATOR)])
+    assert fed.made_safe == [MadeSafe(0.1, "safety.peer_left")]
+    assert motor.left == [ANOTHER_OPERATOR, OPERATOR]
+
+
+def test_async_receivers_are_fed_and_may_refuse() -> None:
+    class Echo(DataChannelBidirectional[dict[str, Any]]):
+        async def handle_data(self, data: dict[str, Any], sender: Sender) -> None:
+            if not data:
+                raise Refused("channel.invalid")
+            self.send_json(data, to=sender)
+
+    echo = Echo("echo")
+    fed = feed(echo, [{"a": 1}, {}, {"b": 2}])
+    assert fed.accepted == [{"a": 1}, {"b": 2}]
+    assert len(fed.refused) == 1
+    assert [(one.to, json.loads(one.payload)) for one in fake_host(echo).sent] == [
+        ("peer-1", {"a": 1}),
+        ("peer-1", {"b": 2}),
+    ]
+
+
+def test_an_error_of_the_handler_reaches_the_test() -> None:
+    class Faulty(DataChannelReceivable[str]):
+        def handle_data(self, data: str) -> None:  # type: ignore[override]
+            raise RuntimeError(data)
+
+    with pytest.raises(RuntimeError, match="boom"):
+        feed(Faulty("faulty"), ["boom"])
+
+
+def test_frames_are_taken() -> None:
+    class Pattern(MediaTrackHandler):
+        def frames(self) -> Iterator[Any]:
+            for index in self.every(0.1):
+                yield f"picture {index}"
+
+    class PatternConfigurer(MediaTrackConfigurer[Params]):
+        def configure(self) -> Pattern:
+            return Pattern(self.label)
+
+    pattern = build(PatternConfigurer)
+    assert take_frames(pattern, 2) == ["picture 0", "picture 1"]
+    assert fake_host(pattern).pictures == ["picture 0", "picture 1"]
+
+
+def test_a_configurer_may_make_several_handlers_on_one_clock() -> None:
+    class Pair(Configurer[TickParams]):
+        def configure(self) -> list[Ticker]:
+            return [Ticker(f"{self.label}-a", 1), Ticker(f"{self.label}-b", 1)]
+
+    first, second = build(Pair, label="pair")
+    assert (first.label, second.label) == ("pair-a", "pair-b")
+    assert fake_host(first).clock is fake_host(second).clock
+
+
+def test_shared_and_safety_reach_the_configurer() -> None:
+    seen: list[object] = []
+
+    class Limits(SafetyConfig):
+        max_mps: float = 1.0
+
+    class Looking(DataChannelConfigurer[TickParams]):
+        safety_model = Limits
+
+        def configure(self) -> Motor:
+            seen.extend((self.shared, self.safety))
+            return Motor(self.label)
+
+    shared = Shared()
+    build(Looking, safety={"max_mps": 2}, shared=shared)
+    assert seen == [shared, Limits(max_mps=2)]
+
+
+def test_a_throw_away_distribution_is_installed_for_one_test(install_distribution: InstallDistribution) -> None:
+    from importlib.metadata import entry_points, version
+
+    install_distribution(
+        "acme-lamp",
+        version="2.3",
+        modules={"acme_lamp": "ANSWER = 42"},
+        entry_points={"acme": {"lamp": "acme_lamp:ANSWER"}},
+    )
+    (point,) = entry_points(group="acme")
+    assert point.load() == 42
+    assert version("acme-lamp") == "2.3"
+
+
+def test_the_pytest_plugin_loads_nothing_heavy() -> None:
+    code = (
+        "import sys, mosaic_core.testing.pytest_plugin;"
+        "print([name for name in ('numpy', 'av', 'cv2', 'aiortc', 'typer', 'rich', 'yaml') if name in sys.modules])"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"
