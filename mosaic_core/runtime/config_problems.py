@@ -115,7 +115,7 @@ def real_place(loc: tuple[int | str, ...], document: YamlDocument, base: Place) 
     """Pydantic's location as a place of the file; names of union members, which the file lacks, are left out."""
     place = base
     for part in loc:
-        if (*place, part) in document.marks:
+        if document.has((*place, part)):
             place = (*place, part)
     return place
 

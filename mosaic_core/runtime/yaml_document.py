@@ -60,6 +60,18 @@ class YamlDocument:
     """Values that came from the environment or a file: never quoted in a message."""
     problems: list[Problem] = field(default_factory=list)
 
+    def has(self, place: Place) -> bool:
+        """Whether a value stands at ``place``."""
+        value = self.tree
+        for part in place:
+            if isinstance(value, dict) and part in value:
+                value = value[part]
+            elif isinstance(value, list | tuple) and isinstance(part, int) and -1 < part < len(value):
+                value = value[part]
+            else:
+                return False
+        return True
+
     def problem(self, place: Place, message: str, *, code: str = "config.invalid", cure: str = "") -> Problem:
         """A problem at ``place``, or with the line of the nearest thing around it that the file has."""
         around = place
