@@ -95,19 +95,23 @@ class Camera(MediaTrackHandler):
             if grabbed is not None:
                 return grabbed
             if grabber.has_ended:
-                return self._ended(grabber)
+                self._check_end(grabber)
+                return None
             waited_s += WAKE_S
             limit_s = SILENCE_S if grabber.count else FIRST_PICTURE_S
             if waited_s >= limit_s:
                 raise SourceError(f"no picture from {shown(self._params.source)} for {limit_s:g} s", LOOK_AT_SOURCE)
         return None
 
-    def _ended(self, grabber: Grabber) -> None:
-        """A recording may end; a live source may not, nor a file in which nothing can be decoded."""
+    def _check_end(self, grabber: Grabber) -> None:
+        """A recording that is not looped may end; anything else that ends is a fault, and raises."""
+        name = shown(self._params.source)
         if not grabber.count:
-            raise SourceError(f"{shown(self._params.source)} gives no picture", LOOK_AT_SOURCE)
+            raise SourceError(f"{name} gives no picture", LOOK_AT_SOURCE)
         if grabber.is_live:
-            raise SourceError(f"{shown(self._params.source)} was lost", LOOK_AT_SOURCE)
+            raise SourceError(f"{name} was lost", LOOK_AT_SOURCE)
+        if self._params.loop:
+            raise SourceError(f"{name} can't be rewound", "set `loop: false`, or convert it to MP4")
 
     def _presented(self, image: Image) -> Image:
         """As configured. A device was asked for the size; if it has another one, squeezing it would distort."""

@@ -83,14 +83,15 @@ class Grabber:
                 self._changed.notify_all()
 
     def _read_all(self, source: Source) -> None:
-        count_at_start = -1
+        read_this_turn = 0
         while not self._is_stopping:
             grabbed = source.read()
             if grabbed is not None:
+                read_this_turn += 1
                 self._count += 1
                 self._hand_over(grabbed)
-            elif self._is_looping and not source.is_live and self._count > count_at_start + 1:
-                count_at_start = self._count - 1
+            elif self._is_looping and not source.is_live and read_this_turn:
+                read_this_turn = 0
                 source.rewind()
             else:
                 return

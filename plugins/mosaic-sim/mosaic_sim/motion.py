@@ -9,6 +9,9 @@ import numpy as np
 
 from mosaic_sim.room import Floats, Room
 
+STALL_SHARE = 0.25
+"""Against a wall, wheels slip and push the robot along it, but stall if less than this share of the speed is left."""
+
 
 @dataclass(frozen=True, slots=True)
 class Chassis:
@@ -55,9 +58,11 @@ def moved(room: Room, chassis: Chassis, motion: Motion, command: tuple[float, fl
     wish = (linear * dt_s * math.cos(heading), linear * dt_s * math.sin(heading))
     dx, dy, is_touching = _unblocked(room, chassis.radius_m, (motion.x_m, motion.y_m), wish)
     if is_touching:
+        wanted_mps = abs(linear)
         linear = (dx * math.cos(heading) + dy * math.sin(heading)) / dt_s
-        half = angular * chassis.track_width_m / 2
-        left, right = linear - half, linear + half
+        if abs(linear) < STALL_SHARE * wanted_mps:
+            half = angular * chassis.track_width_m / 2
+            left, right = linear - half, linear + half
     return replace(
         motion,
         x_m=motion.x_m + dx,

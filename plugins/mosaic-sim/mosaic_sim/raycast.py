@@ -66,7 +66,7 @@ def _against_segments(segments: Segments, chosen: NDArray[np.intp], origin: Floa
     to_a = segments.a[chosen] - origin
     dx, dy = directions[:, 0, None], directions[:, 1, None]
     cross = dx * edge[:, 1] - dy * edge[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         t = (to_a[:, 0] * edge[:, 1] - to_a[:, 1] * edge[:, 0]) / cross
         s = (to_a[:, 0] * dy - to_a[:, 1] * dx) / cross
         t[~((t > _TOO_NEAR) & (s >= 0.0) & (s <= 1.0))] = np.inf
