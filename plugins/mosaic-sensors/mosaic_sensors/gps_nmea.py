@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -76,14 +77,15 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
     def messages(self) -> Iterator[GpsPosition]:
         tracker = PositionTracker()
         is_live = is_tcp(self.params.source) or is_serial(self.params.source)
-        for sentence in self._live() if is_live else self._recorded():
-            position = tracker.feed(sentence)
-            if sentence is None and tracker.bad_lines == 1:
-                _log.info("%s: skipped a line of %s that is no NMEA sentence", self.label, self.params.source)
-            if position is not None:
-                yield _message(position, tracker.bad_lines)
+        with closing(self._live() if is_live else self._recorded()) as sentences:
+            for sentence in sentences:
+                position = tracker.feed(sentence)
+                if sentence is None and tracker.bad_lines == 1:
+                    _log.info("%s: skipped a line of %s that is no NMEA sentence", self.label, self.params.source)
+                if position is not None:
+                    yield _message(position, tracker.bad_lines)
 
-    def _live(self) -> Iterator[Any]:
+    def _live(self) -> Generator[Any, None, None]:
         lines = Lines()
         heard_at_s = self.monotonic_s()
         with opened(self.params.source, self.params.baud) as source:
@@ -102,7 +104,7 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
     def _hint(self) -> str:
         return f"; is {self.params.baud} the right baud rate?" if is_serial(self.params.source) else ""
 
-    def _recorded(self) -> Iterator[Any]:
+    def _recorded(self) -> Generator[Any, None, None]:
         while True:
             pace = Pace()
             with Path(self.params.source).open("rb") as recording:

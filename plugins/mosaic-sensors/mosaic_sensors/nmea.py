@@ -77,16 +77,16 @@ class PositionTracker:
     def feed(self, sentence: Any | None) -> Position | None:
         """The position that ``sentence`` (of :func:`parsed`) completes, if it does."""
         kind = sentence.msgID if sentence is not None else None
-        if kind is None or (kind in ("GGA", "RMC") and not _is_on_earth(sentence)):
+        if kind is None:
             self.bad_lines += 1
             return None
-        if kind == "GGA":
-            return self._gga(sentence)
-        if kind == "RMC":
-            return self._rmc(sentence)
         if kind == "GSA":
             self._hdop, self._vdop = _number(sentence, "HDOP"), _number(sentence, "VDOP")
-        return None
+        position = self._gga(sentence) if kind == "GGA" else self._rmc(sentence) if kind == "RMC" else None
+        if position is not None and not _is_on_earth(position):
+            self.bad_lines += 1
+            return None
+        return position
 
     def _gga(self, sentence: Any) -> Position:
         self._rmc_since_gga = 0
@@ -143,6 +143,11 @@ def _number(sentence: Any, name: str) -> float | None:
     return float(value) if isinstance(value, int | float) and math.isfinite(value) else None
 
 
-def _is_on_earth(sentence: Any) -> bool:
-    latitude, longitude = _number(sentence, "lat"), _number(sentence, "lon")
-    return (latitude is None or abs(latitude) <= 90) and (longitude is None or abs(longitude) <= 180)
+def _is_on_earth(position: Position) -> bool:
+    """Also ``False`` for a fix without a place: its checksum was right, its numbers were not."""
+    if position.fix == "none":
+        return True
+    latitude_deg, longitude_deg = position.latitude_deg, position.longitude_deg
+    if latitude_deg is None or longitude_deg is None:
+        return False
+    return abs(latitude_deg) <= 90 and abs(longitude_deg) <= 180

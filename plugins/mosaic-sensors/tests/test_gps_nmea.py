@@ -1,0 +1,188 @@
+"""The GPS connector over each of its sources: a file, a TCP server, a serial port (a pseudo terminal)."""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+import tty
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import mosaic_sensors.nmea_source
+from mosaic_core.testing import build, collect, fake_host
+from mosaic_core.words.errors import ConfigError
+from mosaic_sensors.gps_nmea import GpsNmea, GpsNmeaConfigurer
+
+
+def sentence(body: str) -> bytes:
+    checksum = 0
+    for character in body.encode():
+        checksum ^= character
+    return f"${body}*{checksum:02X}\r\n".encode()
+
+
+RMC = sentence("GPRMC,092750.000,A,5321.6802,N,00630.3372,W,0.02,31.66,280511,,,A")
+GGA = sentence("GPGGA,092750.000,5321.6802,N,00630.3372,W,1,8,1.03,61.7,M,55.2,M,,")
+LATER_GGA = sentence("GPGGA,092751.000,5321.6802,N,00630.3372,W,1,8,1.03,61.7,M,55.2,M,,")
+
+
+def gps(source: str, **params: Any) -> GpsNmea:
+    return build(GpsNmeaConfigurer, params={"source": source, **params})
+
+
+@pytest.fixture
+def track(tmp_path: Path) -> str:
+    path = tmp_path / "track.nmea"
+    path.write_bytes(RMC + GGA + b"rubbish\r\n" + LATER_GGA)
+    return str(path)
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reads that come back soon: the fake clock decides how long a silence is."""
+    monkeypatch.setattr(mosaic_sensors.nmea_source, "READ_TIMEOUT_S", 0.01)
+
+
+def test_a_recording_is_played_at_its_pace(track: str) -> None:
+    handler = gps(track, loop=False)
+    started_s = fake_host(handler).clock.now_s
+    positions = collect(handler)
+
+    assert [position.timestamp for position in positions] == [1306574870_000000, 1306574871_000000]
+    assert fake_host(handler).clock.now_s - started_s == pytest.approx(1.0)
+    assert [position.bad_lines for position in positions] == [0, 1]
+
+
+def test_the_message_has_the_keys_of_the_original_nav_sat_fix(track: str) -> None:
+    handler = gps(track)
+    collect(handler, 1)
+
+    sent = fake_host(handler).sent_values()[0]
+    assert list(sent)[:4] == ["latitude", "longitude", "altitude", "timestamp"]
+    assert sent["latitude"] == pytest.approx(53.36133667)
+    assert sent["longitude"] == pytest.approx(-6.50562)
+    assert sent["altitude"] == 61.7
+
+
+def test_a_recording_is_played_again_until_stop(track: str) -> None:
+    handler = gps(track)
+    assert len(collect(handler, 5)) == 5
+
+    messages = iter(handler.messages())
+    fake_host(handler).stop()
+    assert len(list(messages)) <= 1
+
+
+def test_a_recording_that_does_not_exist_is_an_error_that_names_it() -> None:
+    with pytest.raises(FileNotFoundError, match="missing"):
+        collect(gps("/missing/track"), 1)
+
+
+@pytest.fixture
+def server() -> Iterator[socket.socket]:
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        listening.settimeout(5)
+        yield listening
+
+
+def address(server: socket.socket) -> str:
+    return f"tcp://127.0.0.1:{server.getsockname()[1]}"
+
+
+@contextmanager
+def serving(server: socket.socket, *parts: bytes) -> Iterator[None]:
+    """Sends ``parts`` to the first who connects, then closes."""
+
+    def serve() -> None:
+        connection, _ = server.accept()
+        with connection:
+            for part in parts:
+                connection.sendall(part)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        yield
+    finally:
+        thread.join(5)
+
+
+def test_positions_come_over_tcp_until_the_server_goes(server: socket.socket) -> None:
+    with serving(server, RMC + GGA[:20], GGA[20:]), closing(gps(address(server)).messages()) as messages:
+        assert next(messages).latitude == pytest.approx(53.36133667)
+        with pytest.raises(ConnectionError, match="closed the connection"):
+            next(messages)
+
+
+def test_a_tcp_server_that_does_not_answer_is_an_error(server: socket.socket) -> None:
+    closed = address(server)
+    server.close()
+
+    with pytest.raises(ConnectionRefusedError):
+        collect(gps(closed), 1)
+
+
+@pytest.fixture
+def receiver() -> Iterator[tuple[int, str]]:
+    """The GPS receiver's end of a serial line, and the name of ours."""
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+    try:
+        yield ours, os.ttyname(theirs)
+    finally:
+        os.close(ours)
+        os.close(theirs)
+
+
+@pytest.fixture
+def speaking(receiver: tuple[int, str], monkeypatch: pytest.MonkeyPatch) -> str:
+    """A receiver that speaks once our port is open; opening throws away what came before."""
+    really_open = mosaic_sensors.nmea_source.serial.Serial
+
+    def opening(*arguments: Any, **options: Any) -> Any:
+        port = really_open(*arguments, **options)
+        os.write(receiver[0], b"half a line\r\n" + RMC + GGA)
+        return port
+
+    monkeypatch.setattr(mosaic_sensors.nmea_source.serial, "Serial", opening)
+    return receiver[1]
+
+
+@pytest.mark.usefixtures("impatient")
+def test_positions_come_over_a_serial_port(receiver: tuple[int, str], speaking: str) -> None:
+    handler = gps(speaking)
+    with closing(handler.messages()) as messages:
+        assert next(messages).bad_lines == 1
+        os.write(receiver[0], LATER_GGA)
+        assert next(messages).timestamp == 1306574871_000000
+
+        fake_host(handler).stop()
+        assert list(messages) == []
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_silent_receiver_is_an_error_that_asks_for_the_baud_rate(
+    receiver: tuple[int, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    handler = gps(receiver[1])
+    clock = fake_host(handler).clock
+
+    def passing() -> float:
+        clock.advance(1.0)
+        return clock.now_s
+
+    monkeypatch.setattr(fake_host(handler), "monotonic_s", passing)
+
+    with pytest.raises(TimeoutError, match="no NMEA sentence for 10 s; is 9600 the right baud rate"):
+        next(handler.messages())
+
+
+@pytest.mark.parametrize("source", ["tcp://", "tcp://host", "tcp://host:99999", "tcp://h:1/x", "udp://host:1", ""])
+def test_a_source_that_cannot_be_meant_is_refused(source: str) -> None:
+    with pytest.raises(ConfigError, match="source"):
+        gps(source)
