@@ -1,24 +1,143 @@
-import type { Readable } from './Readable'
-import type { RestApi } from './RestApi'
-import type { RobotConnection } from './RobotConnection'
-import type { StoreManager } from './StoreManager'
+import { RobotStatus, type Catalogue, type SignalingMessage } from '@mosaic/protocol'
+import { browserPlatform } from './browserPlatform'
+import { MosaicError } from './MosaicError'
+import type { Platform } from './Platform'
+import { Value, type Readable } from './Readable'
+import { RestApi } from './RestApi'
+import { RobotConnection } from './RobotConnection'
+import { SessionIds } from './SessionIds'
+import { SignalingSocket } from './SignalingSocket'
+import { StoreManager } from './StoreManager'
+import { TokenStore } from './TokenStore'
 import type { RobotSummary, ServerState, Session } from './types'
 
-/** The operator: one per page. */
-export interface MosaicClient {
-  readonly session: Readable<Session | null>
-  /** True until a remembered session was checked: show neither log-in nor robots before. */
-  readonly restoring: Readable<boolean>
-  readonly server: Readable<ServerState>
-  /** The robots of the account with their live status. */
-  readonly robots: Readable<readonly RobotSummary[]>
+export interface MosaicClientOptions {
+  /** `https://mosaic.example.org`; without it the server that this page came from. */
+  baseUrl?: string
+  /** What to use in place of the browser's own things. */
+  platform?: Platform
+}
+
+/** The operator: who is signed in, the robots, and one connection per robot. One per page. */
+export class MosaicClient {
   readonly api: RestApi
   readonly storeManager: StoreManager
-  /** Check the remembered session, once at start. */
-  restore(): Promise<void>
-  login(email: string, password: string): Promise<void>
-  loginWithCode(code: string): Promise<void>
-  logout(): void
-  refreshRobots(): Promise<void>
-  connection(robotId: string): RobotConnection
+  private readonly platform: Platform
+  private readonly socket: SignalingSocket
+  private readonly sessionIds: SessionIds
+  private readonly tokens: TokenStore
+  private readonly connections = new Map<string, RobotConnection>()
+  private readonly signedIn = new Value<Session | null>(null)
+  private readonly isRestoring: Value<boolean>
+  private readonly list = new Value<readonly RobotSummary[]>([])
+  private readonly why = new Value<MosaicError | null>(null)
+
+  readonly session: Readable<Session | null> = this.signedIn
+  /** True until a remembered session was checked: show neither log-in nor robots before. */
+  readonly restoring: Readable<boolean>
+  /** Why the last session ended, if it wasn't by `logout`. */
+  readonly sessionError: Readable<MosaicError | null> = this.why
+  readonly server: Readable<ServerState>
+  /** The robots of the account with their live status. */
+  readonly robots: Readable<readonly RobotSummary[]> = this.list
+
+  constructor(options: MosaicClientOptions = {}) {
+    this.platform = options.platform ?? browserPlatform()
+    const baseUrl = (options.baseUrl ?? globalThis.location.origin).replace(/\/+$/, '')
+    this.tokens = new TokenStore(this.platform)
+    this.isRestoring = new Value(this.tokens.get() !== null)
+    this.restoring = this.isRestoring
+    const onUnauthorized = (error: MosaicError): void => this.end(error)
+    this.api = new RestApi(baseUrl, () => this.tokens.get(), this.platform.fetch, onUnauthorized)
+    this.socket = new SignalingSocket(`${baseUrl.replace(/^http/, 'ws')}/ws/user`, this.platform)
+    this.server = this.socket.state
+    this.sessionIds = new SessionIds(this.platform)
+    this.storeManager = new StoreManager((robotId) => this.connection(robotId), () => this.platform.now())
+    this.socket.onMessage((message) => this.signaled(message))
+    this.socket.onRefused((code) => this.end(new MosaicError(code)))
+    this.socket.state.subscribe(() => {
+      if (this.socket.state.get() === 'online') void this.refreshRobots().catch(() => {})
+    })
+  }
+
+  /** Check the remembered session, once at start. Never throws: without one, `session` stays null. */
+  async restore(): Promise<void> {
+    const token = this.tokens.get()
+    try {
+      if (token !== null) this.begin(token, await this.api.me(token))
+    } catch (error) {
+      // Only the server's refusal ends a session; a server that can't be reached does not.
+      if (error instanceof MosaicError && this.tokens.get() !== null) this.why.set(error)
+    } finally {
+      this.isRestoring.set(false)
+    }
+  }
+
+  /** Sign in; throws `MosaicError`. Without `remember` the session ends with the tab. */
+  async login(email: string, password: string, { remember = true } = {}): Promise<void> {
+    await this.signIn(await this.api.login(email, password), remember)
+  }
+
+  /** Sign in with a one-time code (`/#code=…`); throws `MosaicError`. */
+  async loginWithCode(code: string): Promise<void> {
+    await this.signIn(await this.api.loginWithCode(code), true)
+  }
+
+  logout(): void {
+    this.end(null)
+  }
+
+  /** Read the robots anew; throws `MosaicError`. Afterwards their status arrives by itself. */
+  async refreshRobots(): Promise<void> {
+    const robots = await this.api.robots()
+    if (this.signedIn.get() === null) return
+    this.list.set(robots)
+    this.socket.send('status.subscribe', { robotIds: robots.map(({ id }) => id) })
+  }
+
+  /** This page's connection to the robot; always the same object. */
+  connection(robotId: string): RobotConnection {
+    const existing = this.connections.get(robotId)
+    if (existing) return existing
+    const { platform, api, socket, sessionIds } = this
+    const connection = new RobotConnection(robotId, { platform, api, socket, sessionIds })
+    this.connections.set(robotId, connection)
+    return connection
+  }
+
+  private async signIn(token: string, remember: boolean): Promise<void> {
+    const user = await this.api.me(token)
+    this.tokens.set(token, remember)
+    this.begin(token, user)
+  }
+
+  private begin(token: string, user: Session['user']): void {
+    this.why.set(null)
+    this.signedIn.set({ token, user })
+    this.socket.start(token)
+  }
+
+  private end(why: MosaicError | null): void {
+    this.tokens.clear()
+    this.sessionIds.forgetAll()
+    for (const connection of this.connections.values()) connection.disconnect()
+    this.socket.stop()
+    this.list.set([])
+    this.why.set(why)
+    this.signedIn.set(null)
+  }
+
+  private signaled(message: SignalingMessage): void {
+    if (message.type === 'catalogue.update') this.announced(message.data.robotId, message.data.catalogue)
+    if (message.type !== 'status.update' || message.data.robotId === undefined) return
+    const { robotId, status } = message.data
+    const isOnline = status !== RobotStatus.DISCONNECTED
+    const robots = this.list.get()
+    const isNews = robots.some((robot) => robot.id === robotId && robot.status !== status)
+    if (isNews) this.list.set(robots.map((robot) => (robot.id === robotId ? { ...robot, status, isOnline } : robot)))
+  }
+
+  private announced(robotId: string, catalogue: Catalogue): void {
+    this.connection(robotId).announced(catalogue)
+  }
 }

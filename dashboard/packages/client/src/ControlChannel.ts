@@ -1,0 +1,98 @@
+import {
+  CONTROL_EXTENSIONS,
+  CONTROL_PROTOCOL_VERSION,
+  controlText,
+  parseControl,
+  WireError,
+  type ControlMessage,
+  type ControlMessages,
+  type MediaOrigin,
+} from '@mosaic/protocol'
+import { ClockOffset } from './ClockOffset'
+import { microseconds } from './clock'
+import { DataPort, type PortMessage } from './DataPort'
+import { randomId } from './randomId'
+
+/** Names this page's clock, like a robot's boot id names the robot's. */
+const PAGE_BOOT_ID = randomId()
+const SOFTWARE = 'mosaic-dashboard/0.1.0'
+const RTP_HZ = 90_000
+const TWO_32 = 2 ** 32
+
+export interface ControlListener {
+  controlOpened(): void
+  controlClosed(): void
+  controlHeard(message: ControlMessage | null): void
+}
+
+/** The `_mosaic` channel of one peer: messages there and back, and what its pings tell about the two clocks. */
+export class ControlChannel {
+  readonly clocks = new ClockOffset()
+  private readonly port: DataPort
+
+  constructor(
+    channel: RTCDataChannel,
+    private readonly now: () => number,
+    private readonly listener: ControlListener,
+  ) {
+    this.port = new DataPort(
+      channel,
+      { dataType: 'json-bi', delivery: 'reliable', now },
+      {
+        opened: () => this.listener.controlOpened(),
+        closed: () => this.listener.controlClosed(),
+        received: (_port, message) => this.received(message),
+        misread: (_port, error) => warn(error),
+      },
+    )
+  }
+
+  send<T extends keyof ControlMessages>(type: T, data: ControlMessages[T]): boolean {
+    return this.port.send(controlText(type, data))
+  }
+
+  sendHello(): void {
+    const extensions = CONTROL_EXTENSIONS
+    this.send('hello', { protocol: CONTROL_PROTOCOL_VERSION, extensions, software: SOFTWARE, bootId: PAGE_BOOT_ID })
+  }
+
+  sendPing(): void {
+    this.send('ping', { t0: microseconds(this.now()) })
+  }
+
+  close(): void {
+    this.port.close()
+  }
+
+  /** See `MediaStreamStore.pictureAgeMs`. */
+  pictureAgeMs(rtpTimestamp: number, atMs: number, origin: MediaOrigin): number | null {
+    const { offsetUs } = this.clocks
+    if (offsetUs === null) return null
+    const robotUs = microseconds(atMs) + offsetUs
+    const rtpNow = (robotUs * RTP_HZ) / 1_000_000 + origin.rtpOrigin
+    return (differenceMod32(rtpNow, rtpTimestamp) / RTP_HZ) * 1000
+  }
+
+  private received({ data }: PortMessage): void {
+    const t3 = microseconds(this.now())
+    try {
+      const message = parseControl(new TextDecoder().decode(data))
+      if (message?.type === 'pong') this.clocks.add(message.data.t0, message.data.t1, message.data.t2, t3)
+      if (message?.type === 'ping') this.send('pong', { t0: message.data.t0, t1: t3, t2: microseconds(this.now()) })
+      this.listener.controlHeard(message)
+    } catch (error) {
+      if (!(error instanceof WireError)) throw error
+      warn(error)
+    }
+  }
+}
+
+// RTP timestamps wrap after 13 hours; the nearer of the two directions is meant.
+function differenceMod32(a: number, b: number): number {
+  const difference = (((a - b) % TWO_32) + TWO_32) % TWO_32
+  return difference < TWO_32 / 2 ? difference : difference - TWO_32
+}
+
+function warn(error: WireError): void {
+  console.warn(`mosaic: the robot sent something unreadable on its control channel (${error.message})`)
+}

@@ -1,0 +1,139 @@
+import { CHANNEL_PROTOCOL, CONTROL_LABEL, type Delivery, type IceCandidate, type IceServer } from '@mosaic/protocol'
+import type { Platform } from './Platform'
+
+/** A wanted media line: which connector, and whether it is a picture or sound. */
+export interface MediaLine {
+  label: string | null
+  kind: 'video' | 'audio'
+}
+
+export interface PeerLinkListener {
+  candidateFound(candidate: IceCandidate): void
+  iceConnected(): void
+  linkConnected(): void
+  linkBroken(code: string): void
+  trackArrived(label: string, stream: MediaStream, receiver: RTCRtpReceiver): void
+}
+
+export interface Offer {
+  sdp: string
+  /** Label of the wanted connector by the mid of its media line. */
+  tracks: Record<string, string>
+}
+
+/**
+ * One `RTCPeerConnection` of the offering side. Candidates of the robot wait for its answer; ours are plain
+ * three-key objects. It never negotiates a second time, so there is no glare.
+ */
+export class PeerLink {
+  private readonly connection: RTCPeerConnection
+  private readonly labels = new Map<string, string>()
+  private readonly early: IceCandidate[] = []
+  private isAnswered = false
+  private isClosed = false
+  readonly control: RTCDataChannel
+
+  constructor(
+    private readonly platform: Platform,
+    iceServers: readonly IceServer[],
+    private readonly listener: PeerLinkListener,
+  ) {
+    this.connection = platform.openPeerConnection({ iceServers: iceServers.map(plainIceServer) })
+    this.control = this.connection.createDataChannel(CONTROL_LABEL, { ordered: true, protocol: CHANNEL_PROTOCOL })
+    this.connection.onicecandidate = (event) => this.found(event.candidate)
+    this.connection.oniceconnectionstatechange = () => this.iceChanged()
+    this.connection.onconnectionstatechange = () => this.changed()
+    this.connection.ontrack = (event) => this.arrived(event)
+  }
+
+  async offer(lines: readonly MediaLine[]): Promise<Offer> {
+    const transceivers = lines.map((line) => ({
+      line,
+      transceiver: this.connection.addTransceiver(line.kind, { direction: 'recvonly' }),
+    }))
+    const description = await this.connection.createOffer()
+    await this.connection.setLocalDescription(description)
+    for (const { line, transceiver } of transceivers) {
+      if (transceiver.mid !== null && line.label !== null) this.labels.set(transceiver.mid, line.label)
+    }
+    const sdp = this.connection.localDescription?.sdp ?? description.sdp ?? ''
+    return { sdp, tracks: Object.fromEntries(this.labels) }
+  }
+
+  async accept(sdp: string): Promise<void> {
+    if (this.isAnswered || this.isClosed) return
+    this.isAnswered = true
+    await this.connection.setRemoteDescription({ type: 'answer', sdp })
+    for (const candidate of this.early.splice(0)) await this.add(candidate)
+  }
+
+  /** A candidate of the robot; one that the browser can't use is not worth more than a line on the console. */
+  async addCandidate(candidate: IceCandidate): Promise<void> {
+    if (this.connection.remoteDescription === null) this.early.push(candidate)
+    else await this.add(candidate)
+  }
+
+  /** A channel of a connector; works at any time, without negotiating again. `protocol` is empty for originals. */
+  openChannel(label: string, delivery: Delivery, protocol: string): RTCDataChannel {
+    const reliability = delivery === 'latest' ? { ordered: false, maxRetransmits: 0 } : { ordered: true }
+    return this.connection.createDataChannel(label, protocol === '' ? reliability : { ...reliability, protocol })
+  }
+
+  close(): void {
+    this.isClosed = true
+    this.connection.onicecandidate = this.connection.oniceconnectionstatechange = null
+    this.connection.onconnectionstatechange = this.connection.ontrack = null
+    this.connection.close()
+  }
+
+  private async add(candidate: IceCandidate): Promise<void> {
+    if (this.isClosed) return
+    try {
+      await this.connection.addIceCandidate(candidate)
+    } catch (error) {
+      console.warn('mosaic: a candidate of the robot was not usable', error)
+    }
+  }
+
+  private found(candidate: RTCIceCandidate | null): void {
+    // Null and the empty candidate mean "no more": upstream knows no message for it.
+    if (candidate === null || candidate.candidate === '') return
+    this.listener.candidateFound({
+      candidate: candidate.candidate,
+      sdpMid: candidate.sdpMid ?? '0',
+      sdpMLineIndex: candidate.sdpMLineIndex ?? 0,
+    })
+  }
+
+  private iceChanged(): void {
+    const state = this.connection.iceConnectionState
+    if (state === 'connected' || state === 'completed') this.listener.iceConnected()
+  }
+
+  private changed(): void {
+    const state = this.connection.connectionState
+    if (state === 'connected') this.listener.linkConnected()
+    if (state === 'failed' || state === 'closed') this.listener.linkBroken('ice.failed')
+  }
+
+  private arrived({ track, streams, receiver, transceiver }: RTCTrackEvent): void {
+    const [stream] = streams
+    const asked = transceiver.mid === null ? undefined : this.labels.get(transceiver.mid)
+    // Who answered without heeding our wish (an original robot) names the track by its stream.
+    const label = asked ?? stream?.id
+    if (label === undefined) return
+    this.listener.trackArrived(label, stream ?? this.platform.newMediaStream(track), receiver)
+  }
+}
+
+function plainIceServer({ urls, username, credential }: IceServer): RTCIceServer {
+  const server: RTCIceServer = { urls: [...urls].map(withScheme) }
+  if (username !== undefined) server.username = username
+  if (credential !== undefined) server.credential = credential
+  return server
+}
+
+// Original configurations write `host:port` and mean TURN.
+function withScheme(url: string): string {
+  return /^(stuns?|turns?):/.test(url) ? url : `turn:${url}`
+}

@@ -1,0 +1,232 @@
+import { CHANNEL_PROTOCOL, type Catalogue, type MediaOrigin, type MediaUnavailable, type Refusal } from '@mosaic/protocol'
+import { channelPlan, type ChannelPlan } from './channelPlan'
+import { DataPort, type PortMessage } from './DataPort'
+import type { MediaLine, PeerLink } from './PeerLink'
+import { BidirectionalStore } from './stores/BidirectionalStore'
+import { MediaStreamStore, type MediaSource } from './stores/MediaStreamStore'
+import type { MosaicStore } from './stores/MosaicStore'
+import { SendableStore } from './stores/SendableStore'
+
+/** What the bindings need of the live connection. */
+export interface BindingHost {
+  now(): number
+  ageMs(stampUs: number, atMs: number): number | null
+  /** Ask the robot for a picture, or to stop; false while that can't be said. */
+  watch(label: string, on: boolean): boolean
+  mediaSource(receiver: RTCRtpReceiver): MediaSource
+}
+
+interface Binding {
+  store: MosaicStore
+  ports: DataPort[]
+  stopWatching: (() => void) | null
+  isWatching: boolean
+}
+
+interface Track {
+  stream: MediaStream
+  receiver: RTCRtpReceiver
+}
+
+/** Lines offered to a robot whose catalogue nobody knows: as many as the original dashboards do. */
+const BLIND_LINES = 2
+
+/** The stores of one robot and what carries them: channels and tracks of the peer link, while there is one. */
+export class StoreBindings {
+  private readonly bindings = new Map<string, Binding>()
+  private readonly tracks = new Map<string, Track>()
+  private readonly origins = new Map<string, MediaOrigin>()
+  private link: PeerLink | null = null
+  private catalogue: Catalogue | null = null
+  private isOriginal = false
+  private isUp = false
+
+  constructor(
+    private readonly host: BindingHost,
+    private isVisible: boolean,
+  ) {}
+
+  add(store: MosaicStore): void {
+    const label = store.robotConnector.connectorId
+    const binding: Binding = { store, ports: [], stopWatching: null, isWatching: false }
+    this.bindings.set(label, binding)
+    if (store instanceof MediaStreamStore) binding.stopWatching = store.isWatched.subscribe(() => this.watch(binding))
+    if (this.link) store.notifyBeforeConnected()
+    this.bind(binding)
+  }
+
+  remove(store: MosaicStore): void {
+    const label = store.robotConnector.connectorId
+    const binding = this.bindings.get(label)
+    if (binding?.store !== store) return
+    this.bindings.delete(label)
+    binding.stopWatching?.()
+    if (binding.isWatching) this.host.watch(label, false)
+    this.unbind(binding)
+  }
+
+  /** The robot's connectors changed, or became known. */
+  setCatalogue(catalogue: Catalogue | null): void {
+    this.catalogue = catalogue
+    for (const binding of this.bindings.values()) this.bind(binding)
+  }
+
+  setVisible(isVisible: boolean): void {
+    this.isVisible = isVisible
+    for (const binding of this.bindings.values()) this.watch(binding)
+  }
+
+  /** The media lines to offer: one per media connector in the catalogue's order. */
+  mediaLines(): MediaLine[] {
+    const entries = this.catalogue?.entries.filter((entry) => entry.dataType === 'media')
+    if (entries) return entries.map(({ label, kind }) => ({ label, kind: kind === 'audio' ? 'audio' : 'video' }))
+    const wanted = [...this.bindings.values()].filter(({ store }) => store instanceof MediaStreamStore).length
+    // Whose tracks come on these lines is the robot's choice; it names them by their streams.
+    return Array.from({ length: Math.max(BLIND_LINES, wanted) }, () => ({ label: null, kind: 'video' }))
+  }
+
+  /** A new attempt begins. */
+  begin(): void {
+    for (const { store } of this.bindings.values()) store.notifyBeforeConnected()
+  }
+
+  /** There is a link: open the channels that are known to be needed. */
+  setLink(link: PeerLink): void {
+    this.link = link
+    this.isOriginal = false
+    for (const binding of this.bindings.values()) this.bind(binding)
+  }
+
+  /** The robot said hello: pictures can be asked for. */
+  greeted(): void {
+    this.isUp = true
+    for (const binding of this.bindings.values()) this.watch(binding)
+  }
+
+  /** The robot is an original one: channels carry bare payloads, and every picture is sent anyway. */
+  treatAsOriginal(): void {
+    this.isOriginal = true
+    for (const binding of this.bindings.values()) {
+      this.closePorts(binding)
+      this.bind(binding)
+    }
+  }
+
+  /** The link is gone; the stores stay. */
+  dropLink(): void {
+    this.link = null
+    this.isUp = false
+    this.tracks.clear()
+    this.origins.clear()
+    for (const binding of this.bindings.values()) this.unbind(binding)
+  }
+
+  tellDisconnected(why: { code?: string; message?: string }): void {
+    for (const { store } of this.bindings.values()) {
+      if (store.state.get().phase !== 'mismatch') store.notifyAfterDisconnected(why)
+    }
+  }
+
+  tellFailed(why: { code: string; message?: string }): void {
+    for (const { store } of this.bindings.values()) {
+      if (store.state.get().phase !== 'mismatch') store.notifyAfterConnectionFailed(why)
+    }
+  }
+
+  trackArrived(label: string, stream: MediaStream, receiver: RTCRtpReceiver): void {
+    this.tracks.set(label, { stream, receiver })
+    const binding = this.bindings.get(label)
+    if (binding) this.bind(binding)
+  }
+
+  originKnown(origin: MediaOrigin): void {
+    this.origins.set(origin.label, origin)
+    const store = this.bindings.get(origin.label)?.store
+    if (store instanceof MediaStreamStore) store.setOrigin(origin)
+  }
+
+  mediaUnavailable({ label, code, message }: MediaUnavailable): void {
+    const store = this.bindings.get(label)?.store
+    if (store) store.setState(message === undefined ? { phase: 'closed', code } : { phase: 'closed', code, message })
+  }
+
+  refused(refusal: Refusal): void {
+    for (const { store, ports } of this.bindings.values()) {
+      const isMeant = ports.some((port) => port.label === refusal.label)
+      if (isMeant && (store instanceof SendableStore || store instanceof BidirectionalStore)) store.refused(refusal)
+    }
+  }
+
+  private bind(binding: Binding): void {
+    const plan = channelPlan(binding.store.robotConnector, this.catalogue, this.isOriginal)
+    if (plan.type === 'mismatch') binding.store.setState(plan.state)
+    else if (binding.store.state.get().phase === 'mismatch') binding.store.setState({ phase: 'waiting' })
+    if (plan.type === 'media') this.bindTrack(binding)
+    else if (plan.type === 'channels' && binding.ports.length === 0) this.openPorts(binding, plan)
+  }
+
+  private openPorts(binding: Binding, plan: ChannelPlan & { type: 'channels' }): void {
+    const { link } = this
+    if (link === null) return
+    const protocol = this.isOriginal ? '' : CHANNEL_PROTOCOL
+    binding.store.setState({ phase: 'waiting' })
+    binding.ports = plan.channels.map(({ label, dataType }) => {
+      const channel = link.openChannel(label, plan.delivery, protocol)
+      const options = { dataType, delivery: plan.delivery, now: () => this.host.now() }
+      return new DataPort(channel, options, {
+        opened: () => this.portOpened(binding),
+        closed: () => this.portClosed(binding),
+        received: (port, message) => this.received(binding, port, message),
+        misread: (port, error) => console.warn(`mosaic: '${port.label}' sent something unreadable (${error.message})`),
+      })
+    })
+  }
+
+  private portOpened(binding: Binding): void {
+    if (!binding.ports.every((port) => port.isOpen)) return
+    binding.store.attach(binding.ports)
+    binding.store.notifyAfterConnected()
+  }
+
+  private portClosed(binding: Binding): void {
+    this.closePorts(binding)
+    binding.store.notifyAfterDisconnected({ code: 'peer.closed' })
+  }
+
+  private received({ store }: Binding, port: DataPort, { data, seq, stampUs, latched }: PortMessage): void {
+    const receivedAtMs = this.host.now()
+    const ageMs = stampUs === 0 ? null : this.host.ageMs(stampUs, receivedAtMs)
+    store.receive(data, { receivedAtMs, seq, stampUs, latched, ageMs }, port)
+  }
+
+  private bindTrack(binding: Binding): void {
+    const { store } = binding
+    const label = store.robotConnector.connectorId
+    const track = this.tracks.get(label)
+    if (!(store instanceof MediaStreamStore) || !track || store.mediaStream.get() === track.stream) return
+    store.setMediaStream(track.stream, this.host.mediaSource(track.receiver))
+    const origin = this.origins.get(label)
+    if (origin) store.setOrigin(origin)
+    store.notifyAfterConnected()
+    this.watch(binding)
+  }
+
+  private watch(binding: Binding): void {
+    if (!this.isUp || this.isOriginal || !(binding.store instanceof MediaStreamStore)) return
+    const wanted = this.isVisible && binding.store.isWatched.get()
+    if (wanted === binding.isWatching) return
+    if (this.host.watch(binding.store.robotConnector.connectorId, wanted)) binding.isWatching = wanted
+  }
+
+  private unbind(binding: Binding): void {
+    this.closePorts(binding)
+    binding.isWatching = false
+    if (binding.store instanceof MediaStreamStore) binding.store.setMediaStream(null)
+  }
+
+  private closePorts(binding: Binding): void {
+    for (const port of binding.ports) port.close()
+    binding.ports = []
+    binding.store.detach()
+  }
+}

@@ -1,0 +1,30 @@
+import { nowMs } from './clock'
+import type { Platform } from './Platform'
+
+/** The browser this page runs in. */
+export function browserPlatform(): Platform {
+  return {
+    now: nowMs,
+    random: () => Math.random(),
+    fetch: (input, init) => globalThis.fetch(input, init),
+    openWebSocket: (url) => new WebSocket(url),
+    openPeerConnection: (configuration) => new RTCPeerConnection(configuration),
+    newMediaStream: (track) => new MediaStream([track]),
+    localStorage: storageOrNull(() => globalThis.localStorage),
+    sessionStorage: storageOrNull(() => globalThis.sessionStorage),
+    isVisible: () => document.visibilityState !== 'hidden',
+    onVisibilityChange: (listener) => document.addEventListener('visibilitychange', listener),
+    onPageHide: (listener) => window.addEventListener('pagehide', listener),
+    onPageShow: (listener) => window.addEventListener('pageshow', listener),
+    onNetworkBack: (listener) => window.addEventListener('online', listener),
+  }
+}
+
+// Reading the property alone throws where the user forbids storage.
+function storageOrNull(read: () => Storage): Storage | null {
+  try {
+    return read()
+  } catch {
+    return null
+  }
+}

@@ -1,0 +1,54 @@
+/** Which channels a store needs, and whether the robot has its connector at all. Pure. */
+import type { Catalogue, CatalogueEntry, ChannelEntry, Delivery, MosaicDataType } from '@mosaic/protocol'
+import { nearestName } from './nearestName'
+import type { RobotConnector, StoreState } from './types'
+
+export type ChannelPlan =
+  | { type: 'channels'; channels: readonly ChannelEntry[]; delivery: Delivery }
+  | { type: 'media' }
+  /** Nobody knows yet: the robot has not told its connectors. */
+  | { type: 'unknown' }
+  | { type: 'mismatch'; state: StoreState }
+
+/** With a catalogue that decides; without one an original robot is taken at the caller's word. */
+export function channelPlan(connector: RobotConnector, catalogue: Catalogue | null, isOriginal: boolean): ChannelPlan {
+  const { connectorId, dataType } = connector
+  if (isOriginal) return bareChannel(connectorId, dataType)
+  if (catalogue === null) return dataType === 'media' ? { type: 'media' } : { type: 'unknown' }
+  const entry = catalogue.entries.find(({ label }) => label === connectorId)
+  if (!entry) return { type: 'mismatch', state: missing(connectorId, catalogue) }
+  if (dataType !== undefined && !isCompatible(dataType, entry.dataType)) {
+    return { type: 'mismatch', state: otherWay(connectorId, dataType, entry) }
+  }
+  if (entry.dataType === 'media') return { type: 'media' }
+  const own = [{ label: connectorId, dataType: entry.dataType }]
+  return { type: 'channels', channels: entry.channels.length > 0 ? entry.channels : own, delivery: entry.delivery }
+}
+
+function bareChannel(label: string, dataType: MosaicDataType | undefined): ChannelPlan {
+  if (dataType === 'media') return { type: 'media' }
+  return { type: 'channels', channels: [{ label, dataType: dataType ?? 'json-bi' }], delivery: 'reliable' }
+}
+
+function missing(label: string, catalogue: Catalogue): StoreState {
+  const known = catalogue.entries.map((entry) => entry.label)
+  const nearest = nearestName(label, known)
+  const message = `the robot has no connector '${label}'` + (nearest === null ? '' : `; did you mean '${nearest}'?`)
+  const state: StoreState = { phase: 'mismatch', code: 'channel.unknown_label', message }
+  return nearest === null ? state : { ...state, nearest }
+}
+
+function otherWay(label: string, wanted: MosaicDataType, entry: CatalogueEntry): StoreState {
+  const message = `'${label}' is ${entry.dataType} on the robot, ${wanted} was asked for`
+  return { phase: 'mismatch', code: 'channel.unknown_label', message }
+}
+
+// JSON, strings and bytes are all bytes to a store; the way they flow is not to be argued about.
+function isCompatible(wanted: MosaicDataType, offered: MosaicDataType): boolean {
+  if (wanted === 'media' || offered === 'media') return wanted === offered
+  return directionOf(offered) === 'bi' || directionOf(wanted) === directionOf(offered)
+}
+
+function directionOf(dataType: MosaicDataType): string {
+  return dataType.slice(dataType.lastIndexOf('-') + 1)
+}
