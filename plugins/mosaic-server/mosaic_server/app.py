@@ -1,0 +1,51 @@
+"""The application: routes, sockets, guards and the dashboard around one set of services."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+
+from fastapi import FastAPI
+from starlette.middleware.cors import CORSMiddleware
+
+from mosaic_server.rest import account, connections, robots, server_info, users
+from mosaic_server.rest.envelope import Failure, install_error_handlers
+from mosaic_server.services import running
+from mosaic_server.settings import Settings
+from mosaic_server.sockets import endpoints
+from mosaic_server.web.dashboard_files import dashboard_router
+from mosaic_server.web.guards import Guards
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """An ASGI application. Its sockets need :class:`mosaic_server.sockets.link.LinkedProtocol` (see ``serving``)."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        async with running(settings) as services:
+            app.state.services = services
+            yield
+
+    app = FastAPI(
+        title="MOSAIC server",
+        version=version("mosaic-server"),
+        lifespan=lifespan,
+        docs_url=None,  # these pages load scripts from strangers
+        redoc_url=None,
+        responses={400: {"model": Failure}, 401: {"model": Failure}, 403: {"model": Failure}},
+    )
+    install_error_handlers(app)
+    for routes in (account, users, robots, connections, server_info):
+        app.include_router(routes.router)
+    app.include_router(endpoints.router)
+    app.include_router(dashboard_router(settings.dashboard_dir))
+    if settings.allowed_origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=sorted(settings.allowed_origins),
+            allow_methods=["GET", "POST", "PUT", "DELETE"],
+            allow_headers=["Authorization", "Content-Type"],
+        )
+    app.add_middleware(Guards, settings=settings)
+    return app

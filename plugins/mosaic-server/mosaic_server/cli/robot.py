@@ -1,0 +1,141 @@
+"""``mosaic server robot …``"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from mosaic_server.cli.options import AsJson, DatabaseUrl, DataDir, fail, opened, show, show_table
+from mosaic_server.storage.accounts import all_people, person_by_email
+from mosaic_server.storage.database import Database
+from mosaic_server.storage.robots import (
+    RobotAuthType,
+    RobotRecord,
+    add_robot,
+    all_robots,
+    remove_robot,
+    renew_token,
+    robot_by_id,
+)
+
+app = typer.Typer(help="Robots and their tokens.", no_args_is_help=True)
+RobotIdOrName = Annotated[str, typer.Argument(help="The robot's id, or its name where that is unique.")]
+ServerUrl = Annotated[str, typer.Option(help="How the robot reaches this server; for the snippet to paste.")]
+
+DEFAULT_URL = "ws://127.0.0.1:9001"
+
+
+@app.command("add")
+def add(
+    name: Annotated[str, typer.Argument(help="What people call the robot.")],
+    owner: Annotated[
+        str, typer.Option(help="E-mail of an account of its organization; needed if there are several.")
+    ] = "",
+    description: Annotated[str, typer.Option(help="Shown in the dashboard.")] = "",
+    no_authorization: Annotated[
+        bool,
+        typer.Option("--no-authorization", help="Let anybody who knows the id be this robot. For closed networks."),
+    ] = False,
+    ws_url: ServerUrl = DEFAULT_URL,
+    data_dir: DataDir = None,
+    database: DatabaseUrl = None,
+    as_json: AsJson = False,
+) -> None:
+    """Add a robot; prints what belongs into its YAML file, with the token shown once."""
+    auth_type = RobotAuthType.NO_AUTHORIZATION if no_authorization else RobotAuthType.SIMPLE_TOKEN
+    with opened(data_dir, database) as db:
+        robot = db.work(add_robot, _organization(db, owner), name, description, auth_type)
+        token = None if no_authorization else db.work(renew_token, robot.id)
+    _show_robot(robot, token, ws_url, as_json)
+
+
+@app.command("list")
+def show_all(data_dir: DataDir = None, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
+    """List all robots."""
+    with opened(data_dir, database) as db:
+        robots = db.work(all_robots)
+    rows = [
+        {"name": robot.name, "id": robot.id, "auth": _auth_name(robot), "token": "yes" if robot.has_token else "no"}
+        for robot in robots
+    ]
+    show_table(rows, as_json=as_json)
+
+
+@app.command("token")
+def token(
+    robot: RobotIdOrName,
+    ws_url: ServerUrl = DEFAULT_URL,
+    data_dir: DataDir = None,
+    database: DatabaseUrl = None,
+    as_json: AsJson = False,
+) -> None:
+    """Make a new token; the old one is refused from now on."""
+    with opened(data_dir, database) as db:
+        known = _known(db, robot)
+        if known.auth_type is not RobotAuthType.SIMPLE_TOKEN:
+            fail(f"robot {known.name!r} needs no token", exit_code=2)
+        new = db.work(renew_token, known.id)
+    _show_robot(known, new, ws_url, as_json)
+
+
+@app.command("remove")
+def remove(robot: RobotIdOrName, data_dir: DataDir = None, database: DatabaseUrl = None) -> None:
+    """Remove a robot and its token."""
+    with opened(data_dir, database) as db:
+        known = _known(db, robot)
+        db.work(remove_robot, known.id)
+    typer.echo(f"removed {known.name} ({known.id})")
+
+
+def _organization(db: Database, owner: str) -> str:
+    if owner:
+        person = db.work(person_by_email, owner)
+        if person is None:
+            fail(f"no account {owner!r}; see `mosaic server user list`")
+        return person.organization_id
+    organizations = {person.organization_id for person in db.work(all_people)}
+    if not organizations:
+        fail("there is no account yet; make one with `mosaic server init`", exit_code=2)
+    if len(organizations) > 1:
+        fail("there are several accounts; say whose robot it is with --owner EMAIL", exit_code=2)
+    return organizations.pop()
+
+
+def _known(db: Database, id_or_name: str) -> RobotRecord:
+    by_id = db.work(robot_by_id, id_or_name.lower())
+    if by_id is not None:
+        return by_id
+    named = [robot for robot in db.work(all_robots) if robot.name == id_or_name]
+    if len(named) > 1:
+        fail(f"{len(named)} robots are called {id_or_name!r}; use the id", exit_code=2)
+    if not named:
+        fail(f"no robot {id_or_name!r}; see `mosaic server robot list`")
+    return named[0]
+
+
+def _auth_name(robot: RobotRecord) -> str:
+    return robot.auth_type.name.lower().replace("_", "-")
+
+
+def _show_robot(robot: RobotRecord, token: str | None, ws_url: str, as_json: bool) -> None:
+    record = {"robotId": robot.id, "name": robot.name, **({"robotToken": token} if token else {})}
+    show(record, as_json=as_json, text=yaml_snippet(robot, token, ws_url))
+
+
+def yaml_snippet(robot: RobotRecord, token: str | None, ws_url: str) -> str:
+    """The ``server:`` part of the robot's file."""
+    lines = [
+        f"# robot {robot.name!r}: put this into its mosaic_config.yaml",
+        "server:",
+        f"  ws_url: {ws_url.rstrip('/')}",
+        "  auth:",
+        f"    type: {_auth_name(robot)}",
+        f"    robot_id: {robot.id}",
+    ]
+    if token:
+        lines += [
+            "    params:",
+            f"      token: {token}   # shown this once; or write ${{MOSAIC_TOKEN}} and set that",
+        ]
+    return "\n".join(lines)

@@ -1,0 +1,1 @@
+"""The REST interface: the original's routes and envelope, and a few of our own."""

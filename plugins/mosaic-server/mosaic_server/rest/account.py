@@ -1,0 +1,132 @@
+"""Logging in, signing up, one-time codes."""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+
+from fastapi import APIRouter, Request
+from pydantic import Field
+
+from mosaic_core.words.codes import ResultCode
+from mosaic_core.words.wire_model import WireModel
+from mosaic_server.rest.envelope import ApiError, Envelope, Message
+from mosaic_server.rest.signed_in import PersonDep, ServicesDep
+from mosaic_server.security.passwords import MAX_PASSWORD_LENGTH, MIN_PASSWORD_LENGTH
+from mosaic_server.services import Services
+from mosaic_server.storage.accounts import (
+    AccountExists,
+    Person,
+    add_account,
+    normalised_email,
+    person_by_id,
+    person_by_password,
+)
+
+_log = logging.getLogger(__name__)
+
+router = APIRouter(prefix="/api/v1/account", tags=["account"])
+
+
+class Login(WireModel):
+    """``username`` is the e-mail."""
+
+    username: str = Field(max_length=254)
+    password: str = Field(max_length=MAX_PASSWORD_LENGTH, repr=False)
+
+
+class AccessToken(WireModel):
+    access_token: str = Field(repr=False)
+    existing_connection: bool = False
+
+
+class OneTimeCode(WireModel):
+    code: str = Field(max_length=200, repr=False)
+
+
+class Signup(WireModel):
+    email: str = Field(max_length=254, pattern=r"^[^@\s]+@[^@\s]+$")
+    password: str = Field(min_length=MIN_PASSWORD_LENGTH, max_length=MAX_PASSWORD_LENGTH, repr=False)
+    full_name: str = Field(default="", max_length=200)
+
+
+@router.post("/login/access-token")
+async def log_in(login: Login, request: Request, services: ServicesDep) -> Envelope[AccessToken]:
+    """Public. 429 after several wrong passwords."""
+    email, address = normalised_email(login.username), _address(request)
+    wait_s = services.login_limits.wait_s(email, address, time.monotonic())
+    if wait_s > 0:
+        raise _slow_down(wait_s)
+    async with services.hashing:
+        person = await services.database.run(person_by_password, email, login.password)
+    if person is None:
+        services.login_limits.failed(email, address, time.monotonic())
+        _log.warning("a log-in failed from %s", address)
+        raise ApiError(ResultCode.INVALID_PASSWORD, "e-mail or password is wrong", status=401)
+    services.login_limits.succeeded(email, address)
+    return _access(services, person)
+
+
+@router.post("/login/one-time")
+async def log_in_with_code(code: OneTimeCode, request: Request, services: ServicesDep) -> Envelope[AccessToken]:
+    """Public. A code works once, for a minute."""
+    address = _address(request)
+    wait_s = services.login_limits.wait_s("", address, time.monotonic())
+    if wait_s > 0:
+        raise _slow_down(wait_s)
+    account_id = services.codes.redeem(code.code, time.monotonic())
+    person = None if account_id is None else await services.database.run(person_by_id, account_id)
+    if person is None:
+        services.login_limits.failed("", address, time.monotonic())
+        raise ApiError(ResultCode.AUTHENTICATION_FAILED, "this sign-in code was used already or is too old")
+    return _access(services, person)
+
+
+@router.post("/one-time-code")
+async def issue_code(person: PersonDep, services: ServicesDep) -> Envelope[OneTimeCode]:
+    """A code that signs this account in somewhere else: put it behind ``/#code=``."""
+    return Envelope(resultData=OneTimeCode(code=services.codes.issue(person.id, time.monotonic())))
+
+
+@router.post("/signup")
+async def sign_up(signup: Signup, services: ServicesDep) -> Envelope[Message]:
+    """Public; 403 unless the server was started with ``--allow-signup``."""
+    if not services.settings.allow_signup:
+        raise ApiError(ResultCode.ACCESS_DENIED, "this server takes no sign-ups; ask its administrator")
+    try:
+        async with services.hashing:
+            await services.database.run(add_account, signup.email, signup.password, signup.full_name)
+    except AccountExists as error:
+        raise ApiError(ResultCode.USER_ALREADY_EXISTS, "this e-mail has an account already", status=409) from error
+    return Envelope(resultData=Message(message="signed up"))
+
+
+@router.post("/disconnect")
+async def disconnect(_: PersonDep) -> Envelope[Message]:
+    """Known to original dashboards; has no effect there either."""
+    return Envelope(resultData=Message(message="disconnected"))
+
+
+def _access(services: Services, person: Person) -> Envelope[AccessToken]:
+    if not person.is_active:
+        raise ApiError(ResultCode.USER_NOT_ACTIVE, "this account is disabled", status=403)
+    token = services.access_tokens.make(person.id, person.organization_id, _role(person), person.login_version)
+    return Envelope(resultData=AccessToken(access_token=token))
+
+
+def _role(person: Person) -> str:
+    return "ROLE_ORGANIZATION_ADMIN" if person.is_organization_admin else "ROLE_USER"
+
+
+def _address(request: Request) -> str:
+    return request.client.host if request.client else ""
+
+
+def _slow_down(wait_s: float) -> ApiError:
+    return ApiError(
+        ResultCode.AUTHENTICATION_FAILED,
+        f"too many failed attempts; try again in {math.ceil(wait_s)} s",
+        status=429,
+        headers={"Retry-After": str(math.ceil(wait_s))},
+    )

@@ -1,0 +1,104 @@
+"""Making peer connections, and the ICE servers for them."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+from uuid import uuid4
+
+from fastapi import APIRouter
+from pydantic import Field
+
+from mosaic_core.words.codes import ResultCode
+from mosaic_core.words.signaling import OperatorIdentity
+from mosaic_core.words.wire_model import WireModel
+from mosaic_server.ids import is_uuid
+from mosaic_server.rest.envelope import ApiError, Envelope
+from mosaic_server.rest.signed_in import PersonDep, ServicesDep
+from mosaic_server.services import Services
+from mosaic_server.sockets.authorizer import identity_of
+from mosaic_server.storage.accounts import Person
+from mosaic_server.storage.robots import robots_by_id
+from mosaic_server.switchboard.effects import ConnectionsRefused
+from mosaic_server.switchboard.events import ConnectionsRequested, WantedConnection
+
+router = APIRouter(prefix="/api/v1", tags=["connections"])
+
+
+class ConnectionRequest(WireModel):
+    """``sessionId`` (ours) takes up a session again, for exactly one robot; without it each robot gets a new one."""
+
+    robot_ids: list[str] = Field(min_length=1, max_length=50)
+    session_id: str | None = None
+
+
+class MadeConnection(WireModel):
+    """``rtcSessionId`` is the ``rtcConnectionId`` of every signaling message."""
+
+    robot_id: str
+    rtc_session_id: str
+    session_id: str
+
+
+class MadeConnections(WireModel):
+    sessions: list[MadeConnection]
+
+
+@router.get("/webrtc/ice-servers", summary="ICE servers as a bare array")
+@router.get("/ice-servers", summary="The same, at its older address")
+async def list_ice_servers(_: PersonDep, services: ServicesDep) -> list[dict[str, Any]]:
+    return [server.wire() for server in await services.authorizer.ice_servers()]
+
+
+@router.post("/webrtc/connection")
+async def make_connections(
+    request: ConnectionRequest, person: PersonDep, services: ServicesDep
+) -> Envelope[MadeConnections]:
+    """Prepares one connection per robot, all or none. The operator's socket must be open: the offer goes over it."""
+    robot_ids = list(dict.fromkeys(robot_id.lower() for robot_id in request.robot_ids))
+    await _must_belong(services, person, robot_ids)
+    operator = identity_of(person)
+    wanted = tuple(
+        _wanted(services, operator, robot_id, session_id)
+        for robot_id, session_id in zip(robot_ids, _session_ids(request, len(robot_ids)), strict=True)
+    )
+    ice_servers = await services.authorizer.ice_servers()
+    effects = services.exchange.handle(
+        ConnectionsRequested(operator, person.organization_id, wanted, time.monotonic(), ice_servers)
+    )
+    for effect in effects:
+        if isinstance(effect, ConnectionsRefused):
+            raise _refused(effect)
+    made = [
+        MadeConnection(robot_id=one.robot_id, rtc_session_id=one.connection_id, session_id=one.session_id)
+        for one in wanted
+    ]
+    return Envelope(resultData=MadeConnections(sessions=made))
+
+
+async def _must_belong(services: Services, person: Person, robot_ids: list[str]) -> None:
+    robots = await services.database.run(robots_by_id, robot_ids)
+    for robot_id in robot_ids:
+        if robot_id not in robots:
+            raise ApiError(ResultCode.ROBOT_NOT_FOUND, f"no robot {robot_id[:36]}", code="signal.robot_offline")
+    if any(robot.organization_id != person.organization_id for robot in robots.values()):
+        raise ApiError(ResultCode.ROBOT_NOT_IN_SAME_ORGANIZATION, status=403)
+
+
+def _session_ids(request: ConnectionRequest, count: int) -> list[str]:
+    if request.session_id is None:
+        return [str(uuid4()) for _ in range(count)]
+    if count != 1 or not is_uuid(request.session_id):
+        raise ApiError(ResultCode.INVALID_FORMAT, "sessionId is a UUID and goes with exactly one robot")
+    return [request.session_id.lower()]
+
+
+def _wanted(services: Services, operator: OperatorIdentity, robot_id: str, session_id: str) -> WantedConnection:
+    connection_id = str(uuid4())
+    ticket = services.tickets.issue(session_id=session_id, robot_id=robot_id, peer_id=connection_id, operator=operator)
+    return WantedConnection(robot_id, connection_id, session_id, ticket)
+
+
+def _refused(refusal: ConnectionsRefused) -> ApiError:
+    status = 409 if refusal.code is ResultCode.ROBOT_NOT_READY_TO_CONNECT else None
+    return ApiError(refusal.code, status=status)

@@ -1,0 +1,111 @@
+"""The envelope of every answer: ``{"resultCode": 100, "resultData": …}``, or the name of what went wrong."""
+
+from __future__ import annotations
+
+import logging
+from datetime import UTC, datetime
+from typing import Any, Generic, TypeVar
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel
+from starlette.exceptions import HTTPException
+from starlette.responses import JSONResponse
+
+from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
+from mosaic_core.words.wire_model import WireModel
+
+T = TypeVar("T")
+_log = logging.getLogger(__name__)
+
+HTTP_STATUS: dict[ResultCode, int] = {
+    ResultCode.ACCESS_TOKEN_DECRYPTING_FAILED: 401,
+    ResultCode.ACCESS_TOKEN_EXPIRED: 401,
+    ResultCode.ACCESS_TOKEN_NOT_EXIST: 401,
+    ResultCode.UNKNOWN_EXCEPTION_OCCURRED: 500,
+    ResultCode.ACCESS_DENIED: 403,
+    ResultCode.AUTHENTICATION_FAILED: 401,
+    ResultCode.USER_NOT_FOUND: 404,
+    ResultCode.ROBOT_NOT_FOUND: 404,
+}
+"""Everything else is 400. Bad tokens are 401, so that a browser knows it has to log in again."""
+
+
+class Envelope(BaseModel, Generic[T]):
+    """A success."""
+
+    resultCode: int = ResultCode.SUCCESS
+    resultData: T
+
+
+class Failure(BaseModel):
+    """A failure: the original's name of it, our reason code, and words for people."""
+
+    resultCode: str
+    resultData: None = None
+    code: str
+    message: str
+    cure: str = ""
+
+
+class Message(WireModel):
+    """What the original answers to a change."""
+
+    message: str
+
+
+class ApiError(Exception):
+    """Raise it in a route; it becomes a :class:`Failure`."""
+
+    def __init__(
+        self,
+        result: ResultCode,
+        message: str | None = None,
+        *,
+        code: str | None = None,
+        status: int | None = None,
+        headers: dict[str, str] | None = None,
+    ) -> None:
+        super().__init__(message or result.name)
+        self.result = result
+        self.code = code or RESULT_REASONS.get(result, "signal.bad_message")
+        self.message = message or reason(self.code).sentence
+        self.status = status or HTTP_STATUS.get(result, 400)
+        self.headers = headers
+
+
+def failure(result: ResultCode, code: str, message: str) -> dict[str, Any]:
+    return Failure(resultCode=result.name, code=code, message=message, cure=reason(code).cure).model_dump()
+
+
+def install_error_handlers(app: FastAPI) -> None:
+    """Every error leaves in the envelope."""
+
+    @app.exception_handler(ApiError)
+    async def _api_error(_: Request, error: ApiError) -> JSONResponse:
+        return JSONResponse(failure(error.result, error.code, error.message), error.status, error.headers)
+
+    @app.exception_handler(RequestValidationError)
+    async def _invalid(_: Request, error: RequestValidationError) -> JSONResponse:
+        problems = "; ".join(f"{_place(problem['loc'])}: {problem['msg']}" for problem in error.errors()[:10])
+        return JSONResponse(failure(ResultCode.INVALID_FORMAT, "signal.bad_message", problems), 400)
+
+    @app.exception_handler(HTTPException)
+    async def _http(_: Request, error: HTTPException) -> JSONResponse:
+        words = failure(ResultCode.INVALID_FORMAT, "signal.bad_message", str(error.detail))
+        return JSONResponse(words, error.status_code, error.headers)
+
+    @app.exception_handler(Exception)
+    async def _unexpected(request: Request, error: Exception) -> JSONResponse:
+        _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
+        words = failure(ResultCode.UNKNOWN_EXCEPTION_OCCURRED, "signal.bad_message", "the server made a mistake")
+        return JSONResponse(words, 500)
+
+
+def _place(location: tuple[int | str, ...]) -> str:
+    """``body.robotIds.0``, without the value: it may be a password."""
+    return ".".join(str(part) for part in location)
+
+
+def iso_time(ms: int) -> str:
+    return datetime.fromtimestamp(ms / 1000, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

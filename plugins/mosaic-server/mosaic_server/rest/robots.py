@@ -1,0 +1,179 @@
+"""The robots of the organization of whoever asks. A robot of strangers is as unknown as one that never was."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+from pydantic import Field
+
+from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.codes import ResultCode
+from mosaic_core.words.signaling import RobotStatus
+from mosaic_core.words.wire_model import WireModel
+from mosaic_server.rest.envelope import ApiError, Envelope, Message
+from mosaic_server.rest.signed_in import PersonDep, ServicesDep
+from mosaic_server.services import Services
+from mosaic_server.storage.accounts import Person
+from mosaic_server.storage.robots import (
+    RobotAuthType,
+    RobotRecord,
+    add_robot,
+    change_robot,
+    remove_robot,
+    renew_token,
+    robot_by_id,
+    robots_of,
+)
+from mosaic_server.switchboard.events import RobotRemembered, RobotRemoved
+
+router = APIRouter(prefix="/api/v1/robots", tags=["robots"])
+
+
+class RobotInfo(WireModel):
+    """``status`` and ``authType`` are the numbers of the original; ``isOnline`` is ours."""
+
+    id: str
+    name: str
+    description: str
+    status: int
+    auth_type: int
+    organization_id: str
+    connector_config: str | None
+    is_online: bool
+
+
+class RobotPage(WireModel):
+    data: list[RobotInfo]
+    count: int
+
+
+class NewRobot(WireModel):
+    """``status`` of original dashboards is accepted and ignored: the robot says it itself."""
+
+    name: str = Field(min_length=1, max_length=200)
+    description: str = Field(default="", max_length=10_000)
+    auth_type: RobotAuthType = RobotAuthType.SIMPLE_TOKEN
+    connector_config: str | None = Field(default=None, max_length=500_000)
+
+
+class RobotChange(WireModel):
+    """What isn't given stays."""
+
+    name: str | None = Field(default=None, min_length=1, max_length=200)
+    description: str | None = Field(default=None, max_length=10_000)
+    auth_type: RobotAuthType | None = None
+    connector_config: str | None = Field(default=None, max_length=500_000)
+
+
+class Created(Message):
+    id: str
+
+
+class RobotId(WireModel):
+    robot_id: str
+
+
+class RobotToken(WireModel):
+    token: str = Field(repr=False)
+
+
+@router.get("")
+async def list_robots(
+    person: PersonDep,
+    services: ServicesDep,
+    skip: Annotated[int, Query(ge=0)] = 0,
+    limit: Annotated[int, Query(ge=1, le=1000)] = 100,
+) -> Envelope[RobotPage]:
+    page, count = await services.database.run(robots_of, person.organization_id, skip, limit)
+    return Envelope(resultData=RobotPage(data=[_info(services, robot) for robot in page], count=count))
+
+
+@router.post("")
+async def create_robot(new: NewRobot, person: PersonDep, services: ServicesDep) -> Envelope[Created]:
+    _must_administer(person)
+    robot = await services.database.run(
+        add_robot, person.organization_id, new.name, new.description, new.auth_type, new.connector_config
+    )
+    services.exchange.handle(RobotRemembered(robot.id, robot.organization_id))
+    return Envelope(resultData=Created(message="robot created", id=robot.id))
+
+
+@router.post("/auth/simple-token")
+async def create_token(wanted: RobotId, person: PersonDep, services: ServicesDep) -> Envelope[RobotToken]:
+    """A new token, shown this once. The old one is refused from now on, and a robot connected with it is put off."""
+    _must_administer(person)
+    robot = await robot_of(services, person, wanted.robot_id)
+    if robot.auth_type is not RobotAuthType.SIMPLE_TOKEN:
+        raise ApiError(ResultCode.INVALID_ROBOT_AUTH_TYPE, "this robot needs no token", code="auth.forbidden")
+    token = await services.database.run(renew_token, robot.id)
+    await services.revoke()
+    return Envelope(resultData=RobotToken(token=token))
+
+
+@router.get("/{robot_id}")
+async def show_robot(robot_id: str, person: PersonDep, services: ServicesDep) -> Envelope[RobotInfo]:
+    return Envelope(resultData=_info(services, await robot_of(services, person, robot_id)))
+
+
+@router.put("/{robot_id}")
+async def update_robot(
+    robot_id: str, change: RobotChange, person: PersonDep, services: ServicesDep
+) -> Envelope[Message]:
+    _must_administer(person)
+    robot = await robot_of(services, person, robot_id)
+    await services.database.run(
+        change_robot,
+        robot.id,
+        name=change.name,
+        description=change.description,
+        auth_type=change.auth_type,
+        connector_config=change.connector_config,
+    )
+    await services.revoke()
+    return Envelope(resultData=Message(message="robot saved"))
+
+
+@router.delete("/{robot_id}")
+async def delete_robot(robot_id: str, person: PersonDep, services: ServicesDep) -> Envelope[Message]:
+    _must_administer(person)
+    robot = await robot_of(services, person, robot_id)
+    await services.database.run(remove_robot, robot.id)
+    services.exchange.handle(RobotRemoved(robot.id, time.monotonic()))
+    return Envelope(resultData=Message(message="robot removed"))
+
+
+@router.get("/{robot_id}/catalogue", response_model_exclude_none=True)
+async def show_catalogue(robot_id: str, person: PersonDep, services: ServicesDep) -> Envelope[Catalogue | None]:
+    """What the robot last announced, without message schemas; null for a robot that never did."""
+    robot = await robot_of(services, person, robot_id)
+    known = services.exchange.switchboard.robot(robot.id)
+    return Envelope(resultData=None if known is None else known.catalogue)
+
+
+async def robot_of(services: Services, person: Person, robot_id: str) -> RobotRecord:
+    """The robot, if it belongs to the person's organization."""
+    robot = await services.database.run(robot_by_id, robot_id.lower())
+    if robot is None or robot.organization_id != person.organization_id:
+        raise ApiError(ResultCode.ROBOT_NOT_FOUND, "no such robot", code="signal.robot_offline")
+    return robot
+
+
+def _must_administer(person: Person) -> None:
+    if not person.is_organization_admin:
+        raise ApiError(ResultCode.ACCESS_DENIED, "only an administrator of the organization may change robots")
+
+
+def _info(services: Services, robot: RobotRecord) -> RobotInfo:
+    known = services.exchange.switchboard.robot(robot.id)
+    return RobotInfo(
+        id=robot.id,
+        name=robot.name,
+        description=robot.description,
+        status=int(RobotStatus.DISCONNECTED if known is None else known.status),
+        auth_type=int(robot.auth_type),
+        organization_id=robot.organization_id,
+        connector_config=robot.connector_config,
+        is_online=known is not None and known.is_online,
+    )

@@ -1,0 +1,38 @@
+"""The dependency of every route that isn't public: who is asking."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Depends, Request
+from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
+
+from mosaic_core.words.codes import ResultCode
+from mosaic_server.rest.envelope import ApiError
+from mosaic_server.security.access_tokens import AccessTokenRefused
+from mosaic_server.services import Services, services_of
+from mosaic_server.storage.accounts import Person
+
+_bearer = HTTPBearer(auto_error=False)
+
+
+def _services(request: Request) -> Services:
+    return services_of(request)
+
+
+ServicesDep = Annotated[Services, Depends(_services)]
+
+
+async def _person(
+    services: ServicesDep, credentials: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)]
+) -> Person:
+    if credentials is None:
+        raise ApiError(ResultCode.AUTHENTICATION_FAILED, code="auth.required", headers={"WWW-Authenticate": "Bearer"})
+    try:
+        person, _ = await services.authorizer.person_of(credentials.credentials)
+    except AccessTokenRefused as error:
+        raise ApiError(error.code, headers={"WWW-Authenticate": "Bearer"}) from error
+    return person
+
+
+PersonDep = Annotated[Person, Depends(_person)]

@@ -1,0 +1,69 @@
+"""The account that is logged in."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter
+from pydantic import Field
+
+from mosaic_core.words.codes import ResultCode
+from mosaic_core.words.wire_model import WireModel
+from mosaic_server.rest.envelope import ApiError, Envelope, Message, iso_time
+from mosaic_server.rest.signed_in import PersonDep, ServicesDep
+from mosaic_server.security.passwords import MAX_PASSWORD_LENGTH, MIN_PASSWORD_LENGTH
+from mosaic_server.storage.accounts import Person, change_full_name, change_password, person_by_password
+
+router = APIRouter(prefix="/api/v1/users", tags=["users"])
+
+
+class UserDto(WireModel):
+    id: str
+    email: str
+    is_active: bool
+    is_organization_admin: bool
+    full_name: str
+    created_at: str
+    updated_at: str
+
+
+class FullName(WireModel):
+    full_name: str = Field(max_length=200)
+
+
+class PasswordChange(WireModel):
+    current_password: str = Field(max_length=MAX_PASSWORD_LENGTH, repr=False)
+    new_password: str = Field(min_length=MIN_PASSWORD_LENGTH, max_length=MAX_PASSWORD_LENGTH, repr=False)
+
+
+@router.get("/me")
+async def me(person: PersonDep) -> Envelope[UserDto]:
+    return Envelope(resultData=_dto(person))
+
+
+@router.put("/me")
+async def rename_me(change: FullName, person: PersonDep, services: ServicesDep) -> Envelope[Message]:
+    await services.database.run(change_full_name, person.id, change.full_name)
+    return Envelope(resultData=Message(message="saved"))
+
+
+@router.put("/me/password")
+async def change_my_password(change: PasswordChange, person: PersonDep, services: ServicesDep) -> Envelope[Message]:
+    """Ends every log-in of the account, this one included."""
+    async with services.hashing:
+        known = await services.database.run(person_by_password, person.email, change.current_password)
+        if known is None:
+            raise ApiError(ResultCode.INVALID_PASSWORD, "the current password is wrong")
+        await services.database.run(change_password, person.id, change.new_password)
+    await services.revoke()
+    return Envelope(resultData=Message(message="password changed; log in again"))
+
+
+def _dto(person: Person) -> UserDto:
+    return UserDto(
+        id=person.id,
+        email=person.email,
+        is_active=person.is_active,
+        is_organization_admin=person.is_organization_admin,
+        full_name=person.full_name,
+        created_at=iso_time(person.created_at_ms),
+        updated_at=iso_time(person.updated_at_ms),
+    )

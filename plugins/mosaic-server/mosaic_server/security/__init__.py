@@ -1,0 +1,1 @@
+"""Passwords, tokens, tickets and codes: everything that proves who somebody is."""

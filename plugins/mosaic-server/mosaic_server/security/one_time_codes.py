@@ -1,0 +1,42 @@
+"""One-time codes: exchanged once, within a minute, for an access token. Kept in memory only.
+
+They travel in a URL fragment, which browsers never send to a server.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+
+LIFETIME_S = 60.0
+_MAX_OPEN = 1000
+
+
+class OneTimeCodes:
+    """Pure: ``now_s`` is the caller's monotonic clock. One thread (the event loop)."""
+
+    def __init__(self) -> None:
+        self._open: dict[str, tuple[str, float]] = {}
+
+    def issue(self, account_id: str, now_s: float) -> str:
+        self._drop_expired(now_s)
+        while len(self._open) >= _MAX_OPEN:
+            self._open.pop(next(iter(self._open)))
+        code = secrets.token_urlsafe(24)
+        self._open[_key(code)] = (account_id, now_s + LIFETIME_S)
+        return code
+
+    def redeem(self, code: str, now_s: float) -> str | None:
+        """The account the code was issued for; a second time, or too late, ``None``."""
+        self._drop_expired(now_s)
+        found = self._open.pop(_key(code), None)
+        return None if found is None else found[0]
+
+    def _drop_expired(self, now_s: float) -> None:
+        for key in [key for key, (_, until_s) in self._open.items() if until_s <= now_s]:
+            del self._open[key]
+
+
+def _key(code: str) -> str:
+    """Looking up a hash tells nobody by timing how much of a guess was right."""
+    return hashlib.sha256(code.encode()).hexdigest()

@@ -1,0 +1,129 @@
+"""Everything that a running server consists of, made in one place."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+
+from pydantic import ValidationError
+from sqlalchemy.exc import SQLAlchemyError
+from starlette.requests import HTTPConnection
+
+from mosaic_core.words.catalogue import Catalogue
+from mosaic_server.security.access_tokens import AccessTokens
+from mosaic_server.security.login_limits import LoginLimits
+from mosaic_server.security.one_time_codes import OneTimeCodes
+from mosaic_server.security.tickets import TicketOffice
+from mosaic_server.settings import Settings
+from mosaic_server.sockets.authorizer import Authorizer
+from mosaic_server.sockets.catalogue_keeper import CatalogueKeeper
+from mosaic_server.sockets.exchange import Exchange
+from mosaic_server.storage.database import Database
+from mosaic_server.storage.keys import access_token_secret, ticket_key
+from mosaic_server.storage.robots import RobotRecord, all_robots
+from mosaic_server.switchboard import Switchboard
+from mosaic_server.switchboard.events import RobotRemembered
+
+_log = logging.getLogger(__name__)
+
+HASHING_AT_ONCE = 2
+"""Password hashing costs 64 MiB and a core each; more at once would let log-ins slow down everything else."""
+
+
+@dataclass(slots=True)
+class Services:
+    """The parts, for routes and sockets to use. Event-loop thread only."""
+
+    settings: Settings
+    database: Database
+    access_tokens: AccessTokens
+    tickets: TicketOffice
+    authorizer: Authorizer
+    exchange: Exchange
+    catalogues: CatalogueKeeper
+    codes: OneTimeCodes = field(default_factory=OneTimeCodes)
+    login_limits: LoginLimits = field(default_factory=LoginLimits)
+    hashing: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(HASHING_AT_ONCE))
+
+    async def revoke(self) -> None:
+        """Close every socket whose admission no longer holds; call after changing accounts or tokens."""
+        for socket, code in await self.authorizer.revoked():
+            self.exchange.condemn(socket, code)
+
+
+def services_of(connection: HTTPConnection) -> Services:
+    services = connection.app.state.services
+    assert isinstance(services, Services)
+    return services
+
+
+@asynccontextmanager
+async def running(settings: Settings) -> AsyncIterator[Services]:
+    """Open the database, remember its robots, keep time; everything ends with the block."""
+    database = Database(settings.data_dir, settings.database_url)
+    try:
+        database.lock()
+        await asyncio.to_thread(database.migrate)
+        services = await _built(settings, database)
+        clockwork = [asyncio.create_task(_tick(services)), asyncio.create_task(_watch_revocations(services))]
+        try:
+            yield services
+        finally:
+            for task in clockwork:
+                task.cancel()
+            await asyncio.gather(*clockwork, return_exceptions=True)
+            await services.catalogues.drain()
+    finally:
+        database.close()
+
+
+async def _built(settings: Settings, database: Database) -> Services:
+    access_tokens = AccessTokens(await database.run(access_token_secret))
+    tickets = TicketOffice(await database.run(ticket_key))
+    board = Switchboard(keys=(tickets.public_key,), authorize_within_s=settings.authorize_within_s)
+    for robot in await database.run(all_robots):
+        board.handle(RobotRemembered(robot.id, robot.organization_id, _catalogue(robot)))
+    keeper = CatalogueKeeper(database)
+    exchange = Exchange(board, lambda kept: keeper.keep(kept.robot_id, kept.catalogue), settings.keep_alive)
+    return Services(
+        settings=settings,
+        database=database,
+        access_tokens=access_tokens,
+        tickets=tickets,
+        authorizer=Authorizer(database, access_tokens),
+        exchange=exchange,
+        catalogues=keeper,
+    )
+
+
+def _catalogue(robot: RobotRecord) -> Catalogue | None:
+    if robot.catalogue is None:
+        return None
+    with contextlib.suppress(ValidationError):
+        return Catalogue.model_validate_json(robot.catalogue)
+    return None  # written by another version; the robot announces it again when it connects
+
+
+async def _tick(services: Services) -> None:
+    while True:
+        await asyncio.sleep(services.settings.keep_alive.check_s)
+        services.exchange.tick()
+
+
+async def _watch_revocations(services: Services) -> None:
+    """The command line may change accounts and tokens beside the running server."""
+    failing_since_s: float | None = None
+    while True:
+        await asyncio.sleep(services.settings.revocation_check_s)
+        try:
+            await services.revoke()
+            failing_since_s = None
+        except SQLAlchemyError as error:
+            if failing_since_s is None:
+                failing_since_s = time.monotonic()
+                _log.error("revocations can't be checked: %s", error)

@@ -1,0 +1,88 @@
+"""Runs the application under uvicorn: sans-IO WebSockets without compression, a quick end, a port to read back."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import uvicorn
+
+from mosaic_server.app import create_app
+from mosaic_server.settings import Settings
+from mosaic_server.sockets.link import LinkedProtocol
+
+SHUTDOWN_S = 1
+"""A slow client may not hold up the end: with this, SIGTERM to exit stays below two seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Listening:
+    """Where the server can be reached; what `--ready-file` and `--announce-fd` write."""
+
+    host: str
+    port: int
+    scheme: str
+
+    def to_json(self) -> str:
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return json.dumps({"port": self.port, "url": f"{self.scheme}://{host}:{self.port}", "pid": os.getpid()})
+
+
+class Server(uvicorn.Server):
+    """uvicorn, telling when it listens."""
+
+    def __init__(self, config: uvicorn.Config, on_listening: Callable[[Listening], None] | None = None) -> None:
+        super().__init__(config)
+        self._on_listening = on_listening
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        if self._on_listening is not None and not self.should_exit:
+            port: int = self.servers[0].sockets[0].getsockname()[1]
+            self._on_listening(Listening(self.config.host, port, "https" if self.config.is_ssl else "http"))
+
+
+def make_server(
+    settings: Settings,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 9001,
+    ssl_certfile: Path | None = None,
+    ssl_keyfile: Path | None = None,
+    on_listening: Callable[[Listening], None] | None = None,
+) -> Server:
+    """A server ready for ``run()`` (blocks) or ``await serve()``; ``port=0`` takes a free one."""
+    config = uvicorn.Config(
+        create_app(settings),
+        host=host,
+        port=port,
+        ws=LinkedProtocol,
+        ws_per_message_deflate=False,
+        ws_ping_interval=None,  # the exchange pings, with periods of its own
+        access_log=False,  # the guards log, without query strings
+        log_config=None,
+        server_header=False,
+        ssl_certfile=ssl_certfile,
+        ssl_keyfile=ssl_keyfile,
+        timeout_graceful_shutdown=SHUTDOWN_S,
+        timeout_keep_alive=30,
+        h11_max_incomplete_event_size=16 * 1024,
+    )
+    return Server(config, on_listening)
+
+
+def announce(listening: Listening, *, ready_file: Path | None = None, announce_fd: int | None = None) -> None:
+    """Tell a supervisor; the file appears complete or not at all."""
+    if ready_file is not None:
+        draft = ready_file.with_name(f".{ready_file.name}.{os.getpid()}")
+        draft.write_text(listening.to_json() + "\n", encoding="utf-8")
+        draft.replace(ready_file)
+    if announce_fd is not None:
+        with os.fdopen(announce_fd, "w", encoding="utf-8") as pipe:
+            pipe.write(listening.to_json() + "\n")
+    print(f"MOSAIC server on {json.loads(listening.to_json())['url']}", file=sys.stderr, flush=True)

@@ -1,0 +1,30 @@
+"""What a running server was told on its command line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from mosaic_server.sockets.keep_alive import KeepAlivePeriods
+from mosaic_server.storage.database import default_data_dir
+from mosaic_server.switchboard.board import AUTHORIZE_WITHIN_S
+
+DASHBOARD_DIR = Path(__file__).parent / "dashboard"
+LOOPBACK_HOSTS = frozenset({"localhost", "127.0.0.1", "::1"})
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """``allowed_hosts`` are the names in the Host header that are answered; empty means any."""
+
+    data_dir: Path = field(default_factory=default_data_dir)
+    database_url: str | None = None
+    allow_signup: bool = False
+    allowed_hosts: frozenset[str] = frozenset()
+    allowed_origins: frozenset[str] = frozenset()
+    uses_tls: bool = False
+    dashboard_dir: Path = DASHBOARD_DIR
+    keep_alive: KeepAlivePeriods = field(default_factory=KeepAlivePeriods)
+    authorize_within_s: float = AUTHORIZE_WITHIN_S
+    revocation_check_s: float = 10.0
+    """How soon a token or account that another process revoked loses its sockets."""

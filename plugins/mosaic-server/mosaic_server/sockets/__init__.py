@@ -1,0 +1,1 @@
+"""The WebSockets: they carry out what the switchboard decides and decide nothing about the protocol themselves."""

@@ -1,0 +1,119 @@
+"""Checks what a socket's `authorize` says against the database, and which admissions still hold later."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass
+
+from sqlalchemy.exc import SQLAlchemyError
+
+from mosaic_core.words.codes import CloseCode, ResultCode
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import Authorize, OperatorIdentity, agreed_extensions
+from mosaic_server.ids import is_uuid
+from mosaic_server.security.access_tokens import AccessTokenRefused, AccessTokens
+from mosaic_server.storage.accounts import Person, login_versions, person_by_id
+from mosaic_server.storage.database import Database
+from mosaic_server.storage.ice_servers import ice_servers
+from mosaic_server.storage.robots import RobotLogin, admissions, log_in_robot
+from mosaic_server.switchboard.events import AuthorizationRefused, OperatorAuthorized, RobotAuthorized, Side
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Admission:
+    """With what a socket was let in; it has to leave when that no longer holds."""
+
+    side: Side
+    id: str
+    proof: str
+    expires_at_s: int | None = None
+
+
+def identity_of(person: Person) -> OperatorIdentity:
+    """What robots learn of an operator."""
+    return OperatorIdentity(id=person.id, name=person.full_name or person.email, role=person.role)
+
+
+class Authorizer:
+    """Event-loop thread; database work happens on worker threads. Never logs what it is given."""
+
+    def __init__(self, database: Database, access_tokens: AccessTokens) -> None:
+        self._database = database
+        self._access_tokens = access_tokens
+        self._admitted: dict[int, Admission] = {}
+
+    async def check(
+        self, socket: int, side: Side, message: Authorize
+    ) -> RobotAuthorized | OperatorAuthorized | AuthorizationRefused:
+        check = self._robot if side is Side.ROBOT else self._operator
+        try:
+            return await check(socket, message)
+        except SQLAlchemyError:
+            _log.exception("nobody can be authorized: the database does not answer")
+            return AuthorizationRefused(socket, ResultCode.UNKNOWN_EXCEPTION_OCCURRED, time.monotonic())
+
+    def forget(self, socket: int) -> None:
+        self._admitted.pop(socket, None)
+
+    async def _robot(self, socket: int, message: Authorize) -> RobotAuthorized | AuthorizationRefused:
+        robot_id = message.robot_id
+        if robot_id is None or not is_uuid(robot_id):
+            return AuthorizationRefused(socket, ResultCode.UNKNOWN_EXCEPTION_OCCURRED, time.monotonic())
+        login = await self._database.run(log_in_robot, robot_id.lower(), message.data)
+        if login is None:
+            return AuthorizationRefused(socket, ResultCode.ROBOT_NOT_FOUND, time.monotonic(), bare=True)
+        if not isinstance(login, RobotLogin):
+            return AuthorizationRefused(socket, ResultCode.AUTHENTICATION_FAILED, time.monotonic())
+        self._admitted[socket] = Admission(Side.ROBOT, login.robot.id, login.admitted_by)
+        return RobotAuthorized(
+            socket,
+            login.robot.id,
+            login.robot.organization_id,
+            time.monotonic(),
+            agreed_extensions(message.extensions),
+            await self.ice_servers(),
+        )
+
+    async def _operator(self, socket: int, message: Authorize) -> OperatorAuthorized | AuthorizationRefused:
+        try:
+            person, expires_at_s = await self.person_of(message.access_token)
+        except AccessTokenRefused as error:
+            return AuthorizationRefused(socket, error.code, time.monotonic())
+        self._admitted[socket] = Admission(Side.OPERATOR, person.id, str(person.login_version), expires_at_s)
+        return OperatorAuthorized(
+            socket,
+            identity_of(person),
+            person.organization_id,
+            time.monotonic(),
+            agreed_extensions(message.extensions),
+            await self.ice_servers(),
+        )
+
+    async def person_of(self, access_token: str | None) -> tuple[Person, int]:
+        """Whose token this is and when it expires; raises :class:`AccessTokenRefused`."""
+        claims = self._access_tokens.read(access_token)
+        person = await self._database.run(person_by_id, claims.account_id)
+        if person is None or not person.is_active or person.login_version != claims.login_version:
+            raise AccessTokenRefused(ResultCode.AUTHENTICATION_FAILED)
+        return person, claims.expires_at_s
+
+    async def ice_servers(self) -> tuple[IceServer, ...]:
+        return await self._database.run(ice_servers)
+
+    async def revoked(self) -> list[tuple[int, CloseCode]]:
+        """Sockets whose token was renewed, whose account was disabled, whose log-in has expired."""
+        versions = await self._database.run(login_versions)
+        robots = await self._database.run(admissions)
+        now_s = time.time()
+        ended: list[tuple[int, CloseCode]] = []
+        for socket, admission in self._admitted.items():
+            if admission.side is Side.ROBOT:
+                holds = robots.get(admission.id) == admission.proof
+            else:
+                holds = str(versions.get(admission.id)) == admission.proof
+            if not holds or (admission.expires_at_s is not None and now_s >= admission.expires_at_s):
+                ended.append((socket, CloseCode.AUTH))
+        return ended

@@ -1,0 +1,91 @@
+"""The drivers of ``/ws/robot`` and ``/ws/user``: bytes in, events to the switchboard."""
+
+from __future__ import annotations
+
+import json
+import logging
+import time
+
+from fastapi import APIRouter
+from starlette.websockets import WebSocket
+
+from mosaic_core.words.codes import CloseCode
+from mosaic_core.words.errors import WireError
+from mosaic_core.words.signaling import Authorize, parse_signaling
+from mosaic_server.services import Services, services_of
+from mosaic_server.sockets.link import LINK, Link
+from mosaic_server.sockets.message_rate import MessageRate
+from mosaic_server.switchboard.events import MalformedArrived, MessageArrived, Side
+from mosaic_server.web.origins import origin_is_allowed
+
+_log = logging.getLogger(__name__)
+
+router = APIRouter()
+
+
+@router.websocket("/ws/robot")
+async def robot_socket(websocket: WebSocket) -> None:
+    await _serve(websocket, Side.ROBOT)
+
+
+@router.websocket("/ws/user")
+async def operator_socket(websocket: WebSocket) -> None:
+    await _serve(websocket, Side.OPERATOR)
+
+
+async def _serve(websocket: WebSocket, side: Side) -> None:
+    services = services_of(websocket)
+    if not origin_is_allowed(websocket.headers, services.settings.allowed_origins):
+        _log.warning("refused a socket from origin %r; allow it with --allow-origin", websocket.headers.get("origin"))
+        await websocket.close(CloseCode.FORBIDDEN)
+        return
+    link: Link = websocket.scope["extensions"][LINK]
+    await websocket.accept()
+    number = services.exchange.open(link, side)
+    try:
+        await _read(websocket, services, number, side)
+    finally:
+        services.authorizer.forget(number)
+        services.exchange.closed(number)
+
+
+async def _read(websocket: WebSocket, services: Services, number: int, side: Side) -> None:
+    """One message at a time, so that the order of a socket's messages is kept."""
+    rate = MessageRate(time.monotonic())
+    while True:
+        frame = await websocket.receive()
+        if frame["type"] == "websocket.disconnect":
+            return
+        text: str | None = frame.get("text")
+        size_bytes = len(text or frame.get("bytes") or b"")
+        if not rate.allows(size_bytes, time.monotonic()):
+            services.exchange.condemn(number, CloseCode.TOO_SLOW)
+        elif text is None:
+            services.exchange.handle(MalformedArrived(number, None, time.monotonic()))
+        else:
+            await _take(services, number, side, text)
+
+
+async def _take(services: Services, number: int, side: Side, text: str) -> None:
+    exchange = services.exchange
+    try:
+        message = parse_signaling(text)
+    except WireError as error:
+        _log.debug("socket %d: %s", number, error)
+        exchange.handle(MalformedArrived(number, _spelled(text), time.monotonic()))
+        return
+    if isinstance(message, Authorize):
+        exchange.handle(await services.authorizer.check(number, side, message))
+    else:
+        spelled = _spelled(text) or "unknown"
+        exchange.handle(MessageArrived(number, message, spelled, time.monotonic()))
+
+
+def _spelled(text: str) -> str | None:
+    """The type as the sender wrote it; ``None`` where there is no envelope."""
+    try:
+        envelope = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    kind = envelope.get("type") if isinstance(envelope, dict) else None
+    return kind[:100] if isinstance(kind, str) else None

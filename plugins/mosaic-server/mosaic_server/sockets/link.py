@@ -1,0 +1,120 @@
+"""The one place that reaches below ASGI, into uvicorn's sans-IO WebSocket protocol.
+
+ASGI knows neither pongs nor aborting nor a frame limit that changes; a server that must notice a dead socket within
+seconds and survive a client that stops reading needs all three. What is sent goes straight to the transport, whose
+buffer is the bounded queue: order is kept and no task waits for a slow client.
+The application finds the :class:`Link` of its socket in ``scope["extensions"][LINK]``.
+"""
+
+from __future__ import annotations
+
+import secrets
+import time
+from typing import Any
+
+from starlette.types import Scope
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.frames import CloseCode as StandardCloseCode
+from websockets.protocol import State
+from websockets.server import ServerProtocol
+
+from mosaic_core.words.codes import CLOSE_REASONS, CloseCode
+from mosaic_core.words.signaling import SIZE_BEFORE_AUTHORIZATION
+
+LINK = "mosaic.link"
+CLOSE_GRACE_S = 1.0
+"""A client that doesn't take the close frame within this is cut off."""
+
+
+MAX_UNSENT_BYTES = 2 * 1024 * 1024
+"""What may wait for a slow client, beyond the kernel's own buffer; eight of the largest frames."""
+
+
+class _LimitedProtocol(ServerProtocol):
+    """Says that a message was too large with our close code, before any of it is kept."""
+
+    def fail(self, code: StandardCloseCode | int, reason: str = "") -> None:
+        if code == StandardCloseCode.MESSAGE_TOO_BIG:
+            code, reason = CloseCode.TOO_LARGE, CLOSE_REASONS[CloseCode.TOO_LARGE]
+        super().fail(code, reason)
+
+
+class Link:
+    """What the application may do to its socket below ASGI. Event-loop thread only."""
+
+    def __init__(self, protocol: LinkedProtocol) -> None:
+        self._protocol = protocol
+
+    @property
+    def heard_at_s(self) -> float:
+        """When anything arrived last (message, pong, a part of a frame), on the monotonic clock."""
+        return self._protocol.heard_at_s
+
+    def send(self, text: str) -> bool:
+        """Send at once, never waiting. False: the client does not keep up, and nothing more should be sent to it."""
+        return self._protocol.send_now(text)
+
+    def limit_frames(self, size_bytes: int) -> None:
+        self._protocol.conn.max_message_size = size_bytes
+
+    def ping(self) -> None:
+        """A ping frame; every WebSocket implementation answers it (RFC 6455 §5.5.2), C1 robots included."""
+        self._protocol.ping()
+
+    def close(self, code: int, reason: str) -> None:
+        """Send the close frame even if the client reads nothing, and cut it off when it doesn't answer."""
+        self._protocol.close_with(code, reason)
+
+
+class LinkedProtocol(WebSocketsSansIOProtocol):
+    """uvicorn's protocol, with a :class:`Link` for the application. Pass it as ``ws=`` to uvicorn."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.conn = _LimitedProtocol(max_size=SIZE_BEFORE_AUTHORIZATION, logger=self.logger)
+        self.heard_at_s = time.monotonic()
+
+    def data_received(self, data: bytes) -> None:
+        self.heard_at_s = time.monotonic()
+        super().data_received(data)
+
+    async def run_asgi(self) -> None:
+        scope: Scope = self.scope  # type: ignore[assignment]
+        scope["extensions"][LINK] = Link(self)
+        await super().run_asgi()
+
+    def send_now(self, text: str) -> bool:
+        if self.conn.state is not State.OPEN or self.transport.is_closing():
+            return True  # its end is on the way to the application already
+        if self.transport.get_write_buffer_size() > MAX_UNSENT_BYTES:
+            return False
+        self.conn.send_text(text.encode())
+        self._flush()
+        return True
+
+    def ping(self) -> None:
+        if self.conn.state is State.OPEN and not self.transport.is_closing():
+            self.conn.send_ping(secrets.token_bytes(4))
+            self._flush()
+
+    def close_with(self, code: int, reason: str) -> None:
+        if self.disconnected:
+            return
+        if self.conn.state is State.OPEN and not self.transport.is_closing():
+            self.queue.put_nowait({"type": "websocket.disconnect", "code": code, "reason": reason})
+            self.conn.send_close(code, reason)
+            self._flush()
+            self.close_sent = True
+            self.transport.resume_reading()
+        if self.close_timer is None:
+            self.close_timer = self.loop.call_later(CLOSE_GRACE_S, self.transport.abort)
+
+    def shutdown(self) -> None:
+        """The server stops: 1001 tells browsers and robots to come back, 1012 is unknown to older ones."""
+        if self.handshake_complete:
+            self.close_with(StandardCloseCode.GOING_AWAY, "signal.server_restart")
+        else:
+            super().shutdown()
+
+    def _flush(self) -> None:
+        self.transport.write(b"".join(self.conn.data_to_send()))

@@ -1,0 +1,126 @@
+"""Reading and writing accounts. Every function runs inside one transaction on a worker thread."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from mosaic_server.security.passwords import check_password, hash_password
+from mosaic_server.storage.tables import Account, Organization
+
+
+class AccountExists(Exception):
+    """The e-mail is taken."""
+
+
+@dataclass(frozen=True, slots=True)
+class Person:
+    """An account as the rest of the server sees it: no password hash leaves this module."""
+
+    id: str
+    organization_id: str
+    email: str
+    full_name: str
+    is_active: bool
+    is_organization_admin: bool
+    login_version: int
+    created_at_ms: int
+    updated_at_ms: int
+
+    @property
+    def role(self) -> str:
+        """The role on tickets: admins of an organization supervise its robots."""
+        return "supervisor" if self.is_organization_admin else "operator"
+
+
+def _person(account: Account) -> Person:
+    return Person(
+        id=account.id,
+        organization_id=account.organization_id,
+        email=account.email,
+        full_name=account.full_name,
+        is_active=account.is_active,
+        is_organization_admin=account.is_organization_admin,
+        login_version=account.login_version,
+        created_at_ms=account.created_at_ms,
+        updated_at_ms=account.updated_at_ms,
+    )
+
+
+def normalised_email(email: str) -> str:
+    return email.strip().lower()
+
+
+def _find(session: Session, email: str) -> Account | None:
+    return session.scalar(select(Account).where(Account.email == normalised_email(email)))
+
+
+def add_account(session: Session, email: str, password: str, full_name: str = "") -> Person:
+    """A new account with an organization of its own; raises :class:`AccountExists`."""
+    email = normalised_email(email)
+    taken = select(Organization.id).where(Organization.name == email)
+    if _find(session, email) is not None or session.scalar(taken) is not None:
+        raise AccountExists(f"an account {email!r} exists already")
+    organization = Organization(name=email)
+    session.add(organization)
+    session.flush()
+    account = Account(
+        organization_id=organization.id, email=email, full_name=full_name, password_hash=hash_password(password)
+    )
+    session.add(account)
+    session.flush()
+    return _person(account)
+
+
+def person_by_id(session: Session, account_id: str) -> Person | None:
+    account = session.get(Account, account_id)
+    return None if account is None else _person(account)
+
+
+def person_by_email(session: Session, email: str) -> Person | None:
+    account = _find(session, email)
+    return None if account is None else _person(account)
+
+
+def person_by_password(session: Session, email: str, password: str) -> Person | None:
+    """Who logs in with these; ``None`` for a wrong pair. Takes as long for an unknown e-mail as for a known one."""
+    account = _find(session, email)
+    stored = None if account is None else account.password_hash
+    fresh = check_password(stored, password)
+    if account is None or fresh is None:
+        return None
+    account.password_hash = fresh
+    return _person(account)
+
+
+def all_people(session: Session) -> list[Person]:
+    return [_person(account) for account in session.scalars(select(Account).order_by(Account.email))]
+
+
+def count_accounts(session: Session) -> int:
+    return session.scalar(select(func.count()).select_from(Account)) or 0
+
+
+def change_password(session: Session, account_id: str, password: str) -> None:
+    """Older access tokens of the account end with this."""
+    account = session.get_one(Account, account_id)
+    account.password_hash = hash_password(password)
+    account.login_version += 1
+
+
+def change_full_name(session: Session, account_id: str, full_name: str) -> None:
+    session.get_one(Account, account_id).full_name = full_name
+
+
+def set_active(session: Session, account_id: str, is_active: bool) -> None:
+    account = session.get_one(Account, account_id)
+    account.is_active = is_active
+    account.login_version += 1
+
+
+def login_versions(session: Session) -> dict[str, int]:
+    """The login version of every active account; what isn't in it may not stay connected."""
+    rows = session.execute(select(Account.id, Account.login_version).where(Account.is_active))
+    return dict(rows.tuples().all())

@@ -1,0 +1,116 @@
+"""Opens the database, brings it to the newest schema and runs work on it outside the event loop.
+
+A SQLite file belongs to one running server at a time: the lock file beside it says so. Command-line tools may
+work on the file meanwhile (write-ahead log).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import fcntl
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Concatenate, ParamSpec, TypeVar
+
+import platformdirs
+from sqlalchemy import Engine, create_engine, event
+from sqlalchemy.engine import make_url
+from sqlalchemy.orm import Session
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+FILE_NAME = "mosaic-server.sqlite3"
+_BUSY_TIMEOUT_S = 10
+"""How long a writer waits for another process, e.g. `mosaic server user add` beside a running server."""
+
+
+class DatabaseInUse(Exception):
+    """Another server runs on the same SQLite file."""
+
+
+def default_data_dir() -> Path:
+    """``MOSAIC_DATA_DIR`` or the platform's directory for user data."""
+    named = os.environ.get("MOSAIC_DATA_DIR")
+    return Path(named) if named else Path(platformdirs.user_data_dir("mosaic", appauthor=False))
+
+
+class Database:
+    """One SQL database with the newest schema.
+
+    ``url`` is any SQLAlchemy URL; without it the SQLite file in ``data_dir`` is used (made with mode 0600).
+    All methods but :meth:`run` block; call them from a thread or a command-line tool.
+    """
+
+    def __init__(self, data_dir: Path, url: str | None = None) -> None:
+        self.file: Path | None = None if url else data_dir / FILE_NAME
+        if self.file is not None:
+            _make_private(self.file)
+            url = f"sqlite:///{self.file}"
+        assert url is not None
+        self.engine = _engine(url)
+        self._lock_fd: int | None = None
+
+    def migrate(self) -> None:
+        """Bring the schema to the newest revision; a no-op when it is there already."""
+        from mosaic_server.migrations import upgrade
+
+        with self.engine.begin() as connection:
+            upgrade(connection)
+
+    def lock(self) -> None:
+        """Claim the SQLite file for this server; raises :class:`DatabaseInUse`. Other databases need no claim."""
+        if self.file is None or self._lock_fd is not None:
+            return
+        path = self.file.with_suffix(".lock")
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            os.close(descriptor)
+            raise DatabaseInUse(
+                f"another MOSAIC server is running on {self.file}; stop it, or give this one its own --data-dir"
+            ) from error
+        self._lock_fd = descriptor
+
+    @contextmanager
+    def session(self) -> Iterator[Session]:
+        """One transaction: committed at the end, rolled back by an exception."""
+        with Session(self.engine, expire_on_commit=False) as session, session.begin():
+            yield session
+
+    def work(self, task: Callable[Concatenate[Session, P], T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Run ``task(session, …)`` in one transaction on the calling thread."""
+        with self.session() as session:
+            return task(session, *args, **kwargs)
+
+    async def run(self, task: Callable[Concatenate[Session, P], T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Run ``task(session, …)`` in one transaction on a worker thread; the event loop goes on."""
+        return await asyncio.to_thread(lambda: self.work(task, *args, **kwargs))
+
+    def close(self) -> None:
+        self.engine.dispose()
+        if self._lock_fd is not None:
+            os.close(self._lock_fd)
+            self._lock_fd = None
+
+
+def _make_private(file: Path) -> None:
+    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    os.close(os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
+    file.chmod(0o600)
+
+
+def _engine(url: str) -> Engine:
+    if make_url(url).get_backend_name() != "sqlite":
+        return create_engine(url, pool_pre_ping=True, hide_parameters=True)
+    engine = create_engine(url, connect_args={"timeout": _BUSY_TIMEOUT_S}, hide_parameters=True)
+
+    @event.listens_for(engine, "connect")
+    def _prepare(connection: Any, _record: Any) -> None:
+        for pragma in ("journal_mode=WAL", "foreign_keys=ON", "synchronous=NORMAL"):
+            connection.execute(f"PRAGMA {pragma}")
+
+    return engine

@@ -1,0 +1,165 @@
+"""What can happen to the switchboard. ``socket`` is a number that its driver gave out and never uses twice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.codes import CloseCode, ResultCode
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import OperatorIdentity, SignalingMessage
+
+
+class Side(StrEnum):
+    """Which endpoint a socket came in on."""
+
+    ROBOT = "robot"
+    OPERATOR = "operator"
+
+
+@dataclass(frozen=True, slots=True)
+class SocketOpened:
+    socket: int
+    side: Side
+    now_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class SocketClosed:
+    """The socket is gone, or as good as gone; nothing can be sent on it any more."""
+
+    socket: int
+    now_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class MessageArrived:
+    """A message that could be read; ``spelled`` is the type as the sender wrote it, for the echo."""
+
+    socket: int
+    message: SignalingMessage
+    spelled: str
+    now_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class MalformedArrived:
+    """A frame that could not be read; ``spelled`` is its type if at least that was there."""
+
+    socket: int
+    spelled: str | None
+    now_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class RobotAuthorized:
+    """The driver checked the credentials: this socket is that robot. ``extensions`` are the agreed ones."""
+
+    socket: int
+    robot_id: str
+    organization_id: str
+    now_s: float
+    extensions: dict[str, int] = field(default_factory=dict)
+    ice_servers: tuple[IceServer, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorAuthorized:
+    """The driver checked the access token: this socket is that account."""
+
+    socket: int
+    operator: OperatorIdentity
+    organization_id: str
+    now_s: float
+    extensions: dict[str, int] = field(default_factory=dict)
+    ice_servers: tuple[IceServer, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class AuthorizationRefused:
+    """``bare`` answers with type ``authorize`` instead of ``authorize.res``, as the original does for 20001."""
+
+    socket: int
+    code: ResultCode
+    now_s: float
+    bare: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class WantedConnection:
+    """One connection that an operator asked for, with fresh ids and a signed ticket."""
+
+    robot_id: str
+    connection_id: str
+    session_id: str
+    ticket: str
+
+
+@dataclass(frozen=True, slots=True)
+class ConnectionsRequested:
+    """All or none. The driver checked that the robots exist and belong to the operator's organization."""
+
+    operator: OperatorIdentity
+    organization_id: str
+    wanted: tuple[WantedConnection, ...]
+    now_s: float
+    ice_servers: tuple[IceServer, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class RobotRemembered:
+    """A robot from the database with the catalogue that it last announced."""
+
+    robot_id: str
+    organization_id: str
+    catalogue: Catalogue | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RobotRemoved:
+    """The robot is no longer in the database."""
+
+    robot_id: str
+    now_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class SocketCondemned:
+    """The driver found a reason to close it: silence, too many messages, credentials that were revoked."""
+
+    socket: int
+    code: CloseCode
+    now_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class PingDue:
+    """Time for the original protocol's own ping; ``ping_id`` is a fresh UUID."""
+
+    socket: int
+    ping_id: str
+
+
+@dataclass(frozen=True, slots=True)
+class Ticked:
+    """Time passed; about once a second."""
+
+    now_s: float
+
+
+Event = (
+    SocketOpened
+    | SocketClosed
+    | MessageArrived
+    | MalformedArrived
+    | RobotAuthorized
+    | OperatorAuthorized
+    | AuthorizationRefused
+    | ConnectionsRequested
+    | RobotRemembered
+    | RobotRemoved
+    | SocketCondemned
+    | PingDue
+    | Ticked
+)

@@ -1,0 +1,1 @@
+"""What every HTTP answer has to obey, and the dashboard's files."""

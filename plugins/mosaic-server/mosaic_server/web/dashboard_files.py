@@ -1,0 +1,47 @@
+"""Serves the built dashboard: hashed assets for ever, everything else fresh, unknown pages as ``index.html``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fastapi import APIRouter, HTTPException
+from starlette.responses import FileResponse, HTMLResponse, Response
+
+_MISSING = """<!doctype html>
+<html lang="en"><meta charset="utf-8"><title>MOSAIC</title>
+<style>body{font-family:system-ui,sans-serif;max-width:40rem;margin:4rem auto;padding:0 1rem;line-height:1.5}
+code{background:#8883;padding:.1em .3em;border-radius:.2em}</style>
+<h1>The server runs, its dashboard is not built</h1>
+<p>This is an installation from source. Build the dashboard with <code>npm ci &amp;&amp; npm run build</code> in
+<code>dashboard/</code>, or start everything with <code>./dev demo</code>; then reload this page.</p>
+<p>Robots and programs can connect already: the REST interface is described in
+<a href="/openapi.json">/openapi.json</a>.</p>
+</html>
+"""
+
+
+def dashboard_router(directory: Path) -> APIRouter:
+    """The last router: it answers every GET that nobody else did."""
+    router = APIRouter(include_in_schema=False)
+    root = directory.resolve()
+
+    @router.get("/{path:path}")
+    def file(path: str) -> Response:
+        if path.startswith(("api/", "ws/")):
+            raise HTTPException(404)
+        index = root / "index.html"
+        if not index.is_file():
+            return HTMLResponse(_MISSING, status_code=503, headers={"Cache-Control": "no-store"})
+        wanted = (root / path).resolve()
+        if wanted.is_relative_to(root) and wanted.is_file():
+            return FileResponse(wanted, headers={"Cache-Control": _caching(path)})
+        if "." in path.rsplit("/", 1)[-1]:
+            raise HTTPException(404)  # a missing file, not a page of the application
+        return FileResponse(index, headers={"Cache-Control": "no-cache"})
+
+    return router
+
+
+def _caching(path: str) -> str:
+    """Vite puts a hash of the content into the name of everything under ``assets/``."""
+    return "public, max-age=31536000, immutable" if path.startswith("assets/") else "no-cache"

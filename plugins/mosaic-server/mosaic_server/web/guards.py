@@ -1,0 +1,119 @@
+"""Around every request: known Host names only, bodies of bounded size, security headers, one log line."""
+
+from __future__ import annotations
+
+import logging
+import re
+import time
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from mosaic_core.words.codes import ResultCode
+from mosaic_server.rest.envelope import failure
+from mosaic_server.settings import Settings
+from mosaic_server.web.origins import host_name
+
+MAX_BODY_BYTES = 1024 * 1024
+_access = logging.getLogger("mosaic_server.access")
+_HOST = re.compile(r"[A-Za-z0-9.:\[\]_-]+")
+
+
+class Guards:
+    """Plain ASGI, so that sockets pass through untouched."""
+
+    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+        self._app = app
+        self._settings = settings
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        if not self._knows(headers.get("host", "")):
+            await self._refuse_host(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await self._app(scope, receive, send)
+        else:
+            await self._http(scope, receive, send, headers)
+
+    def _knows(self, host: str) -> bool:
+        return not self._settings.allowed_hosts or host_name(host) in self._settings.allowed_hosts
+
+    async def _refuse_host(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "websocket":
+            await send({"type": "websocket.close", "code": 1008, "reason": ""})
+            return
+        message = "this server is not known under that name; add it with --allow-host"
+        answer = JSONResponse(failure(ResultCode.ACCESS_DENIED, "auth.forbidden", message), status_code=421)
+        await answer(scope, receive, send)
+
+    async def _http(self, scope: Scope, receive: Receive, send: Send, headers: Headers) -> None:
+        started_s = time.perf_counter()
+        status = 500
+
+        async def watched(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                self._secure(MutableHeaders(scope=message), scope["path"], headers.get("host", ""))
+            await send(message)
+
+        try:
+            if _announced_bytes(headers) > MAX_BODY_BYTES:
+                await _too_large(scope, receive, watched)
+            else:
+                await self._app(scope, _bounded(receive), watched)
+        finally:
+            took_ms = (time.perf_counter() - started_s) * 1000
+            _access.info("%s %s %d %.1f ms", scope["method"], scope["path"], status, took_ms)  # never the query string
+
+    def _secure(self, headers: MutableHeaders, path: str, host: str) -> None:
+        headers["X-Content-Type-Options"] = "nosniff"
+        headers["X-Frame-Options"] = "DENY"
+        headers["Referrer-Policy"] = "no-referrer"
+        headers["Cross-Origin-Opener-Policy"] = "same-origin"
+        headers["Permissions-Policy"] = "camera=(self), microphone=(self), gamepad=(self), geolocation=()"
+        headers["Content-Security-Policy"] = content_security_policy(host)
+        if self._settings.uses_tls:
+            headers["Strict-Transport-Security"] = "max-age=31536000"
+        if path.startswith("/api/"):
+            headers.setdefault("Cache-Control", "no-store")
+
+
+def content_security_policy(host: str) -> str:
+    """Only our own files; sockets to this very host are named because older browsers don't count them as 'self'."""
+    sockets = f" ws://{host} wss://{host}" if _HOST.fullmatch(host) else ""
+    return (
+        "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+        f"img-src 'self' data: blob:; media-src 'self' blob:; font-src 'self' data:; worker-src 'self' blob:; "
+        f"connect-src 'self'{sockets}; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+    )
+
+
+def _announced_bytes(headers: Headers) -> int:
+    announced = headers.get("content-length", "")
+    return int(announced) if announced.isdecimal() else 0
+
+
+def _bounded(receive: Receive) -> Receive:
+    """A body without Content-Length is counted as it comes."""
+    seen_bytes = 0
+
+    async def counted() -> Message:
+        nonlocal seen_bytes
+        message = await receive()
+        seen_bytes += len(message.get("body", b""))
+        if seen_bytes > MAX_BODY_BYTES:
+            return {"type": "http.disconnect"}
+        return message
+
+    return counted
+
+
+async def _too_large(scope: Scope, receive: Receive, send: Send) -> None:
+    message = f"the body is larger than {MAX_BODY_BYTES} bytes"
+    answer = JSONResponse(failure(ResultCode.INVALID_FORMAT, "signal.too_large", message), status_code=413)
+    await answer(scope, receive, send)

@@ -1,0 +1,26 @@
+"""Which pages may open a socket: ours, those that were named, and everything that is no browser.
+
+A browser always sends Origin with a WebSocket; robots and Python programs send none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from urllib.parse import urlsplit
+
+
+def origin_is_allowed(headers: Mapping[str, str], allowed: Collection[str]) -> bool:
+    origin = headers.get("origin")
+    if origin is None:
+        return True
+    if origin.rstrip("/") in allowed:
+        return True
+    return urlsplit(origin).netloc.lower() == headers.get("host", "").lower() != ""
+
+
+def host_name(host_header: str) -> str:
+    """The name without port: ``[::1]:9001`` → ``::1``. Empty for nonsense."""
+    try:
+        return urlsplit(f"//{host_header}").hostname or ""
+    except ValueError:
+        return ""

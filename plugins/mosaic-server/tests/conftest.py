@@ -1,0 +1,183 @@
+"""A real server on 127.0.0.1 with a throw-away database, and scripted robots and operators that speak to it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+from mosaic_server.serving import Listening, Server, make_server
+from mosaic_server.settings import Settings
+from mosaic_server.sockets.keep_alive import KeepAlivePeriods
+from mosaic_server.storage.accounts import Person, add_account
+from mosaic_server.storage.database import Database
+from mosaic_server.storage.robots import RobotAuthType, add_robot, renew_token
+
+PASSWORD = "correct horse battery"  # noqa: S105 - of throw-away accounts
+WAIT_S = 5.0
+
+
+class Party:
+    """One end of a WebSocket: a robot or an operator that does exactly what the test says."""
+
+    def __init__(self, connection: ClientConnection) -> None:
+        self.connection = connection
+
+    def send(self, kind: str, data: Any = None) -> None:
+        self.connection.send(json.dumps({"type": kind, "data": data}))
+
+    def receive(self, timeout_s: float = WAIT_S) -> dict[str, Any]:
+        return json.loads(self.connection.recv(timeout=timeout_s))
+
+    def expect(self, kind: str, timeout_s: float = WAIT_S) -> Any:
+        """The data of the next message that is no ping; it must be of this kind."""
+        while (message := self.receive(timeout_s))["type"] == "ping.ping":
+            pass
+        assert message["type"] == kind, message
+        return message["data"]
+
+    def expect_silence(self, for_s: float = 0.3) -> None:
+        with contextlib.suppress(TimeoutError):
+            while (message := self.receive(for_s))["type"] == "ping.ping":
+                pass
+            pytest.fail(f"unexpected {message}")
+
+    def close_code(self, timeout_s: float = WAIT_S) -> int:
+        """Read until the server closes; returns its code."""
+        try:
+            while True:
+                self.connection.recv(timeout=timeout_s)
+        except ConnectionClosed as closed:
+            return closed.rcvd.code if closed.rcvd else 1006
+
+    def status(self, status: int) -> None:
+        self.send("status.update", {"status": status})
+
+
+@dataclass
+class Running:
+    """A running server and what a test needs to know of it."""
+
+    settings: Settings
+    listening: Listening
+    server: Server
+    http: httpx.Client
+    _stack: ExitStack = field(default_factory=ExitStack)
+
+    @property
+    def ws_url(self) -> str:
+        return f"ws://127.0.0.1:{self.listening.port}"
+
+    def database(self) -> Database:
+        return Database(self.settings.data_dir)
+
+    def work(self, task: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+        database = self.database()
+        try:
+            return database.work(task, *args, **kwargs)
+        finally:
+            database.close()
+
+    def account(self, email: str = "ada@example.org") -> Person:
+        return self.work(add_account, email, PASSWORD, "Ada")
+
+    def robot(self, person: Person, name: str = "rover", auth: RobotAuthType = RobotAuthType.SIMPLE_TOKEN) -> Any:
+        """(id, token)"""
+        robot = self.work(add_robot, person.organization_id, name, "", auth)
+        return robot.id, self.work(renew_token, robot.id)
+
+    def log_in(self, email: str = "ada@example.org") -> str:
+        answer = self.http.post("/api/v1/account/login/access-token", json={"username": email, "password": PASSWORD})
+        assert answer.status_code == 200, answer.text
+        return answer.json()["resultData"]["accessToken"]
+
+    def get(self, path: str, token: str) -> httpx.Response:
+        return self.http.get(path, headers={"Authorization": f"Bearer {token}"})
+
+    def post(self, path: str, token: str, body: Any = None) -> httpx.Response:
+        return self.http.post(path, headers={"Authorization": f"Bearer {token}"}, json=body)
+
+    def open(self, path: str, **options: Any) -> Party:
+        connecting = connect(f"{self.ws_url}{path}", compression=None, close_timeout=1, **options)
+        connection = self._stack.enter_context(connecting)
+        return Party(connection)
+
+    def connect_robot(self, robot_id: str, token: str | None, extensions: dict[str, int] | None = None) -> Party:
+        party = self.open("/ws/robot")
+        party.expect("authorize.req")
+        data: dict[str, Any] = {"robotId": robot_id}
+        if token is not None:
+            data["data"] = token
+        if extensions is not None:
+            data["extensions"] = extensions
+        party.send("authorize", data)
+        assert party.expect("authorize.res") == 100
+        if extensions:
+            party.expect("session.welcome")
+        return party
+
+    def connect_operator(self, token: str, extensions: dict[str, int] | None = None) -> Party:
+        party = self.open("/ws/user")
+        party.expect("authorize.req")
+        party.send("authorize", {"accessToken": token, **({"extensions": extensions} if extensions else {})})
+        assert party.expect("authorize.res") == 100
+        if extensions:
+            party.expect("session.welcome")
+        return party
+
+
+@contextmanager
+def running_server(settings: Settings, port: int = 0) -> Iterator[Running]:
+    listening: list[Listening] = []
+    heard = threading.Event()
+
+    def on_listening(found: Listening) -> None:
+        listening.append(found)
+        heard.set()
+
+    server = make_server(settings, port=port, on_listening=on_listening)
+    thread = threading.Thread(target=server.run, name="server")
+    thread.start()
+    try:
+        assert heard.wait(15), "the server did not start"
+        base_url = f"http://127.0.0.1:{listening[0].port}"
+        with httpx.Client(base_url=base_url, timeout=10) as http, ExitStack() as stack:
+            yield Running(settings, listening[0], server, http, stack)
+    finally:
+        server.should_exit = True
+        thread.join(10)
+        assert not thread.is_alive(), "the server did not stop"
+
+
+@pytest.fixture
+def settings(tmp_path: Path) -> Settings:
+    """Keep-alive a hundred times faster than in earnest, so that tests needn't wait."""
+    return Settings(
+        data_dir=tmp_path / "data",
+        keep_alive=KeepAlivePeriods(ping_s=0.3, silence_s=1.5, check_s=0.1),
+        authorize_within_s=1.0,
+        revocation_check_s=0.2,
+        allow_signup=True,
+    )
+
+
+@pytest.fixture
+def server(settings: Settings) -> Iterator[Running]:
+    with running_server(settings) as running:
+        yield running
+
+
+@pytest.fixture
+def start_server() -> Callable[..., Any]:
+    """For tests that start a server with settings of their own, or twice."""
+    return running_server
