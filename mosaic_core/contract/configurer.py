@@ -39,10 +39,10 @@ class Shared:
 
     def entered(self) -> ExitStack:
         """Everything, entered; the caller closes the stack."""
-        stack = ExitStack()
-        for thing in self._things.values():
-            stack.enter_context(thing)
-        return stack
+        with ExitStack() as stack:  # if one can't be entered, the ones before it are left again
+            for thing in self._things.values():
+                stack.enter_context(thing)
+            return stack.pop_all()
 
 
 class Configurer(ABC, Generic[P]):

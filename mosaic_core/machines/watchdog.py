@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
+Feeding: TypeAlias = "tuple[float | None, str | None]"
+"""When the watchdog was fed, and by whom."""
+
 
 class Watchdog:
     """Time-out of one receiver. ``timeout_s`` ``None``: never fires, but still knows who commanded last."""
@@ -25,10 +30,17 @@ class Watchdog:
             return None
         return self._fed_at_s + self.timeout_s
 
-    def feed(self, peer_id: str, now_s: float) -> None:
-        """A valid command of ``peer_id`` begins to act."""
+    def feed(self, peer_id: str, now_s: float) -> Feeding:
+        """A command of ``peer_id`` begins to act; what was before, for :meth:`unfeed`."""
+        before = (self._fed_at_s, self._commander)
         self._fed_at_s = now_s if self._fed_at_s is None else max(self._fed_at_s, now_s)
         self._commander = peer_id
+        return before
+
+    def unfeed(self, before: Feeding) -> None:
+        """The command was refused after all and must not have kept anything alive."""
+        if self._fed_at_s is not None:
+            self._fed_at_s, self._commander = before
 
     def expire(self, now_s: float) -> bool:
         """``True`` once when the time is over: the caller must run the safe action."""

@@ -1,0 +1,199 @@
+"""The life of one peer connection, seen from the operator: every phase is bounded, every end has a code.
+
+::
+
+    offering ──offered──► waiting ──answered──► connecting ──securing──► securing ──connected──► greeting
+    greeting ──hello──► open        greeting ──2 s──► original ──late hello──► open
+    any phase ──failure, time-out, silence, bye, request──► closed
+
+A robot of ours answers pings, so two seconds without a word mean that it is lost; an original one is trusted to ICE.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from mosaic_core.words.control import HELLO_TIMEOUT_S, PEER_LOST_AFTER_S, PING_PERIOD_S
+
+Phase = Literal[
+    "offering", "waiting", "connecting", "securing", "greeting", "open", "original", "closed",
+]  # fmt: skip
+
+TIMEOUTS: dict[Phase, tuple[float, str]] = {
+    "offering": (15.0, "ice.no_address"),
+    "waiting": (20.0, "signal.timeout"),
+    "connecting": (20.0, "ice.timeout"),
+    "securing": (10.0, "dtls.timeout"),
+}
+"""Seconds a phase may take, and the code when it takes longer. Either side may first wait for a TURN server."""
+STALL_S = 0.5
+"""A deadline noticed this late means that our own process stood still; answers may be waiting unread."""
+
+
+@dataclass(frozen=True, slots=True)
+class Offered:
+    """The offer is on its way."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """The robot's answer is applied."""
+
+
+@dataclass(frozen=True, slots=True)
+class TransportChanged:
+    """``connecting``, ``securing``, ``connected``, ``failed`` or ``closed``."""
+
+    state: str
+
+
+@dataclass(frozen=True, slots=True)
+class HelloReceived:
+    """The robot knows our control channel."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControlReceived:
+    """Any other word on the control channel."""
+
+
+@dataclass(frozen=True, slots=True)
+class EndReceived:
+    """The robot, or the server for it, ends the connection; or it could not be made."""
+
+    code: str
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class CloseRequested:
+    """By our own program."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeadlinePassed:
+    """The time of :attr:`OperatorPeer.deadline_s` has come."""
+
+
+Event = (
+    Offered | Answered | TransportChanged | HelloReceived | ControlReceived | EndReceived | CloseRequested
+    | DeadlinePassed
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class SendPing:
+    """Ask for a sign of life."""
+
+
+@dataclass(frozen=True, slots=True)
+class UseConnection:
+    """Connectors may be opened; ``is_ours``: the robot speaks ``mosaic.1``."""
+
+    is_ours: bool
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """Close everything. ``tells_robot``: it may not know yet."""
+
+    code: str
+    message: str
+    tells_robot: bool
+
+
+Effect = SendPing | UseConnection | End
+
+
+class OperatorPeer:
+    """The machine. ``now_s`` is any monotonic clock."""
+
+    def __init__(self, now_s: float) -> None:
+        self.phase: Phase = "offering"
+        self.deadline_s: float | None = now_s + TIMEOUTS["offering"][0]
+        """When the driver must say :class:`DeadlinePassed`; ``None``: never."""
+        self._ping_at_s = 0.0
+        self._lost_at_s = 0.0
+
+    def handle(self, event: Event, now_s: float) -> list[Effect]:
+        """What to do now, in order."""
+        if self.phase == "closed":
+            return []
+        match event:
+            case Offered() if self.phase == "offering":
+                return self._enter("waiting", now_s)
+            case Answered() if self.phase == "waiting":
+                return self._enter("connecting", now_s)
+            case TransportChanged(state):
+                return self._transport(state, now_s)
+            case HelloReceived() if self.phase in ("greeting", "original"):
+                return self._opened(now_s)
+            case HelloReceived() | ControlReceived():
+                self._heard(now_s)
+                return []
+            case EndReceived(code, message):
+                return self._end(code, message, tells_robot=False)
+            case CloseRequested():
+                return self._end("peer.closed", "", tells_robot=True)
+            case DeadlinePassed():
+                return self._overdue(now_s)
+            case _:
+                return []
+
+    def _transport(self, state: str, now_s: float) -> list[Effect]:
+        match state:
+            case "securing" if self.phase == "connecting":
+                return self._enter("securing", now_s)
+            case "connected" if self.phase in ("waiting", "connecting", "securing"):
+                self.phase, self.deadline_s = "greeting", now_s + HELLO_TIMEOUT_S
+                return []
+            case "failed":
+                code = "dtls.timeout" if self.phase == "securing" else "ice.failed"
+                return self._end(code, "", tells_robot=True)
+            case "closed":
+                return self._end("peer.closed", "", tells_robot=False)
+            case _:
+                return []
+
+    def _enter(self, phase: Phase, now_s: float) -> list[Effect]:
+        self.phase, self.deadline_s = phase, now_s + TIMEOUTS[phase][0]
+        return []
+
+    def _opened(self, now_s: float) -> list[Effect]:
+        self.phase = "open"
+        self._lost_at_s = now_s + PEER_LOST_AFTER_S
+        return [UseConnection(is_ours=True), *self._ping(now_s)]
+
+    def _ping(self, now_s: float) -> list[Effect]:
+        self._ping_at_s = now_s + PING_PERIOD_S
+        self.deadline_s = min(self._ping_at_s, self._lost_at_s)
+        return [SendPing()]
+
+    def _heard(self, now_s: float) -> None:
+        if self.phase == "open":
+            self._lost_at_s = now_s + PEER_LOST_AFTER_S
+            self.deadline_s = min(self._ping_at_s, self._lost_at_s)
+
+    def _overdue(self, now_s: float) -> list[Effect]:
+        if self.deadline_s is None or now_s < self.deadline_s:
+            return []
+        if self.phase == "greeting":
+            self.phase, self.deadline_s = "original", None
+            return [UseConnection(is_ours=False)]
+        if self.phase == "open":
+            return self._overdue_open(now_s)
+        return self._end(TIMEOUTS[self.phase][1], "", tells_robot=True)
+
+    def _overdue_open(self, now_s: float) -> list[Effect]:
+        if now_s < self._lost_at_s:
+            return self._ping(now_s)
+        if now_s - min(self._ping_at_s, self._lost_at_s) > STALL_S:
+            self._lost_at_s = now_s + PEER_LOST_AFTER_S
+            return self._ping(now_s)
+        return self._end("peer.lost", "", tells_robot=True)
+
+    def _end(self, code: str, message: str, *, tells_robot: bool) -> list[Effect]:
+        was_offered = self.phase != "offering"
+        self.phase, self.deadline_s = "closed", None
+        return [End(code, message, tells_robot and was_offered)]

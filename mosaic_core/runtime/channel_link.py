@@ -1,0 +1,63 @@
+"""One open data channel of one peer: the frame of our own operators, or the bare payload of original ones."""
+
+from __future__ import annotations
+
+import time
+
+from mosaic_core.contract.host import Outgoing
+from mosaic_core.machines.command_gate import ArrivalBaseline, CommandGate
+from mosaic_core.machines.framing import (
+    HEADER_BYTES,
+    SEQ_MODULUS,
+    Frame,
+    FrameFlag,
+    FrameReader,
+    PayloadKind,
+    encode_frame,
+)
+from mosaic_core.machines.send_scheduler import QueuedMessage
+from mosaic_core.runtime.transport import Channel
+from mosaic_core.words.control import CHANNEL_PROTOCOL
+from mosaic_core.words.errors import WireError
+
+
+class ChannelLink:
+    """Numbers and frames what goes out, reads what comes in. Event loop only."""
+
+    def __init__(self, channel: Channel, baseline: ArrivalBaseline, max_age_s: float | None) -> None:
+        self.channel = channel
+        self.is_framed = channel.protocol == CHANNEL_PROTOCOL
+        self._reader = FrameReader()
+        self._baseline = baseline
+        self._gate = CommandGate(baseline, max_age_s) if self.is_framed else None
+        self._seq = 0
+
+    def outgoing(self, message: Outgoing, flags: FrameFlag = FrameFlag.NONE) -> QueuedMessage:
+        """What goes over the wire for ``message``."""
+        size = len(message.payload)
+        if not self.is_framed:
+            payload = message.payload
+            bare = payload if message.kind is PayloadKind.BYTES else payload.decode()
+            return QueuedMessage(self.channel.label, iter((bare,)), size)
+        self._seq = (self._seq + 1) % SEQ_MODULUS
+        frame = Frame(message.kind, message.payload, seq=self._seq, stamp_us=message.stamp_us, flags=flags)
+        return QueuedMessage(self.channel.label, encode_frame(frame), size + HEADER_BYTES)
+
+    def incoming(self, data: bytes | str) -> Frame | None:
+        """The message that ``data`` completes; raises :class:`WireError`. Bare payloads have ``seq`` 0."""
+        if not self.is_framed:
+            return Frame(PayloadKind.BYTES, data.encode() if isinstance(data, str) else data)
+        if isinstance(data, str):
+            raise WireError("frame: text on a framed channel")
+        return self._reader.read(data, time.monotonic())
+
+    def refusal(self, frame: Frame) -> str | None:
+        """The code if the command gate keeps this message out."""
+        if self._gate is None:
+            return None
+        return self._gate.refusal(frame.seq, frame.stamp_us, time.monotonic())
+
+    def observe(self, frame: Frame) -> None:
+        """A message that isn't gated still tells how fast messages of this peer can be."""
+        if self.is_framed:
+            self._baseline.age_s(frame.stamp_us, time.monotonic())

@@ -1,0 +1,79 @@
+"""The host of a handler in a running robot: real time, real waiting, and the way to the operators."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+
+from mosaic_core.contract.host import Outgoing
+from mosaic_core.contract.media import Picture
+
+
+class RuntimeHost:
+    """Given to one handler. ``send*`` on any thread; ``wait_async`` on the event loop; ``wait`` on the body's."""
+
+    def __init__(
+        self,
+        loop: asyncio.AbstractEventLoop,
+        post: Callable[[Outgoing], bool],
+        post_picture: Callable[[str, Picture], bool],
+    ) -> None:
+        self._loop = loop
+        self._post = post
+        self._post_picture = post_picture
+        self._stop = threading.Event()
+        self._stop_async = asyncio.Event()
+
+    def arm(self) -> None:
+        """A new run of the body begins; never called while an older one still runs."""
+        self._stop.clear()
+        self._call_on_loop(self._settle)
+
+    def stop(self) -> None:
+        """End the body: wakes whatever waits. Any thread."""
+        self._stop.set()
+        self._call_on_loop(self._settle)
+
+    def _settle(self) -> None:
+        if self._stop.is_set():
+            self._stop_async.set()
+        else:
+            self._stop_async.clear()
+
+    def _call_on_loop(self, action: Callable[[], None]) -> None:
+        try:
+            self._loop.call_soon_threadsafe(action)
+        except RuntimeError:
+            return  # the loop is closed; nobody waits on it any more
+
+    def monotonic_s(self) -> float:
+        return time.monotonic()
+
+    @property
+    def is_stopping(self) -> bool:
+        return self._stop.is_set()
+
+    def wait(self, seconds: float) -> bool:
+        return self._stop.wait(seconds)
+
+    async def wait_async(self, seconds: float) -> bool:
+        if self._stop.is_set():
+            return True
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._stop_async.wait(), seconds)
+        return self._stop.is_set()
+
+    async def stopped(self) -> None:
+        """Waits until :meth:`stop`. Event loop."""
+        while not self._stop.is_set():
+            await self._stop_async.wait()
+            await asyncio.sleep(0)
+
+    def send(self, message: Outgoing) -> bool:
+        return self._post(message)
+
+    def send_picture(self, label: str, picture: Picture) -> bool:
+        return self._post_picture(label, picture)

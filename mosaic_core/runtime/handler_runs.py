@@ -1,0 +1,171 @@
+"""Everything that runs the handlers of one robot: their hosts, bodies, receivers and safe actions. Handlers exist
+once, whatever the number of operators, and know nothing of peers coming and going.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import Sequence
+from typing import Protocol
+
+from mosaic_core.contract.handler import DataChannelReceivable, Handler
+from mosaic_core.runtime.connector import Connector
+from mosaic_core.runtime.counters import ConnectorCounters, ConnectorSnapshot
+from mosaic_core.runtime.failures import Failures
+from mosaic_core.runtime.handler_host import RuntimeHost
+from mosaic_core.runtime.handover import Handover
+from mosaic_core.runtime.media_hub import MediaHub
+from mosaic_core.runtime.outbox import Outbox
+from mosaic_core.runtime.receiver import Outcome, Receiver
+from mosaic_core.runtime.routes import Route, data_routes, media_handlers
+from mosaic_core.runtime.runner import Runner, runner_of
+from mosaic_core.runtime.safety_watchdog import SafetyWatchdog
+from mosaic_core.runtime.transport import PicturePreparer
+
+logger = logging.getLogger(__name__)
+
+_SAFE_PATIENCE_S = 0.4
+"""For the safe actions at the end; they are meant to be quick."""
+_WORST_FIRST = ("failed", "running", "waiting", "ended", "stopped")
+
+
+class RunsListener(Protocol):
+    """Whom the handlers' runs tell; on the event loop."""
+
+    def command_done(self, outcome: Outcome) -> None: ...
+    def connector_failed(self, label: str, error: BaseException, restart_in_s: float) -> None: ...
+
+
+class HandlerRuns:
+    """Built on the event loop when the robot starts."""
+
+    def __init__(self, connectors: Sequence[Connector], prepare: PicturePreparer, listener: RunsListener) -> None:
+        loop = asyncio.get_running_loop()
+        self._connectors = tuple(connectors)
+        self._listener = listener
+        self.counters = {connector.config.label: ConnectorCounters() for connector in connectors}
+        self.routes = data_routes(connectors, self.counters)
+        self.outbox = Outbox(loop, self._watched)
+        self.media = MediaHub(loop, prepare, self._watched)
+        self.safety = SafetyWatchdog()
+        self._loop = loop
+        self._outcomes: Handover[Outcome] = Handover(loop, self._command_done)
+        self._failed: Handover[tuple[str, BaseException, float]] = Handover(loop, self._tell_failed)
+        self._runners: dict[str, Runner] = {}
+        self._failures: dict[str, Failures] = {}
+        self._always: set[str] = set()
+        for route in self.routes.values():
+            self._take(route.handler)
+            self.outbox.add_channel(route.label, route.connector.delivery, route.counters)
+            if isinstance(route.handler, DataChannelReceivable):
+                route.receiver = self._receiver(route, route.handler)
+        for connector, handler in media_handlers(connectors):
+            self.media.add_label(handler.label, self.counters[connector.config.label])
+            self._take(handler)
+
+    def _take(self, handler: Handler) -> None:
+        """Bind the handler and prepare its body."""
+        host = RuntimeHost(self._loop, self.outbox.post, self.media.post)
+        handler.bind(host)
+        failures = Failures(handler.label, lambda *failure: self._failed.put(failure))
+        self._failures[handler.label] = failures
+        runner = runner_of(handler, host, failures)
+        if runner is not None:
+            self._runners[handler.label] = runner
+        if handler.runs == "always":
+            self._always.add(handler.label)
+
+    def _receiver(self, route: Route, handler: DataChannelReceivable[object]) -> Receiver:
+        watch = self.safety.guard(route.label, route.timeout_s, handler.make_safe, handler.peer_left)
+        return Receiver(
+            handler,
+            watch,
+            self._failures[route.label],
+            self._outcomes.put,
+            newest_only=route.is_latest,
+            max_age_s=route.max_age_s,
+        )
+
+    # -- life ----------------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        self.safety.start()
+        for receiver in self._receivers():
+            receiver.start()
+        for label, runner in self._runners.items():
+            runner.start()
+            runner.want(label in self._always)
+
+    async def close(self) -> None:
+        """Commands first, then what moves, then the rest."""
+        receivers = self._receivers()
+        for receiver in receivers:
+            receiver.close()
+        for runner in self._runners.values():
+            runner.close()
+        if receivers:
+            safe = asyncio.to_thread(self.safety.make_all_safe, "safety.shutdown", _SAFE_PATIENCE_S)
+            if not await safe:
+                logger.error("a safe action did not end within %.1f s of the robot's stop", _SAFE_PATIENCE_S)
+        endings = [receiver.closed() for receiver in receivers]
+        endings += [runner.closed() for runner in self._runners.values()]
+        await asyncio.gather(*endings)
+        self.safety.close()
+
+    def _receivers(self) -> list[Receiver]:
+        return [route.receiver for route in self.routes.values() if route.receiver is not None]
+
+    def _watched(self, label: str, on: bool) -> None:
+        runner = self._runners.get(label)
+        if runner is not None and label not in self._always:
+            runner.want(on)
+
+    # -- what happened -------------------------------------------------------------------------------------------
+
+    def _command_done(self, outcome: Outcome) -> None:
+        counters = self.routes[outcome.item.channel].counters
+        if outcome.code:
+            counters.refused += 1
+        else:
+            counters.count(len(outcome.item.payload), time.monotonic())
+        self._listener.command_done(outcome)
+
+    def _tell_failed(self, failure: tuple[str, BaseException, float]) -> None:
+        self._listener.connector_failed(*failure)
+
+    def snapshot(self) -> tuple[ConnectorSnapshot, ...]:
+        """One row per connector, in the order of the YAML file."""
+        return tuple(self._row(connector) for connector in self._connectors)
+
+    def _row(self, connector: Connector) -> ConnectorSnapshot:
+        now_s, counters = time.monotonic(), self.counters[connector.config.label]
+        rate_hz, bytes_per_s = counters.meter.rates(now_s)
+        labels = [handler.label for handler in connector.handlers]
+        failing = [self._failures[label] for label in labels]
+        states = [self._state(label) for label in labels]
+        return ConnectorSnapshot(
+            label=connector.config.label,
+            type=connector.config.type,
+            kind=str(connector.entry.kind),
+            direction=str(connector.entry.direction),
+            delivery=str(connector.delivery),
+            state=next((state for state in _WORST_FIRST if state in states), "running"),
+            peers=max((self.outbox.listeners(label) or self.media.viewers(label) for label in labels), default=0),
+            messages=counters.messages,
+            rate_hz=rate_hz,
+            size_bytes=counters.size_bytes,
+            bytes_per_s=bytes_per_s,
+            dropped=counters.dropped,
+            refused=counters.refused,
+            failures=sum(failures.count for failures in failing),
+            last_error=next((failures.last_error for failures in failing if failures.last_error), ""),
+            age_s=None if counters.last_at_s is None else now_s - counters.last_at_s,
+        )
+
+    def _state(self, label: str) -> str:
+        if self._failures[label].is_failing:
+            return "failed"
+        runner = self._runners.get(label)
+        return runner.state if runner is not None else "running"

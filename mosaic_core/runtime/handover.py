@@ -1,0 +1,48 @@
+"""From any thread to the event loop: never blocks, keeps the order, wakes the loop once per burst."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+_AT_ONCE = 256
+"""Items delivered before others on the loop get their turn."""
+
+
+class Handover(Generic[T]):
+    """``put`` on any thread; ``deliver`` is called on the loop."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, deliver: Callable[[T], None], max_items: int = 10_000) -> None:
+        self._loop = loop
+        self._deliver = deliver
+        self._max_items = max_items
+        self._items: deque[T] = deque()
+        self._is_scheduled = False
+
+    def put(self, item: T) -> bool:
+        """``False`` if the loop doesn't keep up, or is gone."""
+        if len(self._items) >= self._max_items:
+            return False
+        self._items.append(item)  # before the flag is read: _drain clears it before it empties the queue
+        if not self._is_scheduled:
+            self._is_scheduled = True
+            try:
+                self._loop.call_soon_threadsafe(self._drain)
+            except RuntimeError:  # the loop is closed: the robot has stopped
+                return False
+        return True
+
+    def _drain(self) -> None:
+        self._is_scheduled = False
+        for _ in range(_AT_ONCE):
+            try:
+                item = self._items.popleft()
+            except IndexError:
+                return
+            self._deliver(item)
+        if self._items and not self._is_scheduled:
+            self._is_scheduled = True
+            self._loop.call_soon(self._drain)

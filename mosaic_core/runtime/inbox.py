@@ -1,0 +1,91 @@
+"""What waits for a receiver: one slot per sender under ``latest``, a bounded queue otherwise. Thread-safe.
+
+A message whose sender has left is forgotten; one that waited too long behind a slow ``handle_data`` is handed out as
+stale, so that an old command never moves anything.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict, deque
+from dataclasses import dataclass
+
+from mosaic_core.contract.host import Sender
+
+MAX_MESSAGES = 256
+MAX_BYTES = 32 * 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True)
+class Incoming:
+    """One message for a receiver. ``seq`` is ``None`` on the bare channels of original operators."""
+
+    channel: str
+    payload: bytes
+    sender: Sender
+    seq: int | None
+    arrived_at_s: float
+
+
+class Inbox:
+    """Filled on the event loop, emptied by the receiver."""
+
+    def __init__(self, *, newest_only: bool) -> None:
+        self._newest_only = newest_only
+        self._filled = threading.Condition()
+        self._slots: OrderedDict[str, Incoming] = OrderedDict()
+        self._queue: deque[Incoming] = deque()
+        self._size_bytes = 0
+        self._is_closed = False
+        self.replaced = 0
+
+    def put(self, item: Incoming) -> bool:
+        """``False`` if the queue is full."""
+        with self._filled:
+            if self._newest_only:
+                self.replaced += item.sender.peer_id in self._slots
+                self._slots[item.sender.peer_id] = item
+            else:
+                too_much = self._size_bytes + len(item.payload) > MAX_BYTES
+                if self._queue and (len(self._queue) >= MAX_MESSAGES or too_much):
+                    return False
+                self._queue.append(item)
+                self._size_bytes += len(item.payload)
+            self._filled.notify_all()
+            return True
+
+    def take(self) -> Incoming | None:
+        """The next one if there is one."""
+        with self._filled:
+            return self._pop()
+
+    def wait(self) -> Incoming | None:
+        """Block this thread until there is one; ``None``: closed."""
+        with self._filled:
+            self._filled.wait_for(lambda: self._is_closed or self._slots or self._queue)
+            return None if self._is_closed else self._pop()
+
+    def _pop(self) -> Incoming | None:
+        if self._slots:
+            return self._slots.popitem(last=False)[1]
+        if not self._queue:
+            return None
+        item = self._queue.popleft()
+        self._size_bytes -= len(item.payload)
+        return item
+
+    def forget(self, peer_id: str) -> None:
+        """Drop what this peer still wanted."""
+        with self._filled:
+            self._slots.pop(peer_id, None)
+            kept = [item for item in self._queue if item.sender.peer_id != peer_id]
+            self._queue = deque(kept)
+            self._size_bytes = sum(len(item.payload) for item in kept)
+
+    def close(self) -> None:
+        with self._filled:
+            self._is_closed = True
+            self._filled.notify_all()
+
+    def __len__(self) -> int:
+        return len(self._slots) + len(self._queue)

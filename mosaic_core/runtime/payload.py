@@ -1,0 +1,57 @@
+"""From the bytes of one message to the ``T`` of its receiver; what does not fit is refused with a reason."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise Refused("safety.not_finite", f"{text[:20]} is not a finite number")
+    return value
+
+
+def _not_finite(text: str) -> float:
+    raise Refused("safety.not_finite", f"{text} is not a finite number")
+
+
+class PayloadReader:
+    """Reads the payloads of one receiver."""
+
+    def __init__(self, handler: DataChannelReceivable[Any]) -> None:
+        self._type = message_type_of(type(handler))
+        is_plain = self._type in (str, bytes)
+        self._adapter: TypeAdapter[Any] | None = None if is_plain else TypeAdapter(self._type)
+
+    def read(self, payload: bytes) -> Any:
+        """The value; raises :class:`Refused` with ``channel.invalid`` or ``safety.not_finite``."""
+        if self._type is bytes:
+            return payload
+        try:
+            text = payload.decode()
+        except UnicodeDecodeError:
+            raise Refused("channel.invalid", "not UTF-8 text") from None
+        if self._adapter is None:
+            return text
+        try:
+            value = json.loads(text, parse_float=_finite, parse_constant=_not_finite)
+        except (ValueError, RecursionError):
+            raise Refused("channel.invalid", "not JSON") from None
+        try:
+            return self._adapter.validate_python(value)
+        except ValidationError as error:
+            raise Refused("channel.invalid", _in_words(error)) from None
+
+
+def _in_words(error: ValidationError) -> str:
+    """At most three mistakes, without quoting the input back."""
+    problems = error.errors(include_url=False, include_input=False, include_context=False)
+    parts = [f"{'.'.join(map(str, item['loc'])) or 'message'}: {item['msg']}" for item in problems[:3]]
+    return "; ".join(parts)[:300]

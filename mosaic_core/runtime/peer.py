@@ -1,0 +1,225 @@
+"""One operator's peer connection on the robot: carries out its session machine and routes its channels and tracks."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import Coroutine, Sequence
+from typing import Any
+
+from mosaic_core.contract.host import Outgoing, Sender
+from mosaic_core.machines import peer_session as session
+from mosaic_core.machines.command_gate import ArrivalBaseline
+from mosaic_core.machines.peer_admission import StartPeer
+from mosaic_core.machines.send_scheduler import Offered
+from mosaic_core.runtime.control_link import ControlLink
+from mosaic_core.runtime.peer_channels import PeerChannels
+from mosaic_core.runtime.send_queue import SendQueue
+from mosaic_core.runtime.site import Site
+from mosaic_core.runtime.transport import Answerer, AnswererFactory, Channel, PictureFeed
+from mosaic_core.words import control
+from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL
+from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.signaling import ExchangeIceCandidate, IceCandidate, SdpAnswer
+
+logger = logging.getLogger(__name__)
+
+_BYE_FLUSH_S = 0.05
+"""Time for the bye to leave before the transport closes."""
+
+
+class OperatorPeer:
+    """Implements ``AnswererListener``; event loop only."""
+
+    def __init__(self, start: StartPeer, site: Site, make_answerer: AnswererFactory) -> None:
+        who = start.identity
+        self.sender = Sender(start.peer_id, who.session_id, who.operator_id, who.name, who.role)
+        self.connected_at_s: float | None = None
+        self._start = start
+        self._site = site
+        self._loop = asyncio.get_running_loop()
+        self._session = session.PeerSession(time.monotonic())
+        self._baseline = ArrivalBaseline()
+        self._queue = SendQueue(lambda label: site.outbox.has_room(label, start.peer_id))
+        self._control: ControlLink | None = None
+        self._channels = PeerChannels(self.sender, site, self._queue, self._baseline, self.refuse)
+        self._unbound: list[str] = []
+        self._origins: list[control.MediaOrigin] = []
+        self._early: list[IceCandidate] | None = []
+        self._timer: asyncio.TimerHandle | None = None
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._make_answerer = make_answerer
+        self._answerer: Answerer | None = None
+        self._closed = asyncio.Event()
+
+    @property
+    def peer_id(self) -> str:
+        return self.sender.peer_id
+
+    @property
+    def phase(self) -> str:
+        return self._session.phase
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Labels of the open data channels."""
+        return self._channels.labels()
+
+    # -- life ----------------------------------------------------------------------------------------------------
+
+    def begin(self) -> None:
+        """Answer the offer."""
+        self._rearm()
+        self._spawn(self._answer())
+
+    def add_candidate(self, candidate: IceCandidate) -> None:
+        if self._answerer is not None and self.phase != "closed":
+            self._spawn(self._answerer.add_candidate(candidate))
+
+    def close(self, code: str, message: str = "") -> None:
+        """Begin to close; an operator of ours hears why."""
+        self._handle(session.CloseRequested(code, message))
+
+    async def closed(self) -> None:
+        await self._closed.wait()
+
+    def deliver(self, message: Outgoing) -> Offered:
+        return self._channels.deliver(message)
+
+    def refuse(self, label: str, seq: int | None, code: str, message: str = "") -> None:
+        """Tell an operator of ours that a message was refused."""
+        if self._control is not None:
+            self._control.refuse(label, seq, code, message)
+
+    async def _answer(self) -> None:
+        start = self._start
+        try:
+            self._answerer = answerer = self._make_answerer(self, start.ice_servers)
+            sdp = await answerer.answer(start.offer_sdp, self._site.media.labels(), start.tracks)
+        except MosaicError as error:
+            self._handle(session.AnswerFailed(error.code, error.message))
+            return
+        except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
+            logger.exception("the offer of peer %s could not be answered", self.peer_id)
+            self._handle(session.AnswerFailed("sdp.invalid", type(error).__name__))
+            return
+        if self.phase == "closed":
+            return
+        self._site.listener.signal(SdpAnswer(rtc_connection_id=self.peer_id, sdp_answer=sdp))
+        self._handle(session.Answered())
+        early, self._early = self._early or [], None
+        for candidate in early:  # an original dashboard rejects candidates before the answer (UPSTREAM §3.4)
+            self.candidate_found(candidate)
+        for candidate in start.candidates:
+            await answerer.add_candidate(candidate)
+
+    def _handle(self, event: session.Event) -> None:
+        for effect in self._session.handle(event, time.monotonic()):
+            match effect:
+                case session.TellConnected():
+                    self.connected_at_s = time.monotonic()
+                    self._site.listener.peer_connected(self)
+                case session.TreatAsOurs():
+                    self._treat_as_ours()
+                case session.TreatAsOriginal():
+                    for label in self._site.media.labels():
+                        if self._site.media.is_bound(self.peer_id, label):
+                            self._site.media.watch(self.peer_id, label, True)
+                case session.Close(code, message, say_bye):
+                    self._end(code, message, say_bye)
+        self._rearm()
+
+    def _rearm(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._session.deadline_s is not None:
+            delay_s = max(0.0, self._session.deadline_s - time.monotonic())
+            self._timer = self._loop.call_later(delay_s, self._handle, session.DeadlinePassed())
+
+    def _treat_as_ours(self) -> None:
+        assert self._control is not None
+        for label in self._site.media.watched_by(self.peer_id):  # a late hello: it will say what it wants to see
+            self._site.media.watch(self.peer_id, label, False)
+        self._control.send(control.CatalogueFull(catalogue=self._site.catalogue))
+        for origin in self._origins:
+            self._control.send(origin)
+        for label in self._unbound:
+            self._control.send(control.MediaUnavailable(label=label, code="media.no_line"))
+
+    def _end(self, code: str, message: str, say_bye: bool) -> None:
+        if say_bye and self._control is not None:
+            self._control.send(control.Bye(code=code, message=message or None))
+        self._site.media.leave(self.peer_id)
+        self._channels.close_all()
+        self._site.listener.peer_closed(self, code, message)
+        self._spawn(self._close_transport(_BYE_FLUSH_S if say_bye else 0.0))
+
+    async def _close_transport(self, flush_s: float) -> None:
+        await asyncio.sleep(flush_s)
+        self._queue.close_all()
+        if self._answerer is not None:
+            with contextlib.suppress(Exception):  # it is over either way
+                await self._answerer.close()
+        self._closed.set()
+
+    def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
+        task = self._loop.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    # -- what the transport tells --------------------------------------------------------------------------------
+
+    def candidate_found(self, candidate: IceCandidate) -> None:
+        if self._early is not None:
+            self._early.append(candidate)
+        else:
+            message = ExchangeIceCandidate(rtc_connection_id=self.peer_id, ice_candidate=candidate)
+            self._site.listener.signal(message)
+
+    def state_changed(self, state: str) -> None:
+        self._handle(session.TransportChanged(state))
+
+    def channel_opened(self, channel: Channel) -> None:
+        if self.phase == "closed":
+            return
+        if channel.label == CONTROL_LABEL:
+            if self._control is None and channel.protocol == CHANNEL_PROTOCOL:
+                self._control = ControlLink(channel, self._queue, self._baseline, self._heard)
+                self._control.greet(self._site.software, self._site.boot_id)
+        else:
+            self._channels.opened(channel)
+
+    def track_bound(self, label: str) -> PictureFeed:
+        return self._site.media.bind(self.peer_id, label)
+
+    def tracks_unbound(self, labels: Sequence[str]) -> None:
+        self._unbound = list(labels)
+
+    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
+        origin = control.MediaOrigin(label=label, ssrc=ssrc, rtp_origin=rtp_origin, boot_id=self._site.boot_id)
+        self._origins = [known for known in self._origins if known.label != label] + [origin]
+        if self._control is not None and self.phase == "open":
+            self._control.send(origin)
+
+    def _heard(self, message: control.ControlMessage | None) -> None:
+        match message:
+            case control.Hello():
+                self._handle(session.HelloReceived())
+            case control.Bye():
+                self._handle(session.ByeReceived(message.code, message.message or ""))
+            case control.MediaWatch():
+                self._handle(session.ControlReceived())
+                self._watch(message.label, message.on)
+            case _:
+                self._handle(session.ControlReceived())
+
+    def _watch(self, label: str, on: bool) -> None:
+        media = self._site.media
+        if on and not media.is_bound(self.peer_id, label) and self._control is not None:
+            code = "media.no_line" if label in media.labels() else "channel.unknown_label"
+            self._control.send(control.MediaUnavailable(label=label, code=code))
+        elif label in media.labels() and self.phase != "closed":
+            media.watch(self.peer_id, label, on)

@@ -1,0 +1,126 @@
+"""The connector channels of one peer: matched by label, gated, handed to receivers, filled from the outbox."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from mosaic_core.contract.host import Outgoing, Sender
+from mosaic_core.machines.command_gate import ArrivalBaseline
+from mosaic_core.machines.framing import Frame, FrameFlag
+from mosaic_core.machines.send_scheduler import Offered
+from mosaic_core.runtime.channel_link import ChannelLink
+from mosaic_core.runtime.inbox import Incoming
+from mosaic_core.runtime.routes import Route
+from mosaic_core.runtime.send_queue import SendQueue
+from mosaic_core.runtime.site import Site
+from mosaic_core.runtime.transport import Channel
+from mosaic_core.words.control import CHANNEL_PROTOCOL
+from mosaic_core.words.errors import WireError
+
+Refuse = Callable[[str, int | None, str, str], None]
+"""``(label, seq, code, message)``: tell the operator."""
+
+
+class PeerChannels:
+    """Event loop only."""
+
+    def __init__(self, sender: Sender, site: Site, queue: SendQueue, baseline: ArrivalBaseline, refuse: Refuse) -> None:
+        self._sender = sender
+        self._site = site
+        self._queue = queue
+        self._baseline = baseline
+        self._refuse = refuse
+        self._links: dict[str, ChannelLink] = {}
+
+    def labels(self) -> tuple[str, ...]:
+        return tuple(self._links)
+
+    def opened(self, channel: Channel) -> None:
+        """A channel of the operator's. One with the label of an open one takes its place."""
+        route = self._site.routes.get(channel.label)
+        if route is None:
+            # an original dashboard's channel stays open, unread (UPSTREAM §3.1); ours is told, and wants it closed
+            if channel.protocol == CHANNEL_PROTOCOL:
+                self._refuse(channel.label, None, "channel.unknown_label", "")
+                channel.close()
+            return
+        self._detach(channel.label)
+        # a late command must not act, whoever promised to deliver it in order; a late request may
+        link = ChannelLink(channel, self._baseline, route.max_age_s)
+        self._links[channel.label] = link
+        if route.receiver is not None:
+            route.receiver.channel_opened(self._sender)
+        channel.on_message = lambda data: self._received(route, link, data)
+        channel.on_close = lambda: self._closed(link)
+        if channel.is_open:
+            self._join(route, link)
+        else:
+            channel.on_open = lambda: self._join(route, link)
+
+    def _join(self, route: Route, link: ChannelLink) -> None:
+        if self._links.get(route.label) is not link:
+            return
+        self._queue.open(link.channel, route.lane)
+        latched = self._site.outbox.join(route.label, self._sender.peer_id, self)
+        if latched is not None and link.is_framed:  # a bare payload could not say that it is old
+            self._queue.offer(link.outgoing(latched, FrameFlag.LATCHED))
+
+    def deliver(self, message: Outgoing) -> Offered:
+        link = self._links.get(message.channel)
+        if link is None:
+            return Offered.REFUSED
+        return self._queue.offer(link.outgoing(message))
+
+    def _closed(self, link: ChannelLink) -> None:
+        label = link.channel.label
+        if self._links.get(label) is link:
+            self._detach(label)
+            self._leave(label)
+
+    def close_all(self) -> None:
+        """The peer is gone."""
+        labels = list(self._links)
+        for label in labels:
+            self._detach(label)
+        for label in labels:
+            self._leave(label)
+
+    def _leave(self, label: str) -> None:
+        receiver = self._site.routes[label].receiver
+        if receiver is not None:
+            receiver.channel_closed(self._sender)
+
+    def _detach(self, label: str) -> None:
+        link = self._links.pop(label, None)
+        if link is None:
+            return
+        link.channel.on_message = link.channel.on_open = link.channel.on_close = link.channel.on_drained = None
+        self._queue.close(label)
+        self._site.outbox.leave(label, self._sender.peer_id)
+
+    def _received(self, route: Route, link: ChannelLink, data: bytes | str) -> None:
+        try:
+            frame = link.incoming(data)
+        except WireError as error:
+            self._reject(route, None, error.code, error.message)
+            return
+        if frame is None:
+            return
+        if route.receiver is None:
+            self._reject(route, frame.seq, "channel.invalid", "this connector takes no messages")
+            return
+        code = link.refusal(frame)
+        if code is not None:
+            self._reject(route, frame.seq, code, "")
+            return
+        route.receiver.accept(self._incoming(route, link, frame))
+
+    def _incoming(self, route: Route, link: ChannelLink, frame: Frame) -> Incoming:
+        seq = frame.seq if link.is_framed else None
+        return Incoming(route.label, frame.payload, self._sender, seq, time.monotonic())
+
+    def _reject(self, route: Route, seq: int | None, code: str, message: str) -> None:
+        route.counters.refused += 1
+        self._refuse(route.label, seq, code, message)
+        self._site.listener.command_refused(route.label, self._sender, code)

@@ -1,0 +1,200 @@
+"""Runs ``handle_data``: a ``def`` one on the receiver's own thread, an ``async`` one on the event loop, one message at
+a time. What is refused is reported; an error is a failure of the handler, which rests for the back-off.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+import logging
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from mosaic_core.contract.handler import DataChannelReceivable, Refused
+from mosaic_core.contract.host import Sender
+from mosaic_core.runtime.failures import Failures
+from mosaic_core.runtime.inbox import Inbox, Incoming
+from mosaic_core.runtime.payload import PayloadReader
+from mosaic_core.runtime.runner import STOP_PATIENCE_S
+from mosaic_core.runtime.safety_watchdog import SafetyWatch
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of one message; ``code`` is empty if it was accepted."""
+
+    item: Incoming
+    code: str = ""
+    message: str = ""
+
+
+class Receiver:
+    """One receiver of the robot. Methods are called on the event loop; ``tell`` is called on any thread."""
+
+    def __init__(
+        self,
+        handler: DataChannelReceivable[Any],
+        watch: SafetyWatch,
+        failures: Failures,
+        tell: Callable[[Outcome], object],
+        *,
+        newest_only: bool,
+        max_age_s: float | None,
+    ) -> None:
+        self.label = handler.label
+        self.max_age_s = max_age_s
+        self.watch = watch
+        self._handle = handler.handle_data
+        self._is_async = inspect.iscoroutinefunction(handler.handle_data)
+        self._takes_sender = _takes_sender(handler)
+        self._reader = PayloadReader(handler)
+        self._failures = failures
+        self._tell = tell
+        self.inbox = Inbox(newest_only=newest_only)
+        self._resting_until_s = 0.0
+        self._loop = asyncio.get_running_loop()
+        self._arrived = asyncio.Event()
+        self._done = asyncio.Event()
+        self._task: asyncio.Task[None] | None = None
+        self._thread: threading.Thread | None = None
+
+    @property
+    def state(self) -> str:
+        return "failed" if self._failures.is_failing else "running"
+
+    def start(self) -> None:
+        if self._is_async:
+            self._task = self._loop.create_task(self._live_async(), name=f"mosaic-{self.label}")
+        else:
+            self._thread = threading.Thread(target=self._live, name=f"mosaic-{self.label}", daemon=True)
+            self._thread.start()
+
+    def accept(self, item: Incoming) -> None:
+        """A message has arrived and passed its gate."""
+        if self.inbox.put(item):
+            self._arrived.set()
+        else:
+            self._tell(Outcome(item, "channel.queue_full"))
+
+    def channel_opened(self, sender: Sender) -> None:
+        """A peer may command from now on."""
+        self.watch.peer_joined(sender.peer_id)
+
+    def channel_closed(self, sender: Sender) -> None:
+        """A peer is gone, or has closed the channel: forget what it still wanted, make safe what it moved."""
+        self.inbox.forget(sender.peer_id)
+        self.watch.peer_left(sender)
+
+    def close(self) -> None:
+        """Begin to stop for good."""
+        self.inbox.close()
+        if self._task is not None:
+            self._task.cancel()
+
+    async def closed(self) -> None:
+        """Wait until ``handle_data`` has ended, or has been abandoned."""
+        if self._thread is not None and self._thread.is_alive():
+            try:
+                await asyncio.wait_for(self._done.wait(), STOP_PATIENCE_S)
+            except TimeoutError:
+                logger.warning(
+                    "handle_data of %r did not end within %.1f s and was abandoned (plugin.ignored_stop)",
+                    self.label,
+                    STOP_PATIENCE_S,
+                    extra={"label": self.label, "code": "plugin.ignored_stop"},
+                )
+        if self._task is not None:
+            await asyncio.wait({self._task}, timeout=STOP_PATIENCE_S)
+
+    # -- the receiver's own thread, or its task ------------------------------------------------------------------
+
+    def _live(self) -> None:
+        while (item := self.inbox.wait()) is not None:
+            arguments = self._admitted(item)
+            if arguments is None:
+                continue
+            try:
+                self._handle(*arguments)
+            except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything)
+                self._raised(item, error)
+            else:
+                self._succeeded(item)
+        try:
+            self._loop.call_soon_threadsafe(self._done.set)
+        except RuntimeError:
+            logger.debug("receiver %r stopped after its robot was gone", self.label)
+
+    async def _live_async(self) -> None:
+        while True:
+            await self._arrived.wait()
+            self._arrived.clear()
+            while (item := self.inbox.take()) is not None:
+                await self._handle_async(item)
+
+    async def _handle_async(self, item: Incoming) -> None:
+        arguments = self._admitted(item)
+        if arguments is None:
+            return
+        try:
+            waiting = self._handle(*arguments)
+            if waiting is not None:
+                await waiting
+        except asyncio.CancelledError:
+            self.watch.finish(accepted=True)
+            raise
+        except Exception as error:  # noqa: BLE001 (a plugin may raise anything)
+            self._raised(item, error)
+        else:
+            self._succeeded(item)
+
+    def _admitted(self, item: Incoming) -> tuple[Any, ...] | None:
+        """The arguments of ``handle_data``, with the watchdog fed; ``None`` if the message must not act."""
+        now_s = time.monotonic()
+        if now_s < self._resting_until_s:
+            self._tell(Outcome(item, "plugin.failed", self._failures.last_error))
+            return None
+        if self.max_age_s is not None and now_s - item.arrived_at_s > self.max_age_s:
+            self._tell(Outcome(item, "safety.stale", "it waited behind a slow handle_data"))
+            return None
+        try:
+            value = self._reader.read(item.payload)
+        except Refused as refused:
+            self._tell(Outcome(item, refused.code, refused.message))
+            return None
+        except Exception as error:  # noqa: BLE001 (a validator of the plugin's own message model may raise anything)
+            self._failed(item, error)
+            return None
+        if not self.watch.begin(item.sender.peer_id):
+            return None
+        return (value, item.sender) if self._takes_sender else (value,)
+
+    def _succeeded(self, item: Incoming) -> None:
+        self.watch.finish(accepted=True)
+        self._failures.alive()
+        self._tell(Outcome(item))
+
+    def _raised(self, item: Incoming, error: BaseException) -> None:
+        self.watch.finish(accepted=False)
+        if isinstance(error, Refused):
+            self._tell(Outcome(item, error.code, error.message))
+        else:
+            self._failed(item, error)
+
+    def _failed(self, item: Incoming, error: BaseException) -> None:
+        now_s = time.monotonic()
+        self._resting_until_s = now_s + self._failures.failed(error, now_s - self._resting_until_s)
+        self._tell(Outcome(item, "plugin.failed", self._failures.last_error))
+
+
+def _takes_sender(handler: DataChannelReceivable[Any]) -> bool:
+    """Whether ``handle_data`` was written with ``sender``."""
+    kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    parameters = inspect.signature(handler.handle_data).parameters.values()
+    if any(parameter.kind is inspect.Parameter.VAR_POSITIONAL for parameter in parameters):
+        return True
+    return sum(parameter.kind in kinds for parameter in parameters) >= 2

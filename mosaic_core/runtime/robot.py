@@ -1,0 +1,270 @@
+"""The robot: its handlers run, its peers come and go, its server is there or not; each goes on without the others."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+import uuid
+from collections.abc import Sequence
+
+import pluggy
+
+from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.host import Sender
+from mosaic_core.machines import signaling_events as session
+from mosaic_core.machines.peer_admission import AddCandidate, RefusePeer, StartPeer, StopPeer
+from mosaic_core.machines.signaling_session import SignalingSession
+from mosaic_core.runtime.connector import Connector
+from mosaic_core.runtime.counters import PeerSnapshot, RobotSnapshot
+from mosaic_core.runtime.handler_runs import HandlerRuns
+from mosaic_core.runtime.hook_calls import call_hook
+from mosaic_core.runtime.peer import OperatorPeer
+from mosaic_core.runtime.receiver import Outcome
+from mosaic_core.runtime.signaling_client import SignalingClient
+from mosaic_core.runtime.site import Site
+from mosaic_core.runtime.tickets import TicketVerifier
+from mosaic_core.runtime.transport import AnswererFactory, PicturePreparer, SocketConnector
+from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.codes import reason
+from mosaic_core.words.config import RobotConfig
+from mosaic_core.words.errors import SignalingError
+from mosaic_core.words.signaling import SignalingMessage
+
+logger = logging.getLogger(__name__)
+
+_PEERS_PATIENCE_S = 1.0
+"""For the peers' transports and the socket to close at the end."""
+
+
+class Robot:
+    """``run`` on an event loop until ``stop``. One robot runs once."""
+
+    def __init__(
+        self,
+        config: RobotConfig,
+        connectors: Sequence[Connector],
+        *,
+        shared: Shared,
+        plugins: pluggy.PluginManager,
+        connect_socket: SocketConnector,
+        make_answerer: AnswererFactory,
+        prepare_picture: PicturePreparer,
+        software: str,
+    ) -> None:
+        self._config = config
+        self._connectors = tuple(connectors)
+        self._shared = shared
+        self._plugins = plugins
+        self._connect_socket = connect_socket
+        self._make_answerer = make_answerer
+        self._prepare_picture = prepare_picture
+        self._software = software
+        self._catalogue = Catalogue.of(connector.entry for connector in connectors)
+        self._state = "offline"
+        self._started_at_s = time.monotonic()
+        self._peers: dict[str, OperatorPeer] = {}
+        self._closing: set[OperatorPeer] = set()
+        self._runs: HandlerRuns | None = None
+        self._site: Site | None = None
+        self._signaling: SignalingClient | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._stop_wanted = False
+        self._stopping = asyncio.Event()
+        self._error: SignalingError | None = None
+
+    @property
+    def robot_id(self) -> str:
+        return str(self._config.server.auth.robot_id)
+
+    @property
+    def state(self) -> str:
+        """``connecting``, ``ready``, ``offline`` or ``stopped``: the relation to the server."""
+        return self._state
+
+    @property
+    def catalogue(self) -> Catalogue:
+        return self._catalogue
+
+    @property
+    def peers(self) -> tuple[Sender, ...]:
+        """The operators whose peer connection is up."""
+        return tuple(peer.sender for peer in self._peers.values() if peer.connected_at_s is not None)
+
+    # -- life ----------------------------------------------------------------------------------------------------
+
+    async def run(self) -> None:
+        """Run until :meth:`stop`. Raises :class:`SignalingError` (``signal.replaced``) if the same robot connected
+        elsewhere, and whatever a shared thing of the plugins raises when it is entered."""
+        self._loop = asyncio.get_running_loop()
+        shared = await asyncio.to_thread(self._shared.entered)
+        try:
+            await self._run()
+        finally:
+            await asyncio.to_thread(shared.close)
+        if self._error is not None:
+            raise self._error
+
+    async def _run(self) -> None:
+        self._runs = HandlerRuns(self._connectors, self._prepare_picture, self)
+        runs = self._runs
+        self._site = Site(runs.routes, runs.outbox, runs.media, self._catalogue, uuid.uuid4().hex, self._software, self)
+        machine = SignalingSession(self._facts(), TicketVerifier(self.robot_id))
+        url = f"{self._config.server.ws_url.rstrip('/')}/ws/robot"
+        self._signaling = SignalingClient(url, machine, self._connect_socket, self._carry_out)
+        runs.start()
+        signaling = asyncio.create_task(self._signaling.run(), name="mosaic-signaling")
+        try:
+            if not self._stop_wanted:
+                await self._stopping.wait()
+        finally:
+            await self._shutdown(runs, signaling)
+
+    def _facts(self) -> session.RobotFacts:
+        auth = self._config.server.auth
+        token = None
+        if auth.type == "simple-token":
+            token = auth.params.token.get_secret_value() if auth.params.token is not None else ""
+        return session.RobotFacts(
+            robot_id=self.robot_id,
+            token=token,
+            catalogue=self._catalogue,
+            ice_servers=self._config.server.webrtc.ice_servers,
+        )
+
+    def stop(self) -> None:
+        """Begin an orderly end. Any thread, any number of times, also before :meth:`run`."""
+        self._stop_wanted = True
+        if self._loop is None:
+            return
+        try:
+            self._loop.call_soon_threadsafe(self._stopping.set)
+        except RuntimeError:
+            logger.debug("stop() after the robot's event loop was closed")
+
+    async def _shutdown(self, runs: HandlerRuns, signaling: asyncio.Task[None]) -> None:
+        assert self._signaling is not None
+        for peer in tuple(self._peers.values()):
+            peer.close("peer.shutdown")
+        self._signaling.tell(session.ShutdownBegun())
+        handlers = asyncio.create_task(runs.close())
+        endings = [asyncio.create_task(peer.closed()) for peer in self._closing]
+        _, late = await asyncio.wait({signaling, *endings}, timeout=_PEERS_PATIENCE_S)
+        for task in late:
+            task.cancel()
+        await asyncio.gather(*late, handlers, return_exceptions=True)
+
+    # -- effects of the signaling session ------------------------------------------------------------------------
+
+    def _carry_out(self, effect: session.Effect) -> None:
+        match effect:
+            case StartPeer():
+                self._start_peer(effect)
+            case StopPeer(peer_id, code):
+                peer = self._peers.get(peer_id)
+                if peer is not None:
+                    peer.close(code)
+            case AddCandidate(peer_id, candidate):
+                peer = self._peers.get(peer_id)
+                if peer is not None:
+                    peer.add_candidate(candidate)
+            case RefusePeer(peer_id, code, message):
+                fields = {"peerId": peer_id, "code": code}
+                logger.warning("operator refused (%s): %s", code, message or reason(code).sentence, extra=fields)
+            case session.ChangeState(state):
+                self._change_state(state)
+            case session.Report(code, message):
+                self._report(code, message)
+
+    def _start_peer(self, start: StartPeer) -> None:
+        assert self._site is not None
+        peer = OperatorPeer(start, self._site, self._make_answerer)
+        self._peers[peer.peer_id] = peer
+        peer.begin()
+
+    def _change_state(self, state: str) -> None:
+        if state != self._state:
+            self._state = state
+            call_hook(self._plugins, "mosaic_robot_state_changed", state=state)
+
+    def _report(self, code: str, message: str) -> None:
+        fields = {"robotId": self.robot_id, "code": code}
+        if not code:
+            logger.info("%s", message, extra=fields)
+            return
+        logger.error("%s (%s) %s", message, code, reason(code).cure, extra=fields)
+        if code == "signal.replaced":
+            self._error = SignalingError(message, code=code)
+            self.stop()
+
+    # -- what peers tell -----------------------------------------------------------------------------------------
+
+    def signal(self, message: SignalingMessage) -> None:
+        assert self._signaling is not None
+        self._signaling.tell(session.MessageReady(message))
+
+    def peer_connected(self, peer: OperatorPeer) -> None:
+        assert self._signaling is not None
+        logger.info("operator %s connected", peer.sender.name or peer.peer_id, extra={"peerId": peer.peer_id})
+        for other in tuple(self._peers.values()):
+            if other is not peer and other.sender.session_id == peer.sender.session_id:
+                other.close("peer.replaced")
+        self._signaling.tell(session.PeerConnected(peer.peer_id))
+        call_hook(self._plugins, "mosaic_peer_connected", sender=peer.sender)
+
+    def peer_closed(self, peer: OperatorPeer, code: str, message: str) -> None:
+        assert self._signaling is not None
+        if self._peers.get(peer.peer_id) is peer:
+            del self._peers[peer.peer_id]
+        closing = asyncio.ensure_future(peer.closed())
+        self._closing.add(peer)
+        closing.add_done_callback(lambda _: self._closing.discard(peer))
+        fields = {"peerId": peer.peer_id, "code": code}
+        logger.info("operator %s left (%s)", peer.sender.name or peer.peer_id, code, extra=fields)
+        self._signaling.tell(session.PeerEnded(peer.peer_id, code, message))
+        if peer.connected_at_s is not None:
+            call_hook(self._plugins, "mosaic_peer_closed", sender=peer.sender, code=code)
+
+    def command_refused(self, label: str, sender: Sender, code: str) -> None:
+        call_hook(self._plugins, "mosaic_command_received", label=label, sender=sender, accepted=False, code=code)
+
+    # -- what handlers tell --------------------------------------------------------------------------------------
+
+    def command_done(self, outcome: Outcome) -> None:
+        item = outcome.item
+        if outcome.code:
+            peer = self._peers.get(item.sender.peer_id)
+            if peer is not None:
+                peer.refuse(item.channel, item.seq, outcome.code, outcome.message)
+        arguments = {"label": item.channel, "sender": item.sender, "accepted": not outcome.code, "code": outcome.code}
+        call_hook(self._plugins, "mosaic_command_received", **arguments)
+
+    def connector_failed(self, label: str, error: BaseException, restart_in_s: float) -> None:
+        call_hook(self._plugins, "mosaic_connector_failed", label=label, error=error, restart_in_s=restart_in_s)
+
+    # -- the live table ------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> RobotSnapshot:
+        """The robot now. Event loop."""
+        now_s = time.monotonic()
+        return RobotSnapshot(
+            robot_id=self.robot_id,
+            state=self._state,
+            uptime_s=now_s - self._started_at_s,
+            connectors=self._runs.snapshot() if self._runs is not None else (),
+            peers=tuple(self._peer_row(peer, now_s) for peer in self._peers.values()),
+        )
+
+    def _peer_row(self, peer: OperatorPeer, now_s: float) -> PeerSnapshot:
+        sender = peer.sender
+        return PeerSnapshot(
+            peer_id=sender.peer_id,
+            session_id=sender.session_id,
+            operator_id=sender.operator_id,
+            name=sender.name,
+            role=sender.role,
+            phase=peer.phase,
+            connected_s=None if peer.connected_at_s is None else now_s - peer.connected_at_s,
+            channels=peer.channels,
+            watches=self._site.media.watched_by(sender.peer_id) if self._site is not None else (),
+        )

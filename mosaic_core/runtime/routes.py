@@ -1,0 +1,79 @@
+"""Which handler a channel's label leads to, made once from the built connectors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSendable, Handler, MediaTrackHandler
+from mosaic_core.machines.send_scheduler import Lane
+from mosaic_core.runtime.connector import Connector
+from mosaic_core.runtime.counters import ConnectorCounters
+from mosaic_core.runtime.receiver import Receiver
+from mosaic_core.words.data_type import Delivery
+
+LANES = {Delivery.RELIABLE: Lane.RELIABLE, Delivery.LATEST: Lane.LATEST, Delivery.BULK: Lane.BULK}
+LATEST_MAX_AGE_S = 1.0
+"""A ``latest`` message for a receiver without time-out that took this much longer than the fastest is worthless."""
+
+
+@dataclass(slots=True)
+class Route:
+    """One data channel: where its messages go and come from."""
+
+    label: str
+    connector: Connector
+    handler: Handler
+    counters: ConnectorCounters
+    receiver: Receiver | None = None
+
+    @property
+    def lane(self) -> Lane:
+        return LANES[self.connector.delivery]
+
+    @property
+    def is_latest(self) -> bool:
+        return self.connector.delivery is Delivery.LATEST
+
+    @property
+    def sends(self) -> bool:
+        """Whether anything goes from the robot to operators here."""
+        return isinstance(self.handler, DataChannelSendable) or hasattr(self.handler, "send")
+
+    @property
+    def timeout_s(self) -> float | None:
+        """The effective time-out of a receiver: the YAML file's, or the handler's own."""
+        own: float | None = getattr(self.handler, "timeout_s", None)
+        return own if self.connector.safety.timeout_s is None else self.connector.safety.timeout_s
+
+    @property
+    def max_age_s(self) -> float | None:
+        """How late a framed message may be; ``None``: it is not judged by age."""
+        if not isinstance(self.handler, DataChannelReceivable):
+            return None
+        if self.timeout_s is not None:
+            return self.timeout_s
+        return LATEST_MAX_AGE_S if self.is_latest else None
+
+
+def data_routes(connectors: Sequence[Connector], counters: dict[str, ConnectorCounters]) -> dict[str, Route]:
+    """Every data channel by its label. ``counters``: by the connector's label."""
+    return {
+        handler.label: Route(handler.label, connector, handler, counters[connector.config.label])
+        for connector, handler in _pairs(connectors)
+        if not isinstance(handler, MediaTrackHandler)
+    }
+
+
+def media_handlers(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, Any]]:
+    """Every media handler with its connector, in the order of the YAML file."""
+    for connector, handler in _pairs(connectors):
+        if isinstance(handler, MediaTrackHandler):
+            yield connector, handler
+
+
+def _pairs(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, Handler]]:
+    for connector in connectors:
+        for handler in connector.handlers:
+            yield connector, handler

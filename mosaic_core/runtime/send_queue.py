@@ -1,0 +1,100 @@
+"""Carries out one peer's send scheduler: sends pieces while SCTP's own buffer is short, goes on when it drains."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable
+
+from mosaic_core.machines.send_scheduler import Lane, Offered, QueuedMessage, SendScheduler
+from mosaic_core.runtime.transport import Channel
+from mosaic_core.words.errors import ConnectionFailed
+
+logger = logging.getLogger(__name__)
+
+_PIECES_AT_ONCE = 64
+"""After so many others on the event loop get their turn."""
+_RETRY_S = 0.02
+"""``on_drained`` is the rule; this catches a drain that happened just before the queue began to wait."""
+
+
+class SendQueue:
+    """Of one peer; event loop only. ``has_room``: told when a channel that was full takes messages again."""
+
+    def __init__(self, has_room: Callable[[str], None]) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._scheduler = SendScheduler()
+        self._channels: dict[str, Channel] = {}
+        self._full: set[str] = set()
+        self._has_room = has_room
+        self._timer: asyncio.Handle | None = None
+        self._is_pumping = False
+
+    def open(self, channel: Channel, lane: Lane) -> None:
+        self._channels[channel.label] = channel
+        self._scheduler.open(channel.label, lane)
+        channel.on_drained = self.pump
+
+    def close(self, label: str) -> None:
+        self._channels.pop(label, None)
+        self._full.discard(label)
+        self._scheduler.close(label)
+
+    def close_all(self) -> None:
+        for label in tuple(self._channels):
+            self.close(label)
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def offer(self, message: QueuedMessage) -> Offered:
+        """Queue and, where there is room below, send at once."""
+        if message.channel not in self._channels:
+            return Offered.REFUSED
+        offered = self._scheduler.offer(message)
+        if offered is Offered.REFUSED:
+            self._full.add(message.channel)
+        self.pump()
+        return offered
+
+    def pump(self) -> None:
+        """Send what may be sent now."""
+        if self._is_pumping:  # a channel may report its drain from within send
+            return
+        self._is_pumping = True
+        try:
+            self._pump()
+        finally:
+            self._is_pumping = False
+
+    def _pump(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        for _ in range(_PIECES_AT_ONCE):
+            taken = self._scheduler.take(self._buffered_bytes())
+            if taken is None:
+                break
+            self._send(*taken)
+        else:
+            self._timer = self._loop.call_soon(self.pump)
+        self._report_room()
+        if self._timer is None and not self._scheduler.is_idle:
+            self._timer = self._loop.call_later(_RETRY_S, self.pump)
+
+    def _buffered_bytes(self) -> int:
+        """The buffer belongs to the whole peer connection: any channel knows it."""
+        channel = next(iter(self._channels.values()), None)
+        return channel.buffered_bytes if channel is not None else 0
+
+    def _send(self, label: str, piece: bytes | str) -> None:
+        channel = self._channels[label]
+        try:
+            channel.send(piece)
+        except ConnectionFailed as error:
+            logger.debug("channel %r is gone: %s", label, error, extra={"label": label})
+            self.close(label)
+
+    def _report_room(self) -> None:
+        for label in [label for label in self._full if self._scheduler.has_room(label)]:
+            self._full.discard(label)
+            self._has_room(label)

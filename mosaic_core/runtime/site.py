@@ -1,0 +1,43 @@
+"""What all peers of a robot share: its routes, pictures, catalogue, identity, and whom to tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from mosaic_core.contract.host import Sender
+from mosaic_core.runtime.media_hub import MediaHub
+from mosaic_core.runtime.outbox import Outbox
+from mosaic_core.runtime.routes import Route
+from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.signaling import SignalingMessage
+
+if TYPE_CHECKING:
+    from mosaic_core.runtime.peer import OperatorPeer
+
+
+class PeerListener(Protocol):
+    """Whom a peer tells; on the event loop."""
+
+    def signal(self, message: SignalingMessage) -> None:
+        """Something for the server."""
+        ...
+
+    def peer_connected(self, peer: OperatorPeer) -> None: ...
+    def peer_closed(self, peer: OperatorPeer, code: str, message: str) -> None: ...
+    def command_refused(self, label: str, sender: Sender, code: str) -> None:
+        """A message for a connector was refused before its receiver saw it."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """One robot, as its peers see it."""
+
+    routes: dict[str, Route]
+    outbox: Outbox
+    media: MediaHub
+    catalogue: Catalogue
+    boot_id: str
+    software: str
+    listener: PeerListener
