@@ -15,7 +15,9 @@ from mosaic_cmdvel.twist_message import TwistMessage
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Refused, message_type_of
 from mosaic_core.contract.host import Sender
+from mosaic_core.testing import Leaves, Silence, build, feed
 from mosaic_core.words.data_type import Delivery, MosaicDataType
+from mosaic_core.words.errors import ConfigError
 
 if TYPE_CHECKING:
     from conftest import ScriptedDrive
@@ -120,3 +122,35 @@ def test_the_time_out_comes_from_the_safety_section() -> None:
 def test_the_example_to_paste_is_valid() -> None:
     assert CmdVelConfigurer.params_model is CmdVelParams
     assert CmdVelParams.model_validate(CmdVelConfigurer.example)
+
+
+def test_a_script_of_commands_silence_and_leaving_moves_and_stops_the_base() -> None:
+    moves: list[Twist] = []
+    shared = Shared()
+    base = build(
+        CmdVelConfigurer,
+        label="cmd_vel",
+        params={"drive": {"type": "callback", "function": moves.append}},
+        shared=shared,
+    )
+    forward = {"linear": {"x": 0.5}}
+    with shared.entered():
+        assert shared.get("mosaic-cmdvel:cmd_vel", KeptDrive).wait_until_open(IN_TIME_S)
+        fed = feed(
+            base, [forward, Silence(0.2), forward, Silence(1.0), forward, "{}", '{"linear":{"x":NaN}}', Leaves()]
+        )
+
+    assert [(safe.at_s, safe.cause) for safe in fed.made_safe] == [
+        (0.5, "safety.timeout"),
+        (1.2, "safety.peer_left"),
+    ]
+    assert len(fed.accepted) == 3
+    assert len(fed.refused) == 2
+    assert moves[-1] == STANDSTILL
+
+
+def test_the_yaml_path_of_a_misspelt_drive_is_told() -> None:
+    with pytest.raises(ConfigError, match=r"params\.drive\.type: no drive type 'unicicle'; did you mean 'unicycle'"):
+        build(CmdVelConfigurer, params={"drive": {"type": "unicicle"}})
+    with pytest.raises(ConfigError, match=r"safety\.timeout_s"):
+        build(CmdVelConfigurer, params={"drive": {"type": "log"}}, safety={"timeout_s": 0})

@@ -69,6 +69,7 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
     """One message per epoch of the receiver, also without a fix."""
 
     delivery: ClassVar[Delivery] = Delivery.LATEST
+    widget: ClassVar[str | None] = "gps"
 
     def __init__(self, label: str, params: GpsNmeaParams) -> None:
         super().__init__(label)

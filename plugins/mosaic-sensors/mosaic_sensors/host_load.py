@@ -43,6 +43,7 @@ class HostLoad(DataChannelSendable[HostLoadState]):
     """Reads the operating system's own counters; needs no rights."""
 
     delivery: ClassVar[Delivery] = Delivery.LATEST
+    widget: ClassVar[str | None] = "value-cards"
 
     def __init__(self, label: str, params: HostLoadParams) -> None:
         super().__init__(label)
