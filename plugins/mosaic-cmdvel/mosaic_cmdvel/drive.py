@@ -39,7 +39,8 @@ class Drive(ABC, Generic[P]):
     """Taken from the type argument."""
 
     def __init__(self, params: P, shared: Shared) -> None:
-        """``shared`` is the robot's: ``shared.get(key, make)`` gives what several connectors use together."""
+        """``shared`` is the robot's: ``shared.get(key, make)`` gives what several connectors use together. Get it
+        here: what is there before the robot starts is opened before this drive and closed after it."""
         self.params = params
         self.shared = shared
 

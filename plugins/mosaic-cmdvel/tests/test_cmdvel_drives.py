@@ -68,6 +68,11 @@ def test_a_port_that_does_not_exist_fails_on_opening_and_not_before() -> None:
         pytest.fail("opened")
 
 
+def test_a_port_through_which_another_program_drives_is_not_shared(controller: tuple[int, str]) -> None:
+    with unicycle(controller[1]), pytest.raises(serial.SerialException, match="lock"), unicycle(controller[1]):
+        pytest.fail("opened twice")
+
+
 def test_a_closed_unicycle_takes_no_command(controller: tuple[int, str]) -> None:
     drive = unicycle(controller[1])
     with drive:

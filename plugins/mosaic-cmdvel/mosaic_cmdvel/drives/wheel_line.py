@@ -26,8 +26,11 @@ class WheelPort:
     """An open serial port; both methods may be called from any thread and return within 2 × WRITE_TIMEOUT_S."""
 
     def __init__(self, port: str, baud: int) -> None:
-        """Raises :class:`serial.SerialException` (an :class:`OSError`) when it can't be opened."""
-        self._serial = serial.serial_for_url(port, baudrate=baud, timeout=0, write_timeout=WRITE_TIMEOUT_S)
+        """Raises :class:`serial.SerialException` (an :class:`OSError`) when it can't be opened, or another program
+        drives through it already."""
+        self._serial = serial.serial_for_url(
+            port, baudrate=baud, timeout=0, write_timeout=WRITE_TIMEOUT_S, exclusive=True
+        )
         self._writing = threading.Lock()
 
     def send(self, wheels: WheelSpeeds) -> None:
