@@ -14,7 +14,14 @@ export default tseslint.config(
       // A number in a template is what people mean by it.
       '@typescript-eslint/restrict-template-expressions': ['error', { allowNumber: true }],
       // `() => set(x)` reads better than a block.
-      '@typescript-eslint/no-confusing-void-expression': ['error', { ignoreArrowShorthand: true }],
+      '@typescript-eslint/no-confusing-void-expression': [
+        'error',
+        { ignoreArrowShorthand: true, ignoreVoidReturningFunctions: true },
+      ],
+      // A base class names what its subclasses are given.
+      '@typescript-eslint/no-unused-vars': ['error', { argsIgnorePattern: '^_' }],
+      // Hooks for subclasses start empty.
+      '@typescript-eslint/no-empty-function': 'off',
       'no-restricted-syntax': [
         'error',
         { selector: 'TSEnumDeclaration', message: 'Use a union of literals.' },

@@ -1,9 +1,9 @@
 /** A value that changes and says so; it fits React's `useSyncExternalStore` as it is. */
 export interface Readable<T> {
   /** The value now; the same reference until it changes. */
-  get(): T
+  readonly get: () => T
   /** Tell me when it changes; the result takes the listener away again. */
-  subscribe(listener: () => void): () => void
+  readonly subscribe: (listener: () => void) => () => void
 }
 
 /** A `Readable` whose owner sets it. A listener that throws is reported and disturbs nobody else. */

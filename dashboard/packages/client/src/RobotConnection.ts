@@ -3,25 +3,22 @@ import {
   type Catalogue,
   type CatalogueEntry,
   type ControlMessage,
-  type IceCandidate,
   type IceServer,
-  type MediaOrigin,
   type Refusal,
   type SignalingMessage,
 } from '@mosaic/protocol'
-import { ControlChannel } from './ControlChannel'
-import { inboundOf, mediaStatistics, type StatisticsSample } from './mediaStatistics'
 import { MosaicError } from './MosaicError'
-import { PeerLink } from './PeerLink'
-import { PeerSession, type PeerEffect, type PeerEvent } from './peerSession'
+import { PeerAttempt } from './PeerAttempt'
+import type { PeerEffect, PeerEvent } from './peerEvents'
+import { PeerSession } from './peerSession'
 import type { Platform } from './Platform'
 import { Listeners, Value, type Readable } from './Readable'
+import { receiverSource } from './receiverSource'
 import type { RestApi } from './RestApi'
 import type { SessionIds } from './SessionIds'
 import type { SignalingSocket } from './SignalingSocket'
 import { StoreBindings } from './StoreBindings'
 import type { StoreHost } from './StoreManager'
-import type { MediaSource } from './stores/MediaStreamStore'
 import type { MosaicStore } from './stores/MosaicStore'
 import type { ConnectionState } from './types'
 
@@ -30,15 +27,6 @@ export interface ConnectionSurroundings {
   api: RestApi
   socket: SignalingSocket
   sessionIds: SessionIds
-}
-
-/** One attempt: a peer connection with its identity on the signaling socket. */
-interface Attempt {
-  rtcConnectionId: string
-  link: PeerLink
-  control: ControlChannel
-  /** Our candidates that wait: an original robot drops those that come before it has answered. */
-  held: IceCandidate[] | null
 }
 
 /**
@@ -51,7 +39,10 @@ export class RobotConnection implements StoreHost {
   private readonly status = new Value<ConnectionState>({ phase: 'idle', roundTripMs: null })
   private readonly known = new Value<Catalogue | null>(null)
   private readonly refused = new Listeners<[Refusal]>()
-  private attempt: Attempt | null = null
+  private lastAnnounced: Catalogue | null = null
+  private robotStatus: RobotStatus | null = null
+  private attempt: PeerAttempt | null = null
+  /** Counts attempts, so that what an abandoned one still receives is recognized. */
   private attemptNumber = 0
   private timer: ReturnType<typeof setTimeout> | null = null
 
@@ -65,23 +56,21 @@ export class RobotConnection implements StoreHost {
     readonly robotId: string,
     private readonly around: ConnectionSurroundings,
   ) {
-    const { platform } = around
+    const { platform, socket } = around
     this.bindings = new StoreBindings(
       {
         now: () => platform.now(),
         ageMs: (stampUs, atMs) => this.attempt?.control.clocks.ageMs(stampUs, atMs) ?? null,
         watch: (label, on) => this.attempt?.control.send('media.watch', { label, on }) ?? false,
-        mediaSource: (receiver) => this.mediaSource(receiver),
+        mediaSource: (receiver) => receiverSource(receiver, () => this.attempt?.control ?? null),
       },
       platform.isVisible(),
     )
     platform.onVisibilityChange(() => this.bindings.setVisible(platform.isVisible()))
     platform.onPageHide(() => this.handle({ type: 'pageHidden' }))
     platform.onPageShow(() => this.handle({ type: 'pageShown' }))
-    around.socket.onMessage((message) => this.signaled(message))
-    around.socket.state.subscribe(() => {
-      if (around.socket.state.get() === 'online') this.handle({ type: 'robotReady' })
-    })
+    socket.onMessage((message) => this.signaled(message))
+    socket.state.subscribe(() => this.serverChanged())
   }
 
   /** Connect and stay connected until `disconnect`; repeated calls do nothing, after a failure one tries again. */
@@ -111,8 +100,14 @@ export class RobotConnection implements StoreHost {
 
   /** Called by the client: the short catalogue from the server. A live robot's own word counts more. */
   announced(catalogue: Catalogue): void {
-    const isLive = this.session.phase === 'up' && this.session.isGreeted === true
-    if (!isLive && this.known.get()?.hash !== catalogue.hash) this.learn(catalogue)
+    this.lastAnnounced = catalogue
+    if (this.session.phase !== 'up') this.learnAnnounced()
+  }
+
+  private learnAnnounced(): void {
+    const announced = this.lastAnnounced
+    // With the same hash the full form that we may have says more.
+    if (announced && announced.hash !== this.known.get()?.hash) this.learn(announced)
   }
 
   private learn(catalogue: Catalogue): void {
@@ -135,8 +130,7 @@ export class RobotConnection implements StoreHost {
     const { code, message } = this.session.reason
     const roundTripMs = phase === 'connected' ? (this.attempt?.control.clocks.roundTripMs ?? null) : null
     const isSame = now.phase === phase && now.code === code && now.message === message
-    if (isSame && now.roundTripMs === roundTripMs) return
-    this.status.set({ phase, ...(code === undefined ? {} : { code }), ...(message === undefined ? {} : { message }), roundTripMs })
+    if (!isSame || now.roundTripMs !== roundTripMs) this.status.set({ phase, roundTripMs, ...reasonIn({ code, message }) })
   }
 
   private schedule(): void {
@@ -150,9 +144,9 @@ export class RobotConnection implements StoreHost {
     switch (effect.type) {
       case 'request':
         this.bindings.begin()
-        return void this.request()
+        return this.requestIfOnline()
       case 'makeOffer':
-        return void this.offer()
+        return void this.attempt?.offer(this.bindings.mediaLines())
       case 'sendHello':
         return this.attempt?.control.sendHello()
       case 'sendPing':
@@ -162,12 +156,23 @@ export class RobotConnection implements StoreHost {
       case 'drop':
         return this.drop(effect.bye)
       case 'tellConnected':
-        return
+        return this.bindings.linkUp()
       case 'tellDisconnected':
         return this.bindings.tellDisconnected(reasonIn(effect))
       case 'tellFailed':
         return this.bindings.tellFailed({ ...reasonIn(effect), code: effect.code })
     }
+  }
+
+  private serverChanged(): void {
+    if (this.around.socket.state.get() !== 'online') return
+    if (this.session.phase === 'requesting') this.requestIfOnline()
+    else this.handle({ type: 'robotReady' })
+  }
+
+  // The server connects only those whose socket it has; until then the phase's time-out runs.
+  private requestIfOnline(): void {
+    if (this.around.socket.state.get() === 'online') void this.request()
   }
 
   private async request(): Promise<void> {
@@ -180,7 +185,7 @@ export class RobotConnection implements StoreHost {
         // Toward an original server there is none to be had.
         this.known.get() === null ? api.catalogue(this.robotId).catch(() => null) : null,
       ])
-      if (number !== this.attemptNumber || this.session.phase !== 'requesting') return
+      if (number !== this.attemptNumber) return
       if (grant.sessionId !== undefined) sessionIds.remember(this.robotId, grant.sessionId)
       if (catalogue) this.announced(catalogue)
       this.begin(grant.rtcSessionId, iceServers)
@@ -190,86 +195,33 @@ export class RobotConnection implements StoreHost {
   }
 
   private begin(rtcConnectionId: string, iceServers: readonly IceServer[]): void {
-    const isOurs = this.known.get() !== null
-    const link = new PeerLink(this.around.platform, iceServers, {
-      candidateFound: (candidate) => this.candidateFound(rtcConnectionId, candidate),
-      iceConnected: () => this.handle({ type: 'iceConnected' }),
-      linkConnected: () => this.handle({ type: 'linkConnected' }),
-      linkBroken: (code) => this.handle({ type: 'broken', code }),
+    const { platform, socket } = this.around
+    const options = { rtcConnectionId, iceServers, holdCandidates: this.known.get() === null }
+    this.attempt = new PeerAttempt(platform, socket, options, {
+      happened: (event) => this.handle(event),
+      controlHeard: (message) => this.controlHeard(message),
       trackArrived: (label, stream, receiver) => this.bindings.trackArrived(label, stream, receiver),
     })
-    const control = new ControlChannel(link.control, () => this.around.platform.now(), {
-      controlOpened: () => this.handle({ type: 'controlOpened' }),
-      controlClosed: () => this.handle({ type: 'broken', code: 'peer.lost' }),
-      controlHeard: (message) => this.controlHeard(message),
-    })
-    this.attempt = { rtcConnectionId, link, control, held: isOurs ? null : [] }
-    this.bindings.setLink(link)
+    this.bindings.setLink(this.attempt.link)
     this.handle({ type: 'granted' })
   }
 
-  private async offer(): Promise<void> {
-    const { attempt } = this
-    if (!attempt) return
-    try {
-      const { rtcConnectionId } = attempt
-      const { sdp, tracks } = await attempt.link.offer(this.bindings.mediaLines())
-      if (attempt !== this.attempt) return
-      const offer = { rtcConnectionId, sdpOffer: sdp }
-      // An original server refuses keys that it does not know.
-      const isSent = this.around.socket.send(
-        'signaling.send_sdp_offer',
-        Object.keys(tracks).length > 0 ? { ...offer, tracks } : offer,
-      )
-      this.handle(isSent ? { type: 'offered' } : { type: 'broken', code: 'signal.unreachable' })
-    } catch (error) {
-      if (attempt === this.attempt) this.broken(error)
-    }
-  }
-
-  private candidateFound(rtcConnectionId: string, iceCandidate: IceCandidate): void {
-    if (this.attempt?.held) this.attempt.held.push(iceCandidate)
-    else this.around.socket.send('signaling.exchange_ice_candidate', { rtcConnectionId, iceCandidate })
-  }
-
   private signaled(message: SignalingMessage): void {
-    switch (message.type) {
-      case 'status.update':
-        if (message.data.robotId === this.robotId && message.data.status === RobotStatus.READY_TO_CONNECT) {
-          this.handle({ type: 'robotReady' })
-        }
-        return
-      case 'signaling.send_sdp_answer':
-        if (this.isOurs(message.data)) void this.answered(message.data.sdpAnswer)
-        return
-      case 'signaling.exchange_ice_candidate':
-        if (this.isOurs(message.data)) void this.attempt?.link.addCandidate(message.data.iceCandidate)
-        return
-      case 'signaling.close_peer_connection':
-        if (this.isOurs(message.data)) this.handle({ type: 'broken', code: 'peer.closed', ...reasonIn(message.data) })
-        return
-      default:
-        return
-    }
-  }
-
-  private isOurs({ rtcConnectionId }: { rtcConnectionId: string }): boolean {
-    return this.attempt?.rtcConnectionId === rtcConnectionId
-  }
-
-  private async answered(sdp: string): Promise<void> {
+    if (message.type === 'status.update' && message.data.robotId === this.robotId) this.statusChanged(message.data.status)
     const { attempt } = this
-    if (!attempt) return
-    try {
-      this.handle({ type: 'answered' })
-      await attempt.link.accept(sdp)
-      if (attempt !== this.attempt) return
-      const held = attempt.held ?? []
-      attempt.held = null
-      for (const candidate of held) this.candidateFound(attempt.rtcConnectionId, candidate)
-    } catch {
-      if (attempt === this.attempt) this.handle({ type: 'broken', code: 'sdp.invalid' })
+    if (!attempt || !isAbout(message, attempt.rtcConnectionId)) return
+    if (message.type === 'signaling.send_sdp_answer') void attempt.answered(message.data.sdpAnswer)
+    else if (message.type === 'signaling.exchange_ice_candidate') void attempt.link.addCandidate(message.data.iceCandidate)
+    else if (message.type === 'signaling.close_peer_connection') {
+      this.handle({ type: 'broken', code: 'peer.closed', ...reasonIn(message.data) })
     }
+  }
+
+  // Only a robot that comes online is news: an original one passes 0 after every failed attempt.
+  private statusChanged(status: RobotStatus): void {
+    const wasOffline = this.robotStatus === RobotStatus.DISCONNECTED || this.robotStatus === RobotStatus.WS_CONNECTED
+    this.robotStatus = status
+    if (wasOffline && status === RobotStatus.READY_TO_CONNECT) this.handle({ type: 'robotReady' })
   }
 
   private controlHeard(message: ControlMessage | null): void {
@@ -280,8 +232,6 @@ export class RobotConnection implements StoreHost {
         return this.bindings.greeted()
       case 'catalogue':
         return this.learn(message.data.catalogue)
-      case 'pong':
-        return this.publish()
       case 'bye':
         return this.handle({ type: 'broken', ...reasonIn(message.data), code: message.data.code })
       case 'media.origin':
@@ -300,36 +250,24 @@ export class RobotConnection implements StoreHost {
     const { attempt } = this
     this.attemptNumber += 1
     this.attempt = null
-    if (!attempt) return
-    const { rtcConnectionId } = attempt
-    if (bye) {
-      attempt.control.send('bye', { code: 'peer.closed' })
-      this.around.socket.send('signaling.close_peer_connection', { rtcConnectionId })
+    if (attempt) {
+      this.bindings.dropLink()
+      attempt.close(bye)
     }
-    this.bindings.dropLink()
-    attempt.control.close()
-    attempt.link.close()
+    this.learnAnnounced()
   }
 
   private broken(error: unknown): void {
     if (error instanceof MosaicError) this.handle({ type: 'broken', code: error.code, message: error.message })
+    // Nothing that we know of throws anything else; a browser without WebRTC does.
     else this.handle({ type: 'broken', code: 'sdp.invalid', message: String(error) })
   }
+}
 
-  private mediaSource(receiver: RTCRtpReceiver): MediaSource {
-    let previous: StatisticsSample | null = null
-    return {
-      statistics: async () => {
-        const sample = inboundOf((await receiver.getStats()) as ReadonlyMap<string, unknown>)
-        if (sample === null) return null
-        const statistics = mediaStatistics(sample, previous)
-        previous = sample
-        return statistics
-      },
-      pictureAgeMs: (rtpTimestamp: number, atMs: number, origin: MediaOrigin) =>
-        this.attempt?.control.pictureAgeMs(rtpTimestamp, atMs, origin) ?? null,
-    }
-  }
+function isAbout(message: SignalingMessage, rtcConnectionId: string): boolean {
+  return 'data' in message && typeof message.data === 'object' && 'rtcConnectionId' in message.data
+    ? message.data.rtcConnectionId === rtcConnectionId
+    : false
 }
 
 function reasonIn({ code, message }: { code?: string; message?: string }): { code?: string; message?: string } {

@@ -40,6 +40,7 @@ export class StoreBindings {
   private catalogue: Catalogue | null = null
   private isOriginal = false
   private isUp = false
+  private isGreeted = false
 
   constructor(
     private readonly host: BindingHost,
@@ -97,9 +98,15 @@ export class StoreBindings {
     for (const binding of this.bindings.values()) this.bind(binding)
   }
 
+  /** The link is up: pictures can arrive. */
+  linkUp(): void {
+    this.isUp = true
+    for (const binding of this.bindings.values()) this.bind(binding)
+  }
+
   /** The robot said hello: pictures can be asked for. */
   greeted(): void {
-    this.isUp = true
+    this.isGreeted = true
     for (const binding of this.bindings.values()) this.watch(binding)
   }
 
@@ -115,7 +122,7 @@ export class StoreBindings {
   /** The link is gone; the stores stay. */
   dropLink(): void {
     this.link = null
-    this.isUp = false
+    this.isUp = this.isGreeted = false
     this.tracks.clear()
     this.origins.clear()
     for (const binding of this.bindings.values()) this.unbind(binding)
@@ -202,7 +209,7 @@ export class StoreBindings {
   private bindTrack(binding: Binding): void {
     const { store } = binding
     const label = store.robotConnector.connectorId
-    const track = this.tracks.get(label)
+    const track = this.isUp ? this.tracks.get(label) : undefined
     if (!(store instanceof MediaStreamStore) || !track || store.mediaStream.get() === track.stream) return
     store.setMediaStream(track.stream, this.host.mediaSource(track.receiver))
     const origin = this.origins.get(label)
@@ -212,7 +219,7 @@ export class StoreBindings {
   }
 
   private watch(binding: Binding): void {
-    if (!this.isUp || this.isOriginal || !(binding.store instanceof MediaStreamStore)) return
+    if (!this.isGreeted || !(binding.store instanceof MediaStreamStore)) return
     const wanted = this.isVisible && binding.store.isWatched.get()
     if (wanted === binding.isWatching) return
     if (this.host.watch(binding.store.robotConnector.connectorId, wanted)) binding.isWatching = wanted

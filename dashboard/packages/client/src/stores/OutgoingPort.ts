@@ -24,12 +24,17 @@ export class OutgoingPort {
   }
 }
 
+// Functions and `undefined` have no text at all, whatever the types say.
+function isStrictText(text: unknown, isStrict: boolean): text is string {
+  return isStrict && typeof text === 'string'
+}
+
 // `JSON.stringify` turns NaN into null, which a robot would take for "no value".
 function strictJson(value: unknown): string | null {
   let isStrict = true
-  const text = JSON.stringify(value, (_key, entry: unknown) => {
+  const text: unknown = JSON.stringify(value, (_key, entry: unknown) => {
     if (typeof entry === 'number' && !Number.isFinite(entry)) isStrict = false
     return entry
-  }) as string | undefined
-  return isStrict && text !== undefined ? text : null
+  })
+  return isStrictText(text, isStrict) ? text : null
 }

@@ -1,0 +1,107 @@
+import type { ControlMessage, IceCandidate, IceServer } from '@mosaic/protocol'
+import { ControlChannel } from './ControlChannel'
+import { PeerLink, type MediaLine } from './PeerLink'
+import type { PeerEvent } from './peerEvents'
+import type { Platform } from './Platform'
+import type { SignalingSocket } from './SignalingSocket'
+
+/** How long a closing connection stays for its farewell to leave. */
+const FAREWELL_MS = 200
+
+export interface AttemptListener {
+  happened(event: PeerEvent): void
+  controlHeard(message: ControlMessage | null): void
+  trackArrived(label: string, stream: MediaStream, receiver: RTCRtpReceiver): void
+}
+
+export interface AttemptOptions {
+  rtcConnectionId: string
+  iceServers: readonly IceServer[]
+  /** An original robot drops candidates that come before it has answered: ours wait for the answer. */
+  holdCandidates: boolean
+}
+
+/** One try to reach a robot: a peer connection with its control channel and its identity on the signaling socket. */
+export class PeerAttempt {
+  readonly link: PeerLink
+  readonly control: ControlChannel
+  readonly rtcConnectionId: string
+  private held: IceCandidate[] | null
+  private isOver = false
+
+  constructor(
+    platform: Platform,
+    private readonly socket: SignalingSocket,
+    options: AttemptOptions,
+    private readonly listener: AttemptListener,
+  ) {
+    this.rtcConnectionId = options.rtcConnectionId
+    this.held = options.holdCandidates ? [] : null
+    this.link = new PeerLink(platform, options.iceServers, {
+      candidateFound: (candidate) => this.candidateFound(candidate),
+      iceConnected: () => this.happened({ type: 'iceConnected' }),
+      linkConnected: () => this.happened({ type: 'linkConnected' }),
+      linkBroken: (code) => this.happened({ type: 'broken', code }),
+      trackArrived: (label, stream, receiver) => listener.trackArrived(label, stream, receiver),
+    })
+    this.control = new ControlChannel(this.link.control, () => platform.now(), {
+      controlOpened: () => this.happened({ type: 'controlOpened' }),
+      controlClosed: () => this.happened({ type: 'broken', code: 'peer.lost' }),
+      controlHeard: (message) => {
+        if (!this.isOver) listener.controlHeard(message)
+      },
+    })
+  }
+
+  async offer(lines: readonly MediaLine[]): Promise<void> {
+    const { rtcConnectionId } = this
+    try {
+      const { sdp, tracks } = await this.link.offer(lines)
+      const offer = { rtcConnectionId, sdpOffer: sdp }
+      // An original server refuses keys that it does not know, so none is sent without need.
+      const data = Object.keys(tracks).length > 0 ? { ...offer, tracks } : offer
+      const isSent = !this.isOver && this.socket.send('signaling.send_sdp_offer', data)
+      this.happened(isSent ? { type: 'offered' } : { type: 'broken', code: 'signal.unreachable' })
+    } catch (error) {
+      this.happened({ type: 'broken', code: 'sdp.invalid', message: String(error) })
+    }
+  }
+
+  async answered(sdp: string): Promise<void> {
+    this.happened({ type: 'answered' })
+    try {
+      await this.link.accept(sdp)
+    } catch (error) {
+      this.happened({ type: 'broken', code: 'sdp.invalid', message: String(error) })
+      return
+    }
+    const held = this.held ?? []
+    this.held = null
+    for (const candidate of held) this.candidateFound(candidate)
+  }
+
+  /** Drop everything; with `bye` the robot is told on both ways that this was on purpose. */
+  close(bye: boolean): void {
+    const { rtcConnectionId } = this
+    this.isOver = true
+    if (bye) {
+      this.control.send('bye', { code: 'peer.closed' })
+      this.socket.send('signaling.close_peer_connection', { rtcConnectionId })
+    }
+    this.control.close()
+    if (bye) setTimeout(() => this.link.close(), FAREWELL_MS)
+    else this.link.close()
+  }
+
+  private candidateFound(iceCandidate: IceCandidate): void {
+    const { rtcConnectionId } = this
+    if (this.isOver) return
+    if (this.held) this.held.push(iceCandidate)
+    else this.socket.send('signaling.exchange_ice_candidate', { rtcConnectionId, iceCandidate })
+  }
+
+  // What an attempt that is over still says concerns nobody.
+  private happened(event: PeerEvent): void {
+    if (!this.isOver) this.listener.happened(event)
+  }
+}

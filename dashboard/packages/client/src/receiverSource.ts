@@ -1,0 +1,18 @@
+import type { ControlChannel } from './ControlChannel'
+import { inboundOf, mediaStatistics, type StatisticsSample } from './mediaStatistics'
+import type { MediaSource } from './stores/MediaStreamStore'
+
+/** What a media store is lent while a track of the live connection carries it. */
+export function receiverSource(receiver: RTCRtpReceiver, control: () => ControlChannel | null): MediaSource {
+  let previous: StatisticsSample | null = null
+  return {
+    statistics: async () => {
+      const sample = inboundOf(await receiver.getStats())
+      if (sample === null) return null
+      const statistics = mediaStatistics(sample, previous)
+      previous = sample
+      return statistics
+    },
+    pictureAgeMs: (rtpTimestamp, atMs, origin) => control()?.pictureAgeMs(rtpTimestamp, atMs, origin) ?? null,
+  }
+}
