@@ -13,6 +13,7 @@ from pydantic import Field
 from mosaic_camera.grabber import Grabber
 from mosaic_camera.source import Grabbed, Wanted, is_device, open_source, shown
 from mosaic_camera.source_error import SourceError
+from mosaic_camera.thinning import Thinning
 from mosaic_camera.transform import Flip, Rotation, scaled, turned
 from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, Params
 from mosaic_core.contract.media import Image
@@ -63,15 +64,12 @@ class Camera(MediaTrackHandler):
 
     def _paced(self, grabber: Grabber) -> Iterator[tuple[Grabbed, float]]:
         """Pictures at their time: live ones as they come, those of a recording by its time stamps; thinned to fps."""
-        period_s = 1.0 / self._params.fps if self._params.fps else 0.0
+        pace = Thinning(self._params.fps)
         began_s: float | None = None
-        due_s = float("-inf")
         while (grabbed := self._next(grabber)) is not None:
             at_s = grabbed.captured_at_s if grabber.is_live else grabbed.position_s
-            # Half a period of slack: a 30 fps source that jitters still gives 30 fps, not 15.
-            if at_s < due_s - period_s / 2:
+            if not pace.takes(at_s):
                 continue
-            due_s = max(due_s + period_s, at_s)
             if grabber.is_live:
                 yield grabbed, grabbed.captured_at_s
                 continue

@@ -33,7 +33,7 @@ class SimPoseParams(SimParams):
 
 class SimPose(DataChannelSendable[Pose]):
     delivery = Delivery.LATEST
-    widget = "pose"
+    widget = "pose-trail"
 
     def __init__(self, label: str, params: SimPoseParams, world: LiveWorld) -> None:
         super().__init__(label)
