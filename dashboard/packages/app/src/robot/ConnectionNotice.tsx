@@ -1,0 +1,34 @@
+import { Button } from '@mantine/core'
+import type { RobotConnection, RobotSummary } from '@mosaic/client'
+import { useReadable } from '@mosaic/react'
+import { IconAlertTriangle } from '@tabler/icons-react'
+import { connectionText } from './connectionText'
+import classes from './robot.module.css'
+
+export interface ConnectionNoticeProps {
+  connection: RobotConnection
+  robot: RobotSummary | undefined
+}
+
+/** Why there is no connection, what to do about it, and a way to try again. */
+export function ConnectionNotice({ connection, robot }: ConnectionNoticeProps) {
+  const state = useReadable(connection.state)
+  const { reason, cure, canRetry, text, tone } = connectionText(state)
+  const isOffline = robot?.isOnline === false
+  if (tone === 'ok' || (reason === '' && !isOffline)) return null
+  return (
+    <div className={classes.notice} data-tone={tone} role="alert">
+      <IconAlertTriangle size={18} aria-hidden />
+      <span className={classes.noticeText}>
+        <strong>{reason === '' ? `${robot?.name ?? 'The robot'} is offline.` : reason}</strong>{' '}
+        {isOffline ? 'Start it with `mosaic run`; this page connects by itself when it is back.' : cure}
+        {state.code !== undefined && <code className={classes.code}>{state.code}</code>}
+      </span>
+      {canRetry && (
+        <Button size="compact-sm" variant="default" onClick={() => connection.connect()} aria-label={`${text}: try again`}>
+          Try again
+        </Button>
+      )}
+    </div>
+  )
+}

@@ -1,0 +1,150 @@
+import { nearestName, type CatalogueEntry, type RobotSummary } from '@mosaic/client'
+import { useMosaicClient, useReadable, useRobotConnection, useRobots } from '@mosaic/react'
+import { Button } from '@mantine/core'
+import { Mismatch, Notice, WidgetCard, widgets } from '@mosaic/widgets'
+import { IconChevronLeft } from '@tabler/icons-react'
+import { useEffect, type CSSProperties } from 'react'
+import { Link, useParams } from 'react-router-dom'
+import { Shell } from '../shell/Shell'
+import { useTitle } from '../shell/useTitle'
+import { ConnectionBadge } from './ConnectionBadge'
+import { ConnectionNotice } from './ConnectionNotice'
+import { placesOf, type Place } from './layout'
+import classes from './robot.module.css'
+import { useConnected } from './useConnected'
+import { useViewChoices, type ViewChoicesControl } from './useViewChoices'
+import { strayLabels } from './viewChoices'
+
+export function RobotPage() {
+  const { robotId = '' } = useParams()
+  // One robot's page never becomes another's: its stores, choices and connection end with it.
+  return <OneRobot key={robotId} robotId={robotId} />
+}
+
+function OneRobot({ robotId }: { robotId: string }) {
+  const robot = useRobot(robotId)
+  const connection = useRobotConnection(robotId)
+  const catalogue = useReadable(connection.catalogue)
+  const views = useViewChoices(robotId)
+  useConnected(connection, robot?.isOnline)
+  useTitle(robot?.name ?? 'Robot')
+  return (
+    <Shell header={<Heading robot={robot} connection={<ConnectionBadge connection={connection} />} />}>
+      <ConnectionNotice connection={connection} robot={robot} />
+      {catalogue === null ? (
+        <NoCatalogue connection={connection} />
+      ) : (
+        <Board robotId={robotId} entries={catalogue.entries} views={views} />
+      )}
+    </Shell>
+  )
+}
+
+function Heading({ robot, connection }: { robot: RobotSummary | undefined; connection: React.ReactNode }) {
+  return (
+    <>
+      <Link className={classes.back} to="/" aria-label="Back to all robots">
+        <IconChevronLeft size={18} aria-hidden />
+      </Link>
+      <h1 className={classes.title}>{robot?.name ?? 'Robot'}</h1>
+      {connection}
+    </>
+  )
+}
+
+interface BoardProps {
+  robotId: string
+  entries: readonly CatalogueEntry[]
+  views: ViewChoicesControl
+}
+
+function Board({ robotId, entries, views }: BoardProps) {
+  const labels = entries.map((entry) => entry.label)
+  if (entries.length === 0) {
+    return (
+      <Notice tone="warn" title="The robot has no connectors">
+        Add some to its mosaic_config.yaml; `mosaic connectors list` shows what is installed.
+      </Notice>
+    )
+  }
+  return (
+    <div className={classes.board}>
+      {placesOf(entries, widgets, views.choices).map((place) => (
+        <PlacedWidget key={place.entry.label} robotId={robotId} place={place} onChoose={views.choose} />
+      ))}
+      {strayLabels(views.choices, labels).map((label) => (
+        <StrayChoice key={label} label={label} labels={labels} views={views} />
+      ))}
+    </div>
+  )
+}
+
+interface PlacedWidgetProps {
+  robotId: string
+  place: Place
+  onChoose: ViewChoicesControl['choose']
+}
+
+function PlacedWidget({ robotId, place, onChoose }: PlacedWidgetProps) {
+  const { entry, widget, alternatives, area, isLeading, columns, rows } = place
+  return (
+    <div
+      className={classes.place}
+      data-area={area}
+      data-leading={isLeading}
+      style={{ '--columns': columns, '--rows': rows } as CSSProperties}
+    >
+      <WidgetCard
+        robotId={robotId}
+        entry={entry}
+        widget={widget}
+        alternatives={alternatives}
+        onChoose={(widgetId) => onChoose(entry.label, widgetId)}
+      />
+    </div>
+  )
+}
+
+/** A view that was set up for a label which the robot no longer has is said, not dropped. */
+function StrayChoice({ label, labels, views }: { label: string; labels: readonly string[]; views: ViewChoicesControl }) {
+  const nearest = nearestName(label, labels)
+  return (
+    <div className={classes.place} data-area="panel" style={{ '--columns': 4, '--rows': 3 } as CSSProperties}>
+      <section className={classes.stray} aria-label={`${label}: no such connector`}>
+        <Mismatch label={label} state={nearest === null ? { phase: 'mismatch' } : { phase: 'mismatch', nearest }}>
+          <span className={classes.strayActions}>
+            {nearest !== null && (
+              <Button size="compact-sm" variant="default" onClick={() => views.move(label, nearest)}>
+                Use it for ‘{nearest}’
+              </Button>
+            )}
+            <Button size="compact-sm" variant="subtle" color="gray" onClick={() => views.forget(label)}>
+              Forget
+            </Button>
+          </span>
+        </Mismatch>
+      </section>
+    </div>
+  )
+}
+
+function NoCatalogue({ connection }: { connection: ReturnType<typeof useRobotConnection> }) {
+  const { phase } = useReadable(connection.state)
+  if (phase !== 'connected') return <div className={classes.board} aria-busy={phase === 'connecting'} />
+  return (
+    <Notice tone="warn" title="This robot does not say what it has">
+      It runs an original MOSAIC, which announces no catalogue.
+    </Notice>
+  )
+}
+
+function useRobot(robotId: string): RobotSummary | undefined {
+  const client = useMosaicClient()
+  const robot = useRobots().find((one) => one.id === robotId)
+  const isUnknown = robot === undefined
+  useEffect(() => {
+    // Opened by its address: the list was never shown. What fails here is said by the connection.
+    if (isUnknown) client.refreshRobots().catch(() => {})
+  }, [client, isUnknown])
+  return robot
+}

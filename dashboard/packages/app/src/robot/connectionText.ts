@@ -1,0 +1,35 @@
+/** What the connection badge says. */
+import { reasonOf, type ConnectionPhase, type ConnectionState } from '@mosaic/client'
+
+export interface ConnectionText {
+  tone: 'ok' | 'busy' | 'bad' | 'idle'
+  text: string
+  /** Why, where there is a reason; empty otherwise. */
+  reason: string
+  cure: string
+  canRetry: boolean
+}
+
+const PHASES: Record<ConnectionPhase, Pick<ConnectionText, 'tone' | 'text' | 'canRetry'>> = {
+  idle: { tone: 'idle', text: 'Not connected', canRetry: true },
+  connecting: { tone: 'busy', text: 'Connecting', canRetry: false },
+  connected: { tone: 'ok', text: 'Connected', canRetry: false },
+  reconnecting: { tone: 'busy', text: 'Reconnecting', canRetry: true },
+  failed: { tone: 'bad', text: 'Failed', canRetry: true },
+  closed: { tone: 'idle', text: 'Closed', canRetry: true },
+}
+
+export function connectionText(state: ConnectionState): ConnectionText {
+  const known = reasonOf(state.code ?? '')
+  return {
+    ...PHASES[state.phase],
+    reason: state.code === undefined ? '' : (state.message ?? known.sentence),
+    cure: state.code === undefined ? '' : known.cure,
+  }
+}
+
+/** `8 ms`; below ten with one decimal, because there it matters. */
+export function formattedRoundTrip(roundTripMs: number | null): string {
+  if (roundTripMs === null) return '– ms'
+  return `${roundTripMs < 10 ? roundTripMs.toFixed(1) : Math.round(roundTripMs)} ms`
+}

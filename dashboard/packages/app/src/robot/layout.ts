@@ -1,0 +1,39 @@
+/** Where each connector stands on the robot's page: pictures lead, controls stand beside them, the rest follows. */
+import type { CatalogueEntry } from '@mosaic/client'
+import { chooseWidget, widgetsFor, type WidgetDefinition } from '@mosaic/widgets'
+import type { ViewChoices } from './viewChoices'
+
+export interface Place {
+  entry: CatalogueEntry
+  widget: WidgetDefinition | null
+  alternatives: readonly WidgetDefinition[]
+  area: WidgetDefinition['area']
+  columns: number
+  rows: number
+  /** Only the first picture and the first control stay in sight while a phone's page scrolls. */
+  isLeading: boolean
+}
+
+const AREAS: readonly WidgetDefinition['area'][] = ['picture', 'control', 'panel']
+const NO_WIDGET = { columns: 4, rows: 2 }
+/** A second camera must not push everything else off the screen. */
+const FURTHER_PICTURE = { columns: 4, rows: 5 }
+
+export function placesOf(
+  entries: readonly CatalogueEntry[],
+  widgets: readonly WidgetDefinition[],
+  choices: ViewChoices,
+): Place[] {
+  const places = entries.map((entry): Place => {
+    const widget = chooseWidget(widgets, entry, choices[entry.label])
+    const size = widget?.size ?? NO_WIDGET
+    return { entry, widget, alternatives: widgetsFor(widgets, entry), area: widget?.area ?? 'panel', ...size, isLeading: false }
+  })
+  return AREAS.flatMap((area) => places.filter((place) => place.area === area).map(leading))
+}
+
+function leading(place: Place, index: number): Place {
+  if (place.area === 'panel') return place
+  if (index === 0) return { ...place, isLeading: true }
+  return place.area === 'picture' ? { ...place, ...FURTHER_PICTURE } : place
+}

@@ -1,0 +1,152 @@
+import { Button, Code, Skeleton, Text, TextInput, Title } from '@mantine/core'
+import type { RobotSummary } from '@mosaic/client'
+import { useMosaicClient, useRobots } from '@mosaic/react'
+import { IconChevronRight, IconPlus, IconRefresh, IconRobot, IconSearch } from '@tabler/icons-react'
+import { useCallback, useEffect, useState } from 'react'
+import { Link } from 'react-router-dom'
+import { failureOf, type Failure } from '../session/errorText'
+import { Shell } from '../shell/Shell'
+import { useTitle } from '../shell/useTitle'
+import { AddRobotDialog } from './AddRobotDialog'
+import { foundRobots, presenceOf } from './presence'
+import classes from './robots.module.css'
+
+/** All robots of the account with their live status. */
+export function RobotListPage() {
+  useTitle('Robots')
+  const robots = useRobots()
+  const { isLoading, failure, refresh } = useRefresh()
+  const [search, setSearch] = useState('')
+  const [isAdding, setIsAdding] = useState(false)
+  const found = foundRobots(robots, search)
+  return (
+    <Shell>
+      <div className={classes.page}>
+        <div className={classes.head}>
+          <div className={classes.titles}>
+            <Title order={1} size="h3">
+              Robots
+            </Title>
+            <Text c="dimmed" size="sm" aria-live="polite">
+              {summary(robots)}
+            </Text>
+          </div>
+          <TextInput
+            className={classes.search}
+            type="search"
+            aria-label="Search robots"
+            placeholder="Search"
+            leftSection={<IconSearch size={16} />}
+            value={search}
+            onChange={(event) => setSearch(event.currentTarget.value)}
+          />
+          <Button leftSection={<IconPlus size={16} />} onClick={() => setIsAdding(true)}>
+            Add robot
+          </Button>
+        </div>
+        {failure !== null && robots.length === 0 ? (
+          <LoadFailure failure={failure} onRetry={refresh} />
+        ) : isLoading && robots.length === 0 ? (
+          <Loading />
+        ) : robots.length === 0 ? (
+          <NoRobots />
+        ) : found.length === 0 ? (
+          <Text c="dimmed" py="xl" ta="center">
+            No robot matches “{search}”.
+          </Text>
+        ) : (
+          <ul className={classes.list} aria-label="Robots">
+            {found.map((robot) => (
+              <RobotRow key={robot.id} robot={robot} />
+            ))}
+          </ul>
+        )}
+      </div>
+      <AddRobotDialog isOpen={isAdding} onClose={() => setIsAdding(false)} />
+    </Shell>
+  )
+}
+
+function RobotRow({ robot }: { robot: RobotSummary }) {
+  const presence = presenceOf(robot)
+  return (
+    <li>
+      <Link className={classes.row} to={`/robots/${encodeURIComponent(robot.id)}`}>
+        <span className={classes.icon} data-presence={presence.kind}>
+          <IconRobot size={22} stroke={1.5} aria-hidden />
+        </span>
+        <span className={classes.names}>
+          <span className={classes.name}>{robot.name}</span>
+          <span className={classes.description}>{robot.description || robot.id}</span>
+        </span>
+        <span className={classes.presence} data-presence={presence.kind}>
+          {presence.text}
+        </span>
+        <IconChevronRight size={18} aria-hidden className={classes.chevron} />
+      </Link>
+    </li>
+  )
+}
+
+function NoRobots() {
+  return (
+    <div className={classes.empty}>
+      <IconRobot size={36} stroke={1.3} aria-hidden />
+      <Title order={2} size="h4">
+        No robots yet
+      </Title>
+      <Text c="dimmed" size="sm">
+        Press “Add robot” above, or run this where the server runs:
+      </Text>
+      <Code block>mosaic server robot add my-robot</Code>
+      <Text c="dimmed" size="sm">
+        Either way you get a token for the robot’s <Code>mosaic_config.yaml</Code>; then <Code>mosaic run</Code> brings it online.
+        To look around without a robot: <Code>mosaic demo</Code>.
+      </Text>
+    </div>
+  )
+}
+
+function LoadFailure({ failure, onRetry }: { failure: Failure; onRetry: () => void }) {
+  return (
+    <div className={classes.empty} role="alert">
+      <Title order={2} size="h4">
+        {failure.message}
+      </Title>
+      <Text c="dimmed" size="sm">
+        {failure.cure}
+      </Text>
+      <Button variant="default" leftSection={<IconRefresh size={16} />} onClick={onRetry}>
+        Try again
+      </Button>
+    </div>
+  )
+}
+
+function Loading() {
+  return (
+    <div className={classes.list} aria-label="Loading" aria-busy>
+      {[0, 1, 2].map((row) => (
+        <Skeleton key={row} height={66} radius={0} />
+      ))}
+    </div>
+  )
+}
+
+function summary(robots: readonly RobotSummary[]): string {
+  const online = robots.filter((robot) => robot.isOnline).length
+  return robots.length === 0 ? ' ' : `${online} of ${robots.length} online`
+}
+
+function useRefresh() {
+  const client = useMosaicClient()
+  const [state, setState] = useState<{ isLoading: boolean; failure: Failure | null }>({ isLoading: true, failure: null })
+  const refresh = useCallback(() => {
+    client
+      .refreshRobots()
+      .then(() => setState({ isLoading: false, failure: null }))
+      .catch((error: unknown) => setState({ isLoading: false, failure: failureOf(error) }))
+  }, [client])
+  useEffect(refresh, [refresh])
+  return { ...state, refresh }
+}

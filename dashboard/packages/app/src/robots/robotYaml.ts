@@ -1,0 +1,20 @@
+/** The smallest file that brings a robot of this server online, ready to paste. */
+export interface RobotCredentials {
+  robotId: string
+  token: string
+}
+
+export function robotYaml(origin: string, { robotId, token }: RobotCredentials): string {
+  return `version: 1
+server:
+  ws_url: ${origin.replace(/^http/, 'ws')}
+  auth:
+    type: simple-token
+    robot_id: ${robotId}
+    params: { token: ${token} }
+connectors:
+  - { type: camera, label: front, params: { source: /dev/video0 } }
+  - { type: host-load, label: host }
+  - { type: connection-check, label: link }
+`
+}

@@ -1,0 +1,32 @@
+/** What the pad says about itself, in one line. */
+import { isHeld, type DriveState, type StopReason } from './driveControl'
+
+export type DriveTone = 'idle' | 'driving' | 'waiting' | 'blocked' | 'stopped'
+
+export interface DriveStatus {
+  tone: DriveTone
+  text: string
+}
+
+const STOPPED: Record<StopReason, string> = {
+  released: 'Ready',
+  'stop-key': 'Stopped by the space bar',
+  blur: 'Stopped: the window lost the focus',
+  hidden: 'Stopped: the page was hidden',
+  pagehide: 'Stopped: the page was left',
+  disconnected: 'Stopped: the connection was lost',
+  unmount: 'Stopped',
+  pointercancel: 'Stopped: the touch was interrupted',
+  lostcapture: 'Stopped: the touch was interrupted',
+  late: 'Stopped: the page was too slow to drive safely',
+}
+
+export function driveStatus(state: DriveState, isBlocked: boolean): DriveStatus {
+  if (!state.enabled) return { tone: 'waiting', text: state.stoppedBy === 'disconnected' ? STOPPED.disconnected : 'Waiting for the robot' }
+  if (isHeld(state) && isBlocked) return { tone: 'blocked', text: 'The link does not take commands' }
+  if (isHeld(state)) return { tone: 'driving', text: 'Driving' }
+  const stopped = state.stoppedBy
+  return stopped === null || stopped === 'released'
+    ? { tone: 'idle', text: 'Ready' }
+    : { tone: 'stopped', text: STOPPED[stopped] }
+}

@@ -1,0 +1,126 @@
+import { ActionIcon, Menu } from '@mantine/core'
+import { reasonOf, type CatalogueEntry, type StoreState } from '@mosaic/client'
+import { useReadable } from '@mosaic/react'
+import { IconDots } from '@tabler/icons-react'
+import type { ReactNode } from 'react'
+import type { WidgetDefinition } from '../registry/WidgetDefinition'
+import { receives, type AnyStore } from '../stores/storeKinds'
+import { useConnectorStore } from '../stores/useConnectorStore'
+import { AgeBadge } from './AgeBadge'
+import classes from './frame.module.css'
+import { Notice } from './Notice'
+import { WidgetBoundary } from './WidgetBoundary'
+
+export interface WidgetCardProps {
+  robotId: string
+  entry: CatalogueEntry
+  /** Null where no widget can show the connector. */
+  widget: WidgetDefinition | null
+  /** Widgets that could show it instead. */
+  alternatives: readonly WidgetDefinition[]
+  onChoose: (widgetId: string) => void
+}
+
+/** One connector on the page: its name, the age of its value, the state of its store, and the widget that shows it. */
+export function WidgetCard({ robotId, entry, widget, alternatives, onChoose }: WidgetCardProps) {
+  const store = useConnectorStore(robotId, entry.label, entry.dataType)
+  const Icon = widget?.icon
+  return (
+    <section className={classes.card} aria-label={`${entry.label}: ${widget?.title ?? 'no widget'}`} data-label={entry.label}>
+      <header className={classes.header}>
+        {Icon !== undefined && <Icon size={16} stroke={1.6} />}
+        <h3 className={classes.label} title={`${entry.type} · ${entry.dataType} · ${entry.delivery}`}>
+          {entry.label}
+        </h3>
+        <span className={classes.spacer} />
+        {store !== null && receives(store) && <AgeBadge store={store} />}
+        <ViewMenu label={entry.label} shown={widget} widgets={alternatives} onChoose={onChoose} />
+      </header>
+      <div className={classes.body}>
+        {widget === null ? <NoWidget entry={entry} /> : store !== null && <OpenWidget {...{ robotId, entry, store, widget }} />}
+      </div>
+    </section>
+  )
+}
+
+function NoWidget({ entry }: { entry: CatalogueEntry }) {
+  return (
+    <Notice tone="warn" title={`No widget shows ${entry.dataType}`}>
+      The connector works all the same; a page of your own can use it through its store.
+    </Notice>
+  )
+}
+
+interface OpenWidgetProps {
+  robotId: string
+  entry: CatalogueEntry
+  store: AnyStore
+  widget: WidgetDefinition
+}
+
+function OpenWidget({ widget, ...props }: OpenWidgetProps) {
+  const state = useReadable(props.store.state)
+  const { Component } = widget
+  if (state.phase === 'mismatch') return <Mismatch label={props.entry.label} state={state} />
+  return (
+    <WidgetBoundary key={widget.id} title={widget.title}>
+      {state.phase === 'closed' && state.code !== undefined && (
+        <div className={classes.bar} role="status">
+          {closedText(state)}
+        </div>
+      )}
+      <Component {...props} />
+    </WidgetBoundary>
+  )
+}
+
+/** A label that the robot doesn't know is said, never shown as an empty widget. */
+export function Mismatch({ label, state, children }: { label: string; state: StoreState; children?: ReactNode }) {
+  return (
+    <Notice tone="bad" title={`The robot has no connector '${label}'`}>
+      {state.nearest === undefined
+        ? 'Compare the label with the one in the robot’s YAML file.'
+        : `Did you mean '${state.nearest}'?`}
+      {children}
+    </Notice>
+  )
+}
+
+function closedText(state: StoreState): string {
+  const reason = reasonOf(state.code ?? '')
+  return [state.message ?? reason.sentence, reason.cure].filter((part) => part !== '').join(' ')
+}
+
+interface ViewMenuProps {
+  label: string
+  shown: WidgetDefinition | null
+  widgets: readonly WidgetDefinition[]
+  onChoose: (widgetId: string) => void
+}
+
+function ViewMenu({ label, shown, widgets, onChoose }: ViewMenuProps) {
+  if (widgets.length < 2) return null
+  return (
+    <Menu position="bottom-end" withinPortal shadow="md">
+      <Menu.Target>
+        <ActionIcon variant="subtle" color="gray" size="md" aria-label={`Show ${label} as …`}>
+          <IconDots size={16} />
+        </ActionIcon>
+      </Menu.Target>
+      <Menu.Dropdown>
+        <Menu.Label>Show as</Menu.Label>
+        {widgets.map(({ id, title, icon: Icon }) => (
+          <Menu.Item
+            key={id}
+            leftSection={<Icon size={16} stroke={1.6} />}
+            aria-current={id === shown?.id ? 'true' : undefined}
+            fw={id === shown?.id ? 600 : 400}
+            onClick={() => onChoose(id)}
+          >
+            {title}
+          </Menu.Item>
+        ))}
+      </Menu.Dropdown>
+    </Menu>
+  )
+}

@@ -1,0 +1,36 @@
+/** What a widget says of itself: which connectors it can show, how well, and where on the page it belongs. */
+import type { CatalogueEntry, Kind, MosaicDataType } from '@mosaic/client'
+import type { ComponentType } from 'react'
+import type { AnyStore } from '../stores/storeKinds'
+
+export interface WidgetProps {
+  robotId: string
+  entry: CatalogueEntry
+  store: AnyStore
+}
+
+export interface WidgetDefinition {
+  /** Equals the catalogue's widget hint. */
+  id: string
+  title: string
+  icon: ComponentType<{ size?: number | string; stroke?: number }>
+  accepts: Acceptance
+  /** `picture` leads the page, `control` is within reach of the thumb, `panel` is everything else. */
+  area: 'picture' | 'control' | 'panel'
+  /** Columns (of 12) and rows (of 64 px) that it likes. */
+  size: { columns: number; rows: number }
+  Component: ComponentType<WidgetProps>
+}
+
+export interface Acceptance {
+  dataTypes: readonly MosaicDataType[]
+  kinds?: readonly Kind[]
+  /** Connector types that it was made for, where a robot gives neither hint nor schema. */
+  connectorTypes?: readonly string[]
+  /** Field paths; a schema that has all paths of one list is understood. */
+  fields?: readonly (readonly string[])[]
+  /** Shows anything of its data types. */
+  anything?: boolean
+  /** Between widgets that fit equally well the higher one wins. */
+  priority: number
+}

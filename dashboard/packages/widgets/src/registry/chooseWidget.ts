@@ -1,0 +1,43 @@
+/** Which widget shows a connector: every widget says how well it fits, the best one wins. No list of types anywhere. */
+import type { CatalogueEntry } from '@mosaic/client'
+import { hasPaths } from '../schema/jsonSchema'
+import type { WidgetDefinition } from './WidgetDefinition'
+
+/** How well a widget fits, best last. `possible` is offered to people but never chosen by itself. */
+export const FITS = ['possible', 'anything', 'schema', 'type', 'hint'] as const
+export type Fit = (typeof FITS)[number]
+
+export function fitOf(widget: WidgetDefinition, entry: CatalogueEntry): Fit | null {
+  const { accepts } = widget
+  if (!accepts.dataTypes.includes(entry.dataType)) return null
+  if (accepts.kinds !== undefined && !accepts.kinds.includes(entry.kind)) return null
+  if (entry.widget === widget.id) return 'hint'
+  if (accepts.connectorTypes?.includes(entry.type) === true) return 'type'
+  if (accepts.fields?.some((paths) => hasPaths(entry.messageSchema, paths)) === true) return 'schema'
+  if (accepts.anything === true) return 'anything'
+  // Without a schema nobody can say that it doesn't fit.
+  return entry.messageSchema === undefined ? 'possible' : null
+}
+
+/** Widgets that can show the connector, best first. */
+export function widgetsFor(widgets: readonly WidgetDefinition[], entry: CatalogueEntry): WidgetDefinition[] {
+  return widgets
+    .flatMap((widget) => {
+      const fit = fitOf(widget, entry)
+      return fit === null ? [] : [{ widget, score: FITS.indexOf(fit) * 1000 + widget.accepts.priority }]
+    })
+    .sort((one, other) => other.score - one.score)
+    .map(({ widget }) => widget)
+}
+
+/** The widget that a person chose, else the best one that fits by itself, else null. */
+export function chooseWidget(
+  widgets: readonly WidgetDefinition[],
+  entry: CatalogueEntry,
+  chosenId?: string,
+): WidgetDefinition | null {
+  const fitting = widgetsFor(widgets, entry)
+  const chosen = fitting.find((widget) => widget.id === chosenId)
+  if (chosen !== undefined) return chosen
+  return fitting.find((widget) => fitOf(widget, entry) !== 'possible') ?? null
+}

@@ -1,0 +1,143 @@
+/** Reads the JSON Schema of a connector's messages: which fields there are, and in which units. */
+
+export type JsonSchema = Record<string, unknown>
+
+export interface Field {
+  /** Keys from the root of the message to the value. */
+  path: readonly string[]
+  name: string
+  kind: 'number' | 'boolean' | 'string' | 'array'
+  unit: string
+  description: string
+}
+
+/** How deep messages are followed; a schema may refer to itself. */
+const MAX_DEPTH = 4
+
+export function fieldsOf(schema: JsonSchema | undefined): Field[] {
+  return schema === undefined ? [] : collect(schema, schema, [], 0)
+}
+
+/** True where the schema describes every one of the paths (`orientation.x`). */
+export function hasPaths(schema: JsonSchema | undefined, paths: readonly string[]): boolean {
+  return schema !== undefined && paths.every((path) => nodeAt(schema, path.split('.')) !== null)
+}
+
+function nodeAt(root: JsonSchema, path: readonly string[]): JsonSchema | null {
+  let node: JsonSchema = resolved(root, root)
+  for (const key of path) {
+    const next = propertiesOf(node)[key]
+    if (next === undefined) return null
+    node = resolved(next, root)
+  }
+  return node
+}
+
+function collect(node: JsonSchema, root: JsonSchema, path: readonly string[], depth: number): Field[] {
+  if (depth > MAX_DEPTH) return []
+  return Object.entries(propertiesOf(resolved(node, root))).flatMap(([key, raw]) => {
+    const child = resolved(raw, root)
+    const here = [...path, key]
+    const kind = kindOf(child)
+    if (kind === null) return collect(child, root, here, depth + 1)
+    return [{ path: here, name: nameOf(key), kind, unit: unitOf(child, key), description: text(child['description']) }]
+  })
+}
+
+function kindOf(node: JsonSchema): Field['kind'] | null {
+  switch (node['type']) {
+    case 'number':
+    case 'integer':
+      return 'number'
+    case 'boolean':
+    case 'string':
+    case 'array':
+      return node['type']
+    default:
+      return null
+  }
+}
+
+/** Follows `$ref` and the first real branch of an optional (`anyOf` with null); keeps what stands beside them. */
+function resolved(node: JsonSchema, root: JsonSchema): JsonSchema {
+  const target = referred(node, root) ?? optional(node)
+  if (target === null) return node
+  const { $ref: _ref, anyOf: _anyOf, allOf: _allOf, ...beside } = node
+  return { ...resolved(target, root), ...beside }
+}
+
+function referred(node: JsonSchema, root: JsonSchema): JsonSchema | null {
+  const reference = text(node['$ref'])
+  if (!reference.startsWith('#/$defs/')) return null
+  const definitions = root['$defs']
+  return isObject(definitions) ? asSchema(definitions[reference.slice('#/$defs/'.length)]) : null
+}
+
+function optional(node: JsonSchema): JsonSchema | null {
+  const branches = node['anyOf'] ?? node['allOf']
+  if (!Array.isArray(branches)) return null
+  return asSchema(branches.find((branch) => isObject(branch) && branch['type'] !== 'null'))
+}
+
+function propertiesOf(node: JsonSchema): Record<string, JsonSchema> {
+  const properties = node['properties']
+  if (!isObject(properties)) return {}
+  return Object.fromEntries(Object.entries(properties).filter((entry): entry is [string, JsonSchema] => isObject(entry[1])))
+}
+
+function unitOf(node: JsonSchema, key: string): string {
+  return text(node['unit']) || unitFromName(key)
+}
+
+/** Units that names carry (`voltage_v`), for robots that announce none. */
+const SUFFIXES: Record<string, string> = {
+  percent: '%',
+  v: 'V',
+  a: 'A',
+  w: 'W',
+  wh: 'Wh',
+  m: 'm',
+  mm: 'mm',
+  s: 's',
+  ms: 'ms',
+  us: 'µs',
+  hz: 'Hz',
+  rad: 'rad',
+  deg: '°',
+  mps: 'm/s',
+  mps2: 'm/s²',
+  radps: 'rad/s',
+  celsius: '°C',
+  c: '°C',
+  bps: 'bit/s',
+  bytes: 'B',
+  mb: 'MB',
+  mib: 'MiB',
+  gb: 'GB',
+  gib: 'GiB',
+}
+
+export function unitFromName(key: string): string {
+  const words = key.split('_')
+  return words.length > 1 ? (SUFFIXES[words.at(-1) ?? ''] ?? '') : ''
+}
+
+/** `voltage_v` as people read it: `Voltage`. */
+export function nameOf(key: string): string {
+  const words = key.split('_')
+  if (unitFromName(key) !== '') words.pop()
+  const name = words.join(' ')
+  return name.charAt(0).toUpperCase() + name.slice(1)
+}
+
+export function isObject(value: unknown): value is Record<string, unknown> {
+  return typeof value === 'object' && value !== null && !Array.isArray(value)
+}
+
+function asSchema(value: unknown): JsonSchema | null {
+  return isObject(value) ? value : null
+}
+
+function text(value: unknown): string {
+  return typeof value === 'string' ? value : ''
+}

@@ -1,0 +1,68 @@
+/** The values of one message, flat and named: from its schema where there is one, else from the message itself. */
+import { fieldsOf, isObject, nameOf, unitFromName, type Field, type JsonSchema } from './jsonSchema'
+
+export interface FieldValue extends Field {
+  value: unknown
+}
+
+/** A list longer than this is data for a plot, not for a reader. */
+const MAX_LIST = 6
+
+export function fieldValues(schema: JsonSchema | undefined, message: unknown): FieldValue[] {
+  const declared = fieldsOf(schema)
+  const fields = declared.length > 0 ? declared : fieldsOfMessage(message)
+  return fields.map((field) => ({ ...field, value: valueAt(message, field.path) }))
+}
+
+/** Those that a plot can draw. */
+export function numericFields(schema: JsonSchema | undefined, message: unknown): Field[] {
+  const declared = fieldsOf(schema)
+  return (declared.length > 0 ? declared : fieldsOfMessage(message)).filter(
+    (field) => field.kind === 'number' && field.path.at(-1) !== 'timestamp',
+  )
+}
+
+export function valueAt(message: unknown, path: readonly string[]): unknown {
+  return path.reduce<unknown>((value, key) => (isObject(value) ? value[key] : undefined), message)
+}
+
+export function fieldsOfMessage(message: unknown, path: readonly string[] = []): Field[] {
+  if (!isObject(message) || path.length > 4) return []
+  return Object.entries(message).flatMap(([key, value]) => {
+    const here = [...path, key]
+    if (isObject(value)) return fieldsOfMessage(value, here)
+    return [{ path: here, name: nameOf(key), kind: kindOfValue(value), unit: unitFromName(key), description: '' }]
+  })
+}
+
+function kindOfValue(value: unknown): Field['kind'] {
+  if (Array.isArray(value)) return 'array'
+  if (typeof value === 'number' || value === null) return 'number'
+  return typeof value === 'boolean' ? 'boolean' : 'string'
+}
+
+/** A value as text of a steady width; what is missing is a dash. */
+export function formatted(value: unknown): string {
+  if (value === null || value === undefined) return '–'
+  if (typeof value === 'number') return formattedNumber(value)
+  if (typeof value === 'boolean') return value ? 'yes' : 'no'
+  if (Array.isArray(value)) return formattedList(value)
+  return typeof value === 'string' ? value : JSON.stringify(value)
+}
+
+export function formattedNumber(value: number): string {
+  if (!Number.isFinite(value)) return '–'
+  const size = Math.abs(value)
+  if (Number.isInteger(value) && size >= 1000) return String(value)
+  if (size >= 1e7 || (size > 0 && size < 5e-4)) return value.toExponential(2)
+  return withoutNegativeZero(value.toFixed(size >= 1000 ? 0 : size >= 100 ? 1 : size >= 10 ? 2 : 3))
+}
+
+function withoutNegativeZero(text: string): string {
+  return /^-0\.?0*$/.test(text) ? text.slice(1) : text
+}
+
+function formattedList(values: readonly unknown[]): string {
+  if (values.length > MAX_LIST) return `${values.length} values`
+  return values.map(formatted).join(', ')
+}

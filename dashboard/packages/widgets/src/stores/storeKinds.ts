@@ -1,0 +1,52 @@
+/** What a widget may do with a store, told from what the store can do: no widget asks for its class. */
+import type { MediaStatistics, MessageInfo, MosaicStore, Readable, Refusal } from '@mosaic/client'
+
+export interface Received {
+  data: ArrayBuffer
+  info: MessageInfo
+}
+
+export interface Receives {
+  subscribe(listener: (data: ArrayBuffer, info?: MessageInfo) => void): () => void
+  readonly latest: Received | null
+}
+
+export interface Sends {
+  sendData(data: string | ArrayBuffer | Uint8Array): boolean
+}
+
+export interface ShowsMedia {
+  readonly mediaStream: Readable<MediaStream | null>
+  readonly statistics: Readable<MediaStatistics | null>
+  pictureAgeMs(rtpTimestamp: number, atMs: number): number | null
+}
+
+export interface MeasuresRoundTrip {
+  readonly roundTripMs: Readable<number | null>
+}
+
+export interface Refuses {
+  readonly lastRefusal: Readable<Refusal | null>
+}
+
+export function refuses(store: object): store is Refuses {
+  return 'lastRefusal' in store
+}
+
+export function receives(store: object): store is Receives {
+  return 'subscribe' in store
+}
+
+export function sends(store: object): store is Sends {
+  return 'sendData' in store
+}
+
+export function showsMedia(store: object): store is ShowsMedia {
+  return 'mediaStream' in store
+}
+
+export function measuresRoundTrip(store: object): store is MeasuresRoundTrip {
+  return 'roundTripMs' in store
+}
+
+export type AnyStore = MosaicStore

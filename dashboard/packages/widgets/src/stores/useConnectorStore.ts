@@ -1,0 +1,21 @@
+/** A widget's hold on its store: taken while mounted, released after. */
+import { useMosaicStore } from '@mosaic/react'
+import type { MosaicDataType } from '@mosaic/client'
+import { useEffect, useState } from 'react'
+import type { AnyStore } from './storeKinds'
+
+export function useConnectorStore(robotId: string, connectorId: string, dataType: MosaicDataType): AnyStore | null {
+  const { getOrCreateStore, releaseStore } = useMosaicStore()
+  const [store, setStore] = useState<AnyStore | null>(null)
+  useEffect(() => {
+    const connector = { robotId, connectorId, dataType }
+    // The store is an external resource that must be taken and given back in pairs, so it can't be made in render.
+    // eslint-disable-next-line react-hooks/set-state-in-effect
+    setStore(getOrCreateStore(connector))
+    return () => {
+      releaseStore(connector)
+      setStore(null)
+    }
+  }, [robotId, connectorId, dataType, getOrCreateStore, releaseStore])
+  return store
+}
