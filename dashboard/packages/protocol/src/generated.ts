@@ -369,7 +369,9 @@ export const REASONS = {
   'safety.not_finite': { sentence: 'The command holds a value that is not a number.', cure: '' },
   'safety.timeout': { sentence: 'No command arrived in time; the safe action ran.', cure: '' },
   'safety.peer_left': { sentence: 'The commanding operator left; the safe action ran.', cure: '' },
+  'safety.shutdown': { sentence: 'The robot is stopping; the safe action ran.', cure: '' },
   'plugin.failed': { sentence: "The connector's handler ended with an error; it will be restarted.", cure: '' },
+  'plugin.no_device': { sentence: "The connector's device isn't available; it is being tried again.", cure: '' },
   'plugin.ignored_stop': { sentence: 'The handler did not stop in time and was abandoned.', cure: '' },
 } as const
 export type ReasonCode = keyof typeof REASONS
