@@ -54,7 +54,7 @@ class ConnectorResolver:
             self._by_type.setdefault(entry_point.name, []).append(_installed(entry_point))
         self._loaded: dict[str, type[Configurer[Any]]] = {}
 
-    def installed(self) -> tuple[InstalledConnector, ...]:
+    def types(self) -> tuple[InstalledConnector, ...]:
         """Every installed connector type, by name; a type that two distributions claim is listed twice."""
         return tuple(one for name in sorted(self._by_type) for one in self._by_type[name])
 

@@ -1,0 +1,132 @@
+"""What people read about a connector's params, made from its models alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, TypeAlias
+
+import yaml
+
+from mosaic_core.contract.configurer import Configurer, MediaTrackConfigurer
+
+_PLACEHOLDERS: dict[str, Any] = {"string": "…", "integer": 1, "number": 1.0, "boolean": True, "array": [], "object": {}}
+
+
+Row: TypeAlias = tuple[str, str, str, str, str]
+"""``(name, type, default, unit, description)`` of one field."""
+
+
+def param_tables(configurer: type[Configurer[Any]]) -> Iterator[tuple[str, list[Row]]]:
+    """Each table's heading and rows: the params, every mapping that a param may be, and the limits of a receiver."""
+    schema = configurer.params_model.model_json_schema()
+    definitions = schema.get("$defs", {})
+    if schema.get("properties"):
+        yield "params", _rows(schema, definitions)
+    for name, field in schema.get("properties", {}).items():
+        for inner in _mappings_in(field, definitions):
+            title = inner.get("title", "")
+            yield f"params.{name}" + (f" ({title})" if title else ""), _rows(inner, definitions)
+    if not issubclass(configurer, MediaTrackConfigurer):
+        yield "safety", _rows(configurer.safety_model.model_json_schema(), definitions)
+
+
+def _mappings_in(field: dict[str, Any], definitions: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    if "$ref" in field:
+        field = definitions.get(str(field["$ref"]).rsplit("/", 1)[-1], {})
+    if "properties" in field:
+        yield field
+    for choice in ("anyOf", "oneOf", "allOf"):
+        for part in field.get(choice, ()):
+            yield from _mappings_in(part, definitions)
+    if isinstance(field.get("items"), dict):
+        yield from _mappings_in(field["items"], definitions)
+
+
+def _rows(schema: dict[str, Any], definitions: dict[str, Any]) -> list[Row]:
+    required = set(schema.get("required", ()))
+    return [
+        (
+            name,
+            type_in_words(field, definitions),
+            "required" if name in required else _default(field),
+            unit_of(name, field),
+            field.get("description", ""),
+        )
+        for name, field in schema.get("properties", {}).items()
+    ]
+
+
+def _default(field: dict[str, Any]) -> str:
+    default = field.get("default")
+    if default is None:
+        return "none"
+    return str(default).lower() if isinstance(default, bool) else str(default)
+
+
+_UNITS = {
+    "_s": "s", "_ms": "ms", "_us": "µs", "_hz": "Hz", "_m": "m", "_mm": "mm", "_mps": "m/s", "_radps": "rad/s",
+    "_mps2": "m/s²", "_radps2": "rad/s²", "_rad": "rad", "_deg": "°", "_v": "V", "_a": "A", "_bps": "bit/s",
+    "_bytes": "B", "_percent": "%", "_c": "°C", "_px": "px", "_kg": "kg",
+}  # fmt: skip
+
+
+def unit_of(name: str, field: dict[str, Any]) -> str:
+    """The declared unit, or the one that the name ends with."""
+    if "unit" in field:
+        return str(field["unit"])
+    endings = sorted((ending for ending in _UNITS if name.endswith(ending)), key=len)
+    return _UNITS[endings[-1]] if endings else ""
+
+
+def type_in_words(field: dict[str, Any], definitions: dict[str, Any]) -> str:
+    """``integer ≥ 1``, ``'a' | 'b'``, ``list of text``."""
+    if "$ref" in field:
+        name = str(field["$ref"]).rsplit("/", 1)[-1]
+        inner = definitions.get(name, {})
+        return type_in_words(inner, definitions) if "enum" in inner else name
+    for choice in ("anyOf", "oneOf", "allOf"):
+        if choice in field:
+            parts = [type_in_words(part, definitions) for part in field[choice] if part.get("type") != "null"]
+            return " | ".join(dict.fromkeys(parts))
+    if "enum" in field or "const" in field:
+        return " | ".join(map(repr, field.get("enum", [field.get("const")])))
+    if field.get("type") == "array":
+        return f"list of {type_in_words(field.get('items', {}), definitions)}"
+    words = {"string": "text", "object": "mapping"}.get(str(field.get("type")), str(field.get("type", "anything")))
+    if words == "mapping" and "title" in field and "properties" in field:
+        words = str(field["title"])
+    return words + _bounds(field)
+
+
+def _bounds(field: dict[str, Any]) -> str:
+    signs = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
+    found = [f"{sign} {field[key]:g}" for key, sign in signs.items() if key in field]
+    return f" {', '.join(found)}" if found else ""
+
+
+def example_of(connector_type: str, configurer: type[Configurer[Any]]) -> dict[str, Any]:
+    """One entry of ``connectors:``: the configurer's own example, or its required params with placeholders."""
+    params = configurer.example
+    if params is None:
+        schema = configurer.params_model.model_json_schema()
+        properties, required = schema.get("properties", {}), schema.get("required", ())
+        params = {
+            name: field.get("default") if name not in required else _placeholder(field)
+            for name, field in properties.items()
+            if name in required or field.get("default") is not None
+        }
+    example: dict[str, Any] = {"type": connector_type, "label": connector_type.lower().replace("-", "_")}
+    return {**example, "params": params} if params else example
+
+
+def _placeholder(field: dict[str, Any]) -> Any:
+    for options in ("examples", "enum"):
+        if field.get(options):
+            return field[options][0]
+    return _PLACEHOLDERS.get(str(field.get("type")), "…")
+
+
+def example_yaml(connector_type: str, configurer: type[Configurer[Any]]) -> str:
+    """The example as it is pasted below ``connectors:``."""
+    text = yaml.safe_dump([example_of(connector_type, configurer)], sort_keys=False, allow_unicode=True)
+    return "".join(f"  {line}\n" for line in text.splitlines())

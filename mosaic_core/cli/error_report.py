@@ -1,0 +1,80 @@
+"""How errors look on a terminal: place, the line itself, what was expected, what to do. Never a traceback."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from mosaic_core.words.errors import ConfigError, MosaicError, PluginError, Problem
+
+FINE, FAILED, USAGE = 0, 1, 2
+"""Exit codes of every command: 2 is usage or configuration, 1 the rest."""
+
+_SECRET = re.compile(
+    r"((?:token|credential|password|secret|api_key)[\"']?\s*:\s*)(?!\$\{|\{)([^\s,}\]]+)", re.IGNORECASE
+)
+
+
+def exit_code_of(error: MosaicError) -> int:
+    is_usage = isinstance(error, ConfigError | PluginError) or error.code.startswith("config.")
+    return USAGE if is_usage else FAILED
+
+
+def report(error: MosaicError) -> None:
+    """Write ``error`` to stderr."""
+    if isinstance(error, ConfigError):
+        report_problems(error.problems)
+        return
+    typer.secho(f"error: {error.message}", err=True, fg=typer.colors.RED)
+    typer.echo(f"  code: {error.code}", err=True)
+    if error.cure:
+        typer.echo(f"  cure: {error.cure}", err=True)
+
+
+def report_problems(problems: Sequence[Problem], *, as_hints: bool = False) -> None:
+    """Write problems, or hints, to stderr, each with the line of the file that it speaks of."""
+    for problem in problems:
+        _report_problem(problem, as_hints)
+    if not as_hints:
+        mistakes = "1 mistake" if len(problems) == 1 else f"{len(problems)} mistakes"
+        typer.secho(f"{mistakes}; nothing was started", err=True, fg=typer.colors.RED)
+
+
+def _report_problem(problem: Problem, is_hint: bool) -> None:
+    place = ":".join(str(part) for part in (problem.file, problem.line) if part)
+    word, color = ("hint", typer.colors.YELLOW) if is_hint else ("error", typer.colors.RED)
+    heading = typer.style(f"{word}: ", fg=color) + typer.style(
+        f"{problem.path}: {problem.message}" if problem.path else problem.message, bold=True
+    )
+    typer.echo(heading, err=True)
+    if place:
+        typer.echo(f"  {typer.style('-->', dim=True)} {place}  [{problem.code}]", err=True)
+    excerpt = _line_of(problem)
+    if excerpt is not None:
+        typer.echo(f"  {problem.line:>4} | {excerpt}", err=True)
+    if problem.cure:
+        typer.echo(f"       = {problem.cure}", err=True)
+
+
+def _line_of(problem: Problem) -> str | None:
+    """The line of the file, without what might be a secret in it."""
+    if not problem.file or not problem.line:
+        return None
+    try:
+        lines = Path(problem.file).read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    except OSError:
+        return None
+    if problem.line > len(lines):
+        return None
+    text = "".join(char if char.isprintable() else " " for char in lines[problem.line - 1])
+    return _SECRET.sub(r"\1***", text)[:160].rstrip()
+
+
+def as_json(problems: Iterable[Problem]) -> list[dict[str, Any]]:
+    """For ``--json``."""
+    return [asdict(problem) for problem in problems]

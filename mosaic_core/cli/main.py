@@ -1,0 +1,103 @@
+"""The command ``mosaic``. Each command imports what it needs when it runs, so that all of them start fast."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mosaic_core import __version__
+from mosaic_core.cli import config_commands, connectors_commands, operator_commands
+from mosaic_core.cli.error_report import FAILED, FINE, USAGE, as_json, exit_code_of, report, report_problems
+from mosaic_core.cli.log_output import LogFormat, LogLevel
+from mosaic_core.cli.plugin_commands import GroupWithPlugins
+from mosaic_core.words.errors import ConfigError, MosaicError
+
+DEFAULT_CONFIG = Path("mosaic_config.yaml")
+
+app = typer.Typer(
+    cls=GroupWithPlugins,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="MOSAIC: robots and operators, connected peer to peer.",
+)
+app.add_typer(connectors_commands.app, name="connectors")
+app.add_typer(config_commands.app, name="config")
+app.add_typer(operator_commands.app, name="operator")
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"mosaic-core {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def mosaic(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """MOSAIC: robots and operators, connected peer to peer."""
+
+
+@app.command()
+def run(
+    config: Annotated[Path, typer.Argument(help="The robot's YAML file.")] = DEFAULT_CONFIG,
+    json_lines: Annotated[bool, typer.Option("--json", help="A JSON object per second instead of the table.")] = False,
+    log_format: Annotated[LogFormat, typer.Option(help="How log lines look on stderr.")] = LogFormat.TEXT,
+    log_level: Annotated[LogLevel, typer.Option(help="The least severe lines to show.")] = LogLevel.INFO,
+) -> None:
+    """Run a robot: connect its connectors to operators until SIGINT (Ctrl+C) or SIGTERM."""
+    from mosaic_core.cli.run_command import run_robot
+
+    raise typer.Exit(run_robot(config, as_json=json_lines, log_format=log_format, log_level=log_level))
+
+
+@app.command()
+def validate(
+    config: Annotated[Path, typer.Argument(help="The robot's YAML file.")] = DEFAULT_CONFIG,
+    as_json_text: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    allow_missing_env: Annotated[
+        bool, typer.Option(help="Forgive environment variables and secret files that only exist on the robot.")
+    ] = False,
+) -> None:
+    """Check a robot's YAML file: every mistake at once. Starts nothing."""
+    from mosaic_core.runtime.config_loader import validate_file
+
+    try:
+        validation = validate_file(config, allow_missing_env=allow_missing_env)
+        problems, hints = validation.problems, validation.hints
+    except ConfigError as error:
+        problems, hints = error.problems, ()
+    if as_json_text:
+        typer.echo(json.dumps({"valid": not problems, "problems": as_json(problems), "hints": as_json(hints)}))
+    else:
+        report_problems(hints, as_hints=True)
+        if problems:
+            report_problems(problems)
+        else:
+            typer.echo(f"{config}: valid")
+    raise typer.Exit(USAGE if problems else FINE)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The console script: runs a command and exits."""
+    try:
+        app(args=arguments, prog_name="mosaic")
+    except MosaicError as error:
+        report(error)
+        sys.exit(exit_code_of(error))
+    except BrokenPipeError:
+        # Whoever read our output (`| head`) has enough; Python would complain again while it closes stdout.
+        sys.stderr.close()
+        sys.exit(FAILED)
+
+
+if __name__ == "__main__":
+    main()
