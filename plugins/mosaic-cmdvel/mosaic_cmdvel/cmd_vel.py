@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections import deque
 from typing import Any, ClassVar
 
 from mosaic_cmdvel.drive_registry import load_drive
@@ -12,7 +11,7 @@ from mosaic_cmdvel.params import CmdVelParams, CmdVelSafety
 from mosaic_cmdvel.twist import limited
 from mosaic_cmdvel.twist_message import TwistMessage
 from mosaic_core.contract.configurer import DataChannelConfigurer
-from mosaic_core.contract.handler import DataChannelReceivable, Refused
+from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.contract.host import Sender
 from mosaic_core.words.data_type import Delivery
 
@@ -30,14 +29,10 @@ class CmdVel(DataChannelReceivable[TwistMessage]):
         self._safety = safety
         self._lock = threading.Lock()
         self._commander: str | None = None
-        # A peer id never comes back, so that a command of one who left can only be a late one.
-        self._departed: deque[str] = deque(maxlen=64)
 
     def handle_data(self, data: TwistMessage, sender: Sender) -> None:
         """Receiver's thread."""
         with self._lock:
-            if sender.peer_id in self._departed:
-                raise Refused("safety.peer_left", "this operator's connection has ended")
             self._commander = sender.peer_id
         self._drive.apply(
             limited(
@@ -52,9 +47,9 @@ class CmdVel(DataChannelReceivable[TwistMessage]):
         self._drive.stop(cause)
 
     def peer_left(self, sender: Sender) -> None:
-        """Safety thread. An operator who only watched may leave without stopping the base."""
+        """Safety thread. An operator who only watched may leave without stopping the base, and who closed the pad
+        may open it again: late commands of those who left are the framework's to refuse."""
         with self._lock:
-            self._departed.append(sender.peer_id)
             was_commanding = self._commander == sender.peer_id
             if was_commanding:
                 self._commander = None
