@@ -48,7 +48,7 @@ _BARE_INTEGER = {"authorize.res"}
 
 def generate() -> str:
     """The whole text of the generated module."""
-    signaling_messages = (*signaling.MESSAGES.values(), signaling.AuthorizeResult)
+    signaling_messages: list[type[BaseModel]] = [*signaling.MESSAGES.values(), signaling.AuthorizeResult]
     models: list[type[BaseModel]] = [*_SHARED, *signaling_messages, *control.CONTROL_MESSAGES.values()]
     schemas = _schemas(models)
     parts = [
