@@ -1,0 +1,144 @@
+"""Control before latest before reliable before bulk, and nothing waits in SCTP that could wait here."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mosaic_core.machines.send_scheduler import (
+    HIGH_WATER_BYTES,
+    LOW_WATER_BYTES,
+    Lane,
+    LaneLimits,
+    Offered,
+    QueuedMessage,
+    SendScheduler,
+)
+
+
+def message(channel: str, *pieces: bytes) -> QueuedMessage:
+    return QueuedMessage(channel, iter(pieces), sum(len(piece) for piece in pieces))
+
+
+def scheduler(**channels: Lane) -> SendScheduler:
+    it = SendScheduler()
+    for channel, lane in channels.items():
+        it.open(channel, lane)
+    return it
+
+
+def drained(it: SendScheduler, buffered_bytes: int = 0) -> list[tuple[str, bytes | str]]:
+    taken = []
+    while (piece := it.take(buffered_bytes)) is not None:
+        taken.append(piece)
+    return taken
+
+
+def test_the_lanes_go_in_the_order_of_their_urgency() -> None:
+    it = scheduler(bulk=Lane.BULK, event=Lane.RELIABLE, pose=Lane.LATEST, control=Lane.CONTROL)
+    for channel in ("bulk", "event", "pose", "control"):
+        it.offer(message(channel, channel.encode()))
+    assert [channel for channel, _ in drained(it)] == ["control", "pose", "event", "bulk"]
+    assert it.is_idle
+
+
+def test_a_stop_overtakes_the_rest_of_a_map() -> None:
+    it = scheduler(map=Lane.BULK, control=Lane.CONTROL)
+    it.offer(message("map", b"1", b"2", b"3"))
+    assert it.take(0) == ("map", b"1")
+    it.offer(message("control", b"stop"))
+    assert drained(it) == [("control", b"stop"), ("map", b"2"), ("map", b"3")]
+
+
+def test_a_newer_value_replaces_one_that_waits() -> None:
+    it = scheduler(pose=Lane.LATEST)
+    assert it.offer(message("pose", b"old")) is Offered.QUEUED
+    assert it.offer(message("pose", b"new")) is Offered.REPLACED
+    assert drained(it) == [("pose", b"new")]
+    assert (it.counters.replaced, it.counters.sent_messages, it.counters.sent_bytes) == (1, 1, 3)
+
+
+def test_a_value_whose_sending_has_begun_is_finished_before_the_newer_one() -> None:
+    it = scheduler(scan=Lane.LATEST)
+    it.offer(message("scan", b"a1", b"a2"))
+    assert it.take(0) == ("scan", b"a1")
+    assert it.offer(message("scan", b"b")) is Offered.QUEUED
+    assert drained(it) == [("scan", b"a2"), ("scan", b"b")]
+
+
+def test_channels_of_one_lane_take_turns() -> None:
+    it = scheduler(a=Lane.RELIABLE, b=Lane.RELIABLE)
+    for _ in range(2):
+        it.offer(message("a", b"a"))
+        it.offer(message("b", b"b"))
+    assert [channel for channel, _ in drained(it)] == ["a", "b", "a", "b"]
+
+
+def test_a_full_queue_refuses_and_says_when_there_is_room_again() -> None:
+    it = SendScheduler({lane: LaneLimits(messages=4, size_bytes=100) for lane in Lane})
+    it.open("a", Lane.RELIABLE)
+    assert [it.offer(message("a", b"x")) for _ in range(5)] == [Offered.QUEUED] * 4 + [Offered.REFUSED]
+    assert not it.has_room("a")
+    assert it.waiting("a") == 4
+    for _ in range(3):
+        it.take(0)
+    assert it.has_room("a")
+    assert it.counters.refused == 1
+
+
+def test_one_message_larger_than_the_queue_is_taken_while_nothing_waits() -> None:
+    it = SendScheduler({lane: LaneLimits(messages=4, size_bytes=10) for lane in Lane})
+    it.open("a", Lane.BULK)
+    assert it.offer(message("a", b"x" * 50)) is Offered.QUEUED
+    assert it.offer(message("a", b"x")) is Offered.REFUSED
+
+
+@pytest.mark.parametrize(
+    ("lane", "sends_below", "waits_at"),
+    [
+        (Lane.CONTROL, HIGH_WATER_BYTES, 4 * HIGH_WATER_BYTES),
+        (Lane.LATEST, LOW_WATER_BYTES - 1, LOW_WATER_BYTES),
+        (Lane.RELIABLE, HIGH_WATER_BYTES - 1, HIGH_WATER_BYTES),
+        (Lane.BULK, HIGH_WATER_BYTES // 2 - 1, HIGH_WATER_BYTES // 2),
+    ],
+)
+def test_each_lane_waits_for_its_own_buffer_level(lane: Lane, sends_below: int, waits_at: int) -> None:
+    it = scheduler(a=lane)
+    it.offer(message("a", b"x"))
+    assert it.take(waits_at) is None
+    assert it.take(sends_below) == ("a", b"x")
+
+
+def test_a_closed_channel_forgets_what_waited_and_can_open_again() -> None:
+    it = scheduler(a=Lane.RELIABLE)
+    it.offer(message("a", b"x"))
+    it.open("a", Lane.RELIABLE)
+    assert it.take(0) is None
+    it.close("a")
+    it.close("a")
+    assert it.waiting("a") == 0
+    assert it.has_room("a")
+    with pytest.raises(KeyError):
+        it.offer(message("a", b"x"))
+
+
+Offer = st.tuples(st.sampled_from(["control", "pose", "event", "map"]), st.integers(1, 3), st.integers(0, 90_000))
+
+
+@given(st.lists(Offer, max_size=60))
+def test_everything_reliable_arrives_complete_and_in_order(offers: list[tuple[str, int, int]]) -> None:
+    it = scheduler(control=Lane.CONTROL, pose=Lane.LATEST, event=Lane.RELIABLE, map=Lane.BULK)
+    expected: dict[str, list[bytes]] = {"control": [], "event": [], "map": []}
+    sent: dict[str, list[bytes | str]] = {"control": [], "event": [], "map": [], "pose": []}
+    for number, (channel, count, buffered_bytes) in enumerate(offers):
+        pieces = [f"{number}.{part}".encode() for part in range(count)]
+        if it.offer(message(channel, *pieces)) is not Offered.REFUSED and channel != "pose":
+            expected[channel] += pieces
+        taken = it.take(buffered_bytes)
+        if taken is not None:
+            sent[taken[0]].append(taken[1])
+    for channel, piece in drained(it):
+        sent[channel].append(piece)
+    assert {key: sent[key] for key in expected} == expected
+    assert it.is_idle
