@@ -1,0 +1,45 @@
+"""``--headless-check``: an operator in a process of its own drives the robot, and the supervisor reports."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.table import Table
+
+from mosaic_sim.demo.checks import Result
+from mosaic_sim.demo.errors import DemoFailed
+from mosaic_sim.demo.supervisor import RunningDemo
+
+PATIENCE_S = 90.0
+PASSWORD_VARIABLE = "MOSAIC_CHECK_PASSWORD"  # noqa: S105 - the name of a variable, not a password
+
+
+def checked(demo: RunningDemo) -> list[Result]:
+    """The results of ``check_program``; raises :class:`DemoFailed` if it gives none, or a child died meanwhile."""
+    command = [
+        sys.executable, "-m", "mosaic_sim.demo.check_program", demo.url, demo.seed.email, demo.seed.robot_id,
+    ]  # fmt: skip
+    environment = {**os.environ, PASSWORD_VARIABLE: demo.seed.password}
+    try:
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        raise DemoFailed(f"the check did not end within {PATIENCE_S:g} s", details=demo.robot.last_lines()) from None
+    demo.check_alive()
+    try:
+        return [Result(**line) for line in json.loads(done.stdout)]
+    except (ValueError, TypeError):
+        raise DemoFailed("the check gave no result", details=done.stderr.strip()[-2000:]) from None
+
+
+def print_results(console: Console, results: Sequence[Result]) -> None:
+    table = Table(title="mosaic demo: headless check")
+    for column in ("check", "", "seen"):
+        table.add_column(column)
+    for result in results:
+        table.add_row(result.name, "[green]ok[/]" if result.is_ok else "[bold red]failed[/]", result.detail)
+    console.print(table)

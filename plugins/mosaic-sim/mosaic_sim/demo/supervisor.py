@@ -1,0 +1,100 @@
+"""Starts the demo's children in order, watches them, and ends them all: whatever happens, nothing stays behind."""
+
+from __future__ import annotations
+
+import signal
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from importlib.resources import as_file, files
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+from mosaic_sim.demo.child import Child, end_all, mosaic_command
+from mosaic_sim.demo.server import (
+    DemoServer,
+    Seed,
+    check_server_is_installed,
+    chosen_port,
+    robot_environment,
+    seeded,
+)
+
+WATCH_S = 0.25
+"""How often the supervisor looks after its children."""
+ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class Interrupted(Exception):
+    """Ctrl+C, or a polite request to end from elsewhere."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunningDemo:
+    """Both children up, the robot online."""
+
+    folder: Path
+    seed: Seed
+    server: DemoServer
+    robot: Child
+
+    @property
+    def url(self) -> str:
+        return self.server.url
+
+    def robot_page(self, code: str = "") -> str:
+        """The page of the robot; ``code`` signs the browser in. It stands in the fragment, which is never sent."""
+        return f"{self.url}/robots/{self.seed.robot_id}" + (f"#code={code}" if code else "")
+
+    def check_alive(self) -> None:
+        for child in (self.server.child, self.robot):
+            child.check_alive()
+
+
+@contextmanager
+def endings_interrupt() -> Iterator[None]:
+    """Ctrl+C, SIGTERM and a closed terminal raise :class:`Interrupted` in the main thread, once."""
+
+    def interrupt(number: int, frame: FrameType | None) -> NoReturn:
+        for ending in ENDING_SIGNALS:
+            signal.signal(ending, signal.SIG_IGN)  # a second Ctrl+C must not cut the tidying up short
+        raise Interrupted
+
+    before = {ending: signal.signal(ending, interrupt) for ending in ENDING_SIGNALS}
+    try:
+        yield
+    finally:
+        for ending, handler in before.items():
+            signal.signal(ending, handler)
+
+
+@contextmanager
+def running_demo(port: int | None) -> Iterator[RunningDemo]:
+    """Server and robot for the length of a ``with`` block, in a folder that is removed after it.
+
+    Raises :class:`~mosaic_sim.demo.errors.DemoFailed` if anything does not come up.
+    """
+    check_server_is_installed()
+    free_port = chosen_port(port)
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="mosaic-demo-")))
+        children: list[Child] = []
+        stack.callback(end_all, children)
+        seed = seeded(folder)
+        server = DemoServer(folder, free_port)
+        children.append(server.child)
+        server.wait_until_listening()
+        server.sign_in(seed)
+        config = stack.enter_context(as_file(files("mosaic_sim.demo") / "robot.yaml"))
+        robot = _started_robot(config, folder, robot_environment(server.url, seed))
+        # First: the robot says good-bye while its server still listens.
+        children.insert(0, robot)
+        server.wait_for_robot(seed.robot_id, robot)
+        yield RunningDemo(folder, seed, server, robot)
+
+
+def _started_robot(config: Path, folder: Path, environment: dict[str, str]) -> Child:
+    command = mosaic_command("run", str(config), "--log-level", "warning")
+    return Child("robot", command, folder / "robot.log", environment)
