@@ -41,9 +41,4 @@ export class ClockOffset {
     const { offsetUs } = this
     return offsetUs === null ? null : Math.max(0, atMs - (stampUs - offsetUs) / 1000)
   }
-
-  /** The robot started anew, or another one answers. */
-  reset(): void {
-    this.samples = []
-  }
 }
