@@ -7,10 +7,12 @@ import json
 import math
 import time
 from collections.abc import Awaitable, Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Protocol
 
-PICTURES = 10
+WARM_UP_PICTURES = 5
+"""The first ones come in a burst, as they queued while the decoder started."""
+PICTURES = 20
 DRIVE_S = 1.5
 COMMAND_PERIOD_S = 0.05
 DRIVE_MPS = 0.6
@@ -30,7 +32,11 @@ class Result:
     detail: str
 
     def wire(self) -> dict[str, Any]:
-        return asdict(self)
+        return {"name": self.name, "ok": self.is_ok, "detail": self.detail}
+
+    @classmethod
+    def of_wire(cls, line: dict[str, Any]) -> Result:
+        return cls(str(line["name"]), bool(line["ok"]), str(line["detail"]))
 
 
 class Failed(Exception):
@@ -61,6 +67,8 @@ async def told(name: str, check: Callable[[], Awaitable[str]]) -> Result:
 
 async def pictures_arrive(camera: Camera) -> str:
     first = await camera.next_image()
+    for _ in range(WARM_UP_PICTURES):
+        await camera.next_image(timeout_s=3.0)
     began_s = time.monotonic()
     for _ in range(PICTURES):
         await camera.next_image(timeout_s=3.0)

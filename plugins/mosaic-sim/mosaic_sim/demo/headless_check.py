@@ -31,8 +31,8 @@ def checked(demo: RunningDemo) -> list[Result]:
         raise DemoFailed(f"the check did not end within {PATIENCE_S:g} s", details=demo.robot.last_lines()) from None
     demo.check_alive()
     try:
-        return [Result(**line) for line in json.loads(done.stdout)]
-    except (ValueError, TypeError):
+        return [Result.of_wire(line) for line in json.loads(done.stdout)]
+    except (ValueError, TypeError, KeyError):
         raise DemoFailed("the check gave no result", details=done.stderr.strip()[-2000:]) from None
 
 

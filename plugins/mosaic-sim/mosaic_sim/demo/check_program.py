@@ -1,0 +1,61 @@
+"""``python -m mosaic_sim.demo.check_program URL EMAIL ROBOT_ID``: the operator of the headless check.
+
+The password comes in the environment. Prints one JSON array of results.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+import time
+from functools import partial
+
+from mosaic_core import MosaicError
+from mosaic_core.operator import MosaicOperator, RobotConnection
+from mosaic_sim.demo.checks import (
+    Result,
+    driving_moves,
+    messages_arrive,
+    pictures_arrive,
+    silence_stops,
+    told,
+)
+from mosaic_sim.demo.headless_check import PASSWORD_VARIABLE
+
+SENSORS = ("scan", "imu", "battery", "gps", "host")
+
+
+async def results_for(url: str, email: str, password: str, robot_id: str) -> list[Result]:
+    """Sign in, connect, and look at everything once."""
+    began_s = time.monotonic()
+    try:
+        async with await MosaicOperator.login(url, email, password) as operator:
+            connection = await operator.connect(robot_id)
+            connected = Result("connect", True, f"{(time.monotonic() - began_s) * 1000:.0f} ms from signing in")
+            return [connected, *await _looked_at(connection)]
+    except MosaicError as error:
+        return [Result("connect", False, f"{error.message} {error.cure}".strip())]
+
+
+async def _looked_at(connection: RobotConnection) -> list[Result]:
+    camera, pose = connection.media("front"), connection.receivable("pose")
+    wheels = connection.sendable("cmd_vel")
+    results = [await told("pictures", partial(pictures_arrive, camera))]
+    for label in SENSORS:
+        results.append(await told(label, partial(messages_arrive, connection.receivable(label))))
+    await wheels.wait_open()
+    results.append(await told("drive", partial(driving_moves, wheels, pose)))
+    results.append(await told("silence stops", partial(silence_stops, pose)))
+    return results
+
+
+def main() -> None:
+    url, email, robot_id = sys.argv[1:4]
+    results = asyncio.run(results_for(url, email, os.environ[PASSWORD_VARIABLE], robot_id))
+    print(json.dumps([result.wire() for result in results]))
+
+
+if __name__ == "__main__":
+    main()
