@@ -53,7 +53,8 @@ def _report_problem(problem: Problem, is_hint: bool) -> None:
     )
     typer.echo(heading, err=True)
     if place:
-        typer.echo(f"  {typer.style('-->', dim=True)} {place}  [{problem.code}]", err=True)
+        code = "" if is_hint else f"  [{problem.code}]"
+        typer.echo(f"  {typer.style('-->', dim=True)} {place}{code}", err=True)
     excerpt = _line_of(problem)
     if excerpt is not None:
         typer.echo(f"  {problem.line:>4} | {excerpt}", err=True)

@@ -25,16 +25,16 @@ def robot_table(snapshot: RobotSnapshot, server: str) -> RenderableType:
         table.add_column(name, justify="left" if name in _COLUMNS[:3] else "right", no_wrap=True)
     for connector in snapshot.connectors:
         table.add_row(*_row(connector))
-    return Group(_headline(snapshot, server), table)
+    return Group(*_headlines(snapshot, server), table)
 
 
-def _headline(snapshot: RobotSnapshot, server: str) -> Text:
+def _headlines(snapshot: RobotSnapshot, server: str) -> tuple[Text, Text]:
     operators = ", ".join(peer.name or peer.operator_id or peer.peer_id[:8] for peer in snapshot.peers)
-    return Text.assemble(
-        ("robot ", "dim"), snapshot.robot_id, ("  server ", "dim"), server, "  ",
-        (snapshot.state, _STATE_STYLES.get(snapshot.state, "")), ("  up ", "dim"), duration(snapshot.uptime_s),
-        ("  operators ", "dim"), operators or "none",
-    )  # fmt: skip
+    state = (snapshot.state, _STATE_STYLES.get(snapshot.state, ""))
+    return (
+        Text.assemble(("server ", "dim"), server, "  ", state, ("  up ", "dim"), duration(snapshot.uptime_s)),
+        Text.assemble(("robot ", "dim"), snapshot.robot_id, ("  operators ", "dim"), operators or "none"),
+    )
 
 
 def _row(connector: ConnectorSnapshot) -> list[Text]:

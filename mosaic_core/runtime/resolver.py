@@ -87,11 +87,9 @@ class ConnectorResolver:
 
 def _installed(entry_point: EntryPoint) -> InstalledConnector:
     # A distribution with broken metadata has no name or version; it is still worth listing.
-    distribution = entry_point.dist
-    name = (distribution.name if distribution else None) or entry_point.value.partition(".")[0]
-    return InstalledConnector(
-        entry_point.name, name, (distribution.version if distribution else None) or "", entry_point
-    )
+    name, version = (entry_point.dist.name, entry_point.dist.version) if entry_point.dist else (None, None)
+    module = entry_point.module.partition(".")[0]
+    return InstalledConnector(entry_point.name, name or module, version or "", entry_point)
 
 
 def load_configurer(installed: InstalledConnector) -> type[Configurer[Any]]:

@@ -62,14 +62,12 @@ class YamlDocument:
 
     def has(self, place: Place) -> bool:
         """Whether a value stands at ``place``."""
-        value = self.tree
+        value: Any = self.tree
         for part in place:
-            if isinstance(value, dict) and part in value:
-                value = value[part]
-            elif isinstance(value, list | tuple) and isinstance(part, int) and -1 < part < len(value):
-                value = value[part]
-            else:
+            is_item = isinstance(value, list | tuple) and isinstance(part, int) and -1 < part < len(value)
+            if not is_item and not (isinstance(value, dict) and part in value):
                 return False
+            value = value[part]
         return True
 
     def problem(self, place: Place, message: str, *, code: str = "config.invalid", cure: str = "") -> Problem:
@@ -134,7 +132,7 @@ def _syntax_problem(error: yaml.YAMLError, file: str, text: str) -> Problem:
     mark = getattr(error, "problem_mark", None)
     if isinstance(error, yaml.reader.ReaderError):
         line = text.count("\n", 0, error.position) + 1
-        message = f"character U+{ord(str(error.character)):04X} is not allowed"
+        message = f"character U+{int(error.character):04X} is not allowed"
         return Problem(message, "config.syntax", file, line, cure="is this a text file?")
     message = unmasked(getattr(error, "problem", None) or str(error))
     cure = "indent with spaces, never with tabs" if "'\\t'" in message else ""

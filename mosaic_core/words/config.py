@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from typing import Annotated, Any, Literal
+from urllib.parse import urlsplit
 from uuid import UUID
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, SecretStr, field_validator, model_validator
@@ -54,10 +55,22 @@ class WebrtcConfig(ConfigModel):
 
 class ServerConfig(ConfigModel):
     ws_url: str = Field(
-        description="The server, without a path: wss://mosaic.example.org", pattern=r"^wss?://[^/\s]+/?$"
+        description="The server, without a path: wss://mosaic.example.org", pattern=r"^wss?://[^/\s?#@]+/?$"
     )
     auth: AuthConfig = Field(validation_alias=AliasChoices("auth", "auth_config"))
     webrtc: WebrtcConfig = Field(default=WebrtcConfig(), validation_alias=AliasChoices("webrtc", "webrtc_config"))
+
+    @field_validator("ws_url")
+    @classmethod
+    def _has_host_and_port(cls, url: str) -> str:
+        """What the pattern can't say: brackets, port range."""
+        try:
+            parts = urlsplit(url)
+            if parts.hostname and parts.port != 0:
+                return url
+        except ValueError:
+            pass
+        raise ValueError(f"{url!r} names no host, or a port that doesn't exist")
 
 
 class SafetyConfig(ConfigModel):
