@@ -36,7 +36,7 @@ from mosaic_core.words.errors import AuthError
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import PrepareConnection, SdpAnswer, TicketKey
 
-TOKEN = "secret"
+TOKEN = "secret"  # noqa: S105
 OURS = {"catalogue": 1, "multiPeer": 1, "tickets": 1, "iceServers": 1, "closeReasons": 1}
 STUN = IceServer(urls=("stun:example.org",))
 TURN = IceServer(urls=("turn:example.org",), username="u", credential="c")

@@ -1,0 +1,351 @@
+"""In-memory transports: a signaling socket and peer connections that a test plays the other side of."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
+from contextlib import asynccontextmanager
+from typing import Any
+
+import pluggy
+import pytest
+
+from mosaic_core.contract import hooks
+from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.handler import Handler
+from mosaic_core.machines.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
+from mosaic_core.runtime.connector import Connector
+from mosaic_core.runtime.robot import Robot
+from mosaic_core.runtime.transport import AnswererListener
+from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
+from mosaic_core.words.config import ConnectorConfig, RobotConfig, SafetyConfig
+from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, ControlMessage, Hello, parse_control
+from mosaic_core.words.data_type import Delivery, Kind
+from mosaic_core.words.errors import ConnectionFailed, SignalingError
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import IceCandidate
+
+ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
+
+
+async def until(condition: Callable[[], Any], timeout_s: float = 3.0) -> None:
+    """Wait until ``condition()`` is true; the loop and other threads go on."""
+    deadline_s = time.monotonic() + timeout_s
+    while not condition():
+        if time.monotonic() > deadline_s:
+            raise AssertionError("waited in vain")
+        await asyncio.sleep(0.003)
+
+
+class FakeChannel:
+    """The robot's end of a data channel; ``sent`` is what the operator got."""
+
+    def __init__(self, label: str, protocol: str = CHANNEL_PROTOCOL, *, is_reliable: bool = True) -> None:
+        self.label = label
+        self.protocol = protocol
+        self.is_reliable = is_reliable
+        self.is_open = True
+        self.buffered_bytes = 0
+        self.sent: list[bytes | str] = []
+        self.on_message: Callable[[bytes | str], None] | None = None
+        self.on_open: Callable[[], None] | None = None
+        self.on_close: Callable[[], None] | None = None
+        self.on_drained: Callable[[], None] | None = None
+        self._seq = 0
+        self.stamp_offset_s = 0.0
+
+    def send(self, data: bytes | str) -> None:
+        if not self.is_open:
+            raise ConnectionFailed("closed", code="peer.closed")
+        self.sent.append(data)
+
+    def close(self) -> None:
+        self.is_open = False
+        if self.on_close is not None:
+            self.on_close()
+
+    # the operator's end
+    def say(self, value: Any, *, seq: int | None = None, age_s: float = 0.0) -> int:
+        """Send JSON as an operator of ours does (or bare text to an original channel)."""
+        text = value if isinstance(value, str) else json.dumps(value)
+        assert self.on_message is not None
+        if self.protocol != CHANNEL_PROTOCOL:
+            self.on_message(text)
+            return 0
+        self._seq = self._seq + 1 if seq is None else seq
+        stamp_us = int((time.monotonic() + self.stamp_offset_s - age_s) * 1e6)
+        for piece in encode_frame(Frame(PayloadKind.JSON, text.encode(), seq=self._seq, stamp_us=stamp_us)):
+            self.on_message(piece)
+        return self._seq
+
+    def frames(self) -> list[Frame]:
+        reader = FrameReader()
+        read = [reader.read(data, 0.0) for data in self.sent if isinstance(data, bytes)]
+        return [frame for frame in read if frame is not None]
+
+    def values(self, *, latched: bool | None = None) -> list[Any]:
+        return [
+            json.loads(frame.payload)
+            for frame in self.frames()
+            if latched is None or bool(frame.flags & FrameFlag.LATCHED) is latched
+        ]
+
+
+class FakeAnswerer:
+    """The robot's end of a peer connection."""
+
+    def __init__(self, network: FakeNetwork, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> None:
+        self.listener = listener
+        self.ice_servers = tuple(ice_servers)
+        self.network = network
+        self.candidates: list[IceCandidate] = []
+        self.feeds: dict[str, Any] = {}
+        self.is_closed = False
+
+    async def answer(self, offer_sdp: str, media_labels: Sequence[str], tracks: Mapping[str, str] | None) -> str:
+        if offer_sdp == "bad":
+            raise ConnectionFailed("no common codec", code="sdp.no_common_codec")
+        lines = int(offer_sdp.removeprefix("offer:") or 0) if offer_sdp.startswith("offer:") else len(media_labels)
+        for label in media_labels[:lines]:
+            self.feeds[label] = self.listener.track_bound(label)
+        if media_labels[lines:]:
+            self.listener.tracks_unbound(media_labels[lines:])
+        own = IceCandidate(candidate="candidate:1 1 udp 1 10.0.0.1 5000 typ host", sdp_mid="0")
+        self.listener.candidate_found(own)
+        return "answer"
+
+    async def add_candidate(self, candidate: IceCandidate) -> None:
+        self.candidates.append(candidate)
+
+    async def close(self) -> None:
+        self.is_closed = True
+
+    # the operator's end
+    def open(self, label: str, protocol: str = CHANNEL_PROTOCOL, **options: Any) -> FakeChannel:
+        channel = FakeChannel(label, protocol, **options)
+        self.listener.channel_opened(channel)
+        return channel
+
+    async def greet(self) -> Control:
+        """Connect and say hello as an operator of ours."""
+        self.listener.state_changed("connected")
+        control = Control(self.open(CONTROL_LABEL))
+        control.say(Hello(software="test", boot_id="b"))
+        await until(lambda: control.heard("catalogue"))
+        return control
+
+
+class Control:
+    """The operator's end of ``_mosaic``."""
+
+    def __init__(self, channel: FakeChannel) -> None:
+        self.channel = channel
+
+    def say(self, message: ControlMessage) -> None:
+        self.channel.say(json.loads(message.to_text()))
+
+    def heard(self, kind: str) -> list[Any]:
+        messages = [parse_control(frame.payload.decode()) for frame in self.channel.frames()]
+        return [message for message in messages if message is not None and message.type == kind]
+
+
+class FakeSocket:
+    """The robot's end of a signaling socket; the test is the server."""
+
+    def __init__(self) -> None:
+        self.sent: list[dict[str, Any]] = []
+        self._frames: asyncio.Queue[str | None] = asyncio.Queue()
+        self.close_code: int | None = None
+        self.closed_by_robot: int | None = None
+
+    async def __aiter__(self) -> AsyncIterator[str]:
+        while (frame := await self._frames.get()) is not None:
+            yield frame
+
+    async def send(self, text: str) -> None:
+        self.sent.append(json.loads(text))
+
+    async def close(self, code: int = 1000, reason: str = "") -> None:
+        if self.close_code is None:
+            self.closed_by_robot = self.close_code = code
+        self._frames.put_nowait(None)
+
+    # the server's end
+    def push(self, kind: str, data: Any = None) -> None:
+        self._frames.put_nowait(json.dumps({"type": kind, "data": data}))
+
+    def drop(self, code: int = 1006) -> None:
+        self.close_code = code
+        self._frames.put_nowait(None)
+
+    def got(self, kind: str) -> list[Any]:
+        return [message.get("data") for message in self.sent if message["type"] == kind]
+
+
+class FakeNetwork:
+    """Everything outside of the robot."""
+
+    def __init__(self) -> None:
+        self.sockets: list[FakeSocket] = []
+        self.answerers: dict[str, FakeAnswerer] = {}
+        self.order: list[FakeAnswerer] = []
+        self.is_down = False
+        self.attempts = 0
+
+    async def connect(self, url: str) -> FakeSocket:
+        self.attempts += 1
+        if self.is_down:
+            raise SignalingError("connection refused", code="signal.unreachable")
+        socket = FakeSocket()
+        self.sockets.append(socket)
+        socket.push("authorize.req")
+        return socket
+
+    def make_answerer(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> FakeAnswerer:
+        answerer = FakeAnswerer(self, listener, ice_servers)
+        self.order.append(answerer)
+        return answerer
+
+    @property
+    def socket(self) -> FakeSocket:
+        return self.sockets[-1]
+
+    async def ready(self, extensions: dict[str, int] | None = None) -> FakeSocket:
+        """Let the newest socket through authorization; with ``extensions`` as a server of ours."""
+        await until(lambda: self.sockets)
+        socket = self.sockets[-1]
+        await until(lambda: socket.got("authorize"))
+        socket.push("authorize.res", 100)
+        await until(lambda: socket.got("status.update"))
+        return socket
+
+    async def offer(self, peer_id: str = "p1", sdp: str = "offer", **data: Any) -> FakeAnswerer:
+        """An operator's offer arrives; the robot's end of the new peer connection."""
+        before = len(self.order)
+        socket = self.sockets[-1]
+        socket.push("signaling.prepare_connection", {"rtcConnectionId": peer_id})
+        socket.push("signaling.send_sdp_offer", {"rtcConnectionId": peer_id, "sdpOffer": sdp, **data})
+        await until(lambda: len(self.order) > before)
+        return self.order[-1]
+
+
+def connector_of(
+    *handlers: Handler,
+    label: str | None = None,
+    delivery: Delivery | None = None,
+    timeout_s: float | None = None,
+) -> Connector:
+    """A built connector without a YAML file."""
+    first = handlers[0]
+    name = label or first.label
+    effective = delivery or first.delivery
+    entry = CatalogueEntry(
+        label=name,
+        type="test",
+        kind=Kind.VIDEO if first.kind is Kind.VIDEO else Kind.DATA,
+        data_type=first.data_type,
+        direction=first.data_type.direction,
+        channels=tuple(ChannelEntry(label=handler.label, data_type=handler.data_type) for handler in handlers),
+        delivery=effective,
+    )
+    config = ConnectorConfig(type="test", label=name)
+    return Connector(config, tuple(handlers), entry, SafetyConfig(timeout_s=timeout_s), effective)
+
+
+class Hooks:
+    """Records every hook."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[str, dict[str, Any]]] = []
+
+    def of(self, name: str) -> list[dict[str, Any]]:
+        return [arguments for called, arguments in self.calls if called == name]
+
+    @hooks.hookimpl
+    def mosaic_robot_state_changed(self, state: str) -> None:
+        self.calls.append(("state", {"state": state}))
+
+    @hooks.hookimpl
+    def mosaic_peer_connected(self, sender: Any) -> None:
+        self.calls.append(("connected", {"sender": sender}))
+
+    @hooks.hookimpl
+    def mosaic_peer_closed(self, sender: Any, code: str) -> None:
+        self.calls.append(("closed", {"sender": sender, "code": code}))
+
+    @hooks.hookimpl
+    def mosaic_connector_failed(self, label: str, error: BaseException, restart_in_s: float) -> None:
+        self.calls.append(("failed", {"label": label, "error": error, "restart_in_s": restart_in_s}))
+
+    @hooks.hookimpl
+    def mosaic_command_received(self, label: str, sender: Any, accepted: bool, code: str) -> None:
+        self.calls.append(("command", {"label": label, "accepted": accepted, "code": code}))
+
+
+class Scene:
+    """A running robot and everything around it."""
+
+    def __init__(self, robot: Robot, network: FakeNetwork, hooks_seen: Hooks) -> None:
+        self.robot = robot
+        self.network = network
+        self.hooks = hooks_seen
+
+
+@asynccontextmanager
+async def _running(*connectors: Connector, shared: Shared | None = None, down: bool = False) -> AsyncIterator[Scene]:
+    network, seen = FakeNetwork(), Hooks()
+    network.is_down = down
+    plugins = pluggy.PluginManager(hooks.PROJECT)
+    plugins.add_hookspecs(hooks)
+    plugins.register(seen)
+    config = RobotConfig.model_validate(
+        {
+            "server": {
+                "ws_url": "ws://127.0.0.1:1/",
+                "auth": {"type": "simple-token", "robot_id": ROBOT_ID, "params": {"token": "secret"}},
+            }
+        }
+    )
+    robot = Robot(
+        config,
+        connectors,
+        shared=shared or Shared(),
+        plugins=plugins,
+        connect_socket=network.connect,
+        make_answerer=network.make_answerer,
+        prepare_picture=lambda picture, captured_at_s: ("prepared", picture, captured_at_s),
+        software="mosaic-test",
+    )
+    task = asyncio.create_task(robot.run())
+    try:
+        yield Scene(robot, network, seen)
+    finally:
+        robot.stop()
+        await asyncio.wait_for(asyncio.gather(task, return_exceptions=True), 5)
+
+
+class Kit:
+    """What tests of this folder use (they can't import this file: there are no test packages)."""
+
+    running = staticmethod(_running)
+    connector_of = staticmethod(connector_of)
+    until = staticmethod(until)
+    channel = FakeChannel
+    socket = FakeSocket
+    network = FakeNetwork
+
+    @staticmethod
+    def play(body: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        """Run one async test body, bounded."""
+
+        async def bounded() -> None:
+            await asyncio.wait_for(body(), 20)
+
+        asyncio.run(bounded())
+
+
+@pytest.fixture
+def kit() -> Kit:
+    return Kit()
