@@ -25,6 +25,8 @@ export interface WidgetDefinition {
 export interface Acceptance {
   dataTypes: readonly MosaicDataType[]
   kinds?: readonly Kind[]
+  /** Other spellings of the hint, beside the widget's id. */
+  hints?: readonly string[]
   /** Connector types that it was made for, where a robot gives neither hint nor schema. */
   connectorTypes?: readonly string[]
   /** Field paths; a schema that has all paths of one list is understood. */

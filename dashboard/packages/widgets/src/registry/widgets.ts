@@ -1,7 +1,32 @@
 /** Every widget of the dashboard, each with what it accepts. A new widget is one more entry; nothing else changes. */
-import { IconBraces, IconListNumbers, IconSteeringWheel, IconVideo } from '@tabler/icons-react'
+import {
+  IconActivityHeartbeat,
+  IconBattery3,
+  IconBinary,
+  IconBraces,
+  IconChartLine,
+  IconCompass,
+  IconListNumbers,
+  IconMapPin,
+  IconMessage,
+  IconRadar2,
+  IconRoute,
+  IconSend,
+  IconSteeringWheel,
+  IconVideo,
+} from '@tabler/icons-react'
+import { Battery } from '../Battery/Battery'
+import { ByteView } from '../ByteView/ByteView'
+import { ConnectionCheck } from '../ConnectionCheck/ConnectionCheck'
 import { DrivePad } from '../DrivePad/DrivePad'
+import { GpsPosition } from '../GpsPosition/GpsPosition'
+import { Imu } from '../Imu/Imu'
+import { JsonSender } from '../JsonSender/JsonSender'
+import { LaserScan } from '../LaserScan/LaserScan'
+import { PoseTrail } from '../PoseTrail/PoseTrail'
 import { RawJson } from '../RawJson/RawJson'
+import { TextLog } from '../TextLog/TextLog'
+import { TimePlot } from '../TimePlot/TimePlot'
 import { ValueCards } from '../ValueCards/ValueCards'
 import { Video } from '../Video/Video'
 import type { WidgetDefinition } from './WidgetDefinition'
@@ -34,6 +59,89 @@ export const widgets: readonly WidgetDefinition[] = [
     Component: DrivePad,
   },
   {
+    id: 'laser-scan',
+    title: 'Laser scan',
+    icon: IconRadar2,
+    accepts: {
+      dataTypes: FROM_ROBOT,
+      connectorTypes: ['turtlebot-sender-laser-scan'],
+      fields: [['ranges', 'angle_min', 'angle_increment']],
+      priority: 50,
+    },
+    area: 'panel',
+    size: { columns: 4, rows: 5 },
+    Component: LaserScan,
+  },
+  {
+    id: 'pose-trail',
+    title: 'Pose and way',
+    icon: IconRoute,
+    accepts: {
+      dataTypes: FROM_ROBOT,
+      connectorTypes: ['ros2-sender-geometry-Pose', 'ros2-sender-geometry-PoseWithCovarianceStamped'],
+      fields: [['position.x', 'position.y', 'orientation'], ['pose.position.x', 'pose.position.y'], ['x', 'y', 'theta']],
+      priority: 50,
+    },
+    area: 'panel',
+    size: { columns: 4, rows: 5 },
+    Component: PoseTrail,
+  },
+  {
+    id: 'gps',
+    title: 'GPS position',
+    icon: IconMapPin,
+    accepts: {
+      dataTypes: FROM_ROBOT,
+      hints: ['gps-position'],
+      connectorTypes: ['ros2-sender-sensor-NavSatFix'],
+      fields: [['latitude', 'longitude'], ['lat', 'lng'], ['lat', 'lon']],
+      priority: 50,
+    },
+    area: 'panel',
+    size: { columns: 4, rows: 5 },
+    Component: GpsPosition,
+  },
+  {
+    id: 'battery',
+    title: 'Battery',
+    icon: IconBattery3,
+    accepts: {
+      dataTypes: FROM_ROBOT,
+      fields: [['percent', 'voltage_v'], ['percentage', 'voltage'], ['battery_percent']],
+      priority: 50,
+    },
+    area: 'panel',
+    size: { columns: 4, rows: 2 },
+    Component: Battery,
+  },
+  {
+    id: 'imu',
+    title: 'IMU',
+    icon: IconCompass,
+    accepts: {
+      dataTypes: FROM_ROBOT,
+      connectorTypes: ['h1-imu-state'],
+      fields: [['orientation', 'angular_velocity', 'linear_acceleration']],
+      priority: 60,
+    },
+    area: 'panel',
+    size: { columns: 4, rows: 3 },
+    Component: Imu,
+  },
+  {
+    id: 'connection-check',
+    title: 'Connection check',
+    icon: IconActivityHeartbeat,
+    accepts: {
+      dataTypes: ['json-bi', 'json-r2u', 'json-u2r', 'string-r2u', 'string-u2r'],
+      connectorTypes: ['connection-check'],
+      priority: 90,
+    },
+    area: 'panel',
+    size: { columns: 4, rows: 4 },
+    Component: ConnectionCheck,
+  },
+  {
     id: 'value-cards',
     title: 'Values',
     icon: IconListNumbers,
@@ -43,6 +151,15 @@ export const widgets: readonly WidgetDefinition[] = [
     Component: ValueCards,
   },
   {
+    id: 'time-plot',
+    title: 'Time plot',
+    icon: IconChartLine,
+    accepts: { dataTypes: FROM_ROBOT, anything: true, priority: 10 },
+    area: 'panel',
+    size: { columns: 4, rows: 4 },
+    Component: TimePlot,
+  },
+  {
     id: 'raw-json',
     title: 'Raw JSON',
     icon: IconBraces,
@@ -50,5 +167,32 @@ export const widgets: readonly WidgetDefinition[] = [
     area: 'panel',
     size: { columns: 4, rows: 4 },
     Component: RawJson,
+  },
+  {
+    id: 'text-log',
+    title: 'Log',
+    icon: IconMessage,
+    accepts: { dataTypes: ['string-r2u'], anything: true, priority: 20 },
+    area: 'panel',
+    size: { columns: 4, rows: 4 },
+    Component: TextLog,
+  },
+  {
+    id: 'json-sender',
+    title: 'Send a message',
+    icon: IconSend,
+    accepts: { dataTypes: ['json-u2r', 'json-bi', 'string-u2r'], anything: true, priority: 8 },
+    area: 'panel',
+    size: { columns: 4, rows: 4 },
+    Component: JsonSender,
+  },
+  {
+    id: 'bytes',
+    title: 'Bytes',
+    icon: IconBinary,
+    accepts: { dataTypes: ['byte-r2u'], anything: true, priority: 5 },
+    area: 'panel',
+    size: { columns: 4, rows: 4 },
+    Component: ByteView,
   },
 ]

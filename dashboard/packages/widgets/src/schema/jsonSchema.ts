@@ -86,8 +86,12 @@ function propertiesOf(node: JsonSchema): Record<string, JsonSchema> {
 }
 
 function unitOf(node: JsonSchema, key: string): string {
-  return text(node['unit']) || unitFromName(key)
+  const unit = text(node['unit'])
+  return unit === '' ? unitFromName(key) : (SYMBOLS[unit] ?? unit)
 }
+
+/** Units that schemas spell in letters. */
+const SYMBOLS: Record<string, string> = { deg: '°', us: 'µs', 'm/s2': 'm/s²', degC: '°C', percent: '%' }
 
 /** Units that names carry (`voltage_v`), for robots that announce none. */
 const SUFFIXES: Record<string, string> = {

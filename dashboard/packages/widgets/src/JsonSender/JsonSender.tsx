@@ -1,0 +1,71 @@
+import { Button, Textarea } from '@mantine/core'
+import { reasonOf, type Refusal } from '@mosaic/client'
+import { useReadable } from '@mosaic/react'
+import { IconSend } from '@tabler/icons-react'
+import { useState } from 'react'
+import type { WidgetProps } from '../registry/WidgetDefinition'
+import { prettyJson } from '../RawJson/prettyJson'
+import { refuses, sends, type AnyStore } from '../stores/storeKinds'
+import { useLatest } from '../stores/useReceived'
+import classes from './JsonSender.module.css'
+import { checkedJson, templateOf } from './template'
+
+interface Said {
+  tone: 'ok' | 'bad'
+  text: string
+  /** The refusal that was last known when this was said: a newer one has the last word. */
+  after: Refusal | null
+}
+
+const NO_REFUSAL = { get: () => null, subscribe: () => () => {} }
+
+/** Sends what is typed: checked JSON, or plain text where the connector takes text. */
+export function JsonSender({ entry, store }: WidgetProps) {
+  const isJson = entry.dataType !== 'string-u2r'
+  const [text, setText] = useState(() => (isJson ? templateOf(entry.messageSchema) : ''))
+  const [said, setSaid] = useState<Said | null>(null)
+  const refusal = useReadable(refuses(store) ? store.lastRefusal : NO_REFUSAL)
+  const isOpen = useReadable(store.state).phase === 'open'
+
+  const send = () => {
+    const checked = isJson ? checkedJson(text) : { ok: true as const, text }
+    if (!checked.ok) return setSaid({ tone: 'bad', text: checked.problem, after: refusal })
+    const isAccepted = sends(store) && store.sendData(checked.text)
+    setSaid({ tone: isAccepted ? 'ok' : 'bad', text: isAccepted ? 'Sent' : 'The link did not take it; try again', after: refusal })
+  }
+
+  const shown = refusal !== null && refusal !== said?.after ? refusedText(refusal) : said
+  return (
+    <div className={classes.root}>
+      <Textarea
+        className={classes.text}
+        aria-label={`Message to ${entry.label}`}
+        value={text}
+        spellCheck={false}
+        onChange={(event) => setText(event.currentTarget.value)}
+        onKeyDown={(event) => {
+          if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) send()
+        }}
+      />
+      <div className={classes.foot}>
+        <span className={classes.said} role="status" data-tone={shown?.tone}>
+          {shown?.text ?? (isOpen ? 'Ctrl+Enter sends' : 'Waiting for the robot')}
+        </span>
+        <Button size="compact-md" leftSection={<IconSend size={14} />} disabled={!isOpen} onClick={send}>
+          Send
+        </Button>
+      </div>
+      <Answer store={store} />
+    </div>
+  )
+}
+
+/** What came back last, where the connector also talks. */
+function Answer({ store }: { store: AnyStore }) {
+  const latest = useLatest(store, 300)
+  return latest === null ? null : <pre className={classes.answer}>{prettyJson(latest.data)}</pre>
+}
+
+function refusedText(refusal: Refusal): Said {
+  return { tone: 'bad', text: `Refused: ${refusal.message ?? reasonOf(refusal.code).sentence}`, after: null }
+}

@@ -1,0 +1,33 @@
+import { nowMs } from '@mosaic/client'
+import { useMemo, useState } from 'react'
+import { Notice } from '../frame/Notice'
+import type { WidgetProps } from '../registry/WidgetDefinition'
+import { fieldsOf, type Field } from '../schema/jsonSchema'
+import { numericFields, valueAt } from '../schema/messageFields'
+import { useEveryJson } from '../stores/useReceived'
+import { KEPT_S, LivePlot } from './LivePlot'
+import { SeriesBuffer } from './SeriesBuffer'
+
+/** Every number of the messages over time. */
+export function TimePlot({ entry, store }: WidgetProps) {
+  const declared = useMemo(() => numericFields(entry.messageSchema, undefined), [entry.messageSchema])
+  // Without a schema the first message tells what there is.
+  const [found, setFound] = useState<readonly Field[]>([])
+  const fields = declared.length > 0 ? declared : found
+  const buffer = useMemo(() => new SeriesBuffer(fields.length, KEPT_S), [fields])
+  useEveryJson(store, (message, info) => {
+    if (fields.length === 0) return setFound(numericFields(undefined, message))
+    const values = fields.map((field) => numberAt(message, field))
+    buffer.add((info?.receivedAtMs ?? nowMs()) / 1000, values)
+  })
+  if (fields.length === 0) {
+    const hasSchema = fieldsOf(entry.messageSchema).length > 0
+    return <Notice tone="wait" title={hasSchema ? 'Nothing to plot: no field is a number' : 'No value yet'} />
+  }
+  return <LivePlot fields={fields} buffer={buffer} name={entry.label} />
+}
+
+function numberAt(message: unknown, field: Field): number | null {
+  const value = valueAt(message, field.path)
+  return typeof value === 'number' ? value : null
+}

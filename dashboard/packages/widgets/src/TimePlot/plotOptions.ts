@@ -1,0 +1,64 @@
+/** How a plot of several fields looks: one scale per unit, the first two with an axis. */
+import type uPlot from 'uplot'
+import type { Field } from '../schema/jsonSchema'
+import { formattedNumber } from '../schema/messageFields'
+
+export interface PlotLook {
+  line: string
+  muted: string
+  series: readonly string[]
+}
+
+/** More lines than this nobody tells apart; the legend switches the others on. */
+export const SHOWN_AT_FIRST = 4
+
+export function plotOptions(fields: readonly Field[], look: PlotLook, windowS: number): Omit<uPlot.Options, 'width' | 'height'> {
+  const units = [...new Set(fields.map((field) => field.unit))]
+  const stroke = { stroke: look.muted, font: '11px Inter Variable, sans-serif' }
+  const grid = { stroke: look.line, width: 1 }
+  return {
+    padding: [8, 8, 0, 0],
+    cursor: { y: false, points: { size: 6 } },
+    legend: { live: true },
+    scales: { x: { time: false, range: () => [-windowS, 0] } },
+    axes: [
+      { ...stroke, grid, ticks: grid, size: 24, values: (_plot, splits) => splits.map((split) => `${Math.round(split)} s`) },
+      ...units.slice(0, 2).map((unit, index): uPlot.Axis => ({
+        ...stroke,
+        scale: scaleOf(unit),
+        side: index === 0 ? 3 : 1,
+        size: 52,
+        grid: { ...grid, show: index === 0 },
+        ticks: grid,
+        values: (_plot, splits) => splits.map((split) => `${axisNumber(split)}${unit === '' ? '' : ` ${unit}`}`),
+      })),
+    ],
+    series: [
+      { label: 'Time', value: (_plot, value: number | null) => (value === null ? '–' : `${value.toFixed(1)} s`) },
+      ...fields.map((field, index): uPlot.Series => ({
+        label: seriesName(field, fields),
+        scale: scaleOf(field.unit),
+        show: index < SHOWN_AT_FIRST,
+        stroke: look.series[index % look.series.length] ?? look.muted,
+        width: 1.75,
+        points: { show: false },
+        spanGaps: false,
+        value: (_plot, value: number | null) => (value === null ? '–' : `${formattedNumber(value)} ${field.unit}`.trim()),
+      })),
+    ],
+  }
+}
+
+function scaleOf(unit: string): string {
+  return `unit:${unit}`
+}
+
+/** The last key, with those before it where two fields would be called the same. */
+export function seriesName(field: Field, fields: readonly Field[]): string {
+  const isUnique = fields.filter((other) => other.name === field.name).length === 1
+  return isUnique ? field.name : field.path.join('.')
+}
+
+function axisNumber(value: number): string {
+  return String(Number(value.toPrecision(4)))
+}
