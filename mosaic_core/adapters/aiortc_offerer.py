@@ -3,29 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
 
 from aiortc import MediaStreamTrack, RTCBundlePolicy, RTCSessionDescription
 
 from mosaic_core.adapters.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.aiortc_peer import AiortcPeer
+from mosaic_core.adapters.incoming_video import IncomingVideo
 from mosaic_core.adapters.offer_vetting import separated_candidates
+from mosaic_core.runtime.operator_transport import OffererListener
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
-
-
-class OffererListener(Protocol):
-    """What an operator-side peer connection tells; all on the event loop."""
-
-    def candidate_found(self, candidate: IceCandidate) -> None: ...
-    def state_changed(self, state: str) -> None:
-        """``connecting``, ``connected``, ``failed`` or ``closed``."""
-        ...
-
-    def track_arrived(self, label: str, track: MediaStreamTrack) -> None:
-        """The robot bound ``label``; somebody must take its frames, or they pile up."""
-        ...
 
 
 class AiortcOfferer:
@@ -85,7 +73,7 @@ class AiortcOfferer:
 
     def _track_arrived(self, track: MediaStreamTrack) -> None:
         label = track.id if track.id in self._labels else self._label_of_line(track)
-        self._listener.track_arrived(label, track)
+        self._listener.track_arrived(label, IncomingVideo(track))
 
     def _label_of_line(self, track: MediaStreamTrack) -> str:
         """An answerer that names no stream: the line tells."""

@@ -61,6 +61,7 @@ class AiortcPeer:
         self._has_all_remote = False
         self._closing: asyncio.Task[None] | None = None
         self.pc.on("connectionstatechange", self._state_changed)
+        self.pc.on("iceconnectionstatechange", self._path_changed)
 
     async def describe_locally(self) -> str:
         """Set the local description and return it at once, with the host candidates."""
@@ -156,3 +157,7 @@ class AiortcPeer:
     def _state_changed(self) -> None:
         if self.pc.connectionState in _TOLD_STATES:
             self._on_state(self.pc.connectionState)
+
+    def _path_changed(self) -> None:
+        if self.pc.iceConnectionState == "completed" and self.pc.connectionState == "connecting":
+            self._on_state("securing")

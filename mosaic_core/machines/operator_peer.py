@@ -149,7 +149,8 @@ class OperatorPeer:
                 self.phase, self.deadline_s = "greeting", now_s + HELLO_TIMEOUT_S
                 return []
             case "failed":
-                code = "dtls.timeout" if self.phase == "securing" else "ice.failed"
+                is_up = self.phase in ("greeting", "open", "original")
+                code = "peer.lost" if is_up else "dtls.timeout" if self.phase == "securing" else "ice.failed"
                 return self._end(code, "", tells_robot=True)
             case "closed":
                 return self._end("peer.closed", "", tells_robot=False)

@@ -1,0 +1,47 @@
+"""The headless operator: what tests, the command line and programs without a browser use.
+
+::
+
+    async with await MosaicOperator.login("https://mosaic.example.org", "me@example.org", password) as operator:
+        robot = (await operator.robots())[0]
+        connection = await operator.connect(robot.id)
+        connection.receivable("battery").subscribe(lambda data: print(data.decode()))
+        image = await connection.media("front").next_image()
+
+Importing it loads no WebRTC; the first :meth:`MosaicOperator.connect` does.
+"""
+
+from mosaic_core.operator.channel_port import MessageInfo, Received
+from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
+from mosaic_core.operator.media_store import MediaStreamStore
+from mosaic_core.operator.mosaic_operator import MosaicOperator
+from mosaic_core.operator.rest_api import RobotSummary
+from mosaic_core.operator.robot_connection import RobotConnection
+from mosaic_core.operator.robot_connector import RobotConnector
+from mosaic_core.operator.store_manager import StoreManager
+from mosaic_core.operator.store_plan import UnknownLabel
+from mosaic_core.operator.stores import (
+    BidirectionalStore,
+    MosaicStore,
+    ReceivableStore,
+    SendableStore,
+    StoreState,
+)
+
+__all__ = [
+    "BidirectionalStore",
+    "ConnectionCheckingStore",
+    "MediaStreamStore",
+    "MessageInfo",
+    "MosaicOperator",
+    "MosaicStore",
+    "ReceivableStore",
+    "Received",
+    "RobotConnection",
+    "RobotConnector",
+    "RobotSummary",
+    "SendableStore",
+    "StoreManager",
+    "StoreState",
+    "UnknownLabel",
+]

@@ -1,0 +1,223 @@
+"""The headless operator: sign in, list robots, connect to some of them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Self
+
+import httpx
+
+from mosaic_core.operator.rest_api import RestApi, RobotSummary, log_in
+from mosaic_core.operator.robot_connection import ConnectionPlan, RobotConnection, media_labels_of
+from mosaic_core.operator.robot_connector import RobotConnector
+from mosaic_core.operator.signaling_link import SignalingLink
+from mosaic_core.operator.store_manager import StoreManager
+from mosaic_core.operator.stores import MosaicStore
+from mosaic_core.runtime.operator_transport import OffererFactory
+from mosaic_core.runtime.transport import SocketConnector
+from mosaic_core.words import signaling
+from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import RobotStatus, SignalingMessage
+
+LOGIN_ROUTE = "/api/v1/account/login/access-token"
+CODE_ROUTE = "/api/v1/account/login/one-time"
+
+
+class MosaicOperator:
+    """One signed-in account; use it as ``async with await MosaicOperator.login(…) as operator``.
+
+    All calls and callbacks on one event loop. ``open_socket`` and ``make_offerer`` are for tests.
+    """
+
+    def __init__(
+        self,
+        base_url: str,
+        access_token: str,
+        *,
+        open_socket: SocketConnector | None = None,
+        make_offerer: OffererFactory | None = None,
+        http: httpx.AsyncBaseTransport | None = None,
+    ) -> None:
+        self.access_token = access_token
+        self.rest = RestApi(base_url, access_token, http)
+        self.stores = StoreManager(self._catalogue_of, self._store_opened, self._store_released)
+        self.statuses: dict[str, RobotStatus] = {}
+        """The last known status of every robot in :meth:`watch`."""
+        self.catalogues: dict[str, Catalogue] = {}
+        """Short catalogues, as the server tells them."""
+        self._make_offerer = make_offerer
+        self._connections: dict[str, RobotConnection] = {}
+        self._session_ids: dict[str, str] = {}
+        self._watched: set[str] = set()
+        self._listeners: list[Callable[[str, RobotStatus], None]] = []
+        self._changed = asyncio.Event()
+        url = base_url.rstrip("/").replace("http", "ws", 1) + "/ws/user"
+        self._signaling = SignalingLink(url, access_token, open_socket or _default_socket(), self._heard)
+
+    @classmethod
+    async def login(cls, base_url: str, email: str, password: str) -> Self:
+        """Sign in with a password; raises :class:`AuthError` or :class:`SignalingError`."""
+        return cls(base_url, await log_in(base_url, LOGIN_ROUTE, {"username": email, "password": password}))
+
+    @classmethod
+    async def login_with_code(cls, base_url: str, code: str) -> Self:
+        """Sign in with a one-time code, as ``mosaic demo`` and ``mosaic server`` print it."""
+        return cls(base_url, await log_in(base_url, CODE_ROUTE, {"code": code}))
+
+    async def __aenter__(self) -> Self:
+        self._signaling.start()
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """End all connections and sign off."""
+        await asyncio.gather(*(connection.close() for connection in list(self._connections.values())))
+        self.stores.close()
+        await self._signaling.close()
+        await self.rest.close()
+
+    async def robots(self) -> list[RobotSummary]:
+        """All robots that this account may see."""
+        return await self.rest.robots()
+
+    def watch(self, robot_ids: Sequence[str]) -> None:
+        """Hear of the status and catalogue of these robots too, also after a reconnection."""
+        self._watched.update(robot_ids)
+        self._signaling.start()
+        self._signaling.subscribe(sorted(self._watched))
+
+    def on_status(self, callback: Callable[[str, RobotStatus], None]) -> Callable[[], None]:
+        """Call ``callback(robot_id, status)`` at each change; returns what ends it."""
+        self._listeners.append(callback)
+        return lambda: self._listeners.remove(callback) if callback in self._listeners else None
+
+    async def wait_status(self, robot_id: str, status: RobotStatus, timeout_s: float = 10.0) -> None:
+        """Until the robot has this status; raises :class:`TimeoutError`."""
+        self.watch([robot_id])
+        async with asyncio.timeout(timeout_s):
+            while self.statuses.get(robot_id) is not status:
+                self._changed.clear()
+                await self._changed.wait()
+
+    def connection(self, robot_id: str) -> RobotConnection | None:
+        """The live connection to a robot."""
+        return self._connections.get(robot_id)
+
+    async def connect(
+        self, robot_id: str, *, connectors: Sequence[RobotConnector] = (), timeout_s: float = 30.0
+    ) -> RobotConnection:
+        """Connect to a robot; a live connection to it is closed first.
+
+        ``connectors`` are opened from the start. Original robots announce no catalogue: name their cameras here, with
+        data types. Raises :class:`ConnectionFailed`, :class:`SignalingError` or :class:`AuthError`, each with a code.
+        """
+        previous = self._connections.pop(robot_id, None)
+        if previous is not None:
+            await previous.close()
+        self._signaling.start()
+        loop = asyncio.get_running_loop()
+        ends_at_s = loop.time() + timeout_s
+        await self._signaling.wait_ready(timeout_s)
+        self.watch([robot_id])
+        plan = await self._plan(robot_id, connectors)
+        connection = RobotConnection(plan, self.stores, self._make_offerer or _default_offerer(), self._signaling.send)
+        self._connections[robot_id] = connection
+        try:
+            await connection.open(max(0.1, ends_at_s - loop.time()))
+        except BaseException:
+            self._connections.pop(robot_id, None)
+            await connection.close()
+            raise
+        return connection
+
+    async def _plan(self, robot_id: str, connectors: Sequence[RobotConnector]) -> ConnectionPlan:
+        agreed = self._signaling.session.agreed
+        if "catalogue" in agreed and robot_id not in self.catalogues:
+            catalogue = await self.rest.catalogue(robot_id)
+            if catalogue is not None:
+                self.catalogues.setdefault(robot_id, catalogue)
+        for connector in connectors:
+            self.stores.get_or_create_store(connector)
+        session_id = self._session_ids.get(robot_id) if "multiPeer" in agreed else None
+        made = await self.rest.create_connection(robot_id, session_id)
+        if made.session_id is not None:
+            self._session_ids[robot_id] = made.session_id
+        catalogue = self.catalogues.get(robot_id)
+        return ConnectionPlan(
+            robot_id=robot_id,
+            peer_id=made.rtc_session_id,
+            session_id=made.session_id,
+            catalogue=catalogue,
+            media_labels=media_labels_of(catalogue, self.stores.stores_of(robot_id)),
+            ice_servers=await self._ice_servers(),
+            agreed=agreed,
+        )
+
+    async def _ice_servers(self) -> tuple[IceServer, ...]:
+        """Fresh ones: credentials of our server live for minutes."""
+        return tuple(await self.rest.ice_servers())
+
+    def _heard(self, message: SignalingMessage) -> None:
+        match message:
+            case signaling.StatusUpdate(robot_id=str(robot_id), status=status):
+                self.statuses[robot_id] = status
+                self._changed.set()
+                for callback in list(self._listeners):
+                    callback(robot_id, status)
+            case signaling.CatalogueUpdate(robot_id=robot_id, catalogue=catalogue):
+                self.catalogues[robot_id] = catalogue
+            case signaling.ErrorEcho(request_type=request, code=code) if request.startswith("signaling."):
+                self._refused(code)
+            case signaling.SdpAnswer() | signaling.ExchangeIceCandidate() | signaling.ClosePeerConnection():
+                for connection in list(self._connections.values()):
+                    if connection.peer_id == message.rtc_connection_id:
+                        connection.hear(message)
+            case _:
+                pass
+
+    def _refused(self, code: int) -> None:
+        """The server took an offer or candidate for none of ours; it does not say which, so: those being made."""
+        known = RESULT_REASONS.get(ResultCode(code), "") if code in list(ResultCode) else ""
+        why = known or "signal.unknown_connection"
+        for connection in list(self._connections.values()):
+            if connection.state == "connecting":
+                close = signaling.ClosePeerConnection(
+                    rtc_connection_id=connection.peer_id, code=why, message=reason(why).sentence
+                )
+                connection.hear(close)
+
+    def _catalogue_of(self, robot_id: str) -> Catalogue | None:
+        connection = self._connections.get(robot_id)
+        if connection is not None and connection.state == "connected":
+            return connection.catalogue if not connection.is_original else None
+        return self.catalogues.get(robot_id)
+
+    def _store_opened(self, store: MosaicStore) -> None:
+        connection = self._connections.get(store.robot_connector.robot_id)
+        if connection is not None and connection.state == "connected":
+            connection.store_opened(store)
+
+    def _store_released(self, store: MosaicStore) -> None:
+        connection = self._connections.get(store.robot_connector.robot_id)
+        if connection is not None:
+            connection.store_released(store)
+
+
+def _default_socket() -> SocketConnector:
+    from mosaic_core.adapters.websocket import open_websocket
+
+    return open_websocket
+
+
+def _default_offerer() -> OffererFactory:
+    from mosaic_core.adapters.aiortc_offerer import aiortc_offerer
+
+    return aiortc_offerer

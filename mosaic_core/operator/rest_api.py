@@ -1,0 +1,154 @@
+"""The server's REST routes that an operator uses, with errors in words instead of status codes."""
+
+from __future__ import annotations
+
+from typing import Any
+from urllib.parse import urlsplit
+
+import httpx
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
+from mosaic_core.words.errors import AuthError, MosaicError, SignalingError
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import RobotStatus
+from mosaic_core.words.wire_model import WireModel
+
+TIMEOUT_S = 10.0
+PAGE = 100
+_LOOPBACK = ("localhost", "127.0.0.1", "::1")
+
+
+class RobotSummary(WireModel):
+    """A robot as the server lists it."""
+
+    model_config = ConfigDict(**{**WireModel.model_config, "extra": "ignore"})
+
+    id: str
+    name: str
+    description: str | None = None
+    status: RobotStatus = RobotStatus.DISCONNECTED
+
+    @property
+    def is_online(self) -> bool:
+        return self.status is not RobotStatus.DISCONNECTED
+
+
+class NewConnection(WireModel):
+    """What the server made for one robot. An original server knows no ``session_id``."""
+
+    robot_id: str
+    rtc_session_id: str
+    session_id: str | None = None
+
+
+_ICE_SERVERS = TypeAdapter(list[IceServer])
+
+
+class RestApi:
+    """One signed-in account. Raises :class:`AuthError` or :class:`SignalingError`; close it at the end."""
+
+    def __init__(self, base_url: str, access_token: str, transport: httpx.AsyncBaseTransport | None = None) -> None:
+        self._client = _client(base_url, transport, {"Authorization": f"Bearer {access_token}"})
+
+    async def robots(self) -> list[RobotSummary]:
+        """All robots of this account's organization."""
+        found: list[RobotSummary] = []
+        while True:
+            query = {"skip": len(found), "limit": PAGE}
+            page = await _call(self._client, "GET", "/api/v1/robots", params=query)
+            rows = page["data"]
+            found += [RobotSummary.model_validate(row) for row in rows]
+            if not rows or len(found) >= page["count"]:
+                return found
+
+    async def catalogue(self, robot_id: str) -> Catalogue | None:
+        """The robot's short catalogue, or ``None`` where robot or server know no such thing."""
+        try:
+            data = await _call(self._client, "GET", f"/api/v1/robots/{robot_id}/catalogue")
+        except SignalingError:
+            return None
+        return None if data is None else Catalogue.model_validate(data)
+
+    async def ice_servers(self) -> list[IceServer]:
+        """What the server hands out; entries that we can't use are an error that names them."""
+        data = await _call(self._client, "GET", "/api/v1/webrtc/ice-servers")
+        try:
+            return _ICE_SERVERS.validate_python(data or [])
+        except ValidationError as error:
+            message = f"The server's ICE servers can't be used: {error.errors()[0]['msg']}"
+            raise SignalingError(message, code="signal.bad_message") from error
+
+    async def create_connection(self, robot_id: str, session_id: str | None = None) -> NewConnection:
+        """Ask for a connection to one robot; ``session_id`` continues a session of before."""
+        body: dict[str, Any] = {"robotIds": [robot_id]}
+        if session_id is not None:
+            body["sessionId"] = session_id
+        data = await _call(self._client, "POST", "/api/v1/webrtc/connection", json=body)
+        return NewConnection.model_validate(data["sessions"][0])
+
+    async def close(self) -> None:
+        await self._client.aclose()
+
+
+async def log_in(
+    base_url: str, route: str, body: dict[str, str], transport: httpx.AsyncBaseTransport | None = None
+) -> str:
+    """An access token for ``body``'s credentials; raises :class:`AuthError`."""
+    async with _client(base_url, transport, {}) as client:
+        try:
+            data = await _call(client, "POST", route, json=body)
+        except SignalingError as error:
+            if error.code == "signal.unreachable":
+                raise
+            raise AuthError(error.message, code="auth.failed") from error
+        return str(data["accessToken"])
+
+
+def _client(base_url: str, transport: httpx.AsyncBaseTransport | None, headers: dict[str, str]) -> httpx.AsyncClient:
+    is_local = urlsplit(base_url).hostname in _LOOPBACK  # a proxy of the environment can't reach our loopback
+    return httpx.AsyncClient(
+        base_url=base_url, headers=headers, timeout=TIMEOUT_S, transport=transport, trust_env=not is_local
+    )
+
+
+async def _call(client: httpx.AsyncClient, method: str, path: str, **kwargs: Any) -> Any:
+    """The result's data, out of the envelope where there is one."""
+    try:
+        response = await client.request(method, path, **kwargs)
+    except (httpx.TransportError, httpx.InvalidURL) as error:
+        why = str(error) or type(error).__name__
+        raise SignalingError(
+            f"The server {client.base_url} can't be reached: {why}", code="signal.unreachable", cure="Check the URL."
+        ) from error
+    try:
+        content = response.json()
+    except ValueError:
+        content = None
+    is_envelope = isinstance(content, dict) and "resultCode" in content
+    if response.is_success and (not is_envelope or content["resultCode"] == ResultCode.SUCCESS):
+        return content["resultData"] if is_envelope else content
+    raise _refused(path, response.status_code, content if isinstance(content, dict) else {})
+
+
+def _refused(path: str, status: int, content: dict[str, Any]) -> MosaicError:
+    code = content.get("code") or _code_of(content.get("resultCode"), status)
+    try:
+        entry = reason(str(code))
+    except KeyError:
+        entry = reason("signal.bad_message")
+    message = str(content.get("message") or f"{entry.sentence} ({path}: HTTP {status})")
+    if entry.code.startswith("auth."):
+        return AuthError(message, code=entry.code)
+    return SignalingError(message, code=entry.code, cure=content.get("cure") or entry.cure)
+
+
+def _code_of(result: Any, status: int) -> str:
+    """Original servers put the name of the code into errors and its number into successes."""
+    known = ResultCode.__members__.get(str(result)) or next((code for code in ResultCode if code == result), None)
+    if known in RESULT_REASONS:
+        return RESULT_REASONS[known]
+    return {401: "auth.failed", 403: "auth.forbidden", 404: "signal.unknown_connection"}.get(
+        status, "signal.bad_message"
+    )

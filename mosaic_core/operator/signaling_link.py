@@ -1,0 +1,162 @@
+"""Carries out what ``machines.operator_signaling`` decides: one socket at a time, for as long as the operator lives."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import random
+import time
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+
+from mosaic_core.machines import operator_signaling as machine
+from mosaic_core.machines.signaling_events import (
+    ChangeState,
+    CloseSocket,
+    ConnectFailed,
+    DeadlinePassed,
+    FrameReceived,
+    ReconnectAfter,
+    Report,
+    Send,
+    SocketClosed,
+    SocketOpened,
+)
+from mosaic_core.runtime.transport import SignalingSocket, SocketConnector
+from mosaic_core.words.codes import reason
+from mosaic_core.words.errors import AuthError, SignalingError
+from mosaic_core.words.signaling import SignalingMessage
+
+_log = logging.getLogger(__name__)
+
+FAREWELL_S = 0.5
+"""How long the last messages may take to leave."""
+
+
+class SignalingLink:
+    """``deliver`` gets the messages, on the event loop. Start it with :meth:`start`, end it with :meth:`close`."""
+
+    def __init__(
+        self, url: str, access_token: str, connect: SocketConnector, deliver: Callable[[SignalingMessage], None]
+    ) -> None:
+        self.session = machine.OperatorSession(access_token)
+        self._url = url
+        self._connect = connect
+        self._deliver = deliver
+        self._socket: SignalingSocket | None = None
+        self._outgoing: asyncio.Queue[str] = asyncio.Queue()
+        self._reconnect_after_s = 0.0
+        self._changed = asyncio.Event()
+        self._woken = asyncio.Event()
+        self._close_request: CloseSocket | None = None
+        self._problem: tuple[str, str] | None = None
+        self._task: asyncio.Task[None] | None = None
+
+    def start(self) -> None:
+        if self._task is None:
+            self._task = asyncio.create_task(self._run())
+
+    async def wait_ready(self, timeout_s: float) -> None:
+        """Until messages can be sent; raises :class:`AuthError` or :class:`SignalingError` with the last cause."""
+        try:
+            async with asyncio.timeout(timeout_s):
+                while self.session.state not in ("ready", "stopped"):
+                    self._changed.clear()
+                    await self._changed.wait()
+        except TimeoutError:
+            code, message = self._problem or ("signal.timeout", reason("signal.timeout").sentence)
+            raise SignalingError(message, code=code) from None
+        if self.session.state == "stopped":
+            code, message = self._problem or ("auth.failed", reason("auth.failed").sentence)
+            raise AuthError(message, code=code)
+
+    def send(self, message: SignalingMessage) -> None:
+        """Queue a message; raises :class:`SignalingError` while the server isn't there."""
+        if self.session.state != "ready":
+            raise SignalingError("The server isn't connected.", code="signal.unreachable")
+        self._outgoing.put_nowait(message.to_text())
+
+    def subscribe(self, robot_ids: Iterable[str]) -> None:
+        self._carry_out(self.session.subscribe(robot_ids))
+
+    async def close(self) -> None:
+        """Send what is queued, then end."""
+        if self.session.state == "ready":
+            with suppress(TimeoutError):
+                async with asyncio.timeout(FAREWELL_S):
+                    await self._outgoing.join()
+        if self._task is not None:
+            self._task.cancel()
+            with suppress(asyncio.CancelledError):
+                await self._task
+            self._task = None
+        if self._socket is not None:
+            await self._socket.close()
+            self._socket = None
+
+    async def _run(self) -> None:
+        while self.session.state != "stopped":
+            try:
+                self._socket = await self._connect(self._url)
+            except SignalingError as error:
+                self._handle(ConnectFailed(error.message, error.code))
+            else:
+                await self._serve(self._socket)
+                self._handle(SocketClosed(self._socket.close_code))
+            await asyncio.sleep(self._reconnect_after_s)
+
+    async def _serve(self, socket: SignalingSocket) -> None:
+        self._outgoing = asyncio.Queue()
+        self._handle(SocketOpened())
+        tasks = [asyncio.create_task(work) for work in (self._read(socket), self._write(socket), self._watch(socket))]
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            await socket.close()
+
+    async def _read(self, socket: SignalingSocket) -> None:
+        async for text in socket:
+            self._handle(FrameReceived(text))
+
+    async def _write(self, socket: SignalingSocket) -> None:
+        with suppress(SignalingError):
+            while True:
+                await socket.send(await self._outgoing.get())
+                self._outgoing.task_done()
+
+    async def _watch(self, socket: SignalingSocket) -> None:
+        """Close the socket when the machine says so, or when it has been silent for too long."""
+        while self._close_request is None:
+            deadline_s = self.session.deadline_s
+            self._woken.clear()
+            with suppress(TimeoutError):
+                async with asyncio.timeout(None if deadline_s is None else deadline_s - time.monotonic()):
+                    await self._woken.wait()
+            self._handle(DeadlinePassed())
+        await socket.close(self._close_request.code, self._close_request.reason)
+
+    def _handle(self, event: machine.Event) -> None:
+        if isinstance(event, SocketOpened):
+            self._close_request = None
+        self._carry_out(self.session.handle(event, time.monotonic(), random.random()))
+        self._woken.set()
+
+    def _carry_out(self, effects: list[machine.Effect]) -> None:
+        for effect in effects:
+            match effect:
+                case Send(message):
+                    self._outgoing.put_nowait(message.to_text())
+                case machine.Deliver(message):
+                    self._deliver(message)
+                case CloseSocket():
+                    self._close_request = effect
+                case ReconnectAfter(delay_s):
+                    self._reconnect_after_s = delay_s
+                case Report(code, message):
+                    self._problem = (code, message)
+                    _log.warning("%s", message)
+                case ChangeState():
+                    self._changed.set()

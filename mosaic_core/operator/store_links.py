@@ -1,0 +1,153 @@
+"""Joins the stores of one robot with the channels and tracks of its peer connection."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from mosaic_core.machines.framing import Frame
+from mosaic_core.operator.channel_port import ChannelPort, info_of
+from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
+from mosaic_core.operator.media_store import MediaStreamStore
+from mosaic_core.operator.store_plan import PlannedChannel, UnknownLabel, check_plan, plan_of
+from mosaic_core.operator.stores import MosaicStore, ReceivableStore, SendableStore
+from mosaic_core.runtime.operator_transport import IncomingVideo, Offerer
+from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.control import CHANNEL_PROTOCOL
+from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.errors import ConnectionFailed
+
+NO_LINE = "The connection was made without a media line for this camera; connect again to see it."
+
+
+@dataclass(slots=True)
+class _Link:
+    store: MosaicStore
+    ports: dict[str, ChannelPort] = field(default_factory=dict)
+
+
+class StoreLinks:
+    """``watch(label, on)`` asks the robot for pictures; ``to_ours_us`` maps its clock to ours."""
+
+    def __init__(
+        self, offerer: Offerer, watch: Callable[[str, bool], None], to_ours_us: Callable[[int], int | None]
+    ) -> None:
+        self._offerer = offerer
+        self._watch = watch
+        self._to_ours_us = to_ours_us
+        self._links: dict[str, _Link] = {}
+        self._videos: dict[str, tuple[IncomingVideo, asyncio.Task[None]]] = {}
+        self._catalogue: Catalogue | None = None
+        self._is_ours: bool | None = None
+        self._waiting: dict[str, MosaicStore] = {}
+
+    def start(self, catalogue: Catalogue | None, *, is_ours: bool) -> None:
+        """The connection is up: open what waits, from now on everything at once."""
+        self._catalogue, self._is_ours = catalogue, is_ours
+        waiting, self._waiting = self._waiting, {}
+        for store in waiting.values():
+            self.open(store)
+
+    def open(self, store: MosaicStore) -> None:
+        """Open the channels of ``store``, or show its track."""
+        label = store.robot_connector.connector_id
+        if self._is_ours is None:
+            self._waiting[label] = store
+            return
+        try:
+            plan = self._plan_of(store)
+        except UnknownLabel as error:
+            store.failed(error, error.nearest)
+            return
+        except ConnectionFailed as error:
+            store.failed(error)
+            return
+        store.opening()
+        link = self._links[label] = _Link(store)
+        if isinstance(store, MediaStreamStore):
+            self._show(store)
+            return
+        for channel in plan:
+            link.ports[channel.label] = self._port(store, link, channel)
+
+    def release(self, store: MosaicStore) -> None:
+        """Close what :meth:`open` opened."""
+        label = store.robot_connector.connector_id
+        self._waiting.pop(label, None)
+        link = self._links.pop(label, None)
+        if link is None or link.store is not store:
+            return
+        if isinstance(store, MediaStreamStore):
+            self._watch(label, False)
+        for port in link.ports.values():
+            port.close()
+        store.closed()
+
+    def track_arrived(self, label: str, video: IncomingVideo) -> None:
+        """Take its frames from now on, whether anybody looks or not: left alone they would fill the memory."""
+        self._videos[label] = (video, asyncio.create_task(self._take(label, video)))
+
+    def unavailable(self, label: str, error: ConnectionFailed) -> None:
+        """The robot says that there is no picture under this label."""
+        link = self._links.get(label)
+        if link is not None:
+            link.store.failed(error)
+
+    def close(self) -> None:
+        """The connection is gone; the stores wait for the next one."""
+        for link in list(self._links.values()):
+            link.store.closed()
+        self._links.clear()
+        for video, task in self._videos.values():
+            task.cancel()
+            video.stop()
+        self._videos.clear()
+
+    def _plan_of(self, store: MosaicStore) -> tuple[PlannedChannel, ...]:
+        if self._catalogue is None and isinstance(store, ConnectionCheckingStore):
+            return check_plan(store.robot_connector.connector_id).channels
+        return plan_of(store.robot_connector, self._catalogue).channels
+
+    def _show(self, store: MediaStreamStore) -> None:
+        label = store.robot_connector.connector_id
+        if label not in self._videos:
+            store.failed(ConnectionFailed(NO_LINE, code="media.no_line"))
+            return
+        self._watch(label, True)
+        store.opened()
+
+    async def _take(self, label: str, video: IncomingVideo) -> None:
+        while (frame := await video.next()) is not None:
+            link = self._links.get(label)
+            if link is not None and isinstance(link.store, MediaStreamStore):
+                link.store.frame_arrived(frame)
+
+    def _port(self, store: MosaicStore, link: _Link, planned: PlannedChannel) -> ChannelPort:
+        is_latest = planned.delivery is Delivery.LATEST and self._is_ours is True
+        channel = self._offerer.create_channel(
+            planned.label,
+            protocol=CHANNEL_PROTOCOL if self._is_ours else "",
+            ordered=not is_latest,
+            max_retransmits=0 if is_latest else None,
+        )
+
+        def received(frame: Frame) -> None:
+            if isinstance(store, ReceivableStore):
+                store.notify_subscribers(frame.payload, info_of(frame, self._to_ours_us))
+
+        def changed(is_open: bool) -> None:
+            self._port_changed(link, planned, is_open)
+
+        return ChannelPort(channel, planned.delivery, received, changed)
+
+    def _port_changed(self, link: _Link, planned: PlannedChannel, is_open: bool) -> None:
+        store = link.store
+        if not is_open:
+            if store.state.phase == "open":
+                store.closed()
+            return
+        if planned.sends and isinstance(store, SendableStore):
+            store.connect_outlet(link.ports[planned.label].send)
+        if all(port.is_open for port in link.ports.values()):
+            store.opened()

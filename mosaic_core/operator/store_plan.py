@@ -1,0 +1,130 @@
+"""Which store and which channels belong to a connector: decided from the catalogue, else from what the caller said.
+
+Pure: no connection needed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
+from mosaic_core.operator.media_store import MediaStreamStore
+from mosaic_core.operator.robot_connector import RobotConnector
+from mosaic_core.operator.stores import BidirectionalStore, MosaicStore, ReceivableStore, SendableStore
+from mosaic_core.words.catalogue import Catalogue, CatalogueEntry
+from mosaic_core.words.data_type import Delivery, Direction, MosaicDataType
+from mosaic_core.words.errors import ConnectionFailed
+
+CONNECTION_CHECK = "connection-check"
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedChannel:
+    label: str
+    delivery: Delivery
+    sends: bool
+
+
+@dataclass(frozen=True, slots=True)
+class StorePlan:
+    """How to serve one connector. ``channels`` is empty for a camera."""
+
+    data_type: MosaicDataType
+    channels: tuple[PlannedChannel, ...]
+
+    @property
+    def is_media(self) -> bool:
+        return self.data_type is MosaicDataType.MEDIA
+
+
+class UnknownLabel(ConnectionFailed):
+    """The robot has nothing under this label. ``nearest`` is the most similar one that it has."""
+
+    def __init__(self, label: str, catalogue: Catalogue) -> None:
+        known = [entry.label for entry in catalogue.entries]
+        known += [channel.label for entry in catalogue.entries for channel in entry.channels]
+        self.nearest = next(iter(get_close_matches(label, known, 1, 0.5)), None)
+        hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
+        has = ", ".join(dict.fromkeys(known)) or "none"
+        super().__init__(f"The robot has no connector {label!r}{hint} It has: {has}.", code="channel.unknown_label")
+
+
+def plan_of(connector: RobotConnector, catalogue: Catalogue | None) -> StorePlan:
+    """Raises :class:`UnknownLabel`, or :class:`ConnectionFailed` where the data type contradicts the catalogue."""
+    if catalogue is None:
+        return _plan_without_catalogue(connector)
+    for entry in catalogue.entries:
+        if entry.label == connector.connector_id:
+            return _checked(connector, _plan_of_entry(entry))
+        for channel in entry.channels:
+            if channel.label == connector.connector_id:
+                single = PlannedChannel(channel.label, entry.delivery, _sends(channel.data_type))
+                return _checked(connector, StorePlan(channel.data_type, (single,)))
+    raise UnknownLabel(connector.connector_id, catalogue)
+
+
+def is_connection_check(connector: RobotConnector, catalogue: Catalogue | None) -> bool:
+    """Whether the label names a whole ``connection-check`` connector, with both its channels."""
+    entries = catalogue.entries if catalogue else ()
+    return any(entry.label == connector.connector_id and entry.type == CONNECTION_CHECK for entry in entries)
+
+
+def make_store(connector: RobotConnector, data_type: MosaicDataType | None, *, checks: bool = False) -> MosaicStore:
+    """The store for a data type; raises :class:`ConnectionFailed` if nobody knows one."""
+    if checks:
+        return ConnectionCheckingStore(connector)
+    if data_type is None:
+        label = connector.connector_id
+        message = f"Nothing is known about {label!r} yet: connect first, or name its data type in RobotConnector."
+        raise ConnectionFailed(message, code="channel.unknown_label", cure="")
+    if data_type is MosaicDataType.MEDIA:
+        return MediaStreamStore(connector)
+    kinds: dict[Direction, type[MosaicStore]] = {
+        Direction.BOTH: BidirectionalStore,
+        Direction.TO_ROBOT: SendableStore,
+        Direction.TO_OPERATOR: ReceivableStore,
+    }
+    return kinds[data_type.direction](connector)
+
+
+def check_plan(label: str) -> StorePlan:
+    """The two channels of a ``connection-check`` on a robot without a catalogue."""
+    channels = (
+        PlannedChannel(f"{label}-receiver", Delivery.RELIABLE, True),
+        PlannedChannel(f"{label}-sender", Delivery.RELIABLE, False),
+    )
+    return StorePlan(MosaicDataType.STRING_U2R, channels)
+
+
+def _plan_of_entry(entry: CatalogueEntry) -> StorePlan:
+    if entry.data_type is MosaicDataType.MEDIA:
+        return StorePlan(entry.data_type, ())
+    channels = tuple(
+        PlannedChannel(channel.label, entry.delivery, _sends(channel.data_type)) for channel in entry.channels
+    )
+    return StorePlan(
+        entry.data_type, channels or (PlannedChannel(entry.label, entry.delivery, _sends(entry.data_type)),)
+    )
+
+
+def _plan_without_catalogue(connector: RobotConnector) -> StorePlan:
+    data_type = connector.data_type
+    if data_type is None:
+        make_store(connector, None)
+    assert data_type is not None
+    if data_type is MosaicDataType.MEDIA:
+        return StorePlan(data_type, ())
+    return StorePlan(data_type, (PlannedChannel(connector.connector_id, Delivery.RELIABLE, _sends(data_type)),))
+
+
+def _sends(data_type: MosaicDataType) -> bool:
+    return data_type.direction is not Direction.TO_OPERATOR
+
+
+def _checked(connector: RobotConnector, plan: StorePlan) -> StorePlan:
+    wanted = connector.data_type
+    if wanted is not None and wanted.direction is not plan.data_type.direction:
+        message = f"{connector.connector_id!r} is {plan.data_type.value}, not {wanted.value}."
+        raise ConnectionFailed(message, code="channel.unknown_label", cure="Leave the data type to the catalogue.")
+    return plan

@@ -1,0 +1,231 @@
+"""Stores: what a program holds of a connector, whatever happens to the connection underneath.
+
+All methods and callbacks on the event loop. The names and their meaning are those of the dashboard's stores.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import inspect
+import logging
+from collections import deque
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pydantic import BaseModel
+
+from mosaic_core.machines.framing import PayloadKind
+from mosaic_core.operator.channel_port import MessageInfo, Received
+from mosaic_core.operator.robot_connector import RobotConnector
+from mosaic_core.words.data_type import MosaicDataType
+from mosaic_core.words.errors import ConnectionFailed, MosaicError
+from mosaic_core.words.wire_model import to_json
+
+_log = logging.getLogger(__name__)
+
+Moment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
+Subscriber = Callable[..., Awaitable[None] | None]
+Outlet = Callable[[PayloadKind, bytes], bool]
+QUEUED_MESSAGES = 1024
+"""An iteration that falls further behind loses the oldest: memory stays bounded."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoreState:
+    """``waiting`` for a connection, ``open``, ``closed``, or ``mismatch``: the robot has nothing under this label."""
+
+    phase: Literal["waiting", "open", "closed", "mismatch"] = "waiting"
+    code: str = ""
+    message: str = ""
+    nearest: str | None = None
+
+
+class MosaicStore:
+    """The base of all stores. Override the ``on_…`` methods, or listen with :meth:`when`."""
+
+    def __init__(self, robot_connector: RobotConnector) -> None:
+        self.robot_connector = robot_connector
+        self.state = StoreState()
+        self._listeners: dict[Moment, list[Callable[[], None]]] = {}
+        self._changed = asyncio.Event()
+
+    def on_before_connected(self) -> None:
+        """The channel or track is about to be opened."""
+
+    def on_after_connected(self) -> None:
+        """Data can flow."""
+
+    def on_after_disconnected(self) -> None:
+        """The channel or track is gone; the store waits for the next one."""
+
+    def on_after_connection_failed(self) -> None:
+        """It could not be opened; :attr:`state` says why."""
+
+    def when(self, moment: Moment, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback`` at each such moment; returns what ends it."""
+        callbacks = self._listeners.setdefault(moment, [])
+        callbacks.append(callback)
+        return lambda: callbacks.remove(callback) if callback in callbacks else None
+
+    async def wait_open(self, timeout_s: float = 10.0) -> None:
+        """Until data can flow; raises :class:`ConnectionFailed` with the reason, or ``channel.timeout``."""
+        try:
+            async with asyncio.timeout(timeout_s):
+                while self.state.phase != "open":
+                    if self.state.phase == "mismatch":
+                        raise ConnectionFailed(self.state.message, code=self.state.code)
+                    self._changed.clear()
+                    await self._changed.wait()
+        except TimeoutError:
+            label = self.robot_connector.connector_id
+            raise ConnectionFailed(f"{label!r} did not open in time.", code="channel.timeout") from None
+
+    # -- called by the connection ----------------------------------------------------------------------------------
+
+    def opening(self) -> None:
+        self._moment("before_connected", self.on_before_connected)
+
+    def opened(self) -> None:
+        self._enter(StoreState("open"))
+        self._moment("after_connected", self.on_after_connected)
+
+    def closed(self) -> None:
+        was_open = self.state.phase == "open"
+        self._enter(StoreState("closed"))
+        if was_open:
+            self._moment("after_disconnected", self.on_after_disconnected)
+
+    def failed(self, error: MosaicError, nearest: str | None = None) -> None:
+        is_mismatch = error.code == "channel.unknown_label"
+        self._enter(StoreState("mismatch" if is_mismatch else "closed", error.code, error.message, nearest))
+        self._moment("after_connection_failed", self.on_after_connection_failed)
+
+    def _enter(self, state: StoreState) -> None:
+        self.state = state
+        self._changed.set()
+
+    def _moment(self, moment: Moment, method: Callable[[], None]) -> None:
+        for callback in (method, *self._listeners.get(moment, ())):
+            callback()
+
+
+class ReceivableStore(MosaicStore):
+    """Robot → operator."""
+
+    def __init__(self, robot_connector: RobotConnector) -> None:
+        super().__init__(robot_connector)
+        self.latest: Received | None = None
+        self._subscribers: list[tuple[Subscriber, bool]] = []
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def subscribe(self, callback: Subscriber) -> Callable[[], None]:
+        """Call ``callback(data)`` or ``callback(data, info)`` with every message (``bytes``); may be ``async``.
+
+        Returns what ends it. An exception in a callback is logged and ends nothing.
+        """
+        entry = (callback, _takes_two(callback))
+        self._subscribers.append(entry)
+        return lambda: self._subscribers.remove(entry) if entry in self._subscribers else None
+
+    def notify_subscribers(self, data: bytes, info: MessageInfo) -> None:
+        """Give a message to everybody; the connection calls it, and tests may."""
+        self.latest = Received(data, info)
+        for callback, takes_info in list(self._subscribers):
+            try:
+                result = callback(data, info) if takes_info else callback(data)
+            except Exception:  # noqa: BLE001 - one subscriber must not take the message from the others
+                _log.exception("%s: a subscriber failed", self.robot_connector.connector_id)
+                continue
+            if inspect.isawaitable(result):
+                self._run(result)
+
+    async def next_message(self, timeout_s: float = 10.0) -> Received:
+        """The next message that arrives; raises :class:`TimeoutError`."""
+        arrived: asyncio.Future[Received] = asyncio.get_running_loop().create_future()
+
+        def take(data: bytes, info: MessageInfo) -> None:
+            if not arrived.done():
+                arrived.set_result(Received(data, info))
+
+        end = self.subscribe(take)
+        try:
+            async with asyncio.timeout(timeout_s):
+                return await arrived
+        finally:
+            end()
+
+    async def messages(self) -> AsyncIterator[Received]:
+        """Every message from now on, for ever."""
+        queue: deque[Received] = deque(maxlen=QUEUED_MESSAGES)
+        arrived = asyncio.Event()
+
+        def take(data: bytes, info: MessageInfo) -> None:
+            queue.append(Received(data, info))
+            arrived.set()
+
+        end = self.subscribe(take)
+        try:
+            while True:
+                while queue:
+                    yield queue.popleft()
+                arrived.clear()
+                await arrived.wait()
+        finally:
+            end()
+
+    def _run(self, work: Awaitable[None]) -> None:
+        async def guarded() -> None:
+            try:
+                await work
+            except Exception:  # noqa: BLE001 - as above
+                _log.exception("%s: a subscriber failed", self.robot_connector.connector_id)
+
+        task = asyncio.create_task(guarded())
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+
+class SendableStore(MosaicStore):
+    """Operator → robot."""
+
+    def __init__(self, robot_connector: RobotConnector) -> None:
+        super().__init__(robot_connector)
+        self._outlet: Outlet | None = None
+
+    def connect_outlet(self, outlet: Outlet | None) -> None:
+        """Where to send to; the connection sets it."""
+        self._outlet = outlet
+
+    def send_data(self, data: str | bytes) -> bool:
+        """Send one message; ``False`` if it was not accepted (not open, or too much is waiting). Never raises."""
+        payload = data.encode() if isinstance(data, str) else bytes(data)
+        return self._outlet is not None and self._outlet(_kind_of(self.robot_connector.data_type), payload)
+
+    def send_json(self, value: BaseModel | Mapping[str, Any] | list[Any]) -> bool:
+        """Send JSON; NaN raises :class:`ValueError`."""
+        plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
+        return self.send_data(to_json(plain))
+
+    def closed(self) -> None:
+        self._outlet = None
+        super().closed()
+
+
+class BidirectionalStore(ReceivableStore, SendableStore):
+    """Both ways on one channel."""
+
+
+def _kind_of(data_type: MosaicDataType | None) -> PayloadKind:
+    prefix = (data_type or MosaicDataType.JSON_U2R).value.split("-")[0]
+    return {"json": PayloadKind.JSON, "string": PayloadKind.STRING}.get(prefix, PayloadKind.BYTES)
+
+
+def _takes_two(callback: Subscriber) -> bool:
+    with contextlib.suppress(TypeError, ValueError):
+        parameters = list(inspect.signature(callback).parameters.values())
+        by_position = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+        required = [p for p in by_position if p.default is p.empty]
+        return len(required) >= 2 or any(p.kind is p.VAR_POSITIONAL for p in parameters)
+    return False

@@ -1,0 +1,62 @@
+"""What the operator needs from a peer connection, as Protocols; ``adapters.aiortc_offerer`` implements them.
+
+Everything here is called on the event loop and calls back on the event loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from mosaic_core.runtime.transport import Channel
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import IceCandidate
+
+
+class IncomingVideo(Protocol):
+    """The pictures of one camera."""
+
+    async def next(self) -> Any:
+        """The next ``av.VideoFrame``, or ``None`` at the end. Somebody must call it all the time, or frames pile up."""
+        ...
+
+    def stop(self) -> None: ...
+
+
+class OffererListener(Protocol):
+    """What an operator-side peer connection tells."""
+
+    def candidate_found(self, candidate: IceCandidate) -> None: ...
+    def state_changed(self, state: str) -> None:
+        """``connecting``, ``securing``, ``connected``, ``failed`` or ``closed``."""
+        ...
+
+    def track_arrived(self, label: str, video: IncomingVideo) -> None:
+        """The robot gave a media line to ``label``."""
+        ...
+
+
+class Offerer(Protocol):
+    """An operator-side peer connection."""
+
+    def create_channel(
+        self, label: str, *, protocol: str = "", ordered: bool = True, max_retransmits: int | None = None
+    ) -> Channel:
+        """Open a data channel, before or after the connection is up."""
+        ...
+
+    def add_video(self, label: str) -> None:
+        """Add a line to receive ``label`` on; before the first channel and :meth:`offer`."""
+        ...
+
+    async def offer(self) -> tuple[str, Mapping[str, str]]:
+        """The offer's SDP at once, and which label each media line is for (mid → label)."""
+        ...
+
+    async def accept_answer(self, sdp: str) -> None: ...
+    async def add_candidate(self, candidate: IceCandidate) -> None: ...
+    async def close(self) -> None: ...
+
+
+class OffererFactory(Protocol):
+    def __call__(self, listener: OffererListener, ice_servers: Sequence[IceServer]) -> Offerer: ...
