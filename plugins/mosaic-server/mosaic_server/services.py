@@ -5,13 +5,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 
 from pydantic import ValidationError
-from sqlalchemy.exc import SQLAlchemyError
 from starlette.requests import HTTPConnection
 
 from mosaic_core.words.catalogue import Catalogue
@@ -50,6 +48,9 @@ class Services:
     login_limits: LoginLimits = field(default_factory=LoginLimits)
     hashing: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(HASHING_AT_ONCE))
 
+    async def tick(self) -> None:
+        self.exchange.tick()
+
     async def revoke(self) -> None:
         """Close every socket whose admission no longer holds; call after changing accounts or tokens."""
         for socket, code in await self.authorizer.revoked():
@@ -70,7 +71,11 @@ async def running(settings: Settings) -> AsyncIterator[Services]:
         database.lock()
         await asyncio.to_thread(database.migrate)
         services = await _built(settings, database)
-        clockwork = [asyncio.create_task(_tick(services)), asyncio.create_task(_watch_revocations(services))]
+        clockwork = [
+            asyncio.create_task(_every(settings.keep_alive.check_s, "keep-alive", services.tick)),
+            # the command line may change accounts and tokens beside the running server
+            asyncio.create_task(_every(settings.revocation_check_s, "the check for revocations", services.revoke)),
+        ]
         try:
             yield services
         finally:
@@ -109,21 +114,18 @@ def _catalogue(robot: RobotRecord) -> Catalogue | None:
     return None  # written by another version; the robot announces it again when it connects
 
 
-async def _tick(services: Services) -> None:
+async def _every(period_s: float, name: str, step: Callable[[], Awaitable[None]]) -> None:
+    """Repeat for ever; a step that fails is logged once and tried again."""
+    is_failing = False
     while True:
-        await asyncio.sleep(services.settings.keep_alive.check_s)
-        services.exchange.tick()
-
-
-async def _watch_revocations(services: Services) -> None:
-    """The command line may change accounts and tokens beside the running server."""
-    failing_since_s: float | None = None
-    while True:
-        await asyncio.sleep(services.settings.revocation_check_s)
+        await asyncio.sleep(period_s)
         try:
-            await services.revoke()
-            failing_since_s = None
-        except SQLAlchemyError as error:
-            if failing_since_s is None:
-                failing_since_s = time.monotonic()
-                _log.error("revocations can't be checked: %s", error)
+            await step()
+        except Exception:  # noqa: BLE001 - a stopped clock would leave dead robots looking alive
+            if not is_failing:
+                _log.exception("%s failed; it will be tried again", name)
+            is_failing = True
+        else:
+            if is_failing:
+                _log.info("%s works again", name)
+            is_failing = False

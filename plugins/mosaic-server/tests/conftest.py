@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -41,22 +42,25 @@ class Party:
 
     def expect(self, kind: str, timeout_s: float = WAIT_S) -> Any:
         """The data of the next message that is no ping; it must be of this kind."""
+        deadline_s = time.monotonic() + timeout_s
         while (message := self.receive(timeout_s))["type"] == "ping.ping":
-            pass
+            assert time.monotonic() < deadline_s, f"waited {timeout_s} s for {kind}"
         assert message["type"] == kind, message
         return message["data"]
 
     def expect_silence(self, for_s: float = 0.3) -> None:
+        deadline_s = time.monotonic() + for_s
         with contextlib.suppress(TimeoutError):
-            while (message := self.receive(for_s))["type"] == "ping.ping":
+            while (message := self.receive(max(0, deadline_s - time.monotonic())))["type"] == "ping.ping":
                 pass
             pytest.fail(f"unexpected {message}")
 
     def close_code(self, timeout_s: float = WAIT_S) -> int:
         """Read until the server closes; returns its code."""
+        deadline_s = time.monotonic() + timeout_s
         try:
             while True:
-                self.connection.recv(timeout=timeout_s)
+                self.connection.recv(timeout=max(0, deadline_s - time.monotonic()))
         except ConnectionClosed as closed:
             return closed.rcvd.code if closed.rcvd else 1006
 

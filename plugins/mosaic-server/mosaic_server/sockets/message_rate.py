@@ -5,7 +5,7 @@ from __future__ import annotations
 MESSAGES_PER_S = 50.0
 BURST = 500.0
 """A page that opens several robots at once sends some hundred candidates within a second."""
-_BYTES_PER_TOKEN = 4096
+_BYTES_PER_TOKEN = 16 * 1024
 
 
 class MessageRate:

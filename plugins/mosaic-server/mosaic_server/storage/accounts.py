@@ -123,4 +123,4 @@ def set_active(session: Session, account_id: str, is_active: bool) -> None:
 def login_versions(session: Session) -> dict[str, int]:
     """The login version of every active account; what isn't in it may not stay connected."""
     rows = session.execute(select(Account.id, Account.login_version).where(Account.is_active))
-    return dict(rows.tuples().all())
+    return {row.id: row.login_version for row in rows}

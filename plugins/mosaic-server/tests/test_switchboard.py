@@ -1,0 +1,517 @@
+"""The switchboard's rules, one by one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from mosaic_core.words.catalogue import Catalogue, CatalogueEntry
+from mosaic_core.words.codes import CloseCode, ResultCode
+from mosaic_core.words.data_type import Direction, MosaicDataType
+from mosaic_core.words.signaling import (
+    EXTENSIONS,
+    CatalogueAnnounce,
+    ClosePeerConnection,
+    ExchangeIceCandidate,
+    IceCandidate,
+    OperatorIdentity,
+    SdpAnswer,
+    SdpOffer,
+    SignalingMessage,
+    StatusSubscribe,
+    StatusUnsubscribe,
+    StatusUpdate,
+    UnknownMessage,
+)
+from mosaic_server.switchboard import Switchboard
+from mosaic_server.switchboard.connection_rules import NEVER_OFFERED_S, ORPHANED_S, PER_ACCOUNT_AND_ROBOT, SESSION_S
+from mosaic_server.switchboard.effects import Close, ConnectionsMade, ConnectionsRefused, KeepCatalogue, Send
+from mosaic_server.switchboard.events import (
+    AuthorizationRefused,
+    ConnectionsRequested,
+    MalformedArrived,
+    MessageArrived,
+    OperatorAuthorized,
+    PingDue,
+    RobotAuthorized,
+    RobotRemembered,
+    RobotRemoved,
+    Side,
+    SocketClosed,
+    SocketCondemned,
+    SocketOpened,
+    Ticked,
+    WantedConnection,
+)
+
+ROBOT = "00000000-0000-4000-8000-000000000001"
+ADA = OperatorIdentity(id="ada", name="Ada")
+BOB = OperatorIdentity(id="bob", name="Bob")
+CANDIDATE = IceCandidate(candidate="c", sdp_mid="0")
+CATALOGUE = Catalogue.of(
+    [CatalogueEntry(label="b", type="battery", data_type=MosaicDataType.JSON_R2U, direction=Direction.TO_OPERATOR)]
+)
+
+
+class Scene:
+    """A switchboard with short names for what happens to it."""
+
+    def __init__(self) -> None:
+        self.board = Switchboard()
+        self.now_s = 100.0
+        self._count = 0
+
+    def opened(self, side: Side) -> int:
+        self._count += 1
+        self.board.handle(SocketOpened(self._count, side, self.now_s))
+        return self._count
+
+    def robot(self, robot_id: str = ROBOT, *, ours: bool = False, organization: str = "org", status: int = 0) -> int:
+        socket = self.opened(Side.ROBOT)
+        extensions = dict(EXTENSIONS) if ours else {}
+        self.board.handle(RobotAuthorized(socket, robot_id, organization, self.now_s, extensions))
+        self.says(socket, StatusUpdate(status=status))
+        return socket
+
+    def operator(self, who: OperatorIdentity = ADA, *, ours: bool = False, organization: str = "org") -> int:
+        socket = self.opened(Side.OPERATOR)
+        extensions = dict(EXTENSIONS) if ours else {}
+        self.board.handle(OperatorAuthorized(socket, who, organization, self.now_s, extensions))
+        return socket
+
+    def says(self, socket: int, message: SignalingMessage, spelled: str | None = None) -> list[Any]:
+        return self.board.handle(MessageArrived(socket, message, spelled or message.type, self.now_s))
+
+    def asks(
+        self,
+        connection_id: str,
+        who: OperatorIdentity = ADA,
+        *,
+        session_id: str | None = None,
+        organization: str = "org",
+        robot_id: str = ROBOT,
+    ) -> list[Any]:
+        wanted = WantedConnection(robot_id, connection_id, session_id or f"session of {connection_id}", "ticket")
+        return self.board.handle(ConnectionsRequested(who, organization, (wanted,), self.now_s))
+
+    def connected(self, operator: int, who: OperatorIdentity = ADA, connection_id: str = "c") -> str:
+        assert ConnectionsMade() in self.asks(connection_id, who)
+        assert to(self.says(operator, SdpOffer(rtc_connection_id=connection_id, sdp_offer="o"))) != [operator]
+        return connection_id
+
+    def closed(self, socket: int) -> list[Any]:
+        return self.board.handle(SocketClosed(socket, self.now_s))
+
+    def passes(self, seconds: float) -> list[Any]:
+        self.now_s += seconds
+        return self.board.handle(Ticked(self.now_s))
+
+
+def to(effects: list[Any]) -> list[int]:
+    return [effect.socket for effect in effects if isinstance(effect, Send)]
+
+
+def texts(effects: list[Any]) -> list[tuple[int, Any]]:
+    return [(effect.socket, effect.message.envelope()) for effect in effects if isinstance(effect, Send)]
+
+
+def echoed(effects: list[Any]) -> ResultCode:
+    assert len(effects) == 1
+    return ResultCode(effects[0].message.code)
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return Scene()
+
+
+def offer(connection_id: str = "c", **more: Any) -> SdpOffer:
+    return SdpOffer(rtc_connection_id=connection_id, sdp_offer="o", **more)
+
+
+def candidate(connection_id: str = "c") -> ExchangeIceCandidate:
+    return ExchangeIceCandidate(rtc_connection_id=connection_id, ice_candidate=CANDIDATE)
+
+
+def close(connection_id: str = "c", **more: Any) -> ClosePeerConnection:
+    return ClosePeerConnection(rtc_connection_id=connection_id, **more)
+
+
+# --- authorization
+
+
+def test_a_new_socket_is_asked_to_authorize_and_offered_the_extensions() -> None:
+    effects = Switchboard().handle(SocketOpened(1, Side.ROBOT, 0.0))
+    assert texts(effects) == [(1, {"type": "authorize.req", "data": {"extensions": EXTENSIONS}})]
+
+
+def test_a_socket_that_does_not_authorize_is_closed_in_time(scene: Scene) -> None:
+    socket = scene.opened(Side.OPERATOR)
+    assert scene.passes(9.9) == []
+    assert scene.passes(0.2) == [Close(socket, CloseCode.TIMEOUT)]
+
+
+def test_the_last_status_before_authorization_counts_after_it(scene: Scene) -> None:
+    socket = scene.opened(Side.ROBOT)
+    for status in (2, 0):
+        assert scene.says(socket, StatusUpdate(status=status)) == []
+    scene.board.handle(RobotAuthorized(socket, ROBOT, "org", scene.now_s))
+    robot = scene.board.robot(ROBOT)
+    assert robot is not None
+    assert robot.status == 0
+
+
+def test_a_robot_that_authorizes_again_on_its_socket_keeps_its_status(scene: Scene) -> None:
+    socket = scene.robot(status=2)
+    effects = scene.board.handle(RobotAuthorized(socket, ROBOT, "org", scene.now_s))
+    assert not [effect for effect in effects if isinstance(effect, Close)]
+    assert scene.board.robot(ROBOT).status == 2  # type: ignore[union-attr]
+
+
+def test_one_socket_may_change_into_another_robot_and_leaves_the_first(scene: Scene) -> None:
+    other = ROBOT[:-1] + "2"
+    socket = scene.robot()
+    scene.board.handle(RobotAuthorized(socket, other, "org", scene.now_s))
+    assert scene.board.robot(ROBOT).status == 5  # type: ignore[union-attr]
+    assert scene.board.robot(other).is_online  # type: ignore[union-attr]
+
+
+def test_welcome_goes_only_to_those_who_know_extensions(scene: Scene) -> None:
+    for extensions, expected in (({}, ["authorize.res"]), ({"tickets": 1}, ["authorize.res", "session.welcome"])):
+        socket = scene.opened(Side.ROBOT)
+        effects = scene.board.handle(RobotAuthorized(socket, ROBOT, "org", scene.now_s, extensions))
+        assert [envelope["type"] for number, envelope in texts(effects) if number == socket] == expected
+
+
+def test_five_wrong_logins_close_the_socket(scene: Scene) -> None:
+    socket = scene.opened(Side.OPERATOR)
+    wrong = AuthorizationRefused(socket, ResultCode.AUTHENTICATION_FAILED, scene.now_s)
+    for _ in range(4):
+        assert texts(scene.board.handle(wrong)) == [(socket, {"type": "authorize.res", "data": 10021})]
+    assert scene.board.handle(wrong)[-1] == Close(socket, CloseCode.AUTH)
+    assert scene.board.handle(wrong) == []
+
+
+def test_malformed_frames_are_echoed_and_then_close_the_socket(scene: Scene) -> None:
+    socket = scene.robot()
+    spellings = [None, "status.update", "signaling.send_sdp_answer", None, None]
+    echoes = [scene.board.handle(MalformedArrived(socket, one, scene.now_s))[0].message for one in spellings]
+    assert [(echo.request_type, echo.code) for echo in echoes[:3]] == [
+        ("unknown.res", 10001),
+        ("status.update.res", 10000),
+        ("signaling.send_sdp_answer", 10000),
+    ]
+    assert scene.board.handle(MalformedArrived(socket, None, scene.now_s))[0] == Close(socket, CloseCode.BAD_MESSAGE)
+
+
+def test_pings_go_to_authorized_sockets_only(scene: Scene) -> None:
+    assert scene.board.handle(PingDue(scene.opened(Side.ROBOT), "id")) == []
+    assert to(scene.board.handle(PingDue(scene.robot(), "id"))) != []
+
+
+# --- presence
+
+
+def test_subscribers_hear_status_at_once_and_on_change_and_when_the_robot_dies(scene: Scene) -> None:
+    robot = scene.robot()
+    operator = scene.operator()
+    news = {"type": "status.update", "data": {"robotId": ROBOT, "status": 0}}
+    assert texts(scene.says(operator, StatusSubscribe(robot_ids=(ROBOT,)))) == [(operator, news)]
+    assert scene.says(robot, StatusUpdate(status=0)) == [], "no news is no message"
+    assert to(scene.says(robot, StatusUpdate(status=1))) == [operator]
+    news["data"] = {"robotId": ROBOT, "status": 5}
+    assert texts(scene.closed(robot)) == [(operator, news)]
+
+
+def test_a_subscription_replaces_the_one_before_and_ends(scene: Scene) -> None:
+    robot = scene.robot()
+    operator = scene.operator()
+    scene.says(operator, StatusSubscribe(robot_ids=(ROBOT,)))
+    scene.says(operator, StatusSubscribe(robot_ids=()))
+    assert scene.says(robot, StatusUpdate(status=1)) == []
+    scene.says(operator, StatusSubscribe(robot_ids=(ROBOT,)))
+    scene.says(operator, StatusUnsubscribe(robot_ids=(ROBOT,)))
+    assert scene.says(robot, StatusUpdate(status=2)) == []
+
+
+def test_strangers_learn_nothing_of_a_robot(scene: Scene) -> None:
+    robot = scene.robot(ours=True)
+    scene.says(robot, CatalogueAnnounce(catalogue=CATALOGUE))
+    stranger = scene.operator(BOB, organization="other", ours=True)
+    unknown = scene.says(stranger, StatusSubscribe(robot_ids=(ROBOT[:-1] + "9",)))
+    foreign = scene.says(stranger, StatusSubscribe(robot_ids=(ROBOT,)))
+    assert [one.message.status for one in unknown] == [one.message.status for one in foreign] == [5]
+    assert scene.says(robot, StatusUpdate(status=1)) == []
+
+
+def test_too_many_or_odd_subscriptions_are_refused(scene: Scene) -> None:
+    operator = scene.operator()
+    for robot_ids in (("nonsense",), tuple(f"00000000-0000-4000-8000-{number:012}" for number in range(1001))):
+        assert echoed(scene.says(operator, StatusSubscribe(robot_ids=robot_ids))) == 10000
+
+
+def test_the_catalogue_is_kept_without_schemas_and_told_to_those_who_know_it(scene: Scene) -> None:
+    robot = scene.robot(ours=True)
+    ours, original = scene.operator(ours=True), scene.operator()
+    for operator in (ours, original):
+        scene.says(operator, StatusSubscribe(robot_ids=(ROBOT,)))
+    effects = scene.says(robot, CatalogueAnnounce(catalogue=CATALOGUE))
+    assert effects[0] == KeepCatalogue(ROBOT, CATALOGUE.short())
+    assert to(effects) == [ours]
+    assert scene.says(robot, CatalogueAnnounce(catalogue=CATALOGUE)) == []
+    scene.closed(robot)
+    late = scene.operator(ours=True)
+    told = texts(scene.says(late, StatusSubscribe(robot_ids=(ROBOT,))))
+    assert [envelope["type"] for _, envelope in told] == ["status.update", "catalogue.update"]
+
+
+def test_a_catalogue_from_the_database_is_known_before_the_robot_comes(scene: Scene) -> None:
+    scene.board.handle(RobotRemembered(ROBOT, "org", CATALOGUE))
+    told = texts(scene.says(scene.operator(ours=True), StatusSubscribe(robot_ids=(ROBOT,))))
+    assert [envelope["type"] for _, envelope in told] == ["status.update", "catalogue.update"]
+
+
+def test_an_original_robot_may_not_announce_a_catalogue(scene: Scene) -> None:
+    assert echoed(scene.says(scene.robot(), CatalogueAnnounce(catalogue=CATALOGUE))) == 10002
+
+
+def test_the_newest_socket_of_a_robot_wins_and_the_old_one_is_told(scene: Scene) -> None:
+    old = scene.robot()
+    operator = scene.operator()
+    scene.says(operator, StatusSubscribe(robot_ids=(ROBOT,)))
+    new = scene.opened(Side.ROBOT)
+    effects = scene.board.handle(RobotAuthorized(new, ROBOT, "org", scene.now_s))
+    assert effects[0] == Close(old, CloseCode.REPLACED)
+    assert scene.says(old, StatusUpdate(status=2)) == [], "nothing of the old one counts any more"
+    assert scene.closed(old) == [], "and its end does not mark the robot as gone"
+    assert scene.board.robot(ROBOT).socket == new  # type: ignore[union-attr]
+
+
+def test_a_removed_robot_loses_its_socket_and_its_connections(scene: Scene) -> None:
+    robot, operator = scene.robot(), scene.operator()
+    scene.connected(operator)
+    assert Close(robot, CloseCode.AUTH) in scene.board.handle(RobotRemoved(ROBOT, scene.now_s))
+    assert echoed(scene.says(operator, candidate())) == 10053
+
+
+def test_a_condemned_socket_is_closed_once(scene: Scene) -> None:
+    robot = scene.robot()
+    condemned = SocketCondemned(robot, CloseCode.TOO_SLOW, scene.now_s)
+    assert scene.board.handle(condemned) == [Close(robot, CloseCode.TOO_SLOW)]
+    assert scene.board.handle(condemned) == []
+
+
+# --- making connections
+
+
+def test_prepare_goes_to_the_robot_before_anything_else(scene: Scene) -> None:
+    robot, _ = scene.robot(), scene.operator()
+    effects = scene.asks("c")
+    assert texts(effects) == [(robot, {"type": "signaling.prepare_connection", "data": {"rtcConnectionId": "c"}})]
+    assert effects[-1] == ConnectionsMade()
+
+
+def test_our_robot_is_told_who_comes(scene: Scene) -> None:
+    scene.robot(ours=True)
+    scene.operator()
+    data = scene.asks("c", session_id="s")[0].message.wire()
+    assert data == {
+        "rtcConnectionId": "c",
+        "sessionId": "s",
+        "operator": {"id": "ada", "name": "Ada", "role": "operator"},
+        "ticket": "ticket",
+        "iceServers": [],
+    }
+
+
+def test_refusals_come_in_the_original_order(scene: Scene) -> None:
+    assert scene.asks("c") == [ConnectionsRefused(ResultCode.USER_WS_SESSION_NOT_EXIST)]
+    operator = scene.operator()
+    assert scene.asks("c") == [ConnectionsRefused(ResultCode.ROBOT_WS_SESSION_NOT_EXIST, ROBOT)]
+    scene.robot(status=2)
+    assert scene.asks("c", organization="other") == [
+        ConnectionsRefused(ResultCode.ROBOT_NOT_IN_SAME_ORGANIZATION, ROBOT)
+    ]
+    scene.closed(operator)
+    assert scene.asks("c") == [ConnectionsRefused(ResultCode.ROBOT_NOT_READY_TO_CONNECT, ROBOT)]
+
+
+def test_all_robots_are_connected_or_none(scene: Scene) -> None:
+    other = ROBOT[:-1] + "2"
+    scene.robot()
+    scene.operator()
+    wanted = tuple(WantedConnection(robot_id, robot_id, robot_id, "t") for robot_id in (ROBOT, other))
+    effects = scene.board.handle(ConnectionsRequested(ADA, "org", wanted, scene.now_s))
+    assert effects == [ConnectionsRefused(ResultCode.ROBOT_WS_SESSION_NOT_EXIST, other)]
+    assert scene.board.book.connections == {}
+
+
+def test_a_wedged_original_robot_is_free_again_after_thirty_seconds(scene: Scene) -> None:
+    robot = scene.robot(status=1)
+    operator = scene.operator()
+    assert scene.asks("a") == [ConnectionsRefused(ResultCode.ROBOT_NOT_READY_TO_CONNECT, ROBOT)]
+    scene.passes(29)
+    scene.says(robot, StatusUpdate(status=1))
+    assert scene.asks("b") == [ConnectionsRefused(ResultCode.ROBOT_NOT_READY_TO_CONNECT, ROBOT)]
+    scene.passes(1.1)
+    scene.connected(operator)
+
+
+def test_an_original_robot_never_gets_two_offers_at_once(scene: Scene) -> None:
+    robot = scene.robot()
+    ada, bob = scene.operator(), scene.operator(BOB)
+    assert ConnectionsMade() in scene.asks("a")
+    assert scene.asks("b", BOB) == [ConnectionsRefused(ResultCode.ROBOT_NOT_READY_TO_CONNECT, ROBOT)], "reserved"
+    scene.passes(10)
+    assert ConnectionsMade() in scene.asks("b", BOB), "who asks and never offers does not block the robot"
+    assert echoed(scene.says(ada, offer("a"))) in (20007, 10053)
+    assert to(scene.says(bob, offer("b"))) == [robot]
+    assert echoed(scene.says(bob, offer("b"))) == 20007, "not even its own second one before the robot spoke"
+    scene.says(robot, StatusUpdate(status=1))
+    assert echoed(scene.says(bob, offer("b"))) == 20007
+    scene.says(robot, StatusUpdate(status=2))
+    assert echoed(scene.says(bob, offer("b"))) == 20007
+
+
+def test_asking_again_replaces_ones_own_reservation(scene: Scene) -> None:
+    robot, operator = scene.robot(), scene.operator()
+    scene.asks("a")
+    assert ConnectionsMade() in scene.asks("b")
+    assert echoed(scene.says(operator, offer("a"))) == 10053
+    assert to(scene.says(operator, offer("b"))) == [robot]
+
+
+def test_our_robot_takes_several_operators(scene: Scene) -> None:
+    robot = scene.robot(ours=True, status=2)
+    for name in ("ada", "bob", "eve"):
+        who = OperatorIdentity(id=name, name=name)
+        socket = scene.operator(who)
+        assert ConnectionsMade() in scene.asks(name, who)
+        assert to(scene.says(socket, offer(name))) == [robot]
+        assert to(scene.says(robot, SdpAnswer(rtc_connection_id=name, sdp_answer="a"))) == [socket]
+
+
+def test_a_session_is_claimed_again_by_its_owner_only(scene: Scene) -> None:
+    scene.robot(ours=True)
+    scene.operator()
+    scene.operator(BOB)
+    assert ConnectionsMade() in scene.asks("a", session_id="s")
+    assert ConnectionsMade() in scene.asks("b", session_id="s")
+    assert scene.asks("c", BOB, session_id="s") == [ConnectionsRefused(ResultCode.ACCESS_DENIED, ROBOT)]
+
+
+def test_connections_that_nobody_closes_do_not_pile_up(scene: Scene) -> None:
+    scene.robot(ours=True)
+    scene.operator()
+    for number in range(3 * PER_ACCOUNT_AND_ROBOT):
+        scene.now_s += 1
+        assert ConnectionsMade() in scene.asks(str(number))
+    assert len(scene.board.book.connections) == PER_ACCOUNT_AND_ROBOT
+
+
+# --- inside a connection
+
+
+def test_another_tab_may_not_speak_for_the_first(scene: Scene) -> None:
+    scene.robot()
+    first, second = scene.operator(), scene.operator()
+    scene.connected(first)
+    for message in (offer(), candidate(), close()):
+        assert echoed(scene.says(second, message)) == 10020
+
+
+def test_another_account_may_not_even_begin(scene: Scene) -> None:
+    scene.robot()
+    scene.operator()
+    bob = scene.operator(BOB)
+    scene.asks("c")
+    for message in (offer(), candidate(), close()):
+        assert echoed(scene.says(bob, message)) == 10020
+
+
+def test_candidates_wait_for_the_offer(scene: Scene) -> None:
+    robot, operator = scene.robot(), scene.operator()
+    scene.asks("c")
+    assert echoed(scene.says(operator, candidate())) == 10053
+    assert echoed(scene.says(robot, candidate())) == 10053
+    assert echoed(scene.says(robot, SdpAnswer(rtc_connection_id="c", sdp_answer="a"))) == 10053
+
+
+def test_the_next_socket_of_the_account_takes_a_connection_up(scene: Scene) -> None:
+    robot, old = scene.robot(), scene.operator()
+    scene.connected(old)
+    scene.closed(old)
+    assert scene.says(robot, candidate()) == [], "between two sockets nothing can be told"
+    new = scene.operator()
+    assert to(scene.says(new, candidate())) == [robot]
+    assert to(scene.says(robot, candidate())) == [new]
+
+
+def test_a_robot_that_reconnects_still_owns_its_connections(scene: Scene) -> None:
+    old, operator = scene.robot(), scene.operator()
+    scene.connected(operator)
+    scene.closed(old)
+    assert echoed(scene.says(operator, candidate())) == 10051
+    new = scene.robot()
+    assert to(scene.says(new, candidate())) == [operator]
+    assert to(scene.says(operator, candidate())) == [new]
+
+
+def test_a_robot_may_not_speak_in_a_connection_of_another(scene: Scene) -> None:
+    scene.robot()
+    other = scene.robot(ROBOT[:-1] + "2")
+    scene.connected(scene.operator())
+    for message in (SdpAnswer(rtc_connection_id="c", sdp_answer="a"), candidate(), close()):
+        assert echoed(scene.says(other, message)) == 10020
+
+
+def test_closing_forgets_the_connection(scene: Scene) -> None:
+    robot, operator = scene.robot(), scene.operator()
+    scene.connected(operator)
+    effects = scene.says(operator, close(code="peer.closed", message="bye"))
+    assert texts(effects) == [(robot, {"type": "signaling.close_peer_connection", "data": {"rtcConnectionId": "c"}})]
+    assert echoed(scene.says(operator, close())) == 10053
+    assert ConnectionsMade() in scene.asks("d"), "and frees an original robot"
+
+
+def test_our_robot_learns_why_and_tells_why(scene: Scene) -> None:
+    robot, ours, original = scene.robot(ours=True), scene.operator(ours=True), scene.operator(BOB)
+    scene.connected(ours)
+    assert scene.says(ours, close(code="peer.closed"))[0].message.code == "peer.closed"
+    scene.connected(ours)
+    assert to(scene.says(robot, close(code="peer.shutdown"))) == [ours]
+    scene.connected(original, BOB, "d")
+    assert scene.says(robot, close("d", code="peer.shutdown")) == [], "an original dashboard doesn't know this message"
+
+
+def test_stale_connections_and_sessions_are_forgotten(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator()
+    scene.asks("never offered")
+    scene.connected(operator, connection_id="alive")
+    scene.passes(NEVER_OFFERED_S + 1)
+    assert set(scene.board.book.connections) == {"alive"}
+    scene.passes(10 * ORPHANED_S)
+    assert set(scene.board.book.connections) == {"alive"}
+    scene.closed(operator)
+    scene.passes(ORPHANED_S + 1)
+    assert scene.board.book.connections == {}
+    scene.passes(SESSION_S + 1)
+    assert scene.board.book.sessions == {}
+    assert scene.board.robot(ROBOT).socket == robot  # type: ignore[union-attr]
+
+
+def test_unknown_words_are_refused_pings_are_not(scene: Scene) -> None:
+    for socket in (scene.robot(), scene.operator()):
+        assert echoed(scene.says(socket, UnknownMessage(unknown_type="a.b"), "a.b")) == 10002
+        assert scene.says(socket, UnknownMessage(unknown_type="ping"), "ping") == []
+
+
+def test_another_account_on_the_same_socket_inherits_nothing(scene: Scene) -> None:
+    robot, socket = scene.robot(), scene.operator()
+    scene.says(socket, StatusSubscribe(robot_ids=(ROBOT,)))
+    scene.connected(socket)
+    scene.board.handle(OperatorAuthorized(socket, BOB, "org", scene.now_s))
+    assert scene.says(robot, StatusUpdate(status=1)) == []
+    assert echoed(scene.says(socket, candidate())) == 10020
+    assert scene.says(robot, candidate()) == []
