@@ -154,7 +154,7 @@ def test_pictures_arrive_under_their_label_with_their_content(pair: Any) -> None
                 feed.put_nowait(prepared_picture(scene(step), captured_at_s + step / 30))
             for step in range(4):
                 async with asyncio.timeout(WAIT_S):
-                    frame = await tracks["front"].recv()
+                    frame = await tracks["front"].next()
                 shown = frame.to_ndarray(format="bgr24").astype(int)
                 errors = [np.abs(shown - scene(other)).mean() for other in range(5)]
                 assert int(np.argmin(errors)) == step
@@ -175,7 +175,7 @@ def test_the_rtp_origin_maps_every_picture_to_its_capture_time(pair: Any) -> Non
                 feed.put_nowait(prepared_picture(scene(step), 5000.0 + step * 0.0333))
             for _ in range(3):
                 async with asyncio.timeout(WAIT_S):
-                    received.append((await track.recv()).pts)
+                    received.append((await track.next()).pts)
             label, _ssrc, origin = await next_of(peers.robot_side.origins)
             assert label == "front"
             assert 0 <= origin < 1 << 32

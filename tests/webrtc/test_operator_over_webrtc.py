@@ -1,0 +1,240 @@
+"""The headless operator over real peer connections, to a scripted robot; server in memory."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
+from mosaic_core.adapters.picture import prepared_picture
+from mosaic_core.machines.framing import Frame, FrameReader, PayloadKind, encode_frame
+from mosaic_core.operator import MosaicOperator
+from mosaic_core.words import control, signaling
+from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
+from mosaic_core.words.data_type import Delivery, Kind, MosaicDataType
+from mosaic_core.words.signaling import IceCandidate
+
+pytestmark = pytest.mark.webrtc
+WAIT_S = 15.0
+ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
+PEER_ID = "22222222-0b52-4c1e-9a53-2f6f1f0c9b11"
+BGR = (30, 160, 220)
+
+
+def entry(label: str, data_type: MosaicDataType, delivery: Delivery = Delivery.RELIABLE) -> CatalogueEntry:
+    is_media = data_type is MosaicDataType.MEDIA
+    return CatalogueEntry(
+        label=label,
+        type=label,
+        kind=Kind.VIDEO if is_media else Kind.DATA,
+        data_type=data_type,
+        direction=data_type.direction,
+        delivery=delivery,
+        channels=() if is_media else (ChannelEntry(label=label, data_type=data_type),),
+    )
+
+
+CATALOGUE = Catalogue.of([
+    entry("cloud", MosaicDataType.BYTE_R2U),
+    entry("cmd_vel", MosaicDataType.JSON_U2R, Delivery.LATEST),
+    entry("front", MosaicDataType.MEDIA),
+])  # fmt: skip
+
+
+class CameraFeed:
+    """Silent until watched, then ten pictures a second of one colour."""
+
+    def __init__(self) -> None:
+        self.is_watched = asyncio.Event()
+
+    async def next(self) -> Any:
+        await self.is_watched.wait()
+        await asyncio.sleep(0.1)
+        return prepared_picture(np.full((120, 160, 3), BGR, np.uint8), time.monotonic())
+
+
+class ScriptedRobot:
+    """The robot's side: answers, greets, echoes what it needs to; and the server between, as function calls."""
+
+    def __init__(self) -> None:
+        self.to_operator: asyncio.Queue[str | None] = asyncio.Queue()
+        self.feed = CameraFeed()
+        self.commands: asyncio.Queue[Any] = asyncio.Queue()
+        self.states: list[str] = []
+        self.channels: dict[str, Any] = {}
+        self.is_answering = True
+        self.answerer = AiortcAnswerer(self, ())
+
+    # the answerer's listener
+    def candidate_found(self, candidate: IceCandidate) -> None:
+        self.push(signaling.ExchangeIceCandidate(rtc_connection_id=PEER_ID, ice_candidate=candidate))
+
+    def state_changed(self, state: str) -> None:
+        self.states.append(state)
+
+    def track_bound(self, label: str) -> CameraFeed:
+        return self.feed
+
+    def tracks_unbound(self, labels: Sequence[str]) -> None: ...
+    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None: ...
+
+    def channel_opened(self, channel: Any) -> None:
+        self.channels[channel.label] = channel
+        reader = FrameReader()
+
+        def arrived(data: bytes | str) -> None:
+            assert isinstance(data, bytes)
+            frame = reader.read(data, time.monotonic())
+            if frame is not None:
+                self.heard(channel, frame)
+
+        channel.on_message = arrived
+        if channel.label == control.CONTROL_LABEL:
+            self.say(control.Hello(software="scripted", boot_id="b"))
+
+    def heard(self, channel: Any, frame: Frame) -> None:
+        if channel.label != control.CONTROL_LABEL:
+            self.commands.put_nowait((channel.is_reliable, json.loads(frame.payload)))
+            return
+        message = control.parse_control(frame.payload.decode())
+        if isinstance(message, control.Hello):
+            self.say(control.CatalogueFull(catalogue=CATALOGUE))
+        elif isinstance(message, control.Ping) and self.is_answering:
+            now_us = time.monotonic_ns() // 1000
+            self.say(control.Pong(t0=message.t0, t1=now_us, t2=now_us))
+        elif isinstance(message, control.MediaWatch) and message.on:
+            self.feed.is_watched.set()
+
+    def say(self, message: control.ControlMessage) -> None:
+        for part in encode_frame(Frame(PayloadKind.JSON, message.to_text().encode())):
+            self.channels[control.CONTROL_LABEL].send(part)
+
+    # the server
+    def push(self, message: signaling.SignalingMessage) -> None:
+        self.to_operator.put_nowait(message.to_text())
+
+    async def connect(self, url: str) -> ScriptedRobot:
+        self.push(signaling.AuthorizeRequest(extensions=signaling.EXTENSIONS))
+        return self
+
+    close_code: int | None = None
+
+    async def __aiter__(self) -> Any:
+        while (text := await self.to_operator.get()) is not None:
+            yield text
+
+    async def send(self, text: str) -> None:
+        match signaling.parse_signaling(text):
+            case signaling.Authorize(extensions=extensions):
+                self.push(signaling.AuthorizeResult(code=100))
+                self.push(signaling.SessionWelcome(server="scripted", extensions=extensions or {}))
+            case signaling.SdpOffer(sdp_offer=sdp, tracks=tracks):
+                answer = await self.answerer.answer(sdp, ["front"], tracks)
+                self.push(signaling.SdpAnswer(rtc_connection_id=PEER_ID, sdp_answer=answer))
+            case signaling.ExchangeIceCandidate(ice_candidate=candidate):
+                await self.answerer.add_candidate(candidate)
+            case _:
+                pass
+
+    async def close(self, code: int = 1000, reason: str = "") -> None:
+        self.to_operator.put_nowait(None)
+
+
+def respond(request: httpx.Request) -> httpx.Response:
+    if request.url.path.endswith("ice-servers"):
+        return httpx.Response(200, json=[])
+    if request.url.path.endswith("catalogue"):
+        return httpx.Response(200, json={"resultCode": 100, "resultData": CATALOGUE.short().wire()})
+    session = {"robotId": ROBOT_ID, "rtcSessionId": PEER_ID, "sessionId": "s"}
+    return httpx.Response(200, json={"resultCode": 100, "resultData": {"sessions": [session]}})
+
+
+def run(scenario: Any) -> None:
+    async def main() -> None:
+        robot = ScriptedRobot()
+        operator = MosaicOperator(
+            "http://127.0.0.1:9001", "jwt", open_socket=robot.connect, http=httpx.MockTransport(respond)
+        )
+        try:
+            async with operator, asyncio.timeout(60):
+                await scenario(robot, operator)
+        finally:
+            await robot.answerer.close()
+
+    asyncio.run(main())
+
+
+def test_pictures_data_and_commands_flow() -> None:
+    async def scenario(robot: ScriptedRobot, operator: MosaicOperator) -> None:
+        started_s = time.monotonic()
+        connection = await operator.connect(ROBOT_ID, timeout_s=WAIT_S)
+        assert time.monotonic() - started_s < 5
+        assert connection.catalogue == CATALOGUE
+        assert not robot.feed.is_watched.is_set()
+
+        image = await connection.media("front").next_image(WAIT_S)
+        assert image.shape == (120, 160, 3)
+        assert np.abs(image.astype(int) - np.array(BGR)).mean() < 8
+
+        cloud = connection.receivable("cloud")
+        await cloud.wait_open(WAIT_S)
+        large = bytes(range(256)) * 2000  # 512 kB: travels in chunks
+        waiting = asyncio.create_task(cloud.next_message(WAIT_S))
+        await asyncio.sleep(0)
+        for part in encode_frame(Frame(PayloadKind.BYTES, large, seq=1, stamp_us=time.monotonic_ns() // 1000)):
+            robot.channels["cloud"].send(part)
+        received = await waiting
+        assert received.data == large
+        assert received.info.age_s is not None
+        assert received.info.age_s < 5
+
+        commands = connection.sendable("cmd_vel")
+        await commands.wait_open(WAIT_S)
+        assert commands.send_json({"linear": {"x": 0.5}})
+        async with asyncio.timeout(WAIT_S):
+            assert await robot.commands.get() == (False, {"linear": {"x": 0.5}})
+        assert connection.round_trip_ms is not None
+        assert abs(connection.clock_offset_us or 0) < 100_000  # the same machine, the same clock
+
+    run(scenario)
+
+
+def test_a_robot_that_hangs_is_lost_in_two_seconds_though_ice_still_lives() -> None:
+    async def scenario(robot: ScriptedRobot, operator: MosaicOperator) -> None:
+        connection = await operator.connect(ROBOT_ID, timeout_s=WAIT_S)
+        robot.is_answering = False
+        since_s = time.monotonic()
+        async with asyncio.timeout(WAIT_S):
+            error = await connection.wait_closed()
+        assert error.code == "peer.lost"
+        assert time.monotonic() - since_s < 3.5
+
+    run(scenario)
+
+
+def test_closing_is_told_to_the_robot_at_once() -> None:
+    async def scenario(robot: ScriptedRobot, operator: MosaicOperator) -> None:
+        connection = await operator.connect(ROBOT_ID, timeout_s=WAIT_S)
+        byes: asyncio.Queue[Any] = asyncio.Queue()
+        heard = robot.heard
+
+        def listening(channel: Any, frame: Frame) -> None:
+            with contextlib.suppress(ValueError):
+                if b'"bye"' in frame.payload:
+                    byes.put_nowait(frame)
+            heard(channel, frame)
+
+        robot.heard = listening  # type: ignore[method-assign]
+        await connection.close()
+        async with asyncio.timeout(WAIT_S):
+            await byes.get()
+
+    run(scenario)
