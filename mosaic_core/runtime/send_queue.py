@@ -91,7 +91,11 @@ class SendQueue:
         try:
             channel.send(piece)
         except ConnectionFailed as error:
-            logger.debug("channel %r is gone: %s", label, error, extra={"label": label})
+            fields = {"label": label, "code": error.code}
+            if error.code == "channel.too_large":  # a bare message, which can't be split, to an original operator
+                logger.warning("%r: a message of %d bytes is left out: %s", label, len(piece), error, extra=fields)
+                return
+            logger.debug("channel %r is gone: %s", label, error, extra=fields)
             self.close(label)
 
     def _report_room(self) -> None:
