@@ -127,7 +127,7 @@ export class PeerLink {
 }
 
 function plainIceServer({ urls, username, credential }: IceServer): RTCIceServer {
-  const server: RTCIceServer = { urls: [...urls].map(withScheme) }
+  const server: RTCIceServer = { urls: urls.map(withScheme) }
   if (username !== undefined) server.username = username
   if (credential !== undefined) server.credential = credential
   return server

@@ -1,4 +1,4 @@
-import { isReasonCode, reasonOfResult, type Catalogue, type IceServer } from '@mosaic/protocol'
+import { isReasonCode, parseCatalogue, parseIceServers, reasonOfResult, type Catalogue, type IceServer } from '@mosaic/protocol'
 import { MosaicError } from './MosaicError'
 import type { RobotInfo, User } from './types'
 
@@ -86,12 +86,13 @@ export class RestApi {
     return (await this.post<{ token: string }>('/api/v1/robots/auth/simple-token', { robotId })).token
   }
 
-  catalogue(robotId: string): Promise<Catalogue | null> {
-    return this.request<Catalogue | null>('GET', `${robotPath(robotId)}/catalogue`)
+  /** The short catalogue; null where the robot announced none. */
+  async catalogue(robotId: string): Promise<Catalogue | null> {
+    return parseCatalogue(await this.request<unknown>('GET', `${robotPath(robotId)}/catalogue`))
   }
 
-  iceServers(): Promise<IceServer[]> {
-    return this.request<IceServer[]>('GET', '/api/v1/webrtc/ice-servers')
+  async iceServers(): Promise<IceServer[]> {
+    return parseIceServers(await this.request<unknown>('GET', '/api/v1/webrtc/ice-servers'))
   }
 
   /** Ask for a connection; the server tells the robot to expect an offer. */

@@ -6,6 +6,7 @@ import { BidirectionalStore } from './stores/BidirectionalStore'
 import { MediaStreamStore, type MediaSource } from './stores/MediaStreamStore'
 import type { MosaicStore } from './stores/MosaicStore'
 import { SendableStore } from './stores/SendableStore'
+import type { StoreState } from './types'
 
 /** What the bindings need of the live connection. */
 export interface BindingHost {
@@ -30,6 +31,13 @@ interface Track {
 
 /** Lines offered to a robot whose catalogue nobody knows: as many as the original dashboards do. */
 const BLIND_LINES = 2
+
+/** A store made before anybody knew that its connector is a picture. */
+const NOT_MEDIA: StoreState = {
+  phase: 'mismatch',
+  code: 'channel.unknown_label',
+  message: "this connector is a picture: give dataType 'media', or make the store once the catalogue is known",
+}
 
 /** The stores of one robot and what carries them: channels and tracks of the peer link, while there is one. */
 export class StoreBindings {
@@ -167,6 +175,7 @@ export class StoreBindings {
   private bind(binding: Binding): void {
     const plan = channelPlan(binding.store.robotConnector, this.catalogue, this.isOriginal)
     if (plan.type === 'mismatch') binding.store.setState(plan.state)
+    else if (plan.type === 'media' && !(binding.store instanceof MediaStreamStore)) binding.store.setState(NOT_MEDIA)
     else if (binding.store.state.get().phase === 'mismatch') binding.store.setState({ phase: 'waiting' })
     if (plan.type === 'media') this.bindTrack(binding)
     else if (plan.type === 'channels' && binding.ports.length === 0) this.openPorts(binding, plan)

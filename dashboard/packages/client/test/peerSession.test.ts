@@ -125,7 +125,7 @@ describe('connecting', () => {
   test('what failed for want of a robot heals when the robot comes', () => {
     const bench = new Bench()
     bench.give({ type: 'connectWanted' })
-    for (const _ of [1, 2, 3]) {
+    for (let attempt = 0; attempt < 3; attempt += 1) {
       bench.give({ type: 'broken', code: 'signal.robot_offline' })
       if (bench.session.phase === 'waiting') bench.pass(2000)
     }

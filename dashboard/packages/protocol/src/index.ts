@@ -20,4 +20,5 @@ export {
 export type * from './generated'
 export * from './messages'
 export * from './reasons'
+export { parseCatalogue, parseIceServers } from './restParts'
 export { WireError } from './WireError'

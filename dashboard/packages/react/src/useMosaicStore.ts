@@ -3,8 +3,8 @@ import { useMemo } from 'react'
 import { useMosaicClient } from './MosaicProvider'
 
 export interface MosaicStoreAccess {
-  getOrCreateStore(connector: RobotConnector): MosaicStore
-  releaseStore(connector: RobotConnector): void
+  readonly getOrCreateStore: (connector: RobotConnector) => MosaicStore
+  readonly releaseStore: (connector: RobotConnector) => void
 }
 
 /** Stores of connectors, counted: every `getOrCreateStore` asks for one `releaseStore`. Both are stable. */
