@@ -19,7 +19,7 @@ from mosaic_core.words.control import HELLO_TIMEOUT_S, PEER_LOST_AFTER_S
 Phase = Literal["answering", "connecting", "securing", "greeting", "open", "original", "closed"]
 
 TIMEOUTS: dict[Phase, tuple[float, str]] = {
-    "answering": (15.0, "sdp.invalid"),
+    "answering": (15.0, "ice.timeout"),
     "connecting": (20.0, "ice.timeout"),
     "securing": (10.0, "dtls.timeout"),
 }

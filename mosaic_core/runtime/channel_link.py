@@ -8,6 +8,7 @@ from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.command_gate import ArrivalBaseline, CommandGate
 from mosaic_core.machines.framing import (
     HEADER_BYTES,
+    MAX_MESSAGE_BYTES,
     SEQ_MODULUS,
     Frame,
     FrameFlag,
@@ -24,10 +25,16 @@ from mosaic_core.words.errors import WireError
 class ChannelLink:
     """Numbers and frames what goes out, reads what comes in. Event loop only."""
 
-    def __init__(self, channel: Channel, baseline: ArrivalBaseline, max_age_s: float | None) -> None:
+    def __init__(
+        self,
+        channel: Channel,
+        baseline: ArrivalBaseline,
+        max_age_s: float | None,
+        max_message_bytes: int = MAX_MESSAGE_BYTES,
+    ) -> None:
         self.channel = channel
         self.is_framed = channel.protocol == CHANNEL_PROTOCOL
-        self._reader = FrameReader()
+        self._reader = FrameReader(max_message_bytes)
         self._baseline = baseline
         self._gate = CommandGate(baseline, max_age_s) if self.is_framed else None
         self._seq = 0

@@ -42,7 +42,7 @@ class ControlLink:
         baseline: ArrivalBaseline,
         heard: Callable[[ControlMessage | None], None],
     ) -> None:
-        self._link = ChannelLink(channel, baseline, None)
+        self._link = ChannelLink(channel, baseline, None, MAX_CONTROL_BYTES)
         self._queue = queue
         self._heard = heard
         self._told_at_s: dict[tuple[str, str], float] = {}

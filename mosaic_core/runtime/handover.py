@@ -35,6 +35,9 @@ class Handover(Generic[T]):
                 return False
         return True
 
+    def __len__(self) -> int:
+        return len(self._items)
+
     def _drain(self) -> None:
         self._is_scheduled = False
         for _ in range(_AT_ONCE):

@@ -134,4 +134,4 @@ class MediaHub:
                 before = feed.dropped
                 feed.put(prepared)
                 counters.dropped += feed.dropped - before
-        counters.count(0, time.monotonic())
+        counters.count(getattr(prepared, "size", 0), time.monotonic())  # a packet knows its bytes, a frame has none

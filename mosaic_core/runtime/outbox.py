@@ -21,6 +21,10 @@ from mosaic_core.words.data_type import Delivery
 logger = logging.getLogger(__name__)
 
 
+_MAX_PENDING_BYTES = 64 * 1024 * 1024
+"""What handlers may have waiting for an event loop that stands still."""
+
+
 class Listener(Protocol):
     """A peer that has channels open."""
 
@@ -52,7 +56,11 @@ class Outbox:
         if len(message.payload) > MAX_MESSAGE_BYTES:
             self._complain(message.channel, len(message.payload))
             return False
-        if not self._handover.put(message):
+        too_much = len(self._handover) * len(message.payload) > _MAX_PENDING_BYTES
+        if too_much or not self._handover.put(message):
+            counters = self._counters.get(message.channel)
+            if counters is not None:
+                counters.dropped += 1
             return False
         listeners = self._listeners.get(message.channel, {})
         full = self._full

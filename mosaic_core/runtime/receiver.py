@@ -15,10 +15,10 @@ from typing import Any
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
+from mosaic_core.runtime.body import STOP_PATIENCE_S
 from mosaic_core.runtime.failures import Failures
 from mosaic_core.runtime.inbox import Inbox, Incoming
 from mosaic_core.runtime.payload import PayloadReader
-from mosaic_core.runtime.runner import STOP_PATIENCE_S
 from mosaic_core.runtime.safety_watchdog import SafetyWatch
 
 logger = logging.getLogger(__name__)

@@ -114,11 +114,14 @@ class Robot:
         self._signaling = SignalingClient(url, machine, self._connect_socket, self._carry_out)
         runs.start()
         signaling = asyncio.create_task(self._signaling.run(), name="mosaic-signaling")
+        signaling.add_done_callback(lambda _: self._stopping.set())
         try:
             if not self._stop_wanted:
                 await self._stopping.wait()
         finally:
             await self._shutdown(runs, signaling)
+        if not signaling.cancelled() and (bug := signaling.exception()) is not None:
+            raise bug
 
     def _facts(self) -> session.RobotFacts:
         auth = self._config.server.auth

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSendable, Handler, MediaTrackHandler
+from mosaic_core.contract.handler import DataChannelReceivable, Handler, MediaTrackHandler
 from mosaic_core.machines.send_scheduler import Lane
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.counters import ConnectorCounters
@@ -35,11 +35,6 @@ class Route:
     @property
     def is_latest(self) -> bool:
         return self.connector.delivery is Delivery.LATEST
-
-    @property
-    def sends(self) -> bool:
-        """Whether anything goes from the robot to operators here."""
-        return isinstance(self.handler, DataChannelSendable) or hasattr(self.handler, "send")
 
     @property
     def timeout_s(self) -> float | None:

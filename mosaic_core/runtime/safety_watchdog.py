@@ -62,9 +62,11 @@ class SafetyWatch:
             if not accepted and self._before is not None:
                 self.watchdog.unfeed(self._before)
                 self._owner.deadline_moved(self.watchdog.due_at_s)
-            if self._overtaken_cause is not None:
-                cause, self._overtaken_cause = self._overtaken_cause, None
+            cause, self._overtaken_cause = self._overtaken_cause, None
+            if cause is not None and not self._owner.is_closed:
                 self._act(cause)
+        if cause is not None and self._owner.is_closed:  # an abandoned body came back after the robot had stopped
+            self._make_safe(cause)
 
     def peer_joined(self, peer_id: str) -> None:
         """Commands of this peer may act until it leaves."""
@@ -108,7 +110,7 @@ class SafetyWatchdog:
         self._watches: list[SafetyWatch] = []
         self._idle = 0
         self._threads = 0
-        self._is_closed = False
+        self.is_closed = False
         self._planned_s = float("inf")
 
     def guard(
@@ -141,7 +143,7 @@ class SafetyWatchdog:
     def close(self) -> None:
         """End the threads; actions that are queued still run."""
         with self.changed:
-            self._is_closed = True
+            self.is_closed = True
             self.changed.notify_all()
 
     def deadline_moved(self, due_s: float | None) -> None:
@@ -164,7 +166,7 @@ class SafetyWatchdog:
                     self._take_over(watch)
                     if self._idle > _SPARE_THREADS:
                         break
-                elif self._is_closed:
+                elif self.is_closed:
                     break
                 else:
                     self._wait()

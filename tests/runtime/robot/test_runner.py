@@ -11,9 +11,10 @@ import pytest
 
 from mosaic_core import DataChannelSendable
 from mosaic_core.machines.backoff import BackoffPolicy
+from mosaic_core.runtime.body import body_of
 from mosaic_core.runtime.failures import Failures
 from mosaic_core.runtime.handler_host import RuntimeHost
-from mosaic_core.runtime.runner import Runner, body_of, runner_of
+from mosaic_core.runtime.runner import Runner, runner_of
 
 QUICK = BackoffPolicy(first_s=0.02, max_s=0.02, jitter=0.0)
 
@@ -49,13 +50,13 @@ class Flaky(DataChannelSendable[str]):
 
     def __init__(self) -> None:
         super().__init__("flaky")
-        self.runs = 0
+        self.attempts = 0
         self.threads: set[str] = set()
 
     def messages(self) -> Iterator[str]:
-        self.runs += 1
+        self.attempts += 1
         self.threads.add(threading.current_thread().name)
-        if self.runs <= 2:
+        if self.attempts <= 2:
             raise OSError("unplugged")
         for number in self.every(0.005):
             yield str(number)
@@ -64,12 +65,12 @@ class Flaky(DataChannelSendable[str]):
 class FlakyTask(DataChannelSendable[str]):
     def __init__(self) -> None:
         super().__init__("flaky")
-        self.runs = 0
+        self.attempts = 0
         self.is_closed = False
 
     async def messages(self) -> AsyncIterator[str]:
-        self.runs += 1
-        if self.runs <= 2:
+        self.attempts += 1
+        if self.attempts <= 2:
             raise OSError("unplugged")
         try:
             async for number in self.every(0.005):
@@ -87,7 +88,7 @@ def test_a_failing_body_restarts_and_is_logged_once_lost_and_once_back(
         async with Setup(handler) as setup:
             await kit.until(lambda: len(setup.sent) > 3)
             assert setup.runner.state == "running"
-            assert handler.runs == 3
+            assert handler.attempts == 3
             assert [str(error) for error in setup.failures] == ["unplugged", "unplugged"]
 
     with caplog.at_level("INFO", "mosaic_core"):
@@ -102,9 +103,9 @@ def test_a_def_body_keeps_its_thread_for_life(kit: Any) -> None:
         async with Setup(handler) as setup:
             await kit.until(lambda: setup.sent)
             setup.runner.want(False)
-            count = handler.runs
+            count = handler.attempts
             setup.runner.want(True)
-            await kit.until(lambda: handler.runs > count)
+            await kit.until(lambda: handler.attempts > count)
         assert handler.threads == {"mosaic-flaky"}
 
     kit.play(body)
@@ -114,7 +115,7 @@ def test_a_def_body_keeps_its_thread_for_life(kit: Any) -> None:
 def test_a_body_rests_while_nobody_wants_it(kit: Any, made: Callable[[], Any]) -> None:
     async def body() -> None:
         handler = made()
-        handler.runs = 2
+        handler.attempts = 2
         async with Setup(handler) as setup:
             await kit.until(lambda: setup.sent)
             setup.runner.want(False)
@@ -162,8 +163,8 @@ def test_an_async_body_that_waits_for_its_device_is_cancelled_and_closed(kit: An
 def test_sys_exit_in_a_body_is_a_failure_like_any_other(kit: Any) -> None:
     class Leaving(Flaky):
         def messages(self) -> Iterator[str]:
-            self.runs += 1
-            if self.runs == 1:
+            self.attempts += 1
+            if self.attempts == 1:
                 raise SystemExit(3)
             yield "here"
 
