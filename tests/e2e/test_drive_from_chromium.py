@@ -1,0 +1,108 @@
+"""A person in Chromium sees and drives the simulated robot; whatever happens to the page, the robot stops."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
+
+TIMEOUT_S = 0.3
+"""`safety.timeout_s` of the robot under test."""
+BRAKING_S = 0.5
+"""The simulated base needs this long from full speed to rest."""
+LATENESS_S = 0.4
+"""Of our own looking: the pose arrives 50 times a second, on a busy machine."""
+STOPPED_WITHIN_S = TIMEOUT_S + BRAKING_S + LATENESS_S
+
+
+def mean_difference(a: list[int], b: list[int]) -> float:
+    return sum(abs(x - y) for x, y in zip(a, b, strict=True)) / len(a)
+
+
+def drive_off(driver: Any, observer: Any, wait_for: Callable[..., float]) -> None:
+    """Hold a key until the robot moves. Turning in place at the same time keeps it off the walls."""
+    start_s = time.monotonic()
+    driver.page.keyboard.down("a")
+    driver.page.keyboard.down("w")
+    wait_for(lambda: observer.way_m(start_s) > 0.05, "the robot moves while the key is held", 10)
+
+
+def expect_rest(observer: Any, wait_for: Callable[..., float], since_s: float) -> None:
+    wait_for(observer.rests, "the robot rests", 10)
+    assert observer.last_moved_s(since_s) - since_s < STOPPED_WITHIN_S
+
+
+def test_the_picture_moves_when_the_robot_turns(driver: Any, observer: Any, wait_for: Callable[..., float]) -> None:
+    before = driver.picture()
+    start_yaw_rad = observer.now[3]
+    driver.page.keyboard.down("a")
+    wait_for(lambda: abs(observer.now[3] - start_yaw_rad) > 0.5, "the robot turns")
+    driver.page.keyboard.up("a")
+    wait_for(observer.rests, "the robot rests")
+    wait_for(lambda: mean_difference(before, driver.picture()) > 8, "the picture shows another view", 10)
+
+
+def test_holding_a_key_drives_and_releasing_it_stops(
+    driver: Any, observer: Any, wait_for: Callable[..., float]
+) -> None:
+    drive_off(driver, observer, wait_for)
+    driver.page.keyboard.up("w")
+    driver.page.keyboard.up("a")
+    expect_rest(observer, wait_for, time.monotonic())
+
+
+def test_the_stick_drives_and_letting_go_stops(driver: Any, observer: Any, wait_for: Callable[..., float]) -> None:
+    pad = driver.page.get_by_role("application", name="Drive pad").bounding_box()
+    x, y = pad["x"] + pad["width"] / 2, pad["y"] + pad["height"] / 2
+    start_s = time.monotonic()
+    driver.page.mouse.move(x, y)
+    driver.page.mouse.down()
+    driver.page.mouse.move(x - pad["width"] / 4, y - pad["height"] / 4, steps=4)
+    wait_for(lambda: observer.way_m(start_s) > 0.05, "the robot moves while the stick is held", 10)
+    driver.page.mouse.up()
+    expect_rest(observer, wait_for, time.monotonic())
+
+
+def test_a_page_that_loses_focus_stops_the_robot(driver: Any, observer: Any, wait_for: Callable[..., float]) -> None:
+    drive_off(driver, observer, wait_for)
+    driver.page.evaluate("window.dispatchEvent(new Event('blur'))")
+    expect_rest(observer, wait_for, time.monotonic())
+
+
+def test_closing_the_tab_while_driving_stops_the_robot(
+    driver: Any, observer: Any, wait_for: Callable[..., float]
+) -> None:
+    drive_off(driver, observer, wait_for)
+    driver.page.close()
+    expect_rest(observer, wait_for, time.monotonic())
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "frozen"])
+def test_a_browser_that_dies_while_driving_stops_the_robot_and_is_noticed(
+    own_browser: Any,
+    driver_of: Any,
+    robot: Any,
+    observer: Any,
+    wait_for: Callable[..., float],
+    number: signal.Signals,
+) -> None:
+    wait_for(observer.rests, "the robot rests before the test")
+    driver = driver_of(own_browser.browser.contexts[0].pages[0])
+    drive_off(driver, observer, wait_for)
+    os.killpg(own_browser.process.pid, number)
+    died_s = time.monotonic()
+    expect_rest(observer, wait_for, died_s)
+    robot.wait_for(lambda snapshot: len(snapshot["peers"]) == 1, "the robot notices the lost operator", 6)
+    assert time.monotonic() - died_s < 2.0 + 1.0 + LATENESS_S + STOPPED_WITHIN_S, "2 s of silence, a snapshot a second"
+
+
+def test_two_people_see_the_same_robot(driver: Any, driver_of: Any, browser: Any) -> None:
+    second = driver_of(browser.new_context().new_page())
+    assert mean_difference(driver.picture(), second.picture()) < 12
+    second.page.context.close()
