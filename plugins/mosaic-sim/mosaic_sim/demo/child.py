@@ -13,7 +13,7 @@ from pathlib import Path
 
 from mosaic_sim.demo.errors import DemoFailed
 
-STOP_PATIENCE_S = 1.6
+STOP_PATIENCE_S = 1.5
 """Server and robot promise to end within 2 s; the demo as a whole, too."""
 LOG_LINES = 12
 _PR_SET_PDEATHSIG = 1
@@ -42,6 +42,10 @@ class Child:
                 start_new_session=True,
                 preexec_fn=_death_follower(),
             )
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
 
     @property
     def exit_code(self) -> int | None:

@@ -66,7 +66,8 @@ def _present(running: RunningDemo, *, opens: bool, as_json: bool) -> None:
     if as_json:
         seed = running.seed
         facts = {"url": running.url, "page": page, "email": seed.email, "password": seed.password}
-        typer.echo(json.dumps({"ok": True, **facts, "robotId": seed.robot_id}))
+        pids = {"server": running.server.child.pid, "robot": running.robot.pid}
+        typer.echo(json.dumps({"ok": True, **facts, "robotId": seed.robot_id, "pids": pids}))
         return
     is_opened = opens and browser.opened(page)
     greet(Console(), running, running.robot_page() if is_opened else page, is_opened=is_opened)

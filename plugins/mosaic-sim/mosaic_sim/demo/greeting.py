@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rich.console import Console, Group
+from rich.console import Console
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
@@ -13,15 +13,18 @@ from mosaic_sim.demo.supervisor import RunningDemo
 
 def greet(console: Console, demo: RunningDemo, page: str, *, is_opened: bool) -> None:
     """Where to look and what to try. ``page`` holds the one-time code only if no browser was opened with it."""
-    where = Table.grid(padding=(0, 2))
-    where.add_column(style="bold")
-    where.add_column(overflow="fold")
-    where.add_row("Dashboard", Text(page, style=f"link {page}"))
-    where.add_row("Sign in", f"{demo.seed.email}   password: {demo.seed.password}")
-    opened = "The browser is open and signed in."
-    unopened = "Open the dashboard's address: it signs you in, once, within a minute."
-    body = Group(opened if is_opened else unopened, "", where, "", _to_try())
-    console.print(Panel(body, title="MOSAIC demo", border_style="green", padding=(1, 2)))
+    if is_opened:
+        console.print("[bold green]The browser is open and signed in.[/]")
+    else:
+        console.print("[bold green]Ready.[/] This address signs you in, once, within a minute:")
+    # On a line of its own and never wrapped, so that it can be copied and clicked.
+    console.print(Text(page, style=f"bold link {page}"), soft_wrap=True)
+    console.print()
+    console.print(_to_try())
+    console.print()
+    console.print(
+        f"Sign in elsewhere on this machine: {demo.seed.email}, password {demo.seed.password}", highlight=False
+    )
     console.print("Ctrl+C ends everything; nothing stays on this machine.", style="dim")
 
 
@@ -29,10 +32,10 @@ def _to_try() -> Table:
     table = Table.grid(padding=(0, 2))
     table.add_column(style="cyan", no_wrap=True)
     table.add_column()
-    table.add_row("Try", "Hold W, A, S, D or the arrow keys, or drag the drive pad: the robot drives.")
-    table.add_row("", "Let go: it stops. Close the tab while driving: it stops, too.")
-    table.add_row("", "Open the address in a second window: both see the same robot.")
-    table.add_row("", "Park on the green pad in the south-west corner: the battery charges.")
+    table.add_row("Try", "hold W, A, S, D or the arrow keys, or drag the drive pad: the robot drives.")
+    table.add_row("", "let go: it stops. Close the tab while driving: it stops, too.")
+    table.add_row("", "open the address in a second window: both see the same robot.")
+    table.add_row("", "park on the green pad in the south-west corner: the battery charges.")
     return table
 
 

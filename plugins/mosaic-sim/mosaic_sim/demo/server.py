@@ -20,8 +20,8 @@ from mosaic_sim.demo.errors import DemoFailed
 
 HOST = "127.0.0.1"
 USUAL_PORT = 9001
-START_PATIENCE_S = 45.0
-"""A first start compiles every module; on a small board that takes a while."""
+START_PATIENCE_S = 90.0
+"""A first start compiles every module; on a small or busy board that takes a while."""
 POLL_S = 0.1
 ROBOT_NAME = "Simulated robot"
 
