@@ -1,0 +1,78 @@
+"""Promise 1: a motion receiver is safe in time, whatever in its own process hangs."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from typing import Any
+
+import pytest
+
+from mosaic_core import DataChannelJsonReceivable
+from mosaic_core.words.data_type import Delivery
+
+TIMEOUT_S = 0.15
+
+
+class Wheels(DataChannelJsonReceivable):
+    timeout_s = TIMEOUT_S
+
+    def __init__(self) -> None:
+        super().__init__("drive")
+        self.log: list[tuple[Any, float]] = []
+        self.hang = threading.Event()
+        self.hang.set()
+
+    def handle_data(self, data: dict[str, Any]) -> None:  # type: ignore[override]
+        self.log.append((data["v"], time.monotonic()))
+        self.hang.wait(5)
+
+    def make_safe(self, cause: str) -> None:
+        self.log.append((cause, time.monotonic()))
+
+
+async def _drive(kit: Any, scene: Any, wheels: Wheels) -> Any:
+    await scene.network.ready()
+    operator = await scene.network.offer()
+    await operator.greet()
+    drive = operator.open("drive")
+    drive.say({"v": 1})
+    await kit.until(lambda: wheels.log)
+    return drive
+
+
+def test_a_blocked_event_loop_does_not_keep_it_moving(kit: Any) -> None:
+    wheels = Wheels()
+
+    async def body() -> None:
+        async with kit.running(kit.connector_of(wheels, delivery=Delivery.LATEST)) as scene:
+            await _drive(kit, scene, wheels)
+            time.sleep(0.4)  # noqa: ASYNC251 (blocking the loop is the point)
+            (_, commanded_s), (cause, safe_s) = wheels.log
+            assert cause == "safety.timeout"
+            assert safe_s - commanded_s == pytest.approx(TIMEOUT_S, abs=0.05)
+
+    kit.play(body)
+
+
+def test_a_hanging_handle_data_is_made_safe_and_the_commands_behind_it_are_too_old(kit: Any) -> None:
+    wheels = Wheels()
+    wheels.hang.clear()
+
+    async def body() -> None:
+        async with kit.running(kit.connector_of(wheels, delivery=Delivery.LATEST)) as scene:
+            drive = await _drive(kit, scene, wheels)
+            drive.say({"v": 2})
+            await kit.until(lambda: len(wheels.log) == 2)
+            (_, commanded_s), (cause, safe_s) = wheels.log
+            assert cause == "safety.timeout"
+            assert safe_s - commanded_s == pytest.approx(TIMEOUT_S, abs=0.05)
+            await asyncio.sleep(TIMEOUT_S)
+            wheels.hang.set()
+            await kit.until(lambda: scene.robot.snapshot().connectors[0].refused == 1)
+            await kit.until(lambda: len(wheels.log) == 3)
+            assert [entry for entry, _ in wheels.log] == [1, "safety.timeout", "safety.timeout"]
+            assert scene.hooks.of("command")[-1]["code"] == "safety.stale"
+
+    kit.play(body)
