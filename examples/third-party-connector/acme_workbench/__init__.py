@@ -1,0 +1,1 @@
+"""Connectors of a workbench: a thermometer and a lamp."""
