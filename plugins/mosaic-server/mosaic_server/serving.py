@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
+import re
 import socket
 import sys
 from collections.abc import Callable
@@ -15,6 +17,8 @@ import uvicorn
 from mosaic_server.app import create_app
 from mosaic_server.settings import Settings
 from mosaic_server.sockets.link import LinkedProtocol
+
+_QUERY = re.compile(r"\?[^\s\"]*")
 
 SHUTDOWN_S = 1
 """A slow client may not hold up the end: with this, SIGTERM to exit stays below two seconds."""
@@ -57,6 +61,7 @@ def make_server(
     on_listening: Callable[[Listening], None] | None = None,
 ) -> Server:
     """A server ready for ``run()`` (blocks) or ``await serve()``; ``port=0`` takes a free one."""
+    _keep_queries_out_of_logs()
     config = uvicorn.Config(
         create_app(settings),
         host=host,
@@ -74,6 +79,19 @@ def make_server(
         h11_max_incomplete_event_size=16 * 1024,
     )
     return Server(config, on_listening)
+
+
+def _keep_queries_out_of_logs() -> None:
+    """uvicorn logs whole addresses; what follows the question mark may be a secret."""
+    logging.getLogger("uvicorn.access").disabled = True
+    logging.getLogger("uvicorn.error").addFilter(without_query)
+
+
+def without_query(record: logging.LogRecord) -> bool:
+    """A logging filter that takes query strings out of a record's arguments."""
+    if isinstance(record.args, tuple):
+        record.args = tuple(_QUERY.sub("", value) if isinstance(value, str) else value for value in record.args)
+    return True
 
 
 def announce(listening: Listening, *, ready_file: Path | None = None, announce_fd: int | None = None) -> None:

@@ -1,15 +1,13 @@
-"""Logging of the running server; libraries only log, this configures. Query strings never reach a log."""
+"""Logging of the running server; libraries only log, this configures."""
 
 from __future__ import annotations
 
 import json
 import logging
-import re
 import sys
 import time
 from typing import Any
 
-_QUERY = re.compile(r"\?[^\s\"]*")
 _FIELDS = ("robotId", "peerId", "label", "code")
 
 
@@ -18,14 +16,6 @@ def configure_logs(level: str, form: str) -> None:
     handler.setFormatter(JsonLines() if form == "json" else TextLines())
     logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
     logging.getLogger("alembic").setLevel(logging.WARNING)
-    logging.getLogger("uvicorn.error").addFilter(without_query)
-
-
-def without_query(record: logging.LogRecord) -> bool:
-    """uvicorn logs the whole address of a WebSocket; what follows the question mark may be a secret."""
-    if isinstance(record.args, tuple):
-        record.args = tuple(_QUERY.sub("", value) if isinstance(value, str) else value for value in record.args)
-    return True
 
 
 class TextLines(logging.Formatter):

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import time
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 from pydantic import Field
 
-from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.signaling import RobotStatus
 from mosaic_core.words.wire_model import WireModel
@@ -144,12 +143,13 @@ async def delete_robot(robot_id: str, person: PersonDep, services: ServicesDep) 
     return Envelope(resultData=Message(message="robot removed"))
 
 
-@router.get("/{robot_id}/catalogue", response_model_exclude_none=True)
-async def show_catalogue(robot_id: str, person: PersonDep, services: ServicesDep) -> Envelope[Catalogue | None]:
+@router.get("/{robot_id}/catalogue")
+async def show_catalogue(robot_id: str, person: PersonDep, services: ServicesDep) -> Envelope[dict[str, Any] | None]:
     """What the robot last announced, without message schemas; null for a robot that never did."""
     robot = await robot_of(services, person, robot_id)
     known = services.exchange.switchboard.robot(robot.id)
-    return Envelope(resultData=None if known is None else known.catalogue)
+    catalogue = None if known is None else known.catalogue
+    return Envelope(resultData=None if catalogue is None else catalogue.wire())
 
 
 async def robot_of(services: Services, person: Person, robot_id: str) -> RobotRecord:

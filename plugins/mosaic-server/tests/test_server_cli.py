@@ -1,0 +1,202 @@
+"""`mosaic server …` as a person or a supervisor uses it."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+import mosaic_server
+from mosaic_core.words.config import ServerConfig
+from mosaic_server.cli import app
+
+runner = CliRunner()
+
+
+@pytest.fixture
+def data_dir(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("MOSAIC_DATA_DIR", str(tmp_path / "data"))
+    return tmp_path / "data"
+
+
+def run(*words: str, text: str | None = None, code: int = 0) -> str:
+    result = runner.invoke(app, list(words), input=text)
+    assert result.exit_code == code, result.output
+    return result.output
+
+
+def as_json(*words: str) -> Any:
+    return json.loads(run(*words, "--json"))
+
+
+def test_init_makes_one_account_and_shows_its_password_once(data_dir: Path) -> None:
+    made = as_json("init", "--email", "ada@example.org")
+    assert len(made["password"]) >= 16
+    run("init", "--email", "eve@example.org", code=2)
+    assert (data_dir / "mosaic-server.sqlite3").stat().st_mode & 0o777 == 0o600
+    assert data_dir.stat().st_mode & 0o777 == 0o700
+    listed = as_json("user", "list")
+    assert [user["email"] for user in listed] == ["ada@example.org"]
+    assert made["password"] not in run("user", "list")
+
+
+def test_a_password_may_come_from_standard_input(data_dir: Path) -> None:
+    assert "password" not in run("init", "--email", "ada@example.org", "--password-stdin", text="long enough\n")
+    run("user", "password", "ada@example.org", "--password-stdin", text="short\n", code=2)
+
+
+@pytest.mark.usefixtures("data_dir")
+def test_the_printed_snippet_is_a_valid_server_section() -> None:
+    run("init", "--email", "ada@example.org")
+    snippet = run("robot", "add", "rover", "--ws-url", "wss://mosaic.example.org")
+    server = ServerConfig.model_validate(yaml.safe_load(snippet)["server"])
+    assert server.auth.type == "simple-token"
+    token = server.auth.params.token
+    assert token is not None
+    assert token.get_secret_value().startswith("mrt_")
+    open_one = run("robot", "add", "toy", "--no-authorization")
+    assert "token" not in open_one
+    assert ServerConfig.model_validate(yaml.safe_load(open_one)["server"]).auth.type == "no-authorization"
+
+
+@pytest.mark.usefixtures("data_dir")
+def test_robots_are_listed_get_new_tokens_and_are_removed() -> None:
+    run("init", "--email", "ada@example.org")
+    first = as_json("robot", "add", "rover")
+    assert as_json("robot", "token", "rover")["robotToken"] != first["robotToken"]
+    assert as_json("robot", "list")[0]["id"] == first["robotId"]
+    run("robot", "remove", first["robotId"])
+    assert as_json("robot", "list") == []
+    run("robot", "remove", "rover", code=1)
+
+
+@pytest.mark.usefixtures("data_dir")
+def test_with_several_accounts_a_robot_needs_an_owner() -> None:
+    run("robot", "add", "rover", code=2)
+    run("user", "add", "ada@example.org")
+    run("user", "add", "bob@example.org")
+    run("user", "add", "bob@example.org", code=1)
+    run("robot", "add", "rover", code=2)
+    run("robot", "add", "rover", "--owner", "bob@example.org")
+    run("robot", "add", "rover", "--owner", "eve@example.org", code=1)
+    run("user", "disable", "bob@example.org")
+    assert [user["active"] for user in as_json("user", "list")] == [True, False]
+    run("user", "disable", "bob@example.org", "--undo")
+    run("user", "disable", "eve@example.org", code=1)
+
+
+@pytest.mark.usefixtures("data_dir")
+def test_ice_servers_are_checked_when_they_are_added() -> None:
+    added = as_json("ice", "add", "turn:turn.example.org", "--username", "u", "--credential", "secret")
+    assert "secret" not in run("ice", "list")
+    run("ice", "add", "http://turn.example.org", code=2)
+    run("ice", "remove", added["id"])
+    run("ice", "remove", added["id"], code=1)
+
+
+@pytest.mark.usefixtures("data_dir")
+def test_seed_makes_a_database_only_once() -> None:
+    seeded = as_json("seed", "--robot-name", "sim")
+    assert seeded.keys() == {"email", "password", "robotId", "robotToken"}
+    run("seed", code=2)
+
+
+@pytest.mark.usefixtures("data_dir")
+def test_a_public_address_without_tls_has_to_be_insisted_on() -> None:
+    assert "--insecure-public" in run("run", "--host", "0.0.0.0", code=2)  # noqa: S104 - refused, never bound
+    run("run", "--database", "nonsense://", code=2)
+
+
+class Child:
+    """The server as its own process, as a supervisor starts it."""
+
+    def __init__(self, data_dir: Path, *words: str) -> None:
+        self.ready = data_dir.parent / f"ready-{time.monotonic_ns()}.json"
+        command = [sys.executable, "-m", "mosaic_server", "run", "--port", "0", "--ready-file", str(self.ready)]
+        self.process = subprocess.Popen(
+            [*command, "--data-dir", str(data_dir), *words], stderr=subprocess.PIPE, text=True
+        )
+
+    def listening(self) -> dict[str, Any]:
+        deadline = time.monotonic() + 20
+        while not self.ready.exists():
+            assert self.process.poll() is None, self.process.communicate()[1]
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        return json.loads(self.ready.read_text())
+
+    def ends(self, with_signal: int | None = None) -> tuple[int, str, float]:
+        started = time.monotonic()
+        if with_signal is not None:
+            self.process.send_signal(with_signal)
+        _, errors = self.process.communicate(timeout=20)
+        return self.process.returncode, errors, time.monotonic() - started
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_supervised_server_announces_its_port_and_ends_well(data_dir: Path, number: int) -> None:
+    seeded = as_json("seed")
+    child = Child(data_dir)
+    url = child.listening()["url"]
+    login = {"username": seeded["email"], "password": seeded["password"]}
+    assert httpx.post(f"{url}/api/v1/account/login/access-token", json=login).status_code == 200
+    second = Child(data_dir)
+    code, errors, _ = second.ends()
+    assert code == 1
+    assert "another MOSAIC server is running on" in errors
+    assert "Traceback" not in errors
+    code, errors, took_s = child.ends(number)
+    assert code == 0
+    assert took_s < 2
+    assert seeded["password"] not in errors
+
+
+def test_a_port_that_is_taken_is_said_without_a_traceback(data_dir: Path) -> None:
+    first = Child(data_dir)
+    port = first.listening()["port"]
+    second = Child(data_dir.parent / "other", "--port", str(port))
+    code, errors, _ = second.ends()
+    assert code != 0
+    assert "address already in use" in errors.lower()
+    assert "Traceback" not in errors
+    first.ends(signal.SIGTERM)
+
+
+def test_a_file_descriptor_may_be_told_too(data_dir: Path) -> None:
+    reading, writing = os.pipe()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mosaic_server", "run", "--port", "0", "--announce-fd", str(writing)],
+        pass_fds=(writing,),
+        stderr=subprocess.DEVNULL,
+        env=os.environ | {"MOSAIC_DATA_DIR": str(data_dir)},
+    )
+    os.close(writing)
+    with os.fdopen(reading) as pipe:
+        assert json.loads(pipe.readline())["port"] > 0
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(5) == 0
+
+
+def test_importing_the_application_loads_no_webrtc() -> None:
+    code = "import sys, mosaic_server.app; print(sorted({'aiortc', 'av', 'cv2', 'numpy'} & sys.modules.keys()))"
+    command = [sys.executable, "-c", code]
+    out = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "[]"
+
+
+def test_the_server_builds_on_the_two_lowest_layers_only() -> None:
+    package = Path(mosaic_server.__file__).parent
+    for module in package.rglob("*.py"):
+        for imported in re.findall(r"^\s*(?:from|import) mosaic_core\.?(\w*)", module.read_text(), re.MULTILINE):
+            assert imported in ("words", "machines"), f"{module} imports mosaic_core.{imported}"
