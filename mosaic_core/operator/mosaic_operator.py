@@ -9,8 +9,9 @@ from typing import Self
 
 import httpx
 
+from mosaic_core.operator.peer_link import ConnectionPlan
 from mosaic_core.operator.rest_api import RestApi, RobotSummary, log_in
-from mosaic_core.operator.robot_connection import ConnectionPlan, RobotConnection, media_labels_of
+from mosaic_core.operator.robot_connection import RobotConnection, media_labels_of
 from mosaic_core.operator.robot_connector import RobotConnector
 from mosaic_core.operator.signaling_link import SignalingLink
 from mosaic_core.operator.store_manager import StoreManager

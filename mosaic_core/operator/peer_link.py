@@ -1,0 +1,194 @@
+"""Makes one peer connection and keeps it: carries out what ``machines.operator_peer`` decides."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from mosaic_core.machines import operator_peer as machine
+from mosaic_core.operator.control_port import ControlPort
+from mosaic_core.runtime.operator_transport import IncomingVideo, OffererFactory
+from mosaic_core.words import control, signaling
+from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.codes import REASONS, reason
+from mosaic_core.words.errors import ConnectionFailed, MosaicError
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import IceCandidate, SignalingMessage
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class ConnectionPlan:
+    """What a connection is made from. ``catalogue`` is the server's short one."""
+
+    robot_id: str
+    peer_id: str
+    session_id: str | None
+    catalogue: Catalogue | None
+    media_labels: tuple[str, ...]
+    ice_servers: tuple[IceServer, ...]
+    agreed: dict[str, int]
+
+
+class PeerOwner(Protocol):
+    """Whom the link tells; all on the event loop."""
+
+    def track_arrived(self, label: str, video: IncomingVideo) -> None: ...
+    def robot_known(self, is_ours: bool) -> None:
+        """It speaks ``mosaic.1``, or it said no hello in time; the former may still follow the latter."""
+        ...
+
+    def control_heard(self, message: control.ControlMessage) -> None: ...
+    def ended(self, error: ConnectionFailed) -> None:
+        """Told once; everything is being closed."""
+        ...
+
+
+class PeerLink:
+    """Implements ``OffererListener``. Event loop only."""
+
+    def __init__(
+        self,
+        plan: ConnectionPlan,
+        owner: PeerOwner,
+        make_offerer: OffererFactory,
+        send: Callable[[SignalingMessage], None],
+    ) -> None:
+        self.offerer = make_offerer(self, plan.ice_servers)
+        self.control: ControlPort | None = None
+        self._plan = plan
+        self._owner = owner
+        self._send = send
+        self._machine = machine.OperatorPeer(time.monotonic())
+        self._is_ours = False
+        self._woken = asyncio.Event()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._clock: asyncio.Task[None] | None = None
+
+    async def offer(self) -> None:
+        """Start: create the lines and the control channel, and send the offer."""
+        self._clock = asyncio.create_task(self._keep_time())
+        for label in self._plan.media_labels:
+            self.offerer.add_video(label)
+        channel = self.offerer.create_channel(control.CONTROL_LABEL, protocol=control.CHANNEL_PROTOCOL)
+        self.control = ControlPort(channel, self._heard)
+        try:
+            sdp, tracks = await self.offerer.offer()
+            knows_tracks = "catalogue" in self._plan.agreed and self._plan.catalogue is not None
+            named = dict(tracks) if knows_tracks else None
+            self._send(signaling.SdpOffer(rtc_connection_id=self._plan.peer_id, sdp_offer=sdp, tracks=named))
+        except MosaicError as error:
+            self._handle(machine.EndReceived(error.code, error.message))
+            return
+        self._handle(machine.Offered())
+
+    def time_out(self) -> None:
+        """Whoever waits for the connection has lost patience; the phase names the code."""
+        code = machine.TIMEOUTS.get(self._machine.phase, (0.0, "channel.timeout"))[1]
+        self._end_with(machine.End(code, "", tells_robot=True))
+
+    def hear(self, message: SignalingMessage) -> None:
+        """A signaling message about this connection."""
+        match message:
+            case signaling.SdpAnswer(sdp_answer=sdp):
+                self._run(self._accept(sdp))
+            case signaling.ExchangeIceCandidate(ice_candidate=candidate):
+                self._run(self.offerer.add_candidate(candidate))
+            case signaling.ClosePeerConnection(code=code, message=text):
+                self._handle(machine.EndReceived(code or "peer.closed", text or ""))
+            case _:
+                pass
+
+    async def close(self) -> None:
+        """Say good-bye and end everything; doing so twice does nothing."""
+        self._handle(machine.CloseRequested())
+        if self._clock is not None:
+            self._clock.cancel()
+        await self.offerer.close()
+
+    async def _accept(self, sdp: str) -> None:
+        if self._machine.phase != "waiting":
+            return
+        try:
+            await self.offerer.accept_answer(sdp)
+        except ConnectionFailed as error:
+            self._handle(machine.EndReceived(error.code, error.message))
+        else:
+            self._handle(machine.Answered())
+
+    # -- told by the peer connection ---------------------------------------------------------------------------------
+
+    def candidate_found(self, candidate: IceCandidate) -> None:
+        self._tell_server(signaling.ExchangeIceCandidate(rtc_connection_id=self._plan.peer_id, ice_candidate=candidate))
+
+    def state_changed(self, state: str) -> None:
+        self._handle(machine.TransportChanged(state))
+
+    def track_arrived(self, label: str, video: IncomingVideo) -> None:
+        self._owner.track_arrived(label, video)
+
+    def _heard(self, message: control.ControlMessage) -> None:
+        match message:
+            case control.Hello():
+                self._handle(machine.HelloReceived())
+            case control.Bye(code=code, message=text):
+                self._handle(machine.EndReceived(code, text or ""))
+            case _:
+                self._handle(machine.ControlReceived())
+                self._owner.control_heard(message)
+
+    # -- the machine -------------------------------------------------------------------------------------------------
+
+    def _handle(self, event: machine.Event) -> None:
+        for effect in self._machine.handle(event, time.monotonic()):
+            match effect:
+                case machine.SendPing():
+                    if self.control is not None:
+                        self.control.ping()
+                case machine.UseConnection(is_ours):
+                    self._is_ours = is_ours
+                    self._owner.robot_known(is_ours)
+                case machine.End():
+                    self._end(effect)
+        self._woken.set()
+
+    def _end_with(self, end: machine.End) -> None:
+        if self._machine.phase != "closed":
+            self._machine.handle(machine.CloseRequested(), time.monotonic())
+            self._end(end)
+
+    def _end(self, end: machine.End) -> None:
+        known = end.code if end.code in REASONS else "peer.closed"
+        if end.tells_robot:
+            if self.control is not None and self._is_ours:
+                self.control.send(control.Bye())
+            self._tell_server(signaling.ClosePeerConnection(rtc_connection_id=self._plan.peer_id))
+        self._run(self.offerer.close())
+        self._owner.ended(ConnectionFailed(end.message or reason(known).sentence, code=known))
+
+    def _tell_server(self, message: SignalingMessage) -> None:
+        """Best effort: a connection lives on while the server is away."""
+        try:
+            self._send(message)
+        except MosaicError as error:
+            _log.debug("the server could not be told: %s", error.message)
+
+    async def _keep_time(self) -> None:
+        while self._machine.phase != "closed":
+            self._woken.clear()
+            deadline_s = self._machine.deadline_s
+            try:
+                async with asyncio.timeout(None if deadline_s is None else deadline_s - time.monotonic()):
+                    await self._woken.wait()
+            except TimeoutError:
+                self._handle(machine.DeadlinePassed())
+
+    def _run(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
