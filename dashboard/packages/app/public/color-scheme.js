@@ -1,3 +1,4 @@
+/* global document, localStorage, matchMedia */
 // Runs before the first paint, so that a light page never flashes dark or the other way round.
 ;(() => {
   let chosen = null

@@ -1,5 +1,5 @@
 import { Center, Loader } from '@mantine/core'
-import { useMosaicClient, useReadable, useRobots } from '@mosaic/react'
+import { useMosaicClient, useReadable } from '@mosaic/react'
 import { Navigate, Route, Routes } from 'react-router-dom'
 import { RobotPage } from './robot/RobotPage'
 import { RobotListPage } from './robots/RobotListPage'
@@ -12,7 +12,7 @@ export interface AppProps {
 }
 
 export function App({ code }: AppProps) {
-  const { isBusy, failure, hasSignedIn } = useOneTimeCode(code)
+  const { isBusy, failure } = useOneTimeCode(code)
   const session = useReadable(useMosaicClient().session)
   if (isBusy) {
     return (
@@ -24,24 +24,9 @@ export function App({ code }: AppProps) {
   if (session === null) return <SignInPage codeFailure={failure} />
   return (
     <Routes>
-      <Route path="/" element={hasSignedIn ? <FirstPage /> : <RobotListPage />} />
+      <Route path="/" element={<RobotListPage />} />
       <Route path="/robots/:robotId" element={<RobotPage />} />
       <Route path="*" element={<Navigate to="/" replace />} />
     </Routes>
   )
-}
-
-let hasLedOn = false
-
-/** Whoever comes with a code wants to drive: with one robot there is nothing to choose. Once, so that Back works. */
-function FirstPage() {
-  const robots = useRobots()
-  const only = robots.length === 1 ? robots[0] : undefined
-  if (only === undefined || hasLedOn) return <RobotListPage />
-  return <LedOn to={`/robots/${encodeURIComponent(only.id)}`} />
-}
-
-function LedOn({ to }: { to: string }) {
-  hasLedOn = true
-  return <Navigate to={to} />
 }

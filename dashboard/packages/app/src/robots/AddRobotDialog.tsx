@@ -1,7 +1,7 @@
 import { Alert, Button, Code, CopyButton, Group, Modal, Stack, Text, TextInput } from '@mantine/core'
 import { useMosaicClient } from '@mosaic/react'
 import { IconCheck, IconCopy } from '@tabler/icons-react'
-import { useState, type FormEvent } from 'react'
+import { useState, type SubmitEvent } from 'react'
 import { failureOf, type Failure } from '../session/errorText'
 import { robotYaml, type RobotCredentials } from './robotYaml'
 
@@ -26,7 +26,7 @@ function AddRobot({ onDone }: { onDone: () => void }) {
   const [isBusy, setIsBusy] = useState(false)
   if (credentials !== null) return <NewRobot credentials={credentials} onDone={onDone} />
 
-  const submit = async (event: FormEvent<HTMLFormElement>) => {
+  const submit = async (event: SubmitEvent<HTMLFormElement>) => {
     event.preventDefault()
     const name = new FormData(event.currentTarget).get('name')
     setIsBusy(true)

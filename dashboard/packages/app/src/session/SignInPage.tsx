@@ -1,7 +1,7 @@
 import { Alert, Button, Paper, PasswordInput, Stack, Text, TextInput, Title } from '@mantine/core'
 import { useMosaicClient } from '@mosaic/react'
 import { IconAlertTriangle } from '@tabler/icons-react'
-import { useState, type FormEvent } from 'react'
+import { useState, type SubmitEvent } from 'react'
 import { useTitle } from '../shell/useTitle'
 import { Brand } from '../shell/Brand'
 import { ColorSchemeToggle } from '../shell/ColorSchemeToggle'
@@ -19,7 +19,7 @@ export function SignInPage({ codeFailure }: SignInPageProps) {
   const [isBusy, setIsBusy] = useState(false)
   const client = useMosaicClient()
 
-  const submit = async (event: FormEvent<HTMLFormElement>) => {
+  const submit = async (event: SubmitEvent<HTMLFormElement>) => {
     event.preventDefault()
     const form = new FormData(event.currentTarget)
     setIsBusy(true)

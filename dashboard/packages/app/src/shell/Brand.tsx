@@ -12,7 +12,7 @@ export function Brand() {
           <rect x="17" y="17" width="8" height="8" rx="2" />
         </g>
       </svg>
-      MOSAIC
+      <span className={classes.word}>MOSAIC</span>
     </span>
   )
 }

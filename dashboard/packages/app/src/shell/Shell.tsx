@@ -22,7 +22,7 @@ export function Shell({ header, children }: ShellProps) {
         Skip to content
       </a>
       <header className={classes.header}>
-        <Link to="/" className={classes.home} aria-label="MOSAIC: all robots">
+        <Link to="/" className={classes.home} data-compact={header !== undefined} aria-label="MOSAIC: all robots">
           <Brand />
         </Link>
         <div className={classes.slot}>{header}</div>

@@ -41,7 +41,7 @@ export function Battery({ entry, store }: WidgetProps) {
           <span key={field.path.join('.')} title={field.description}>
             {field.name}
             <b>
-              {formatted(field.value)} {field.unit}
+              {formatted(field.value, field.unit)} {field.unit}
             </b>
           </span>
         ))}

@@ -27,7 +27,7 @@ export interface DriveSessionOptions {
 }
 
 /** The pad that keys belong to: the newest, or the one touched last. Two pads must never obey one key. */
-let keyboardOwner: DriveSession | null = null
+const keyboard: { owner: DriveSession | null } = { owner: null }
 
 export class DriveSession {
   private state: DriveState = INITIAL_DRIVE
@@ -44,7 +44,7 @@ export class DriveSession {
     this.page = options.page ?? window
     this.nowMs = options.nowMs ?? (() => performance.now())
     this.clock = (options.makeClock ?? makeDriveClock)(() => this.dispatch({ type: 'tick' }))
-    keyboardOwner ??= this
+    keyboard.owner ??= this
     this.listenToPage()
   }
 
@@ -66,7 +66,7 @@ export class DriveSession {
   }
 
   moveStick(stick: Stick): void {
-    keyboardOwner = this
+    keyboard.owner = this
     this.dispatch({ type: 'stick', stick })
   }
 
@@ -82,7 +82,7 @@ export class DriveSession {
     this.stop('unmount')
     this.detached.abort()
     this.clock.dispose()
-    if (keyboardOwner === this) keyboardOwner = null
+    if (keyboard.owner === this) keyboard.owner = null
   }
 
   private dispatch(event: DriveEvent): void {
@@ -125,8 +125,8 @@ export class DriveSession {
   }
 
   private onKeyDown(event: KeyboardEvent): void {
-    keyboardOwner ??= this
-    if (keyboardOwner !== this) return
+    keyboard.owner ??= this
+    if (keyboard.owner !== this) return
     if (event.metaKey || event.ctrlKey || event.altKey) return this.stop('released')
     const key = driveKeyOf(event)
     if (key === null) return

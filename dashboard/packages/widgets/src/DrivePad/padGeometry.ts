@@ -8,9 +8,12 @@ export interface Box {
   height: number
 }
 
-/** Up is ahead, left is counter-clockwise; the pad's edge is full deflection. */
+/** How far the thumb travels, as a share of the pad's width: it stays inside the pad. */
+const TRAVEL = 0.35
+
+/** Up is ahead, left is counter-clockwise; full deflection is where the thumb touches the pad's edge. */
 export function stickAt(clientX: number, clientY: number, pad: Box): Stick {
-  const radius = Math.min(pad.width, pad.height) / 2
+  const radius = Math.min(pad.width, pad.height) * TRAVEL
   if (radius <= 0) return { forward: 0, left: 0 }
   return limited({
     forward: (pad.top + pad.height / 2 - clientY) / radius,
@@ -20,5 +23,5 @@ export function stickAt(clientX: number, clientY: number, pad: Box): Stick {
 
 /** Offset of the thumb from the middle, in per cent of the pad's width. */
 export function thumbOffset(stick: Stick): { xPercent: number; yPercent: number } {
-  return { xPercent: -stick.left * 50 || 0, yPercent: -stick.forward * 50 || 0 }
+  return { xPercent: -stick.left * TRAVEL * 100 || 0, yPercent: -stick.forward * TRAVEL * 100 || 0 }
 }

@@ -1,4 +1,4 @@
-import { useMemo } from 'react'
+import { useState } from 'react'
 import type { Place } from '../paint/Trail'
 import { TrailView } from '../PoseTrail/TrailView'
 import type { WidgetProps } from '../registry/WidgetDefinition'
@@ -9,7 +9,7 @@ const STEP_M = 0.25
 
 /** A position on Earth and the way since the page was opened, north up. No map is loaded from anywhere. */
 export function GpsPosition({ entry, store }: WidgetProps) {
-  const frame = useMemo(localFrame, [])
+  const [frame] = useState(localFrame)
   return (
     <TrailView
       store={store}

@@ -11,41 +11,38 @@ const PITCH_SPAN_DEG = 45
 /** Attitude as a horizon, with the rates and accelerations beside it. Drawn with every message, past React. */
 export function Imu({ store }: WidgetProps) {
   const ground = useRef<SVGGElement>(null)
-  const cells = useRef(new Map<string, HTMLElement>())
+  const numbers = useRef<HTMLDListElement>(null)
   const [hasValue, setHasValue] = useState(false)
   useEveryJson(store, (message) => {
     const reading = imuOf(message)
     if (reading === null) return
     setHasValue(true)
-    show(reading, ground.current, cells.current)
+    show(reading, ground.current, numbers.current)
   })
-  const cell = (name: string) => (element: HTMLElement | null) => {
-    if (element !== null) cells.current.set(name, element)
-  }
   return (
     <div className={classes.root}>
       <Horizon ground={ground} />
-      <dl className={classes.numbers}>
+      <dl ref={numbers} className={classes.numbers}>
         <dt>Roll</dt>
-        <dd ref={cell('roll')} />
+        <dd data-cell="roll" />
         <dt>Pitch</dt>
-        <dd ref={cell('pitch')} />
+        <dd data-cell="pitch" />
         <dt>Yaw</dt>
-        <dd ref={cell('yaw')} />
+        <dd data-cell="yaw" />
         <dt>rad/s</dt>
-        <dd ref={cell('rate')} />
+        <dd data-cell="rate" />
         <dt>m/s²</dt>
-        <dd ref={cell('acceleration')} />
+        <dd data-cell="acceleration" />
       </dl>
       {!hasValue && <Notice tone="wait" title="No value yet" />}
     </div>
   )
 }
 
-function show({ attitude, angularVelocity, acceleration }: ImuReading, ground: SVGGElement | null, cells: Map<string, HTMLElement>): void {
+function show({ attitude, angularVelocity, acceleration }: ImuReading, ground: Element | null, numbers: Element | null): void {
   const write = (name: string, text: string) => {
-    const element = cells.get(name)
-    if (element !== undefined) element.textContent = text
+    const element = numbers?.querySelector(`[data-cell=${name}]`)
+    if (element != null) element.textContent = text
   }
   write('roll', attitude === null ? '–' : degreesText(attitude.rollRad))
   write('pitch', attitude === null ? '–' : degreesText(attitude.pitchRad))

@@ -31,5 +31,6 @@ function axesText(value: unknown): string {
 /** The sign has a place of its own, so that nothing moves when it changes. */
 function axisText(value: unknown): string {
   if (typeof value !== 'number' || !Number.isFinite(value)) return '–'
-  return `${value < 0 ? '−' : ' '}${Math.abs(value).toFixed(2)}`
+  const size = Math.abs(value).toFixed(2)
+  return `${value < 0 && Number(size) !== 0 ? '−' : '\u2007'}${size}`
 }

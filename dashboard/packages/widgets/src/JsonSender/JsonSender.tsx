@@ -29,7 +29,10 @@ export function JsonSender({ entry, store }: WidgetProps) {
 
   const send = () => {
     const checked = isJson ? checkedJson(text) : { ok: true as const, text }
-    if (!checked.ok) return setSaid({ tone: 'bad', text: checked.problem, after: refusal })
+    if (!checked.ok) {
+      setSaid({ tone: 'bad', text: checked.problem, after: refusal })
+      return
+    }
     const isAccepted = sends(store) && store.sendData(checked.text)
     setSaid({ tone: isAccepted ? 'ok' : 'bad', text: isAccepted ? 'Sent' : 'The link did not take it; try again', after: refusal })
   }

@@ -74,7 +74,9 @@ function runningPlot(
   const timer =
     pausedAtS === null
       ? setInterval(() => {
-          if (!document.hidden) plot.setData(data())
+          if (document.hidden) return
+          plot.setData(data())
+          showNewest(plot)
         }, PERIOD_MS)
       : undefined
   return () => {
@@ -82,6 +84,11 @@ function runningPlot(
     resized.disconnect()
     plot.destroy()
   }
+}
+
+/** The legend tells the newest values, unless somebody points at older ones. */
+function showNewest(plot: uPlot): void {
+  if (plot.cursor.left === undefined || plot.cursor.left < 0) plot.setLegend({ idx: (plot.data[0].length || 1) - 1 }, false)
 }
 
 function sizeOf(target: HTMLElement): { width: number; height: number } {

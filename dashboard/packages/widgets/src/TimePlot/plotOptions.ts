@@ -26,6 +26,8 @@ export function plotOptions(fields: readonly Field[], look: PlotLook, windowS: n
       ...units.slice(0, 2).map((unit, index): uPlot.Axis => ({
         ...stroke,
         scale: scaleOf(unit),
+        // uPlot's enum has no values at run time: 3 is left, 1 is right.
+        // eslint-disable-next-line @typescript-eslint/no-unsafe-enum-assignment
         side: index === 0 ? 3 : 1,
         size: 52,
         grid: { ...grid, show: index === 0 },

@@ -36,7 +36,7 @@ function Value({ field }: { field: FieldValue }) {
     <dl className={classes.value} title={field.description || field.path.join('.')}>
       <dt className={classes.name}>{field.name}</dt>
       <dd className={classes.number} data-kind={field.kind}>
-        {formatted(value)}
+        {formatted(value, field.unit)}
         {field.unit !== '' && value != null && <span className={classes.unit}>{field.unit}</span>}
       </dd>
     </dl>

@@ -1,13 +1,13 @@
 import { ActionIcon } from '@mantine/core'
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { IconMaximize } from '@tabler/icons-react'
-import { useRef, useState } from 'react'
+import { useEffect, useEffectEvent, useRef, useState } from 'react'
 import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { showsMedia, type ShowsMedia } from '../stores/storeKinds'
 import type { PictureState } from './frameMeter'
-import { usePicture } from './usePicture'
 import classes from './Video.module.css'
+import { playPicture } from './VideoPlayer'
 
 /** A camera's picture with what was measured about it. A frozen picture is shown as frozen. */
 export function Video({ store, ...props }: WidgetProps) {
@@ -23,7 +23,20 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
   const [state, setState] = useState<PictureState>('none')
   const stream = useReadable(store.mediaStream)
   const connection = useRobotConnection(robotId)
-  usePicture({ store, stream, connection, video, facts, alarm, onState: setState })
+  const statistics = useReadable(store.statistics)
+  const measured = useEffectEvent(() => ({ statistics, roundTripMs: connection.state.get().roundTripMs }))
+  useEffect(() => {
+    if (video.current === null || facts.current === null || alarm.current === null) return undefined
+    return playPicture(
+      { video: video.current, facts: facts.current, alarm: alarm.current },
+      {
+        stream,
+        measured: () => measured(),
+        pictureAgeMs: (rtpTimestamp, atMs) => store.pictureAgeMs(rtpTimestamp, atMs),
+        onState: setState,
+      },
+    )
+  }, [store, stream])
   return (
     <div ref={root} className={classes.root} data-state={state} data-testid="video">
       <video ref={video} className={classes.video} autoPlay muted playsInline aria-label={`Picture of ${entry.label}`} />

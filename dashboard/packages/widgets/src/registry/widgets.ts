@@ -98,7 +98,7 @@ export const widgets: readonly WidgetDefinition[] = [
       priority: 50,
     },
     area: 'panel',
-    size: { columns: 4, rows: 5 },
+    size: { columns: 4, rows: 4 },
     Component: GpsPosition,
   },
   {
@@ -147,7 +147,7 @@ export const widgets: readonly WidgetDefinition[] = [
     icon: IconListNumbers,
     accepts: { dataTypes: FROM_ROBOT, anything: true, priority: 20 },
     area: 'panel',
-    size: { columns: 4, rows: 3 },
+    size: { columns: 4, rows: 4 },
     Component: ValueCards,
   },
   {

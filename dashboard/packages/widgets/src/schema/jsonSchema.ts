@@ -58,12 +58,14 @@ function kindOf(node: JsonSchema): Field['kind'] | null {
   }
 }
 
+const FOLLOWED = ['$ref', 'anyOf', 'allOf']
+
 /** Follows `$ref` and the first real branch of an optional (`anyOf` with null); keeps what stands beside them. */
 function resolved(node: JsonSchema, root: JsonSchema): JsonSchema {
   const target = referred(node, root) ?? optional(node)
   if (target === null) return node
-  const { $ref: _ref, anyOf: _anyOf, allOf: _allOf, ...beside } = node
-  return { ...resolved(target, root), ...beside }
+  const beside = Object.entries(node).filter(([key]) => !FOLLOWED.includes(key))
+  return { ...resolved(target, root), ...Object.fromEntries(beside) }
 }
 
 function referred(node: JsonSchema, root: JsonSchema): JsonSchema | null {

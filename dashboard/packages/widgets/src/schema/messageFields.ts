@@ -42,12 +42,16 @@ function kindOfValue(value: unknown): Field['kind'] {
 }
 
 /** A value as text of a steady width; what is missing is a dash. */
-export function formatted(value: unknown): string {
+export function formatted(value: unknown, unit = ''): string {
   if (value === null || value === undefined) return '–'
-  if (typeof value === 'number') return formattedNumber(value)
+  if (typeof value === 'number') return unit === '%' ? formattedPercent(value) : formattedNumber(value)
   if (typeof value === 'boolean') return value ? 'yes' : 'no'
   if (Array.isArray(value)) return formattedList(value)
   return typeof value === 'string' ? value : JSON.stringify(value)
+}
+
+function formattedPercent(value: number): string {
+  return Number.isFinite(value) ? withoutNegativeZero(value.toFixed(1)) : '–'
 }
 
 export function formattedNumber(value: number): string {
@@ -64,5 +68,5 @@ function withoutNegativeZero(text: string): string {
 
 function formattedList(values: readonly unknown[]): string {
   if (values.length > MAX_LIST) return `${values.length} values`
-  return values.map(formatted).join(', ')
+  return values.map((value) => formatted(value)).join(', ')
 }

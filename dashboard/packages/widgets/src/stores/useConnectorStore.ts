@@ -5,17 +5,17 @@ import { useEffect, useState } from 'react'
 import type { AnyStore } from './storeKinds'
 
 export function useConnectorStore(robotId: string, connectorId: string, dataType: MosaicDataType): AnyStore | null {
-  const { getOrCreateStore, releaseStore } = useMosaicStore()
+  const stores = useMosaicStore()
   const [store, setStore] = useState<AnyStore | null>(null)
   useEffect(() => {
     const connector = { robotId, connectorId, dataType }
     // The store is an external resource that must be taken and given back in pairs, so it can't be made in render.
     // eslint-disable-next-line react-hooks/set-state-in-effect
-    setStore(getOrCreateStore(connector))
+    setStore(stores.getOrCreateStore(connector))
     return () => {
-      releaseStore(connector)
+      stores.releaseStore(connector)
       setStore(null)
     }
-  }, [robotId, connectorId, dataType, getOrCreateStore, releaseStore])
+  }, [robotId, connectorId, dataType, stores])
   return store
 }

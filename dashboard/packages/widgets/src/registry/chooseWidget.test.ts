@@ -1,0 +1,95 @@
+import type { CatalogueEntry } from '@mosaic/client'
+import { describe, expect, test } from 'vitest'
+import { chooseWidget, fitOf, widgetsFor } from './chooseWidget'
+import { widgets } from './widgets'
+
+function entry(fields: Partial<CatalogueEntry>): CatalogueEntry {
+  return {
+    label: 'thing',
+    type: 'something',
+    kind: 'data',
+    dataType: 'json-r2u',
+    direction: 'to-operator',
+    channels: [],
+    delivery: 'reliable',
+    ...fields,
+  }
+}
+
+const chosen = (fields: Partial<CatalogueEntry>, choice?: string) => chooseWidget(widgets, entry(fields), choice)?.id
+
+const object = (...names: string[]) => ({
+  type: 'object',
+  properties: Object.fromEntries(names.map((name) => [name, { type: 'number' }])),
+})
+
+describe('a connector is shown by', () => {
+  test.each([
+    'drive-pad',
+    'video',
+    'laser-scan',
+    'pose-trail',
+    'battery',
+    'imu',
+    'gps',
+    'time-plot',
+    'value-cards',
+    'raw-json',
+    'connection-check',
+  ])('the widget that the robot names: %s', (widget) => {
+    const definition = widgets.find(({ id }) => id === widget)
+    const dataType = definition?.accepts.dataTypes[0] ?? 'json-r2u'
+    const kind = definition?.accepts.kinds?.[0] ?? 'data'
+    expect(chosen({ widget, dataType, kind })).toBe(widget)
+  })
+
+  test('another spelling of the hint', () => expect(chosen({ widget: 'gps-position' })).toBe('gps'))
+
+  test('its type, where a robot names nothing', () => {
+    expect(chosen({ type: 'cmd-vel', dataType: 'json-u2r' })).toBe('drive-pad')
+    expect(chosen({ type: 'ros2-sender-sensor-NavSatFix' })).toBe('gps')
+    expect(chosen({ type: 'connection-check', dataType: 'json-bi' })).toBe('connection-check')
+  })
+
+  test('its schema', () => {
+    expect(chosen({ messageSchema: object('ranges', 'angle_min', 'angle_increment') })).toBe('laser-scan')
+    expect(chosen({ messageSchema: object('latitude', 'longitude') })).toBe('gps')
+    expect(chosen({ messageSchema: object('percent', 'voltage_v') })).toBe('battery')
+  })
+
+  test('something general, where nothing fits better', () => {
+    expect(chosen({})).toBe('value-cards')
+    expect(chosen({ dataType: 'string-r2u' })).toBe('text-log')
+    expect(chosen({ dataType: 'json-u2r', messageSchema: object('gripper') })).toBe('json-sender')
+    expect(chosen({ dataType: 'byte-r2u' })).toBe('bytes')
+  })
+
+  test('what a person chose, if that can show it', () => {
+    expect(chosen({ widget: 'battery' }, 'raw-json')).toBe('raw-json')
+    expect(chosen({ widget: 'battery' }, 'video')).toBe('battery')
+  })
+
+  test('nothing, and that is said, where nothing fits', () => {
+    expect(chosen({ dataType: 'byte-u2r' })).toBeUndefined()
+    expect(chosen({ dataType: 'media', kind: 'audio' })).toBeUndefined()
+  })
+})
+
+test('a hint never forces a widget on data that it can not show', () => {
+  expect(chosen({ widget: 'video', dataType: 'json-r2u' })).toBe('value-cards')
+})
+
+test('without a schema special widgets are offered, but not chosen', () => {
+  const offered = widgetsFor(widgets, entry({})).map(({ id }) => id)
+  expect(offered).toContain('laser-scan')
+  expect(offered.indexOf('value-cards')).toBeLessThan(offered.indexOf('laser-scan'))
+})
+
+test('with a schema that does not fit they are not even offered', () => {
+  const scan = widgets.find(({ id }) => id === 'laser-scan')
+  expect(scan && fitOf(scan, entry({ messageSchema: object('percent') }))).toBeNull()
+})
+
+test('every id is unique', () => {
+  expect(new Set(widgets.map(({ id }) => id)).size).toBe(widgets.length)
+})
