@@ -170,8 +170,9 @@ class DataChannelReceivable(Handler, Generic[T]):
     """Seconds without a valid message after which :meth:`make_safe` runs; ``None``: never. ``safety.timeout_s`` in
     the YAML file overrides it."""
 
-    def handle_data(self, data: T, sender: Sender) -> Awaitable[None] | None:
-        """Act on one message. May be written without ``sender``, and as ``async def``.
+    def handle_data(self, data: T, *sender: Any, **_: Any) -> Awaitable[None] | None:
+        """Act on one message. Write ``handle_data(self, data)`` or ``handle_data(self, data, sender)``, ``def`` or
+        ``async def``; ``sender`` is a :class:`~mosaic_core.contract.host.Sender`.
 
         ``def`` runs on this receiver's own thread, one message at a time, newest first under ``delivery: latest``.
         Raising ends and restarts the handler; raise :class:`Refused` to refuse just this message.

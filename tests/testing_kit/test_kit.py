@@ -75,7 +75,7 @@ class TickerConfigurer(DataChannelConfigurer[TickParams]):
 
 
 class AsyncTicker(Ticker):
-    async def messages(self) -> AsyncIterator[Tick]:  # type: ignore[override]
+    async def messages(self) -> AsyncIterator[Tick]:
         async for _ in self.every(self.period_s):
             yield Tick(at_s=self.monotonic_s())
 
@@ -218,7 +218,7 @@ def test_async_receivers_are_fed_and_may_refuse() -> None:
 
 def test_an_error_of_the_handler_reaches_the_test() -> None:
     class Faulty(DataChannelReceivable[str]):
-        def handle_data(self, data: str) -> None:  # type: ignore[override]
+        def handle_data(self, data: str) -> None:
             raise RuntimeError(data)
 
     with pytest.raises(RuntimeError, match="boom"):

@@ -146,13 +146,16 @@ def test_a_command_that_is_not_a_number_is_refused_with_a_reason(on_site: Any) -
         connection.on_refusal(refusals.put_nowait)
         pad = connection.sendable("cmd_vel")
         await pad.wait_open()
+        start = await pose_of(connection)
         for bad in ('{"linear":{"x":"fast"}}', "{}", "[1]", "not json", '{"linear":{"x":NaN}}'):
-            start = await pose_of(connection)
-            pad.send_data(bad)
-            refusal = await asyncio.wait_for(refusals.get(), 5)
+            async with asyncio.timeout(5):
+                while refusals.empty():  # the same refusal is told twice a second at most
+                    pad.send_data(bad)
+                    await pose_of(connection)
+            refusal = refusals.get_nowait()
             assert refusal.label == "cmd_vel"
             assert refusal.code.startswith(("channel.", "safety."))
-            assert math.dist(start, await pose_of(connection)) < 0.01
+        assert math.dist(start, await pose_of(connection)) < 0.01
 
     on_site(body)
 
@@ -214,14 +217,13 @@ def test_a_server_restart_leaves_live_peers_untouched(on_site: Any, server: Any,
     async def body(site: Site) -> None:
         connection = await site.connected()
         await pose_of(connection)
-        peers = {peer["peer_id"] for peer in robot.snapshots[-1]["peers"]}
         await asyncio.to_thread(server.stop)
         await drive_until_it_moves(connection)
-        assert robot.snapshots[-1]["state"] != "ready"
+        await asyncio.to_thread(robot.wait_for, lambda row: row["state"] != "ready", "the robot misses its server")
         await asyncio.to_thread(server.start)
         await asyncio.to_thread(robot.wait_for, lambda row: row["state"] == "ready", "the robot is back", 45)
         await until_it_rests(connection)
-        assert peers & {peer["peer_id"] for peer in robot.snapshots[-1]["peers"]}
+        assert connection.peer_id in {peer["peer_id"] for peer in robot.snapshots[-1]["peers"]}
         await (await site.connected()).receivable("pose").next_message()
 
     on_site(body)

@@ -105,7 +105,7 @@ def test_a_refusal_names_the_field_and_quotes_nothing() -> None:
 
 def test_handle_data_may_be_written_with_or_without_its_sender() -> None:
     class Without(DataChannelJsonReceivable):
-        def handle_data(self, data: dict[str, Any]) -> None:  # type: ignore[override]
+        def handle_data(self, data: dict[str, Any]) -> None:
             return
 
     class With(DataChannelJsonReceivable):

@@ -24,7 +24,7 @@ class Wheels(DataChannelJsonReceivable):
         self.hang = threading.Event()
         self.hang.set()
 
-    def handle_data(self, data: dict[str, Any]) -> None:  # type: ignore[override]
+    def handle_data(self, data: dict[str, Any]) -> None:
         self.log.append((data["v"], time.monotonic()))
         self.hang.wait(5)
 

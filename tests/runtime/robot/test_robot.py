@@ -534,7 +534,7 @@ def test_an_async_sender_and_an_async_receiver_share_the_loop(kit: Any) -> None:
     class Async(DataChannelJsonReceivable):
         got: list[Any] = []  # noqa: RUF012
 
-        async def handle_data(self, data: dict[str, Any]) -> None:  # type: ignore[override]
+        async def handle_data(self, data: dict[str, Any]) -> None:
             await asyncio.sleep(0)
             self.got.append(data)
 
