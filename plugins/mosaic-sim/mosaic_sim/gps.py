@@ -49,7 +49,7 @@ def to_wgs84(latitude_deg: float, longitude_deg: float, east_m: float, north_m: 
 
 class SimGps(DataChannelSendable[GpsFix]):
     delivery = Delivery.LATEST
-    widget = "gps-position"
+    widget = "gps"
 
     def __init__(self, label: str, params: SimGpsParams, world: LiveWorld) -> None:
         super().__init__(label)

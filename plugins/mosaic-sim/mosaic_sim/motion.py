@@ -38,6 +38,8 @@ class Motion:
     linear_mps2: float = 0.0
     travelled_m: float = 0.0
     is_touching: bool = False
+    free_m: float = 0.0
+    """It can touch nothing before it has moved this far: until then nobody needs to look for walls."""
 
 
 def wheel_targets(chassis: Chassis, linear_mps: float, angular_radps: float) -> tuple[float, float]:
@@ -56,7 +58,8 @@ def moved(room: Room, chassis: Chassis, motion: Motion, command: tuple[float, fl
     linear, angular = (left + right) / 2, (right - left) / chassis.track_width_m
     heading = motion.yaw_rad + angular * dt_s / 2
     wish = (linear * dt_s * math.cos(heading), linear * dt_s * math.sin(heading))
-    dx, dy, is_touching = _unblocked(room, chassis.radius_m, (motion.x_m, motion.y_m), wish)
+    dx, dy, free_m = _unblocked(room, chassis.radius_m, motion, wish)
+    is_touching = (dx, dy) != wish
     if is_touching:
         wanted_mps = abs(linear)
         linear = (dx * math.cos(heading) + dy * math.sin(heading)) / dt_s
@@ -75,6 +78,7 @@ def moved(room: Room, chassis: Chassis, motion: Motion, command: tuple[float, fl
         linear_mps2=(linear - motion.linear_mps) / dt_s,
         travelled_m=motion.travelled_m + math.hypot(dx, dy),
         is_touching=is_touching,
+        free_m=free_m,
     )
 
 
@@ -87,20 +91,20 @@ def _spun_up(chassis: Chassis, speed_mps: float, target_mps: float, dt_s: float)
     return 0.0 if target_mps == 0.0 and abs(speed_mps) < 1e-3 else speed_mps
 
 
-def _unblocked(
-    room: Room, radius_m: float, place: tuple[float, float], wish: tuple[float, float]
-) -> tuple[float, float, bool]:
-    """How far of ``wish`` the room lets the robot go: all, along the surface it touches, or nothing."""
-    if wish == (0.0, 0.0):
-        return 0.0, 0.0, False
-    clearance_m, (nx, ny) = clearance(room, (place[0] + wish[0], place[1] + wish[1]))
+def _unblocked(room: Room, radius_m: float, motion: Motion, wish: tuple[float, float]) -> tuple[float, float, float]:
+    """How far of ``wish`` the room lets the robot go (all, along the surface it touches, or nothing), and how far it
+    is free from there."""
+    length_m = math.hypot(*wish)
+    if length_m < motion.free_m or length_m == 0.0:
+        return *wish, motion.free_m - length_m
+    clearance_m, (nx, ny) = clearance(room, (motion.x_m + wish[0], motion.y_m + wish[1]))
     if clearance_m >= radius_m:
-        return *wish, False
+        return *wish, clearance_m - radius_m
     into = wish[0] * nx + wish[1] * ny
     along = (wish[0] - into * nx, wish[1] - into * ny) if into < 0 else wish
-    if clearance(room, (place[0] + along[0], place[1] + along[1]))[0] >= radius_m:
-        return *along, True
-    return 0.0, 0.0, True
+    if clearance(room, (motion.x_m + along[0], motion.y_m + along[1]))[0] >= radius_m:
+        return *along, 0.0
+    return 0.0, 0.0, 0.0
 
 
 def clearance(room: Room, place: tuple[float, float]) -> tuple[float, tuple[float, float]]:

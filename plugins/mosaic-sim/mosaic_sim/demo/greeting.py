@@ -35,7 +35,7 @@ def _to_try() -> Table:
     table.add_row("Try", "hold W, A, S, D or the arrow keys, or drag the drive pad: the robot drives.")
     table.add_row("", "let go: it stops. Close the tab while driving: it stops, too.")
     table.add_row("", "open the address in a second window: both see the same robot.")
-    table.add_row("", "park on the green pad in the south-west corner: the battery charges.")
+    table.add_row("", "park on the green pad behind the robot: the battery charges.")
     return table
 
 
