@@ -6,7 +6,7 @@ from typing import Any
 
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from mosaic_core.words.codes import CloseCode
 from mosaic_core.words.signaling import (
@@ -56,9 +56,9 @@ class Parties(RuleBasedStateMachine):
         self.extensions: dict[int, dict[str, int]] = {}
         self.live: set[int] = set()
         self.owners: dict[str, tuple[str, str]] = {}
-        self.sent_by: dict[str, tuple[int, str]] = {}
         self.delivered: dict[tuple[int, int], list[int]] = {}
         self.count = 0
+        self.relayed = 0
 
     # --- what may happen
 
@@ -69,10 +69,29 @@ class Parties(RuleBasedStateMachine):
         self.live.add(number)
         self._handle(SocketOpened(number, side, self.now_s))
 
+    @initialize(ours=st.booleans())
+    def a_busy_morning(self, ours: bool) -> None:
+        """Everybody is there and connected, so that the walk begins where it gets interesting."""
+        for name in range(len(ROBOTS)):
+            self.a_socket_opens(Side.ROBOT)
+            self._authorize(len(self.sides), name, ours)
+            self.anybody_reports_a_status(len(self.sides) - 1, 0)
+        for name in (0, 0, 1, 2):
+            self.a_socket_opens(Side.OPERATOR)
+            self._authorize(len(self.sides), name, ours)
+        first, second, third, _ = ROBOTS
+        self.an_operator_asks_for_connections("ada", {first, second})
+        self.an_operator_asks_for_connections("bob", {third})
+        for operator, connection in ((4, 0), (4, 1), (6, 2)):
+            self.anybody_speaks_in_any_connection(operator, connection, "offer")
+        assert self.relayed == 3
+
     @precondition(lambda self: self.live)
     @rule(which=pick, name=pick, ours=st.booleans())
     def a_socket_authorizes(self, which: int, name: int, ours: bool) -> None:
-        socket = self._live(which)
+        self._authorize(self._live(which), name, ours)
+
+    def _authorize(self, socket: int, name: int, ours: bool) -> None:
         self.extensions[socket] = dict(EXTENSIONS) if ours else {}
         if self.sides[socket] is Side.ROBOT:
             robot_id = list(ROBOTS)[name % len(ROBOTS)]
@@ -87,7 +106,9 @@ class Parties(RuleBasedStateMachine):
     @rule(account=st.sampled_from(sorted(ACCOUNTS)), robots=st.sets(st.sampled_from(sorted(ROBOTS)), min_size=1))
     def an_operator_asks_for_connections(self, account: str, robots: set[str]) -> None:
         self.count += 1
-        wanted = tuple(WantedConnection(one, f"{self.count}/{one}", f"s{self.count}/{one}", "t") for one in robots)
+        wanted = tuple(
+            WantedConnection(one, f"{self.count}/{one}", f"s{self.count}/{one}", "t") for one in sorted(robots)
+        )
         before = dict(self.owners)
         self.owners |= {one.connection_id: (account, one.robot_id) for one in wanted}
         operator = OperatorIdentity(id=account, name=account)
@@ -188,6 +209,7 @@ class Parties(RuleBasedStateMachine):
         order = self.delivered.setdefault((sender, effect.socket), [])
         order.append(self.count)
         assert order == sorted(order)
+        self.relayed += 1
 
     def _live(self, which: int) -> int:
         return sorted(self.live)[which % len(self.live)]
