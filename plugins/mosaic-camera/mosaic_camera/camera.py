@@ -15,7 +15,7 @@ from mosaic_camera.source import Grabbed, Wanted, is_device, open_source, shown
 from mosaic_camera.source_error import SourceError
 from mosaic_camera.thinning import Thinning
 from mosaic_camera.transform import Flip, Rotation, scaled, turned
-from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, Params
+from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, Params, unit
 from mosaic_core.contract.media import Image
 
 WAKE_S = 0.2
@@ -38,13 +38,22 @@ class CameraParams(Params):
         ge=2,
         le=7680,
         description="Pixels. A device takes its nearest mode, files and streams are scaled. Default: the source's own.",
+        json_schema_extra=unit("px"),
     )
     height: int | None = Field(
-        default=None, ge=2, le=4320, description="Pixels, like `width`; with only one of both the other follows."
+        default=None,
+        ge=2,
+        le=4320,
+        description="Pixels, like `width`; with only one of both the other follows.",
+        json_schema_extra=unit("px"),
     )
-    fps: float | None = Field(default=None, gt=0, le=240, description="At most this many pictures per second.")
+    fps: float | None = Field(
+        default=None, gt=0, le=240, description="At most this many pictures per second.", json_schema_extra=unit("1/s")
+    )
     flip: Flip = Field(default="none", description="Mirror the picture.")
-    rotation: Rotation = Field(default=0, description="Degrees clockwise, after flipping.")
+    rotation: Rotation = Field(
+        default=0, description="Degrees clockwise, after flipping.", json_schema_extra=unit("deg")
+    )
     loop: bool = Field(default=True, description="Start a video file again when it ends.")
 
 
@@ -133,9 +142,9 @@ class OpencvSenderCameraParams(Params):
     """MOSAIC's own names; numbers may be strings, as its files have them."""
 
     camera_id: int = Field(default=0, ge=0, description="The N of /dev/videoN.")
-    width: int = Field(default=640, ge=2, le=7680, description="Pixels.")
-    height: int = Field(default=480, ge=2, le=4320, description="Pixels.")
-    fps: float = Field(default=30, gt=0, le=240, description="Pictures per second.")
+    width: int = Field(default=640, ge=2, le=7680, description="Pixels.", json_schema_extra=unit("px"))
+    height: int = Field(default=480, ge=2, le=4320, description="Pixels.", json_schema_extra=unit("px"))
+    fps: float = Field(default=30, gt=0, le=240, description="Pictures per second.", json_schema_extra=unit("1/s"))
 
 
 class OpencvSenderCameraConfigurer(MediaTrackConfigurer[OpencvSenderCameraParams]):

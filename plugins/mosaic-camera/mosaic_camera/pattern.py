@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from mosaic_camera.marks import ROWS, block_height, draw_marks
-from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, Params
+from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, Params, unit
 from mosaic_core.contract.media import Image
 
 BARS_BGR = (
@@ -24,9 +24,11 @@ TURN_S = 4.0
 class TestPatternParams(Params):
     __test__ = False
 
-    width: int = Field(default=640, ge=160, le=3840, multiple_of=2, description="Pixels.")
-    height: int = Field(default=480, ge=120, le=2160, multiple_of=2, description="Pixels.")
-    fps: float = Field(default=30.0, gt=0, le=120, description="Pictures per second.")
+    width: int = Field(default=640, ge=160, le=3840, multiple_of=2, description="Pixels.", json_schema_extra=unit("px"))
+    height: int = Field(
+        default=480, ge=120, le=2160, multiple_of=2, description="Pixels.", json_schema_extra=unit("px")
+    )
+    fps: float = Field(default=30.0, gt=0, le=120, description="Pictures per second.", json_schema_extra=unit("1/s"))
 
 
 class PatternPainter:

@@ -6,15 +6,15 @@ from collections.abc import Iterator
 
 from pydantic import Field
 
-from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler
+from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, unit
 from mosaic_sim.live_world import LiveWorld, SimParams, shared_world
 from mosaic_sim.renderer import Renderer
 
 
 class SimCameraParams(SimParams):
-    width: int = Field(default=640, ge=64, le=1920, multiple_of=2, description="Pixels.")
-    height: int = Field(default=480, ge=48, le=1080, multiple_of=2, description="Pixels.")
-    fps: float = Field(default=20.0, gt=0, le=60, description="Pictures per second.")
+    width: int = Field(default=640, ge=64, le=1920, multiple_of=2, description="Pixels.", json_schema_extra=unit("px"))
+    height: int = Field(default=480, ge=48, le=1080, multiple_of=2, description="Pixels.", json_schema_extra=unit("px"))
+    fps: float = Field(default=20.0, gt=0, le=60, description="Pictures per second.", json_schema_extra=unit("1/s"))
     fov_deg: float = Field(default=75.0, ge=30, le=120, description="Horizontal field of view.")
 
 
