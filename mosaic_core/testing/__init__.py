@@ -1,4 +1,4 @@
-"""The kit for plugin authors: no network, no threads, no sleeping.
+"""The kit for plugin authors: no network, no sleeping, and but for ``joined`` no threads.
 
 ::
 
@@ -9,6 +9,9 @@
     assert fed.made_safe == [MadeSafe(0.5, "safety.timeout")]
 
     pictures = take_frames(build(CameraConfigurer, params={…}), 3)
+
+    async with joined(connector(BatteryConfigurer, label="battery")) as link:     # robot and operator, in memory
+        message = await link.connection.receivable("battery").next_message()
 
 The pytest plugin adds the fixtures ``fake_clock`` and ``install_distribution``. It lives in this package and is loaded
 with every pytest run, so the names are imported when first used.
@@ -34,6 +37,8 @@ if TYPE_CHECKING:
         Silence,
         feed,
     )
+    from mosaic_core.testing.joining import Joined, connector, joined, until
+    from mosaic_core.testing.memory_network import MemoryFrame
 
 _HOME = {
     "build": "building",
@@ -51,6 +56,11 @@ _HOME = {
     "RefusedMessage": "feeding",
     "Silence": "feeding",
     "feed": "feeding",
+    "Joined": "joining",
+    "connector": "joining",
+    "joined": "joining",
+    "until": "joining",
+    "MemoryFrame": "memory_network",
 }
 
 
@@ -67,13 +77,18 @@ __all__ = [
     "FakeHost",
     "Fed",
     "From",
+    "Joined",
     "Leaves",
     "MadeSafe",
+    "MemoryFrame",
     "RefusedMessage",
     "Silence",
     "build",
     "collect",
+    "connector",
     "fake_host",
     "feed",
+    "joined",
     "take_frames",
+    "until",
 ]

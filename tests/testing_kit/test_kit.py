@@ -75,7 +75,7 @@ class TickerConfigurer(DataChannelConfigurer[TickParams]):
 
 
 class AsyncTicker(Ticker):
-    async def messages(self) -> AsyncIterator[Tick]:
+    async def messages(self) -> AsyncIterator[Tick]:  # type: ignore[override]
         async for _ in self.every(self.period_s):
             yield Tick(at_s=self.monotonic_s())
 
@@ -133,7 +133,7 @@ def test_async_bodies_are_collected_too() -> None:
 
 
 def test_a_body_that_yields_too_little_is_named() -> None:
-    with pytest.raises(AssertionError, match="under_test: 11 of 20 messages within 10.5 s of fake time"):
+    with pytest.raises(AssertionError, match=r"under_test: 11 of 20 messages within 10\.5 s of fake time"):
         collect(build(TickerConfigurer), 20, within_s=10.5)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydantic import Field
 
-from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Delivery, Message, Params, Sender, unit
+from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Delivery, Message, Params, unit
 
 
 class LampParams(Params):
@@ -25,7 +25,7 @@ class Lamp(DataChannelReceivable[Brightness]):
         super().__init__(label)
         self.params = params
 
-    def handle_data(self, data: Brightness, sender: Sender) -> None:
+    def handle_data(self, data: Brightness) -> None:
         brightest = int((self.params.led / "max_brightness").read_text())
         self._shine(round(brightest * data.brightness_percent / 100))
 

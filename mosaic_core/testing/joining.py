@@ -1,0 +1,157 @@
+"""A robot with chosen connectors and operators beside it, in memory: all of MOSAIC but the network.
+
+Handlers run on their real threads and in real time here; for everything that can be tested without, ``build``,
+``collect`` and ``feed`` are quicker and exact.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint
+from typing import Any
+
+import pluggy
+
+from mosaic_core.contract.configurer import Configurer
+from mosaic_core.operator.mosaic_operator import MosaicOperator
+from mosaic_core.operator.robot_connection import RobotConnection
+from mosaic_core.runtime.auto_configurer import AutoConfigurer, Configured
+from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector
+from mosaic_core.runtime.config_problems import validated
+from mosaic_core.runtime.hook_calls import hook_plugins
+from mosaic_core.runtime.resolver import GROUP, ConnectorResolver, InstalledConnector
+from mosaic_core.runtime.robot import Robot
+from mosaic_core.runtime.yaml_document import YamlDocument
+from mosaic_core.testing.memory_network import MemoryNetwork, memory_picture
+from mosaic_core.testing.memory_server import BASE_URL, MemoryServer
+from mosaic_core.words.config import AuthConfig, ConnectorConfig, RobotConfig, ServerConfig
+from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.signaling import RobotStatus
+
+ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
+PATIENCE_S = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class ConnectorEntry:
+    """One entry of ``connectors:``, with the class instead of an installed type."""
+
+    configurer: type[Configurer[Any]]
+    config: ConnectorConfig
+
+
+def connector(
+    configurer: type[Configurer[Any]],
+    *,
+    label: str = "under_test",
+    params: Mapping[str, Any] | None = None,
+    safety: Mapping[str, Any] | None = None,
+    delivery: str | None = None,
+) -> ConnectorEntry:
+    """One connector of :func:`joined`, written as in the YAML file."""
+    entry = {"type": configurer.connector_type or "under-test", "label": label, "params": dict(params or {})}
+    more = {"safety": dict(safety) if safety else None, "delivery": delivery}
+    return ConnectorEntry(configurer, ConnectorConfig.model_validate({**entry, **more}))
+
+
+@dataclass(slots=True)
+class Joined:
+    """What a test holds of robot and operator."""
+
+    robot: Robot
+    configured: Configured
+    operator: MosaicOperator
+    connection: RobotConnection
+    """The first operator's; a second one's comes from :meth:`another_operator`."""
+    _network: MemoryNetwork
+    _server: MemoryServer
+    _stack: contextlib.AsyncExitStack
+
+    async def another_operator(self, name: str = "Bob") -> RobotConnection:
+        """A second person connects; signed off when the test ends."""
+        _, connection = await _signed_in(self._stack, self._server, self._network, name)
+        return connection
+
+    def cut(self) -> None:
+        """Pull the cable: nothing arrives any more and nobody is told. The robot notices within two seconds."""
+        self._network.cut()
+
+
+@asynccontextmanager
+async def joined(*entries: ConnectorEntry, plugins: pluggy.PluginManager | None = None) -> AsyncIterator[Joined]:
+    """``async with joined(connector(BatteryConfigurer, label="battery")) as link:`` a robot and its operator Alice,
+    connected. ``link.connection.receivable("battery")`` and the other stores work as with a real robot.
+
+    Pictures arrive as :class:`MemoryFrame`, unconverted. Raises :class:`ConfigError` for mistakes in params. Hook
+    plugins that are installed are not loaded; give your own in ``plugins``.
+    """
+    configured = AutoConfigurer(resolver=ConnectorResolver([]), plugins=plugins or hook_plugins([])).configure(
+        _checked(entries)
+    )
+    server, network = MemoryServer(ROBOT_ID), MemoryNetwork()
+    robot = Robot(
+        configured.config,
+        configured.connectors,
+        shared=configured.shared,
+        plugins=configured.plugins,
+        connect_socket=server.connect,
+        make_answerer=network.answerer,
+        prepare_picture=memory_picture,
+        software="mosaic-core/testing",
+    )
+    running = [asyncio.create_task(robot.run()), asyncio.create_task(server.keep_alive())]
+    try:
+        async with contextlib.AsyncExitStack() as stack:
+            operator, connection = await _signed_in(stack, server, network, "Alice")
+            yield Joined(robot, configured, operator, connection, network, server, stack)
+    finally:
+        robot.stop()
+        running[1].cancel()
+        await asyncio.wait(running)
+    running[0].result()
+
+
+async def _signed_in(
+    stack: contextlib.AsyncExitStack, server: MemoryServer, network: MemoryNetwork, name: str
+) -> tuple[MosaicOperator, RobotConnection]:
+    operator = MosaicOperator(
+        BASE_URL, name, open_socket=server.connect, make_offerer=network.offerer, http=server.http()
+    )
+    await stack.enter_async_context(operator)
+    await operator.wait_status(ROBOT_ID, RobotStatus.READY_TO_CONNECT, PATIENCE_S)
+    return operator, await operator.connect(ROBOT_ID, timeout_s=PATIENCE_S)
+
+
+def _checked(entries: tuple[ConnectorEntry, ...]) -> CheckedConfig:
+    tree = {"connectors": [entry.config.model_dump(mode="python") for entry in entries]}
+    document = YamlDocument(tree)
+    auth = AuthConfig.model_validate({"type": "no-authorization", "robot_id": ROBOT_ID})
+    config = RobotConfig(
+        server=ServerConfig(ws_url="ws://memory.invalid", auth=auth),
+        connectors=tuple(entry.config for entry in entries),
+    )
+    checked, problems = [], []
+    for index, entry in enumerate(entries):
+        place = ("connectors", index)
+        raw = entry.config
+        params, more = validated(entry.configurer.params_model, raw.params, document, (*place, "params"))
+        safety, others = validated(entry.configurer.safety_model, raw.safety or {}, document, (*place, "safety"))
+        problems += [*more, *others]
+        if params is not None and safety is not None:
+            origin = f"{entry.configurer.__module__}:{entry.configurer.__qualname__}"
+            installed = InstalledConnector(raw.type, origin, "", EntryPoint(raw.type, origin, GROUP))
+            checked.append(CheckedConnector(raw, entry.configurer, params, safety, installed, place))
+    if problems:
+        raise ConfigError(problems)
+    return CheckedConfig(config, tuple(checked), document)
+
+
+async def until(condition: Callable[[], object], timeout_s: float = PATIENCE_S) -> None:
+    """Wait until ``condition()`` is true; raises :class:`TimeoutError`."""
+    async with asyncio.timeout(timeout_s):
+        while not condition():  # noqa: ASYNC110 - what it waits for may happen on any thread
+            await asyncio.sleep(0.005)

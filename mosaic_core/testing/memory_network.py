@@ -1,0 +1,213 @@
+"""Peer connections without a network: what aiortc is for a robot and an operator, in one process's memory."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mosaic_core.contract.media import Captured, Picture
+from mosaic_core.runtime.operator_transport import OffererListener
+from mosaic_core.runtime.transport import AnswererListener, PictureFeed
+from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import IceCandidate
+
+
+@dataclass(frozen=True, slots=True)
+class MemoryFrame:
+    """A picture as it arrives at the operator: exactly what the handler yielded, and when it was captured."""
+
+    image: Any
+    captured_at_s: float
+
+
+def memory_picture(picture: Picture, captured_at_s: float) -> MemoryFrame:
+    """Implements ``runtime.transport.PicturePreparer``: nothing is converted."""
+    return MemoryFrame(picture.image if isinstance(picture, Captured) else picture, captured_at_s)
+
+
+class MemoryChannel:
+    """One end of a data channel; messages reach the other end in the loop's next turn, in order."""
+
+    def __init__(self, link: MemoryLink, label: str, protocol: str, is_reliable: bool) -> None:
+        self.label = label
+        self.protocol = protocol
+        self.is_reliable = is_reliable
+        self.is_open = False
+        self.buffered_bytes = 0
+        self.on_message: Callable[[bytes | str], None] | None = None
+        self.on_open: Callable[[], None] | None = None
+        self.on_close: Callable[[], None] | None = None
+        self.on_drained: Callable[[], None] | None = None
+        self.other: MemoryChannel | None = None
+        self._link = link
+
+    def send(self, data: bytes | str) -> None:
+        if not self.is_open:
+            raise ConnectionFailed(f"the channel {self.label!r} is closed", code="peer.closed")
+        assert self.other is not None
+        asyncio.get_running_loop().call_soon(self.other.receive, data)
+
+    def receive(self, data: bytes | str) -> None:
+        if self.is_open and not self._link.is_cut and self.on_message is not None:
+            self.on_message(data)
+
+    def opened(self) -> None:
+        self.is_open = True
+        if self.on_open is not None:
+            self.on_open()
+
+    def close(self) -> None:
+        """Close both ends."""
+        for end in (self, self.other):
+            if end is not None and end.is_open:
+                end.is_open = False
+                if end.on_close is not None:
+                    end.on_close()
+
+
+class MemoryVideo:
+    """Implements ``runtime.operator_transport.IncomingVideo``."""
+
+    def __init__(self, link: MemoryLink, feed: PictureFeed) -> None:
+        self._link = link
+        self._feed = feed
+
+    async def next(self) -> Any:
+        while True:
+            frame = await self._feed.next()
+            if not self._link.is_cut:
+                return frame
+
+    def stop(self) -> None:
+        """Nothing is held."""
+
+
+class MemoryLink:
+    """One connection between an operator (the offerer) and a robot (the answerer); implements both ends."""
+
+    def __init__(self, number: int, listener: OffererListener) -> None:
+        self.sdp = f"memory {number}"
+        self.is_cut = False
+        self._offerer = listener
+        self._answerer: AnswererListener | None = None
+        self._is_connected = False
+        self._is_closed = False
+        self._labels: list[str] = []
+        self._feeds: dict[str, PictureFeed] = {}
+        self._channels: list[MemoryChannel] = []
+
+    # -- the operator's end ------------------------------------------------------------------------------------------
+
+    def create_channel(
+        self, label: str, *, protocol: str = "", ordered: bool = True, max_retransmits: int | None = None
+    ) -> MemoryChannel:
+        is_reliable = ordered and max_retransmits is None
+        ours, theirs = (MemoryChannel(self, label, protocol, is_reliable) for _ in range(2))
+        ours.other, theirs.other = theirs, ours
+        self._channels.append(ours)
+        if self._is_connected:
+            asyncio.get_running_loop().call_soon(self._open, ours)
+        return ours
+
+    def add_video(self, label: str) -> None:
+        self._labels.append(label)
+
+    async def offer(self) -> tuple[str, Mapping[str, str]]:
+        return self.sdp, {str(line): label for line, label in enumerate(self._labels)}
+
+    async def accept_answer(self, sdp: str) -> None:
+        asyncio.get_running_loop().call_soon(self._connect)
+
+    async def add_candidate(self, candidate: IceCandidate) -> None:
+        """There are none in memory."""
+
+    async def close(self) -> None:
+        self._close()
+
+    # -- the robot's end ---------------------------------------------------------------------------------------------
+
+    def answered_by(self, listener: AnswererListener, media_labels: Sequence[str]) -> str:
+        self._answerer = listener
+        wanted = [label for label in self._labels if label in media_labels]
+        self._feeds = {label: listener.track_bound(label) for label in wanted}
+        unbound = [label for label in media_labels if label not in wanted]
+        if unbound:
+            listener.tracks_unbound(unbound)
+        return f"{self.sdp} answered"
+
+    def _connect(self) -> None:
+        if self._is_closed or self._answerer is None:
+            return
+        self._is_connected = True
+        for label, feed in self._feeds.items():
+            self._offerer.track_arrived(label, MemoryVideo(self, feed))
+        self._answerer.state_changed("connected")
+        self._offerer.state_changed("connected")
+        for channel in list(self._channels):
+            self._open(channel)
+
+    def _open(self, ours: MemoryChannel) -> None:
+        if self._is_closed or self.is_cut or self._answerer is None or ours.is_open:
+            return
+        assert ours.other is not None
+        ours.other.is_open = True
+        self._answerer.channel_opened(ours.other)
+        ours.opened()
+
+    def _close(self) -> None:
+        if self._is_closed:
+            return
+        self._is_closed = True
+        for channel in self._channels:
+            channel.close()
+        if not self.is_cut:
+            self._offerer.state_changed("closed")
+            if self._answerer is not None:
+                self._answerer.state_changed("closed")
+
+
+class MemoryAnswerer:
+    """Implements ``runtime.transport.Answerer``."""
+
+    def __init__(self, network: MemoryNetwork, listener: AnswererListener) -> None:
+        self._network = network
+        self._listener = listener
+        self._link: MemoryLink | None = None
+
+    async def answer(self, offer_sdp: str, media_labels: Sequence[str], tracks: Mapping[str, str] | None) -> str:
+        self._link = self._network.links.get(offer_sdp)
+        if self._link is None:
+            raise ConnectionFailed(f"no such offer: {offer_sdp!r}", code="sdp.invalid")
+        return self._link.answered_by(self._listener, media_labels)
+
+    async def add_candidate(self, candidate: IceCandidate) -> None:
+        """There are none in memory."""
+
+    async def close(self) -> None:
+        if self._link is not None:
+            await self._link.close()
+
+
+class MemoryNetwork:
+    """All connections of a test."""
+
+    def __init__(self) -> None:
+        self.links: dict[str, MemoryLink] = {}
+
+    def offerer(self, listener: OffererListener, ice_servers: Sequence[IceServer]) -> MemoryLink:
+        """Implements ``OffererFactory``."""
+        link = MemoryLink(len(self.links) + 1, listener)
+        self.links[link.sdp] = link
+        return link
+
+    def answerer(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> MemoryAnswerer:
+        """Implements ``AnswererFactory``."""
+        return MemoryAnswerer(self, listener)
+
+    def cut(self) -> None:
+        """From now on nothing arrives anywhere, and nobody is told: a cable was pulled."""
+        for link in self.links.values():
+            link.is_cut = True

@@ -1,0 +1,216 @@
+"""A robot and operators in memory: what plugin authors join when a handler alone isn't enough."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Coroutine, Iterator
+from typing import Any
+
+import pytest
+from pydantic import Field
+
+from mosaic_core import (
+    Captured,
+    DataChannelBidirectional,
+    DataChannelConfigurer,
+    DataChannelReceivable,
+    DataChannelSendable,
+    MediaTrackConfigurer,
+    MediaTrackHandler,
+    Message,
+    NoParams,
+    Params,
+    Sender,
+)
+from mosaic_core.runtime.connection_check import ConnectionCheckConfigurer
+from mosaic_core.testing import MemoryFrame, connector, joined, until
+from mosaic_core.words.errors import ConfigError
+
+TIMEOUT_S = 20.0
+
+
+def run(main: Coroutine[Any, Any, None]) -> None:
+    async def limited() -> None:
+        async with asyncio.timeout(TIMEOUT_S):
+            await main
+
+    asyncio.run(limited())
+
+
+class GaugeParams(Params):
+    period_s: float = Field(default=0.02, gt=0)
+
+
+class Reading(Message):
+    number: int
+
+
+class Gauge(DataChannelSendable[Reading]):
+    def __init__(self, label: str, period_s: float) -> None:
+        super().__init__(label)
+        self.period_s = period_s
+
+    def messages(self) -> Iterator[Reading]:
+        for number in self.every(self.period_s):
+            yield Reading(number=number)
+
+
+class GaugeConfigurer(DataChannelConfigurer[GaugeParams]):
+    connector_type = "gauge"
+
+    def configure(self) -> Gauge:
+        return Gauge(self.label, self.params.period_s)
+
+
+class Speed(Message):
+    mps: float
+
+
+class Motor(DataChannelReceivable[Speed]):
+    timeout_s = 0.2
+
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.speeds: list[float] = []
+        self.safe: list[str] = []
+        self.stopped = threading.Event()
+
+    def handle_data(self, data: Speed, sender: Sender) -> None:
+        self.speeds.append(data.mps)
+
+    def make_safe(self, cause: str) -> None:
+        self.safe.append(cause)
+
+
+class MotorConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Motor:
+        return Motor(self.label)
+
+
+class Echo(DataChannelBidirectional[dict[str, Any]]):
+    async def handle_data(self, data: dict[str, Any], sender: Sender) -> None:
+        self.send_json({**data, "to": sender.name}, to=sender)
+
+
+class EchoConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Echo:
+        return Echo(self.label)
+
+
+class Eye(MediaTrackHandler):
+    def frames(self) -> Iterator[Any]:
+        for number in self.every(0.02):
+            yield Captured(f"picture {number}", 5.0)  # type: ignore[arg-type]
+
+
+class EyeConfigurer(MediaTrackConfigurer[NoParams]):
+    def configure(self) -> Eye:
+        return Eye(self.label)
+
+
+def motor_of(link: Any) -> Motor:
+    (motor,) = (one for made in link.configured.connectors for one in made.handlers if isinstance(one, Motor))
+    return motor
+
+
+def test_messages_arrive_at_every_operator() -> None:
+    async def main() -> None:
+        async with joined(connector(GaugeConfigurer, label="gauge", params={"period_s": 0.01})) as link:
+            bob = await link.another_operator()
+            for connection in (link.connection, bob):
+                first = (await connection.receivable("gauge").next_message()).json()["number"]
+                second = (await connection.receivable("gauge").next_message()).json()["number"]
+                assert second > first
+            assert {sender.name for sender in link.robot.peers} == {"Alice", "Bob"}
+
+    run(main())
+
+
+def test_commands_arrive_and_silence_makes_safe() -> None:
+    async def main() -> None:
+        async with joined(connector(MotorConfigurer, label="motor")) as link:
+            store = link.connection.sendable("motor")
+            await store.wait_open()
+            refused: list[Any] = []
+            link.connection.on_refusal(refused.append)
+            assert store.send_json({"mps": 1.5})
+            assert store.send_json({"speed": 1})
+            motor = motor_of(link)
+            await until(lambda: motor.safe)
+            assert (motor.speeds, motor.safe) == ([1.5], ["safety.timeout"])
+            await until(lambda: refused)
+            assert refused[0].code == "channel.invalid"
+
+    run(main())
+
+
+def test_a_cut_cable_makes_safe() -> None:
+    async def main() -> None:
+        async with joined(connector(MotorConfigurer, label="motor", safety={"timeout_s": 30})) as link:
+            store = link.connection.sendable("motor")
+            await store.wait_open()
+            store.send_json({"mps": 1})
+            motor = motor_of(link)
+            await until(lambda: motor.speeds)
+            link.cut()
+            await until(lambda: motor.safe)
+            assert motor.safe == ["safety.peer_left"]
+
+    run(main())
+
+
+def test_answers_reach_only_who_asked() -> None:
+    async def main() -> None:
+        async with joined(connector(EchoConfigurer, label="echo")) as link:
+            bob = await link.another_operator("Bob")
+            stores = [link.connection.bidirectional("echo"), bob.bidirectional("echo")]
+            for store in stores:
+                await store.wait_open()
+            waiting = asyncio.create_task(stores[1].next_message())
+            await asyncio.sleep(0)
+            stores[1].send_json({"a": 1})
+            assert (await waiting).json() == {"a": 1, "to": "Bob"}
+            assert stores[0].latest is None
+
+    run(main())
+
+
+def test_pictures_arrive_as_they_were_yielded() -> None:
+    async def main() -> None:
+        async with joined(connector(EyeConfigurer, label="front")) as link:
+            frame: Any = await link.connection.media("front").next_frame()
+            assert isinstance(frame, MemoryFrame)
+            assert frame.image.startswith("picture ")
+            assert frame.captured_at_s == 5.0
+
+    run(main())
+
+
+def test_built_in_connectors_work_too() -> None:
+    async def main() -> None:
+        async with joined(connector(ConnectionCheckConfigurer, label="link")) as link:
+            assert link.connection.catalogue is not None
+            assert [entry.label for entry in link.connection.catalogue.entries] == ["link"]
+
+    run(main())
+
+
+def test_the_end_leaves_no_thread() -> None:
+    async def main() -> None:
+        async with joined(connector(GaugeConfigurer, label="gauge"), connector(MotorConfigurer, label="motor")):
+            pass
+
+    before = set(threading.enumerate())
+    run(main())
+    left = [thread.name for thread in set(threading.enumerate()) - before if thread.name.startswith("mosaic")]
+    assert left == []
+
+
+def test_wrong_params_are_told_before_anything_starts() -> None:
+    async def main() -> None:
+        async with joined(connector(GaugeConfigurer, params={"perid_s": 1})):
+            pass
+
+    with pytest.raises(ConfigError, match="did you mean 'period_s'"):
+        run(main())
