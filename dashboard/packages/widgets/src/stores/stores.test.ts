@@ -1,0 +1,46 @@
+import { afterEach, beforeEach, expect, test, vi } from 'vitest'
+import { ageOf, formattedAge } from './age'
+import { jsonOf } from './decode'
+import { throttled } from './useReceived'
+
+const bytes = (text: string) => new TextEncoder().encode(text).buffer
+
+beforeEach(() => void vi.useFakeTimers())
+afterEach(() => void vi.useRealTimers())
+
+test('the age of a value counts from when the robot made it, where that is known', () => {
+  expect(ageOf({ receivedAtMs: 1000, ageMs: null }, 1500)).toBe(500)
+  expect(ageOf({ receivedAtMs: 1000, ageMs: 200 }, 1500)).toBe(700)
+  expect(ageOf({ receivedAtMs: 1000, ageMs: -5 }, 900)).toBe(0)
+})
+
+test.each([
+  [200, 'live'],
+  [1500, '1 s ago'],
+  [150_000, '2 min ago'],
+  [7_300_000, '2 h ago'],
+])('an age of %d ms is told as %s', (ageMs, text) => {
+  expect(formattedAge(ageMs)).toBe(text)
+})
+
+test('what is not JSON is kept as text', () => {
+  expect(jsonOf(bytes('{"a":1}'))).toEqual({ ok: true, value: { a: 1 } })
+  expect(jsonOf(bytes('oops'))).toEqual({ ok: false, text: 'oops' })
+})
+
+test('a throttled action runs at once, not too often, and after the last call', () => {
+  const action = vi.fn()
+  const show = throttled(action, 100)
+  show.call()
+  expect(action).toHaveBeenCalledTimes(1)
+  for (let index = 0; index < 10; index++) show.call()
+  vi.advanceTimersByTime(100)
+  expect(action).toHaveBeenCalledTimes(2)
+  vi.advanceTimersByTime(1000)
+  expect(action).toHaveBeenCalledTimes(2)
+  show.call()
+  show.call()
+  show.cancel()
+  vi.advanceTimersByTime(1000)
+  expect(action).toHaveBeenCalledTimes(3)
+})
