@@ -77,6 +77,7 @@ class Admission:
         self._max_peers = max_peers
         self._prepared: dict[str, _Prepared] = {}
         self._peers: dict[str, str] = {}  # id -> "connecting" or "connected"
+        self._identities: dict[str, PeerIdentity] = {}
 
     def prepare(self, message: wire.PrepareConnection, now_s: float) -> None:
         """The server announces an offer."""
@@ -117,15 +118,23 @@ class Admission:
         except AuthError as error:
             yield RefusePeer(peer_id, error.code, error.message)
             return
+        if any(
+            identity.session_id == other.session_id and identity.operator_id != other.operator_id
+            for other in self._identities.values()
+        ):
+            # Whoever took over a session would take over what hangs on it.
+            yield RefusePeer(peer_id, "peer.not_allowed", "this session belongs to another operator")
+            return
         if not several:  # the original robot has one peer, and the newest offer wins (UPSTREAM §3.5)
             for old_id, phase in list(self._peers.items()):
-                del self._peers[old_id]
+                self.forget(old_id)
                 yield StopPeer(old_id, "peer.replaced", was_connected=phase == "connected")
         elif len(self._peers) >= self._max_peers:
             yield RefusePeer(peer_id, "signal.robot_busy", f"the robot already has {len(self._peers)} operators")
             return
         own = prepared.message.ice_servers if prepared else None
         self._peers[peer_id] = "connecting"
+        self._identities[peer_id] = identity
         early = tuple(prepared.candidates) if prepared else ()
         yield StartPeer(peer_id, identity, offer.sdp_offer, offer.tracks, own or ice_servers, early)
 
@@ -144,6 +153,7 @@ class Admission:
     def forget(self, peer_id: str) -> str | None:
         """The peer is over; its phase (``connecting`` or ``connected``), or ``None`` if it was unknown."""
         self._prepared.pop(peer_id, None)
+        self._identities.pop(peer_id, None)
         return self._peers.pop(peer_id, None)
 
     def status(self, *, several: bool) -> wire.RobotStatus:
