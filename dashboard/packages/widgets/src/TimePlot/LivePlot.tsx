@@ -88,7 +88,9 @@ function runningPlot(
 
 /** The legend tells the newest values, unless somebody points at older ones. */
 function showNewest(plot: uPlot): void {
-  if (plot.cursor.left === undefined || plot.cursor.left < 0) plot.setLegend({ idx: (plot.data[0].length || 1) - 1 }, false)
+  const rows = plot.data[0].length
+  const isPointedAt = (plot.cursor.left ?? -1) >= 0
+  if (rows > 0 && !isPointedAt) plot.setLegend({ idx: rows - 1 }, false)
 }
 
 function sizeOf(target: HTMLElement): { width: number; height: number } {

@@ -36,7 +36,7 @@ export function plotOptions(fields: readonly Field[], look: PlotLook, windowS: n
       })),
     ],
     series: [
-      { label: 'Time', value: (_plot, value: number | null) => (value === null ? '–' : `${value.toFixed(1)} s`) },
+      { label: 'Time', value: (_plot, value?: number | null) => (value == null ? '–' : `${value.toFixed(1)} s`) },
       ...fields.map((field, index): uPlot.Series => ({
         label: seriesName(field, fields),
         scale: scaleOf(field.unit),
@@ -45,7 +45,7 @@ export function plotOptions(fields: readonly Field[], look: PlotLook, windowS: n
         width: 1.75,
         points: { show: false },
         spanGaps: false,
-        value: (_plot, value: number | null) => (value === null ? '–' : `${formattedNumber(value)} ${field.unit}`.trim()),
+        value: (_plot, value?: number | null) => (value == null ? '–' : `${formattedNumber(value)} ${field.unit}`.trim()),
       })),
     ],
   }

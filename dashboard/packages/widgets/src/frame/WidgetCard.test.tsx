@@ -1,0 +1,121 @@
+import { MantineProvider } from '@mantine/core'
+import { Value, type CatalogueEntry, type MessageInfo, type MosaicClient, type StoreState } from '@mosaic/client'
+import { MosaicProvider } from '@mosaic/react'
+import { act, cleanup, render, screen } from '@testing-library/react'
+import { afterEach, beforeEach, expect, test, vi } from 'vitest'
+import { chooseWidget } from '../registry/chooseWidget'
+import { widgets } from '../registry/widgets'
+import { WidgetCard } from './WidgetCard'
+
+const ENTRY: CatalogueEntry = {
+  label: 'battery',
+  type: 'battery',
+  kind: 'data',
+  dataType: 'json-r2u',
+  direction: 'to-operator',
+  channels: [],
+  delivery: 'reliable',
+}
+
+class FakeStore {
+  readonly state = new Value<StoreState>({ phase: 'open' })
+  latest: { data: ArrayBuffer; info: MessageInfo } | null = null
+  private readonly listeners = new Set<(data: ArrayBuffer, info: MessageInfo) => void>()
+  subscribe(listener: (data: ArrayBuffer, info: MessageInfo) => void): () => void {
+    this.listeners.add(listener)
+    return () => this.listeners.delete(listener)
+  }
+  receive(value: unknown, info: Partial<MessageInfo> = {}): void {
+    const data = new TextEncoder().encode(JSON.stringify(value)).buffer
+    const receivedAtMs = performance.timeOrigin + performance.now()
+    this.latest = { data, info: { receivedAtMs, seq: 1, stampUs: 0, latched: false, ageMs: null, ...info } }
+    for (const listener of this.listeners) listener(data, this.latest.info)
+  }
+  get listenerCount(): number {
+    return this.listeners.size
+  }
+}
+
+let store: FakeStore
+let released: number
+
+beforeEach(() => {
+  vi.useFakeTimers()
+  store = new FakeStore()
+  released = 0
+})
+
+afterEach(() => {
+  cleanup()
+  vi.useRealTimers()
+})
+
+function shown(entry = ENTRY, widget = chooseWidget(widgets, entry)) {
+  const storeManager = { getOrCreateStore: () => store, releaseStore: () => (released += 1) }
+  return render(
+    <MantineProvider>
+      <MosaicProvider client={{ storeManager } as unknown as MosaicClient}>
+        <WidgetCard robotId="r" entry={entry} widget={widget} alternatives={[]} onChoose={() => {}} />
+      </MosaicProvider>
+    </MantineProvider>,
+  )
+}
+
+test('a value is shown with its age', () => {
+  shown()
+  act(() => store.receive({ voltage_v: 12.5 }))
+  expect(screen.getByText('Voltage')).toBeTruthy()
+  expect(screen.getByText('12.50')).toBeTruthy()
+  act(() => void vi.advanceTimersByTime(300))
+  expect(screen.getByTestId('age').textContent).toBe('live')
+  act(() => void vi.advanceTimersByTime(5000))
+  expect(screen.getByTestId('age').textContent).toBe('5 s ago')
+})
+
+test('a repeated value is marked as latched', () => {
+  shown()
+  act(() => store.receive({ voltage_v: 12.5 }, { latched: true, ageMs: 4000 }))
+  act(() => void vi.advanceTimersByTime(300))
+  expect(screen.getByTestId('age').textContent).toBe('latched · 4 s ago')
+})
+
+test('a label that the robot does not know is shown with the nearest one', () => {
+  store.state.set({ phase: 'mismatch', code: 'channel.unknown_label', nearest: 'battery_1' })
+  shown()
+  expect(screen.getByText("The robot has no connector 'battery'")).toBeTruthy()
+  expect(screen.getByText(/Did you mean 'battery_1'/)).toBeTruthy()
+})
+
+test('a closed channel says why and keeps the last value', () => {
+  shown()
+  act(() => store.receive({ voltage_v: 12.5 }))
+  act(() => store.state.set({ phase: 'closed', code: 'peer.lost' }))
+  expect(screen.getByText(/fell silent/)).toBeTruthy()
+  expect(screen.getByText('12.50')).toBeTruthy()
+})
+
+test('a connector that nothing shows is said', () => {
+  shown({ ...ENTRY, dataType: 'byte-u2r' })
+  expect(screen.getByText('No widget shows byte-u2r')).toBeTruthy()
+})
+
+test('a widget that fails is named and can be tried again', () => {
+  vi.spyOn(console, 'error').mockImplementation(() => {})
+  const broken = widgets[0]
+  if (broken === undefined) throw new Error('no widget')
+  shown(ENTRY, {
+    ...broken,
+    title: 'Broken',
+    Component: () => {
+      throw new Error('no canvas')
+    },
+  })
+  expect(screen.getByText('Broken failed')).toBeTruthy()
+  vi.restoreAllMocks()
+})
+
+test('the store is given back when the card leaves', () => {
+  shown().unmount()
+  expect(released).toBe(1)
+  expect(store.listenerCount).toBe(0)
+})
