@@ -5,10 +5,10 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Callable, Iterator
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-import click
 import typer
 from pydantic import BaseModel
 
@@ -31,7 +31,7 @@ def command_line() -> str:
     return "\n".join(lines)
 
 
-def _command(command: click.Command, path: list[str]) -> Iterator[str]:
+def _command(command: Any, path: list[str]) -> Iterator[str]:
     yield f"## `{' '.join(path)}`"
     yield ""
     yield inspect.cleandoc(command.help or "")
@@ -47,16 +47,23 @@ def _command(command: click.Command, path: list[str]) -> Iterator[str]:
         for parameter in parameters:
             yield _parameter(parameter)
         yield ""
-    if isinstance(command, click.Group):
-        context = click.Context(command)
+    if hasattr(command, "list_commands"):
+        context = command.make_context(path[-1], [], resilient_parsing=True)
+        plugins = _plugin_commands() if path == ["mosaic"] else {}
         for name in command.list_commands(context):
-            inner = command.get_command(context, name)
+            inner = plugins.get(name) or command.get_command(context, name)
             if inner is not None and not inner.hidden:
                 yield from _command(inner, [*path, name])
 
 
-def _parameter(parameter: click.Parameter) -> str:
-    if isinstance(parameter, click.Option):
+def _plugin_commands() -> dict[str, Any]:
+    """The commands of our own plugins, imported; the command line imports them only when they are invoked."""
+    points = entry_points(group="mosaic.commands")
+    return {point.name: typer.main.get_command(point.load()) for point in points if point.value.startswith("mosaic_")}
+
+
+def _parameter(parameter: Any) -> str:
+    if parameter.param_type_name == "option":
         words = " ".join(f"`{word}`" for word in (*parameter.opts, *parameter.secondary_opts))
         text = parameter.help or ""
     else:

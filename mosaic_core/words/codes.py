@@ -34,6 +34,7 @@ REASONS: dict[str, Reason] = {
         # auth.*: who are you
         Reason("auth.required", "Authorization comes first."),
         Reason("auth.failed", "The credentials were refused.", "Check the robot id and token, or log in again."),
+        Reason("auth.unknown_robot", "The server knows no robot with this id.", "Check the robot's id."),
         Reason("auth.expired", "The log-in has expired.", "Log in again."),
         Reason("auth.forbidden", "This account may not do that."),
         Reason("auth.bad_ticket", "The operator's ticket is missing, expired or not signed by the robot's server."),
@@ -47,7 +48,7 @@ REASONS: dict[str, Reason] = {
             "Stop the other process or give it an identity of its own.",
         ),
         Reason("signal.too_slow", "The receiver did not keep up, or sent too much."),
-        Reason("signal.unreachable", "The server can't be reached.", "Check `server.ws_url` and the network."),
+        Reason("signal.unreachable", "The server can't be reached.", "Check the server's address and the network."),
         Reason("signal.robot_offline", "The robot isn't connected to the server."),
         Reason("signal.robot_busy", "The robot takes one operator at a time and has one."),
         Reason("signal.unknown_connection", "No such connection, or it isn't yours."),
@@ -163,7 +164,7 @@ RESULT_REASONS: dict[ResultCode, str] = {
     ResultCode.USER_NOT_FOUND: "auth.failed",
     ResultCode.USER_NOT_ACTIVE: "auth.forbidden",
     ResultCode.INVALID_PASSWORD: "auth.failed",
-    ResultCode.ROBOT_NOT_FOUND: "auth.failed",
+    ResultCode.ROBOT_NOT_FOUND: "auth.unknown_robot",
     ResultCode.ROBOT_NOT_IN_SAME_ORGANIZATION: "auth.forbidden",
     ResultCode.ROBOT_NOT_READY_TO_CONNECT: "signal.robot_busy",
 }

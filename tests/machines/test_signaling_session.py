@@ -151,7 +151,7 @@ def test_a_server_that_never_authorizes_is_given_up() -> None:
     ("answer", "code"),
     [
         (frame("authorize.res", 10021), "auth.failed"),
-        (frame("authorize", 20001), "auth.failed"),
+        (frame("authorize", 20001), "auth.unknown_robot"),
         (frame("authorize.res", 2004), "auth.expired"),
         (frame("authorize.res", 10000), "auth.failed"),
         (frame("authorize.res", 424242), "auth.failed"),

@@ -22,6 +22,7 @@ const BACKOFF = { baseMs: 500, maxMs: 10_000 }
 /** Trying again changes nothing; and `peer.replaced` means that another page took over on purpose. */
 const PERMANENT: ReadonlySet<string> = new Set([
   'auth.failed',
+  'auth.unknown_robot',
   'auth.expired',
   'auth.forbidden',
   'peer.replaced',

@@ -80,7 +80,7 @@ async def _must_belong(services: Services, person: Person, robot_ids: list[str])
     robots = await services.database.run(robots_by_id, robot_ids)
     for robot_id in robot_ids:
         if robot_id not in robots:
-            raise ApiError(ResultCode.ROBOT_NOT_FOUND, f"no robot {robot_id[:36]}", code="signal.robot_offline")
+            raise ApiError(ResultCode.ROBOT_NOT_FOUND, f"no robot {robot_id[:36]}", code="auth.unknown_robot")
     if any(robot.organization_id != person.organization_id for robot in robots.values()):
         raise ApiError(ResultCode.ROBOT_NOT_IN_SAME_ORGANIZATION, status=403)
 

@@ -156,7 +156,7 @@ async def robot_of(services: Services, person: Person, robot_id: str) -> RobotRe
     """The robot, if it belongs to the person's organization."""
     robot = await services.database.run(robot_by_id, robot_id.lower())
     if robot is None or robot.organization_id != person.organization_id:
-        raise ApiError(ResultCode.ROBOT_NOT_FOUND, "no such robot", code="signal.robot_offline")
+        raise ApiError(ResultCode.ROBOT_NOT_FOUND, "no such robot", code="auth.unknown_robot")
     return robot
 
 

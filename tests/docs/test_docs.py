@@ -1,0 +1,84 @@
+"""The documentation is true: its files validate, its code runs, and the reference is current."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+import pytest
+import yaml
+
+from mosaic_core import Configurer, DataChannelReceivable
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", *ROOT.glob("plugins/*/README.md")])
+FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def blocks(language: str) -> list[tuple[str, str]]:
+    return [
+        (str(page.relative_to(ROOT)), text)
+        for page in PAGES
+        for found, text in FENCE.findall(page.read_text())
+        if found == language
+    ]
+
+
+def test_the_reference_is_current() -> None:
+    words = [sys.executable, str(ROOT / "docs" / "generate_reference.py"), "--check"]
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(("page", "text"), blocks("yaml"))
+def test_every_yaml_block_is_valid(page: str, text: str, tmp_path: Path) -> None:
+    """Whole files as they are; lists of connectors and single ones inside a file around them."""
+    document = yaml.safe_load(text)
+    if isinstance(document, list):
+        document = {"connectors": document}
+    if "connectors" not in document and "server" not in document:
+        pytest.skip("not a robot's file")
+    auth = {"type": "no-authorization", "robot_id": "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"}
+    document.setdefault("server", {"ws_url": "ws://127.0.0.1:9001", "auth": auth})
+    config = tmp_path / "mosaic_config.yaml"
+    config.write_text(yaml.safe_dump(document, sort_keys=False))
+    words = [sys.executable, "-m", "mosaic_core.cli.main", "validate", str(config), "--allow-missing-env"]
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert done.returncode == 0, f"{page}: {done.stdout}{done.stderr}"
+
+
+def test_the_code_of_the_connector_tutorial_runs() -> None:
+    namespace = types.ModuleType("tutorial").__dict__
+    texts = [text for page, text in blocks("python") if page == "docs/tutorial/first-connector.md"]
+    assert len(texts) >= 2
+    for text in texts:
+        exec(compile(text, "first-connector.md", "exec"), namespace)  # noqa: S102 - our own documentation
+    configurer = namespace["ThermometerConfigurer"]
+    assert issubclass(configurer, Configurer)
+    assert configurer("cpu", configurer.params_model()).configure().label == "cpu"
+    assert issubclass(namespace["LampReceiver"], DataChannelReceivable)
+
+
+@pytest.mark.parametrize(("page", "text"), blocks("python"))
+def test_every_python_block_is_python(page: str, text: str) -> None:
+    compile(text, page, "exec", flags=0x2000)  # ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_link_to_a_file_leads_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#]+)", page.read_text()):
+        if "://" not in target:
+            assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+@pytest.mark.parametrize(("page", "text"), [*blocks("bash"), *blocks("console")])
+def test_every_mosaic_command_in_the_docs_exists(page: str, text: str) -> None:
+    known = (ROOT / "docs/reference/command-line.md").read_text()
+    for line in text.splitlines():
+        match = re.match(r"\s*(?:\$ )?mosaic((?: [a-z]+)+)", line)
+        if match:
+            words = match[1].split()
+            assert any(f"## `mosaic {' '.join(words[:count])}`" in known for count in range(len(words), 0, -1)), line
