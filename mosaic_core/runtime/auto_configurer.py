@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pluggy
+from pydantic import PydanticUserError
 
 from mosaic_core.contract.configurer import Configurer, Shared
 from mosaic_core.contract.handler import Handler
@@ -64,9 +65,13 @@ class AutoConfigurer:
         connectors: list[Connector] = []
         for one, configurer in zip(checked.connectors, made, strict=True):
             handlers = _handlers(one, configurer, checked, problems)
-            if handlers:
+            if not handlers:
+                continue
+            problems += _misplaced_safety(one, handlers, checked)
+            try:
                 connectors.append(_connector(one, handlers))
-                problems += _misplaced_safety(one, handlers, checked)
+            except PydanticUserError as error:
+                problems.append(_broken(one, checked, f"its message type has no JSON Schema: {error.message}"))
         problems += _taken_channels(connectors, checked)
         if problems:
             raise ConfigError(problems)

@@ -120,6 +120,21 @@ class HiddenConfigurer(Configurer[NoParams]):
         return Gauge("_hidden")
 
 
+class Strange(Message):
+    model_config = {"arbitrary_types_allowed": True}
+    thing: Any = None
+    call: type(print) | None = None
+
+
+class Odd(DataChannelSendable[Strange]):
+    pass
+
+
+class OddConfigurer(Configurer[NoParams]):
+    def configure(self) -> Handler:
+        return Odd(self.label)
+
+
 class NotAConfigurer:
     pass
 
@@ -136,6 +151,7 @@ TYPES = {
     "faulty": "acme_gauges:FaultyConfigurer",
     "nothing": "acme_gauges:NothingConfigurer",
     "hidden": "acme_gauges:HiddenConfigurer",
+    "odd": "acme_gauges:OddConfigurer",
     "no-configurer": "acme_gauges:NotAConfigurer",
     "unfinished": "acme_gauges:Unfinished",
     "no-module": "acme_missing:Configurer",

@@ -101,6 +101,12 @@ def test_every_connector_that_cannot_be_made_is_named(mistakes: Callable[[str], 
     assert "'_hidden'" in found[2].message
 
 
+def test_a_message_type_without_a_schema_is_named(mistakes: Callable[[str], tuple[Problem, ...]]) -> None:
+    (problem,) = mistakes("[{type: odd, label: a}]")
+    assert problem.code == "config.broken_plugin"
+    assert "its message type has no JSON Schema" in problem.message
+
+
 def test_limits_for_what_receives_nothing_are_a_mistake(mistakes: Callable[[str], tuple[Problem, ...]]) -> None:
     (problem,) = mistakes("[{type: gauge, label: a, safety: {timeout_s: 1}}]")
     assert problem.path == "connectors[0].safety"

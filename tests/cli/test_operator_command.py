@@ -1,0 +1,102 @@
+"""`mosaic operator` against a real server and a real robot process; and what it says when it can't."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main", "operator"]
+CONNECTORS = """\
+  - { type: host-load, label: host, params: { period_s: 0.1 } }
+  - { type: test-pattern, label: front, params: { width: 160, height: 120 } }
+  - { type: cmd-vel, label: cmd_vel, params: { drive: { type: log } } }
+"""
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def run(*words: str, **environ: str) -> subprocess.CompletedProcess[str]:
+    clean = {key: value for key, value in os.environ.items() if not key.startswith("MOSAIC_")}
+    return subprocess.run(
+        [*MOSAIC, *words], env={**clean, **environ}, capture_output=True, text=True, timeout=60,
+        stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+
+
+def test_signing_in_needs_an_account_and_a_password() -> None:
+    done = run("robots")
+    assert done.returncode == 2
+    assert "--email" in done.stderr
+    done = run("robots", "--email", "a@b.c")
+    assert done.returncode == 2
+    assert "MOSAIC_PASSWORD" in done.stderr
+
+
+def test_a_server_that_is_not_there_is_an_error_without_a_traceback() -> None:
+    done = run("robots", "--server", "http://127.0.0.1:9", "--email", "a@b.c", MOSAIC_PASSWORD="x")  # noqa: S106
+    assert done.returncode == 1
+    assert "code: signal.unreachable" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.fixture(scope="module")
+def operator(server: Any, seed: Any, start_robot: Any) -> Run:
+    start_robot(CONNECTORS)
+
+    def run_signed_in(*words: str, **environ: str) -> subprocess.CompletedProcess[str]:
+        signed_in = {"MOSAIC_SERVER": server.url, "MOSAIC_EMAIL": seed.email, "MOSAIC_PASSWORD": seed.password}
+        return run(*words, **{**signed_in, **environ})
+
+    return run_signed_in
+
+
+@pytest.mark.webrtc
+class TestWithARobot:
+    def test_robots_are_listed_with_their_connectors(self, operator: Run, seed: Any) -> None:
+        robot = json.loads(operator("robots", "--json").stdout)
+        assert (robot["id"], robot["name"], robot["isOnline"]) == (seed.robot_id, "Test robot", True)
+        assert robot["connectors"] == ["host", "front", "cmd_vel"]
+        assert seed.robot_id in operator("robots").stdout
+
+    def test_messages_and_pictures_are_tailed(self, operator: Run, seed: Any) -> None:
+        done = operator("tail", "Test robot", "host", "-n", "2")
+        assert done.returncode == 0, done.stderr
+        assert all("cpu_percent" in json.loads(line) for line in done.stdout.splitlines())
+        line = json.loads(operator("tail", seed.robot_id, "host", "-n", "1", "--json").stdout)
+        assert line["label"] == "host"
+        assert "cpu_percent" in line["data"]
+        line = json.loads(operator("tail", seed.robot_id, "front", "-n", "2", "--json").stdout.splitlines()[-1])
+        assert (line["width"], line["height"]) == (160, 120)
+        assert line["fps"] > 0
+
+    def test_commands_are_sent_and_refusals_told(self, operator: Run, seed: Any) -> None:
+        done = operator("send", seed.robot_id, "cmd_vel", '{"linear": {"x": 0.1}}', "--for-s", "0.5")
+        assert (done.returncode, done.stdout) == (0, "6 sent, 0 refused\n")
+        done = operator("send", seed.robot_id, "cmd_vel", '{"linear": {"x": "fast"}}')
+        assert (done.returncode, done.stdout) == (1, "1 sent, 1 refused\n")
+        assert "refused: channel.invalid: linear.x" in done.stderr
+
+    @pytest.mark.parametrize(
+        ("words", "message"),
+        [
+            (("tail", "Test robot", "hots"), "did you mean 'host'?"),
+            (("tail", "Nobody", "host"), "no robot 'Nobody'"),
+            (("tail", "Test robot", "cmd_vel"), "sends nothing"),
+            (("send", "Test robot", "host", "{}"), "takes nothing"),
+        ],
+    )
+    def test_what_cannot_be_is_told(self, operator: Run, words: tuple[str, ...], message: str) -> None:
+        done = operator(*words)
+        assert done.returncode == 1
+        assert message in done.stderr
+        assert "Traceback" not in done.stderr
+
+    def test_a_wrong_password_is_told(self, operator: Run) -> None:
+        done = operator("robots", MOSAIC_PASSWORD="wrong")  # noqa: S106
+        assert done.returncode == 1
+        assert "code: auth.failed" in done.stderr

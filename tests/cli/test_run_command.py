@@ -1,0 +1,176 @@
+"""`mosaic run` as a process: lines for programs, a table for people, and an end within two seconds."""
+
+from __future__ import annotations
+
+import io
+import json
+import logging
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from mosaic_core.cli.live_table import duration, robot_table, size
+from mosaic_core.cli.log_output import JsonLines, LogFormat, LogLevel, set_up_logging
+from mosaic_core.runtime.counters import ConnectorSnapshot, PeerSnapshot, RobotSnapshot
+
+MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main"]
+
+
+@contextmanager
+def running(*words: str) -> Iterator[subprocess.Popen[str]]:
+    process = subprocess.Popen([*MOSAIC, "run", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate(timeout=5)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_tells_its_state_as_json_and_ends_at_once_on_a_signal(robot_yaml: Path, number: signal.Signals) -> None:
+    with running(str(robot_yaml), "--json", "--log-format", "json") as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            snapshot = json.loads(line)
+            if snapshot["connectors"]:
+                break
+        assert snapshot["robot_id"] == "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
+        assert snapshot["state"] in ("connecting", "offline")
+        assert [row["label"] for row in snapshot["connectors"]] == ["link"]
+        signalled_at_s = time.monotonic()
+        process.send_signal(number)
+        _, log = process.communicate(timeout=10)
+        assert process.returncode == 0
+        assert time.monotonic() - signalled_at_s < 2.0
+        entries = [json.loads(line) for line in log.splitlines()]
+        assert [entry["code"] for entry in entries if "code" in entry] == ["signal.unreachable"]
+
+
+def test_mistakes_end_it_before_anything_starts(robot_yaml: Path) -> None:
+    robot_yaml.write_text(robot_yaml.read_text().replace("label: link", "lable: link"))
+    done = subprocess.run([*MOSAIC, "run", str(robot_yaml)], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert "unknown key 'lable'" in done.stderr
+    assert "did you mean 'label'?" in done.stderr
+
+
+def test_on_a_terminal_it_shows_a_table(robot_yaml: Path) -> None:
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen([*MOSAIC, "run", str(robot_yaml)], stdout=theirs, stderr=theirs, stdin=theirs)
+    os.close(theirs)
+    shown = b""
+    try:
+        while b"connection-check" not in shown:
+            shown += os.read(ours, 4096)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=10) == 0
+    finally:
+        process.kill()
+        process.wait(timeout=5)
+        os.close(ours)
+    assert b"ws://127.0.0.1:9" in shown
+
+
+def snapshot(**changes: object) -> RobotSnapshot:
+    row = {
+        "label": "front", "type": "camera", "kind": "video", "direction": "to-operator", "delivery": "latest",
+        "state": "running", "peers": 2, "messages": 5, "rate_hz": 29.97, "size_bytes": 10, "bytes_per_s": 1.5e6,
+        "dropped": 2, "refused": 1, "failures": 0, "last_error": "", "age_s": 0.04, **changes,
+    }  # fmt: skip
+    peer = PeerSnapshot("p", "s", "o", "Alice", "operator", "open", 3.0, (), ())
+    return RobotSnapshot("robot-1", "ready", 75.0, (ConnectorSnapshot(**row),), (peer,))  # type: ignore[arg-type]
+
+
+def drawn(shown: RobotSnapshot) -> list[list[str]]:
+    console = Console(file=io.StringIO(), width=120)
+    console.print(robot_table(shown, "wss://example.org"))
+    assert isinstance(console.file, io.StringIO)
+    return [line.split() for line in console.file.getvalue().splitlines()]
+
+
+def test_the_table_has_a_row_per_connector() -> None:
+    assert drawn(snapshot()) == [
+        ["server", "wss://example.org", "ready", "up", "1", "min"],
+        ["robot", "robot-1", "operators", "Alice"],
+        ["connector", "type", "state", "peers", "rate", "data", "drops", "age"],
+        ["front", "camera", "running", "2", "30.0/s", "1.5", "MB/s", "3", "0.0", "s"],
+    ]
+
+
+def test_the_table_says_why_a_connector_failed() -> None:
+    row = drawn(snapshot(state="failed", last_error="OSError: no such device", age_s=None))[-1]
+    assert row[2:7] == ["failed", "OSError:", "no", "such", "device"]
+    assert row[-1] == "–"
+
+
+@pytest.mark.parametrize(("count", "text"), [(0, "0 B"), (999, "999 B"), (1500, "1.5 KB"), (2e9, "2.0 GB")])
+def test_sizes_are_short(count: float, text: str) -> None:
+    assert size(count) == text
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(0.31, "0.3 s"), (42, "42 s"), (240, "4 min"), (7200, "2.0 h")])
+def test_durations_are_short(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+
+
+def test_json_log_lines_have_the_known_fields_only() -> None:
+    record = logging.makeLogRecord(
+        {
+            "name": "mosaic",
+            "levelname": "WARNING",
+            "msg": "peer %s",
+            "args": ("x",),
+            "peerId": "p",
+            "robot_id": "r",
+            "sdp": "v=0",
+        }
+    )
+    line = json.loads(JsonLines().format(record))
+    assert line.pop("time").endswith("+00:00")
+    assert line == {"level": "warning", "logger": "mosaic", "message": "peer x", "robotId": "r", "peerId": "p"}
+
+
+def test_tracebacks_are_in_json_log_lines_too() -> None:
+    try:
+        raise ValueError("x")
+    except ValueError:
+        record = logging.makeLogRecord({"msg": "failed", "exc_info": sys.exc_info()})
+    assert "ValueError: x" in json.loads(JsonLines().format(record))["traceback"]
+
+
+@pytest.fixture
+def _logging_as_before() -> Iterator[None]:
+    names = ("", "aiortc", "aioice", "websockets", "av", "libav", "httpx", "httpcore", "asyncio")
+    root = logging.getLogger()
+    handlers, levels = root.handlers[:], {name: logging.getLogger(name).level for name in names}
+    yield
+    root.handlers[:] = handlers
+    for name, level in levels.items():
+        logging.getLogger(name).setLevel(level)
+
+
+@pytest.mark.usefixtures("_logging_as_before")
+def test_frames_with_tokens_are_logged_at_no_level() -> None:
+    set_up_logging(LogLevel.DEBUG)
+    assert not logging.getLogger("websockets.client").isEnabledFor(logging.DEBUG)
+    assert logging.getLogger("aioice.ice").isEnabledFor(logging.INFO)
+    set_up_logging(LogLevel.INFO, LogFormat.JSON)
+    assert not logging.getLogger("aioice.ice").isEnabledFor(logging.INFO)
+
+
+@pytest.mark.usefixtures("_logging_as_before")
+def test_log_lines_go_above_the_table() -> None:
+    console = Console(file=io.StringIO(), width=40)
+    set_up_logging(LogLevel.INFO, console=console)
+    logging.getLogger("mosaic").warning("[red]not markup[/red] and a line longer than the terminal is wide")
+    assert isinstance(console.file, io.StringIO)
+    assert "WARNING [red]not markup[/red] and a line longer" in console.file.getvalue()
