@@ -164,7 +164,8 @@ class Robot:
             case StartPeer():
                 self._start_peer(effect)
             case StopPeer(peer_id, code):
-                peer = self._peers.get(peer_id)
+                # the session has forgotten it already: its end, told now, would end a new one under the same id
+                peer = self._peers.pop(peer_id, None)
                 if peer is not None:
                     peer.close(code)
             case AddCandidate(peer_id, candidate):
@@ -217,14 +218,16 @@ class Robot:
 
     def peer_closed(self, peer: OperatorPeer, code: str, message: str) -> None:
         assert self._signaling is not None
-        if self._peers.get(peer.peer_id) is peer:
+        is_known = self._peers.get(peer.peer_id) is peer
+        if is_known:
             del self._peers[peer.peer_id]
         closing = asyncio.ensure_future(peer.closed())
         self._closing.add(peer)
         closing.add_done_callback(lambda _: self._closing.discard(peer))
         fields = {"peerId": peer.peer_id, "code": code}
         logger.info("operator %s left (%s)", peer.sender.name or peer.peer_id, code, extra=fields)
-        self._signaling.tell(session.PeerEnded(peer.peer_id, code, message))
+        if is_known:
+            self._signaling.tell(session.PeerEnded(peer.peer_id, code, message))
         if peer.connected_at_s is not None:
             call_hook(self._plugins, "mosaic_peer_closed", sender=peer.sender, code=code)
 
