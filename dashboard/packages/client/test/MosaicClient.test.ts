@@ -185,7 +185,7 @@ describe('the REST interface', () => {
 
   test.each([
     [403, { resultCode: 'ACCESS_DENIED', resultData: null, code: 'auth.forbidden', message: 'm', cure: 'c' }, 'auth.forbidden'],
-    [404, { resultCode: 'ROBOT_NOT_FOUND', resultData: null }, 'auth.failed'],
+    [404, { resultCode: 'ROBOT_NOT_FOUND', resultData: null }, 'auth.unknown_robot'],
     [500, { resultCode: 10000 }, 'signal.unreachable'],
     [429, 'slow down', 'signal.too_slow'],
     [200, { resultCode: 10052, resultData: null }, 'auth.required'],
