@@ -9,7 +9,9 @@ export function ConnectionBadge({ connection }: { connection: RobotConnection })
   const { tone, text } = connectionText(state)
   return (
     <span className={classes.badge} data-tone={tone} data-testid="connection" data-phase={state.phase}>
-      <span role="status">{text}</span>
+      <span role="status" className={classes.phase}>
+        {text}
+      </span>
       {state.phase === 'connected' && (
         <span className={classes.roundTrip} aria-label="Round trip" data-testid="round-trip">
           {formattedRoundTrip(state.roundTripMs)}

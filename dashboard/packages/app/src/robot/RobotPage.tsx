@@ -29,8 +29,10 @@ function OneRobot({ robotId }: { robotId: string }) {
   useConnected(connection, robot?.isOnline)
   useTitle(robot?.name ?? 'Robot')
   return (
-    <Shell header={<Heading robot={robot} connection={<ConnectionBadge connection={connection} />} />}>
-      <ConnectionNotice connection={connection} robot={robot} />
+    <Shell
+      header={<Heading robot={robot} connection={<ConnectionBadge connection={connection} />} />}
+      notice={<ConnectionNotice connection={connection} robot={robot} />}
+    >
       {catalogue === null ? (
         <NoCatalogue connection={connection} />
       ) : (

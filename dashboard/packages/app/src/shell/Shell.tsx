@@ -11,11 +11,13 @@ import classes from './shell.module.css'
 export interface ShellProps {
   /** What the page puts into the header. */
   header?: ReactNode
+  /** What it has to say above everything else. It lies over the page: nothing may move under a driving thumb. */
+  notice?: ReactNode
   children: ReactNode
 }
 
 /** The frame of every page of a signed-in operator. */
-export function Shell({ header, children }: ShellProps) {
+export function Shell({ header, notice, children }: ShellProps) {
   return (
     <div className={classes.shell}>
       <a className={classes.skip} href="#main">
@@ -30,7 +32,10 @@ export function Shell({ header, children }: ShellProps) {
         <ColorSchemeToggle />
         <SignOut />
       </header>
-      <ServerBanner />
+      <div className={classes.notices}>
+        <ServerBanner />
+        {notice}
+      </div>
       <main id="main" className={classes.main} tabIndex={-1}>
         {children}
       </main>

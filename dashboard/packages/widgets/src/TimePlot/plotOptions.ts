@@ -1,7 +1,7 @@
 /** How a plot of several fields looks: one scale per unit, the first two with an axis. */
 import type uPlot from 'uplot'
 import type { Field } from '../schema/jsonSchema'
-import { formattedNumber } from '../schema/messageFields'
+import { formatted } from '../schema/messageFields'
 
 export interface PlotLook {
   line: string
@@ -45,7 +45,7 @@ export function plotOptions(fields: readonly Field[], look: PlotLook, windowS: n
         width: 1.75,
         points: { show: false },
         spanGaps: false,
-        value: (_plot, value?: number | null) => (value == null ? '–' : `${formattedNumber(value)} ${field.unit}`.trim()),
+        value: (_plot, value?: number | null) => (value == null ? '–' : `${formatted(value, field.unit)} ${field.unit}`.trim()),
       })),
     ],
   }

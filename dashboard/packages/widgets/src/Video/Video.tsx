@@ -42,7 +42,7 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
       <video ref={video} className={classes.video} autoPlay muted playsInline aria-label={`Picture of ${entry.label}`} />
       {state === 'none' && (
         <div className={classes.empty}>
-          <Notice tone="wait" title="No picture yet">
+          <Notice tone="wait" title={stream === null ? 'No picture' : 'No picture yet'}>
             {stream === null ? 'Waiting for the connection.' : 'Connected; waiting for the first frame.'}
           </Notice>
         </div>
