@@ -45,7 +45,6 @@ ROBOT_NAME = "Bench robot"
 PEER = "plain aiortc"
 START_S = 30.0
 ATTEMPT_S = 30.0
-HANG_UP_S = 5.0
 STUN_ROUNDS = 3
 """Plain aiortc waits five seconds on each side for the STUN server: more rounds would tell nothing new."""
 CHROMIUMS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -291,14 +290,21 @@ async def aiortc_attempt(pipe: Connection, stun_urls: Sequence[str]) -> Firsts:
     try:
         await peer.setLocalDescription(await peer.createOffer())
         pipe.send((peer.localDescription.sdp, list(stun_urls)))
-        answer = await asyncio.to_thread(pipe.recv)
+        answer = await asyncio.to_thread(received, pipe)
         await peer.setRemoteDescription(RTCSessionDescription(answer, "answer"))
-        return Firsts(*await asyncio.gather(taken(messages.get(), clicked_at_s), taken(first_frame(), clicked_at_s)))
+        firsts = Firsts(*await asyncio.gather(taken(messages.get(), clicked_at_s), taken(first_frame(), clicked_at_s)))
     finally:
         await peer.close()
-        pipe.send(None)
-        async with asyncio.timeout(HANG_UP_S):
-            await asyncio.to_thread(pipe.recv)
+    pipe.send(None)
+    await asyncio.to_thread(received, pipe)
+    return firsts
+
+
+def received(pipe: Connection) -> Any:
+    """The next word of the other process; never waits for ever, because nobody could end this thread."""
+    if not pipe.poll(ATTEMPT_S):
+        raise TimeoutError
+    return pipe.recv()
 
 
 def answer_calls(pipe: Connection) -> None:
@@ -371,7 +377,7 @@ def p95(values: Sequence[float]) -> float:
 
 def new_table(title: str, found: dict[str, list[Firsts]]) -> Table:
     table = Table(title=title)
-    for column in ("path", "first", "median ms", "min", "max", "p95", f"x {PEER}"):
+    for column in ("path", "first", "median ms", "min", "max", "p95", "x aiortc"):
         table.add_column(column, justify="left" if column in ("path", "first") else "right")
     for name, attempts in found.items():
         for what in ("data", "frame"):
@@ -385,7 +391,7 @@ def new_table(title: str, found: dict[str, list[Firsts]]) -> Table:
 
 async def measure(site: Site, pipe: Connection, rounds: int, console: Console) -> None:
     token = await token_once_ready(site)
-    ours: dict[str, Attempt] = {"MOSAIC, Python operator": lambda: python_attempt(site, token)}
+    ours: dict[str, Attempt] = {"MOSAIC, Python": lambda: python_attempt(site, token)}
     async with AsyncExitStack() as stack:
         try:
             page = await open_dashboard(site, stack)
@@ -395,14 +401,14 @@ async def measure(site: Site, pipe: Connection, rounds: int, console: Console) -
         attempts: dict[str, Attempt] = {PEER: lambda: aiortc_attempt(pipe, []), **ours}
         cold = await alternate(attempts, 1)
         found = await alternate(attempts, rounds)
-        console.print(new_table(f"Click to first data and first frame, {rounds} alternating rounds", found))
+        console.print(new_table(f"Click to first data and first frame; alternating rounds: {rounds}", found))
         console.print(f"The very first attempt (data, frame), not in the table: {in_words(cold)}\n")
         stun = stack.enter_context(closing(SilentStunServer()))
         run_mosaic("server", "ice", "add", stun.url, "--data-dir", str(site.data_dir))
         attempts[PEER] = lambda: aiortc_attempt(pipe, [stun.url])
         attempts = {name: stun.required(name, attempt) for name, attempt in attempts.items()}
         found = await alternate(attempts, min(rounds, STUN_ROUNDS))
-        title = f"The same with an unreachable STUN server configured, {min(rounds, STUN_ROUNDS)} rounds"
+        title = f"With an unreachable STUN server configured; alternating rounds: {min(rounds, STUN_ROUNDS)}"
         console.print(new_table(title, found))
 
 
@@ -411,12 +417,22 @@ def in_words(cold: dict[str, list[Firsts]]) -> str:
     return "; ".join(each) + "."
 
 
+def end_like_ctrl_c() -> None:
+    """SIGTERM too must end what was started; in the background of a shell SIGINT is ignored unless asked for."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+
+
 def main() -> None:
+    end_like_ctrl_c()
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 5
-    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        pipe = stack.enter_context(aiortc_answerer())
-        site = start_site(Path(folder), stack)
-        asyncio.run(measure(site, pipe, rounds, Console()))
+    try:
+        with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+            pipe = stack.enter_context(aiortc_answerer())
+            site = start_site(Path(folder), stack)
+            asyncio.run(measure(site, pipe, rounds, Console()))
+    except KeyboardInterrupt:
+        raise SystemExit("interrupted") from None
 
 
 if __name__ == "__main__":
