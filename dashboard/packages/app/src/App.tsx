@@ -3,6 +3,7 @@ import { useMosaicClient, useReadable } from '@mosaic/react'
 import { Navigate, Route, Routes } from 'react-router-dom'
 import { RobotPage } from './robot/RobotPage'
 import { RobotListPage } from './robots/RobotListPage'
+import { failureOf } from './session/errorText'
 import { SignInPage } from './session/SignInPage'
 import { useOneTimeCode } from './session/useOneTimeCode'
 
@@ -13,7 +14,9 @@ export interface AppProps {
 
 export function App({ code }: AppProps) {
   const { isBusy, failure } = useOneTimeCode(code)
-  const session = useReadable(useMosaicClient().session)
+  const client = useMosaicClient()
+  const session = useReadable(client.session)
+  const ended = useReadable(client.sessionError)
   if (isBusy) {
     return (
       <Center h="100dvh" aria-label="Signing in">
@@ -21,7 +24,7 @@ export function App({ code }: AppProps) {
       </Center>
     )
   }
-  if (session === null) return <SignInPage codeFailure={failure} />
+  if (session === null) return <SignInPage firstFailure={failure ?? (ended && failureOf(ended))} />
   return (
     <Routes>
       <Route path="/" element={<RobotListPage />} />

@@ -8,11 +8,11 @@ import { SignInPage } from './SignInPage'
 
 afterEach(cleanup)
 
-function shown(login: (email: string, password: string) => Promise<void>, codeFailure = null as null | { code: string; message: string; cure: string }) {
+function shown(login: (email: string, password: string) => Promise<void>, firstFailure = null as null | { code: string; message: string; cure: string }) {
   render(
     <MantineProvider>
       <MosaicProvider client={{ login } as unknown as MosaicClient}>
-        <SignInPage codeFailure={codeFailure} />
+        <SignInPage firstFailure={firstFailure} />
       </MosaicProvider>
     </MantineProvider>,
   )

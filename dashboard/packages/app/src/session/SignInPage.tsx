@@ -9,13 +9,13 @@ import { failureOf, type Failure } from './errorText'
 import classes from './SignInPage.module.css'
 
 export interface SignInPageProps {
-  /** Why a one-time code did not sign in. */
-  codeFailure: Failure | null
+  /** Why a one-time code did not sign in, or why the last session ended. */
+  firstFailure: Failure | null
 }
 
-export function SignInPage({ codeFailure }: SignInPageProps) {
+export function SignInPage({ firstFailure }: SignInPageProps) {
   useTitle('Sign in')
-  const [failure, setFailure] = useState(codeFailure)
+  const [failure, setFailure] = useState(firstFailure)
   const [isBusy, setIsBusy] = useState(false)
   const client = useMosaicClient()
 
