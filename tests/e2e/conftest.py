@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+import os
+import signal
 import socket
 import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -233,5 +235,6 @@ def own_browser(playwright: Playwright, chromium: str, tmp_path: Path, wait_for:
 
     wait_for(listens, "the browser takes connections", alive=process)
     yield OwnBrowser(process, playwright.chromium.connect_over_cdp(f"http://127.0.0.1:{port}"))
-    process.kill()
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)  # its helper processes too, also while they are stopped
     process.wait(timeout=10)
