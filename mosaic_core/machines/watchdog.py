@@ -42,6 +42,12 @@ class Watchdog:
         if self._fed_at_s is not None:
             self._fed_at_s, self._commander = before
 
+    def keep_deadline(self, before: Feeding) -> None:
+        """The command ended with an error: it may have set something going, but has not kept anything alive."""
+        fed_at_s = before[0]
+        if self._fed_at_s is not None and fed_at_s is not None:
+            self._fed_at_s = fed_at_s
+
     def expire(self, now_s: float) -> bool:
         """``True`` once when the time is over: the caller must run the safe action."""
         due_s = self.due_at_s

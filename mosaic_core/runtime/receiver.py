@@ -179,7 +179,7 @@ class Receiver:
         self._tell(Outcome(item))
 
     def _raised(self, item: Incoming, error: BaseException) -> None:
-        self.watch.finish(accepted=False)
+        self.watch.finish(accepted=False, failed=not isinstance(error, Refused))
         if isinstance(error, Refused):
             self._tell(Outcome(item, error.code, error.message))
         else:

@@ -55,12 +55,18 @@ class SafetyWatch:
             self._owner.deadline_moved(self.watchdog.due_at_s)
             return True
 
-    def finish(self, *, accepted: bool) -> None:
-        """``handle_data`` is done. If the safe action ran meanwhile, the command may have undone it: run it again."""
+    def finish(self, *, accepted: bool, failed: bool = False) -> None:
+        """``handle_data`` is done. If the safe action ran meanwhile, the command may have undone it: run it again.
+
+        ``failed``: it did not refuse the command but broke while it carried it out; what it set going must still stop.
+        """
         with self._owner.changed:
             self._handling = None
             if not accepted and self._before is not None:
-                self.watchdog.unfeed(self._before)
+                if failed:
+                    self.watchdog.keep_deadline(self._before)
+                else:
+                    self.watchdog.unfeed(self._before)
                 self._owner.deadline_moved(self.watchdog.due_at_s)
             cause, self._overtaken_cause = self._overtaken_cause, None
             if cause is not None and not self._owner.is_closed:

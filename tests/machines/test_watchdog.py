@@ -51,6 +51,18 @@ def test_a_refused_first_command_disarms() -> None:
     assert not dog.is_armed
 
 
+def test_a_command_that_ended_with_an_error_stays_armed_and_moves_no_deadline() -> None:
+    dog = Watchdog(0.3)
+    dog.keep_deadline(dog.feed("a", 0.0))
+    assert dog.due_at_s == pytest.approx(0.3)
+    dog.keep_deadline(dog.feed("a", 0.2))
+    assert dog.due_at_s == pytest.approx(0.3)
+    before = dog.feed("a", 0.25)
+    assert dog.expire(0.6)
+    dog.keep_deadline(before)
+    assert not dog.is_armed
+
+
 def test_a_refusal_after_the_safe_action_does_not_arm_again() -> None:
     dog = Watchdog(0.3)
     dog.feed("a", 0.0)

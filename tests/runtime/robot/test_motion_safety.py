@@ -76,3 +76,20 @@ def test_a_hanging_handle_data_is_made_safe_and_the_commands_behind_it_are_too_o
             assert scene.hooks.of("command")[-1]["code"] == "safety.stale"
 
     kit.play(body)
+
+
+def test_what_a_command_set_going_before_it_broke_is_made_safe_too(kit: Any) -> None:
+    class HalfDone(Wheels):
+        def handle_data(self, data: dict[str, Any]) -> None:
+            super().handle_data(data)
+            raise OSError("the other wheel does not answer")
+
+    wheels = HalfDone()
+
+    async def body() -> None:
+        async with kit.running(kit.connector_of(wheels)) as scene:
+            await _drive(kit, scene, wheels)
+            await kit.until(lambda: len(wheels.log) == 2)
+            assert [entry for entry, _ in wheels.log] == [1, "safety.timeout"]
+
+    kit.play(body)
