@@ -174,9 +174,17 @@ class KeptDrive:
         while self._wait(None, lambda: self._ends or self._is_overtaken) and not self._ends:
             while not self._wait(RESTOP_S, lambda: self._ends or not self._is_overtaken):
                 self._stop_device()
-        self._stop_device()
+        self._last_stop()
+
+    def _last_stop(self) -> None:
+        """Before closing, also a device that was lost: a command that failed half-way may have set it moving."""
         with self._changed:
-            self._is_open = False
+            self._is_open = False  # first: no command begins after this stop
+        try:
+            self._drive.stop()
+        except Exception as error:  # noqa: BLE001 - a lost device may take no stop any more; opening it repeats it
+            level = logging.DEBUG if self._is_lost else logging.ERROR
+            _log.log(level, "%s: the drive did not take the last stop: %r", self._label, error)
 
     @property
     def _ends(self) -> bool:

@@ -93,7 +93,7 @@ def test_a_device_lost_while_driving_is_opened_again_and_starts_with_a_stop(
         drive.apply_error = OSError("unplugged")
         with pytest.raises(Refused, match="the drive failed: OSError: unplugged"):
             kept.apply(FORWARD)
-        assert drive.wait_for(lambda: drive.opened == 2 and drive.stops == 2)
+        assert drive.wait_for(lambda: drive.opened == 2 and drive.stops == 3)
         assert kept.wait_until_open(IN_TIME_S)
         drive.apply_error = None
         kept.apply(FORWARD)
@@ -111,7 +111,7 @@ def test_a_stop_that_the_device_did_not_take_is_repeated_by_opening_it_again(
         drive.stop_error = OSError("unplugged")
         kept.stop("safety.timeout")
         drive.stop_error = None
-        assert drive.wait_for(lambda: drive.stops == 2)
+        assert drive.wait_for(lambda: drive.stops >= 2)
         assert drive.velocity == STANDSTILL
 
 
@@ -187,4 +187,38 @@ def test_leaving_while_a_command_hangs_stops_and_closes(
     assert (drive.closed, drive.velocity) == (1, STANDSTILL)
     drive.hang.set()
     assert refusal(late) == "safety.shutdown"
+    assert drive.velocity == STANDSTILL
+
+
+def test_a_device_lost_by_a_failing_command_is_stopped_before_it_is_closed(drive: ScriptedDrive) -> None:
+    kept = KeptDrive("base", drive, retry_s=(IN_TIME_S,))
+    with kept:
+        assert kept.wait_until_open(IN_TIME_S)
+        kept.apply(FORWARD)
+        drive.apply_error = OSError("one wheel does not answer")
+        with pytest.raises(Refused, match="one wheel does not answer"):
+            kept.apply(LEFT)
+        assert drive.wait_for(lambda: drive.closed == 1)
+        assert drive.velocity == STANDSTILL, "long before it is opened again"
+        with pytest.raises(Refused, match="one wheel does not answer"):
+            kept.apply(LEFT)
+
+
+def test_no_command_slips_in_after_the_last_stop(
+    kept: KeptDrive, drive: ScriptedDrive, receiver: ThreadPoolExecutor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    late: list[Future[None]] = []
+    stop = drive.stop
+
+    def stop_and_command() -> None:
+        stop()
+        if drive.stops == 2:  # the one before closing
+            late.append(receiver.submit(kept.apply, FORWARD))
+            late[0].exception(IN_TIME_S)
+
+    monkeypatch.setattr(drive, "stop", stop_and_command)
+    with kept:
+        assert kept.wait_until_open(IN_TIME_S)
+
+    assert refusal(late[0]) == "plugin.no_device"
     assert drive.velocity == STANDSTILL
