@@ -252,8 +252,17 @@ def parse_signaling(text: str) -> SignalingMessage:
     """Read one frame. Raises :class:`WireError` whose ``code`` is ``signal.bad_message``.
 
     An integer in ``data`` is an :class:`AuthorizeResult` or an :class:`ErrorEcho`; an unknown type is an
-    :class:`UnknownMessage`.
+    :class:`UnknownMessage`. Whatever is returned can be sent on.
     """
+    message = _read(text)
+    try:
+        message.to_text().encode()
+    except (ValueError, RecursionError) as error:
+        raise WireError("half a surrogate pair, or nested too deeply") from error
+    return message
+
+
+def _read(text: str) -> SignalingMessage:
     try:
         envelope = json.loads(text)
     except (ValueError, RecursionError) as error:

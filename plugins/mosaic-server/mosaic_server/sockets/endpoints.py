@@ -82,10 +82,13 @@ async def _take(services: Services, number: int, side: Side, text: str) -> None:
 
 
 def _spelled(text: str) -> str | None:
-    """The type as the sender wrote it; ``None`` where there is no envelope."""
+    """The type as the sender wrote it; ``None`` where there is no envelope, or a type that can't be sent back."""
     try:
         envelope = json.loads(text)
+        kind = envelope.get("type") if isinstance(envelope, dict) else None
+        if isinstance(kind, str):
+            kind.encode()  # fails on half a surrogate pair
+            return kind[:100]
     except (ValueError, RecursionError):
-        return None
-    kind = envelope.get("type") if isinstance(envelope, dict) else None
-    return kind[:100] if isinstance(kind, str) else None
+        pass
+    return None
