@@ -8,7 +8,7 @@ from collections.abc import Generator, Iterator
 
 import pytest
 
-REAL = ("webrtc", "e2e")
+REAL = ("webrtc", "e2e", "postgresql")
 
 
 @pytest.hookimpl(wrapper=True)

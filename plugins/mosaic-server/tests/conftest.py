@@ -83,7 +83,7 @@ class Running:
         return f"ws://127.0.0.1:{self.listening.port}"
 
     def database(self) -> Database:
-        return Database(self.settings.data_dir)
+        return Database(self.settings.data_dir, self.settings.database_url)
 
     def work(self, task: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
         database = self.database()
