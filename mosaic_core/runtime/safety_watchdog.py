@@ -200,7 +200,7 @@ class SafetyWatchdog:
         self.changed.release()
         try:
             action()
-        except Exception:
+        except BaseException:  # whatever a plugin raises here, sys.exit() too: this thread guards all the others
             logger.exception("the safe action of %r failed", watch.label, extra={"label": watch.label})
         finally:
             self.changed.acquire()

@@ -120,6 +120,20 @@ def test_an_error_in_a_safe_action_is_logged_and_the_thread_lives(
     assert "valve stuck" in caplog.text
 
 
+def test_a_safe_action_that_exits_leaves_the_threads_to_the_others(safety: SafetyWatchdog) -> None:
+    def exits(_cause: str) -> None:
+        raise SystemExit(1)
+
+    for _ in range(3):  # more often than there are threads to spare
+        bad = safety.guard("valve", None, exits, lambda _: None)
+        bad.make_safe("safety.shutdown")
+    motor = Motor()
+    watch = guarded(safety, motor)
+    watch.begin("ann")
+    watch.finish(accepted=True)
+    assert motor.called.acquire(timeout=PATIENCE_S)
+
+
 def test_the_commander_leaving_stops_at_once_and_its_late_commands_do_not_act(safety: SafetyWatchdog) -> None:
     motor = Motor()
     watch = guarded(safety, motor, 5.0)
