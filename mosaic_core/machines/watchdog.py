@@ -12,7 +12,7 @@ class Watchdog:
     """Time-out of one receiver. ``timeout_s`` ``None``: never fires, but still knows who commanded last."""
 
     def __init__(self, timeout_s: float | None) -> None:
-        if timeout_s is not None and timeout_s <= 0:
+        if timeout_s is not None and not timeout_s > 0:  # nor NaN
             raise ValueError("a time-out must be positive")
         self.timeout_s = timeout_s
         self._fed_at_s: float | None = None

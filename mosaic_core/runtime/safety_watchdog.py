@@ -18,6 +18,8 @@ from mosaic_core.machines.watchdog import Feeding, Watchdog
 logger = logging.getLogger(__name__)
 
 _SPARE_THREADS = 2
+_LONGEST_WAIT_S = 3600.0
+"""Then look again: a handler may write ``float("inf")`` for never, and no lock waits that long."""
 _Action = Callable[[], None]
 
 
@@ -181,7 +183,7 @@ class SafetyWatchdog:
     def _wait(self) -> None:
         due = [due_s for watch in self._watches if (due_s := watch.watchdog.due_at_s) is not None]
         self._planned_s = min(due, default=float("inf"))
-        self.changed.wait(max(0.0, self._planned_s - time.monotonic()) if due else None)
+        self.changed.wait(min(max(0.0, self._planned_s - time.monotonic()), _LONGEST_WAIT_S))
 
     def _next_watch(self) -> SafetyWatch | None:
         now_s = time.monotonic()

@@ -79,9 +79,10 @@ def test_disarm_ends_the_watch() -> None:
     assert not dog.expire(1.0)
 
 
-def test_a_time_out_must_be_positive() -> None:
+@pytest.mark.parametrize("timeout_s", [0.0, -1.0, float("nan")])
+def test_a_time_out_must_be_positive(timeout_s: float) -> None:
     with pytest.raises(ValueError, match="positive"):
-        Watchdog(0.0)
+        Watchdog(timeout_s)
 
 
 @given(st.lists(st.tuples(st.booleans(), st.floats(0.001, 0.5)), max_size=60))

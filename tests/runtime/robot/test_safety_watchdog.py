@@ -134,6 +134,18 @@ def test_a_safe_action_that_exits_leaves_the_threads_to_the_others(safety: Safet
     assert motor.called.acquire(timeout=PATIENCE_S)
 
 
+def test_an_endless_time_out_of_one_receiver_leaves_the_others_guarded(safety: SafetyWatchdog) -> None:
+    endless = guarded(safety, Motor(), float("inf"))
+    endless.begin("ann")
+    endless.finish(accepted=True)
+    endless.peer_left(Sender("bob", "s"))  # every safety thread looks at the deadlines
+    motor = Motor()
+    watch = guarded(safety, motor)
+    watch.begin("ann")
+    watch.finish(accepted=True)
+    assert motor.called.acquire(timeout=PATIENCE_S)
+
+
 def test_the_commander_leaving_stops_at_once_and_its_late_commands_do_not_act(safety: SafetyWatchdog) -> None:
     motor = Motor()
     watch = guarded(safety, motor, 5.0)
