@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import logging
-import math
 import time
 
 from fastapi import APIRouter, Request
@@ -12,6 +10,7 @@ from pydantic import Field
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.rest.envelope import ApiError, Envelope, Message
+from mosaic_server.rest.password_attempts import address_of, must_not_guess_on, person_with_password
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.security.passwords import MAX_PASSWORD_LENGTH, MIN_PASSWORD_LENGTH
 from mosaic_server.services import Services
@@ -21,10 +20,7 @@ from mosaic_server.storage.accounts import (
     add_account,
     normalised_email,
     person_by_id,
-    person_by_password,
 )
-
-_log = logging.getLogger(__name__)
 
 router = APIRouter(prefix="/api/v1/account", tags=["account"])
 
@@ -54,31 +50,21 @@ class Signup(WireModel):
 @router.post("/login/access-token")
 async def log_in(login: Login, request: Request, services: ServicesDep) -> Envelope[AccessToken]:
     """Public. 429 after several wrong passwords."""
-    email, address = normalised_email(login.username), _address(request)
-    wait_s = services.login_limits.wait_s(email, address, time.monotonic())
-    if wait_s > 0:
-        raise _slow_down(wait_s)
-    async with services.hashing:
-        person = await services.database.run(person_by_password, email, login.password)
+    person = await person_with_password(services, request, normalised_email(login.username), login.password)
     if person is None:
-        services.login_limits.failed(email, address, time.monotonic())
-        _log.warning("a log-in failed from %s", address)
         raise ApiError(ResultCode.INVALID_PASSWORD, "e-mail or password is wrong", status=401)
-    services.login_limits.succeeded(email, address)
     return _access(services, person)
 
 
 @router.post("/login/one-time")
 async def log_in_with_code(code: OneTimeCode, request: Request, services: ServicesDep) -> Envelope[AccessToken]:
     """Public. A code works once, for a minute."""
-    address = _address(request)
-    wait_s = services.login_limits.wait_s("", address, time.monotonic())
-    if wait_s > 0:
-        raise _slow_down(wait_s)
+    address = address_of(request)
+    must_not_guess_on(services, None, address)
     account_id = services.codes.redeem(code.code, time.monotonic())
     person = None if account_id is None else await services.database.run(person_by_id, account_id)
     if person is None:
-        services.login_limits.failed("", address, time.monotonic())
+        services.login_limits.failed(None, address, time.monotonic())
         raise ApiError(ResultCode.AUTHENTICATION_FAILED, "this sign-in code was used already or is too old")
     return _access(services, person)
 
@@ -117,16 +103,3 @@ def _access(services: Services, person: Person) -> Envelope[AccessToken]:
 
 def _role(person: Person) -> str:
     return "ROLE_ORGANIZATION_ADMIN" if person.is_organization_admin else "ROLE_USER"
-
-
-def _address(request: Request) -> str:
-    return request.client.host if request.client else ""
-
-
-def _slow_down(wait_s: float) -> ApiError:
-    return ApiError(
-        ResultCode.AUTHENTICATION_FAILED,
-        f"too many failed attempts; try again in {math.ceil(wait_s)} s",
-        status=429,
-        headers={"Retry-After": str(math.ceil(wait_s))},
-    )

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from pydantic import Field
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.rest.envelope import ApiError, Envelope, Message, iso_time
+from mosaic_server.rest.password_attempts import person_with_password
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.security.passwords import MAX_PASSWORD_LENGTH, MIN_PASSWORD_LENGTH
-from mosaic_server.storage.accounts import Person, change_full_name, change_password, person_by_password
+from mosaic_server.storage.accounts import Person, change_full_name, change_password
 
 router = APIRouter(prefix="/api/v1/users", tags=["users"])
 
@@ -46,12 +47,13 @@ async def rename_me(change: FullName, person: PersonDep, services: ServicesDep) 
 
 
 @router.put("/me/password")
-async def change_my_password(change: PasswordChange, person: PersonDep, services: ServicesDep) -> Envelope[Message]:
+async def change_my_password(
+    change: PasswordChange, request: Request, person: PersonDep, services: ServicesDep
+) -> Envelope[Message]:
     """Ends every log-in of the account, this one included."""
+    if await person_with_password(services, request, person.email, change.current_password) is None:
+        raise ApiError(ResultCode.INVALID_PASSWORD, "the current password is wrong")
     async with services.hashing:
-        known = await services.database.run(person_by_password, person.email, change.current_password)
-        if known is None:
-            raise ApiError(ResultCode.INVALID_PASSWORD, "the current password is wrong")
         await services.database.run(change_password, person.id, change.new_password)
     await services.revoke()
     return Envelope(resultData=Message(message="password changed; log in again"))

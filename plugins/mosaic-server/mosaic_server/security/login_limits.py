@@ -18,11 +18,11 @@ class LoginLimits:
     def __init__(self) -> None:
         self._failures: dict[str, deque[float]] = {}
 
-    def wait_s(self, email: str, address: str, now_s: float) -> float:
-        """0 if an attempt is allowed now, else seconds until it is."""
+    def wait_s(self, email: str | None, address: str, now_s: float) -> float:
+        """0 if an attempt is allowed now, else seconds until it is. ``email=None``: the attempt names nobody."""
         return max(self._wait(key, limit, now_s) for key, limit in _keys(email, address))
 
-    def failed(self, email: str, address: str, now_s: float) -> None:
+    def failed(self, email: str | None, address: str, now_s: float) -> None:
         for key, limit in _keys(email, address):
             times = self._failures.setdefault(key, deque(maxlen=limit))
             times.append(now_s)
@@ -44,5 +44,6 @@ class LoginLimits:
             del self._failures[key]
 
 
-def _keys(email: str, address: str) -> Iterable[tuple[str, int]]:
-    return ((f"email:{email}", FAILURES_PER_EMAIL), (f"address:{address}", FAILURES_PER_ADDRESS))
+def _keys(email: str | None, address: str) -> Iterable[tuple[str, int]]:
+    by_address = (f"address:{address}", FAILURES_PER_ADDRESS)
+    return (by_address,) if email is None else ((f"email:{email}", FAILURES_PER_EMAIL), by_address)

@@ -1,0 +1,46 @@
+"""Guessing of passwords and sign-in codes is slowed down, and only for those who guess."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+from mosaic_server.security.login_limits import FAILURES_PER_ADDRESS, FAILURES_PER_EMAIL
+
+PASSWORD = "correct horse battery"  # noqa: S105 - of throw-away accounts
+
+
+def test_guesses_side_by_side_count_like_guesses_one_after_another(server: Any) -> None:
+    server.account()
+    body = {"username": "ada@example.org", "password": "wrong"}
+    with ThreadPoolExecutor(3 * FAILURES_PER_EMAIL) as guessers:
+        answers = guessers.map(
+            lambda _: server.http.post("/api/v1/account/login/access-token", json=body).status_code,
+            range(3 * FAILURES_PER_EMAIL),
+        )
+        wrong = list(answers).count(401)
+    assert FAILURES_PER_EMAIL <= wrong <= FAILURES_PER_EMAIL + 1  # two passwords are checked at once
+
+
+def test_a_stolen_log_in_is_no_way_to_guess_the_password(server: Any) -> None:
+    server.account()
+    headers = {"Authorization": f"Bearer {server.log_in()}"}
+    body = {"currentPassword": "wrong", "newPassword": "something else"}
+    answers = [
+        server.http.put("/api/v1/users/me/password", json=body, headers=headers).status_code
+        for _ in range(FAILURES_PER_EMAIL + 1)
+    ]
+    assert answers == [400] * FAILURES_PER_EMAIL + [429]
+
+
+def test_wrong_sign_in_codes_lock_out_their_sender_and_nobody_else(server: Any) -> None:
+    server.account()
+    code = server.post("/api/v1/account/one-time-code", server.log_in()).json()["resultData"]["code"]
+
+    def sign_in(code: str, address: str) -> int:
+        headers = {"X-Forwarded-For": address}
+        return int(server.http.post("/api/v1/account/login/one-time", json={"code": code}, headers=headers).status_code)
+
+    answers = [sign_in("wrong", "192.0.2.1") for _ in range(FAILURES_PER_ADDRESS + 1)]
+    assert answers == [401] * FAILURES_PER_ADDRESS + [429]
+    assert sign_in(code, "192.0.2.2") == 200
