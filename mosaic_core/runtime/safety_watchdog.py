@@ -68,13 +68,20 @@ class SafetyWatch:
                 if failed:
                     self.watchdog.keep_deadline(self._before)
                 else:
-                    self.watchdog.unfeed(self._before)
+                    self._unfeed(self._before)
                 self._owner.deadline_moved(self.watchdog.due_at_s)
             cause, self._overtaken_cause = self._overtaken_cause, None
             if cause is not None and not self._owner.is_closed:
                 self._act(cause)
         if cause is not None and self._owner.is_closed:  # an abandoned body came back after the robot had stopped
             self._make_safe(cause)
+
+    def _unfeed(self, before: Feeding) -> None:
+        """The one who commanded before may have left while the refused command hid that it was his turn."""
+        self.watchdog.unfeed(before)
+        commander = before[1]
+        if commander is not None and commander not in self._present and self.watchdog.peer_left(commander):
+            self._act("safety.peer_left")
 
     def peer_joined(self, peer_id: str) -> None:
         """Commands of this peer may act until it leaves."""

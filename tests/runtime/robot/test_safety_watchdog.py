@@ -146,6 +146,20 @@ def test_an_endless_time_out_of_one_receiver_leaves_the_others_guarded(safety: S
     assert motor.called.acquire(timeout=PATIENCE_S)
 
 
+def test_a_commander_who_left_while_another_ones_command_was_refused_is_stopped(safety: SafetyWatchdog) -> None:
+    motor = Motor()
+    watch = guarded(safety, motor, None)
+    watch.peer_joined("bob")
+    watch.begin("ann")
+    watch.finish(accepted=True)
+    watch.begin("bob")
+    watch.peer_left(ANN)
+    assert motor.called.acquire(timeout=PATIENCE_S)
+    watch.finish(accepted=False)
+    assert motor.called.acquire(timeout=PATIENCE_S)
+    assert motor.causes() == ["left ann", "safety.peer_left"]
+
+
 def test_the_commander_leaving_stops_at_once_and_its_late_commands_do_not_act(safety: SafetyWatchdog) -> None:
     motor = Motor()
     watch = guarded(safety, motor, 5.0)
