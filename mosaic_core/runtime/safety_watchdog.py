@@ -20,6 +20,8 @@ logger = logging.getLogger(__name__)
 _SPARE_THREADS = 2
 _LONGEST_WAIT_S = 3600.0
 """Then look again: a handler may write ``float("inf")`` for never, and no lock waits that long."""
+_RETRY_S = (0.05, 0.1, 0.2, 0.5, 1.0)
+"""Waits after a safe action that raised; the last one repeats until it works or a newer command is carried out."""
 _Action = Callable[[], None]
 
 
@@ -46,6 +48,19 @@ class SafetyWatch:
         self.actions: deque[_Action] = deque()
         self.is_acting = False
         self.fired = 0
+        self._failures = 0
+        self._retry: tuple[float, str] | None = None
+
+    @property
+    def due_at_s(self) -> float | None:
+        """When :meth:`expire` has something to do next."""
+        due = [due_s for due_s in (self.watchdog.due_at_s, self._retry and self._retry[0]) if due_s is not None]
+        return min(due, default=None)
+
+    @property
+    def is_unsettled(self) -> bool:
+        """An action runs, waits, or failed and will be repeated."""
+        return self.is_acting or bool(self.actions) or self._retry is not None
 
     def begin(self, peer_id: str) -> bool:
         """A valid command is about to act: feeds the watchdog. ``False``: its sender is gone, it must not act."""
@@ -73,11 +88,13 @@ class SafetyWatch:
             cause, self._overtaken_cause = self._overtaken_cause, None
             if cause is not None and not self._owner.is_closed:
                 self._act(cause)
+            elif accepted:
+                self._retry = None
         if cause is not None and self._owner.is_closed:  # an abandoned body came back after the robot had stopped
             self._make_safe(cause)
 
     def _unfeed(self, before: Feeding) -> None:
-        """The one who commanded before may have left while the refused command hid that it was his turn."""
+        """Whoever commanded before may have left while the refused command hid it."""
         self.watchdog.unfeed(before)
         commander = before[1]
         if commander is not None and commander not in self._present and self.watchdog.peer_left(commander):
@@ -108,12 +125,28 @@ class SafetyWatch:
         """The safety thread looks whether the time is over. The lock is held."""
         if self.watchdog.expire(now_s):
             self._act("safety.timeout")
+        elif self._retry is not None and now_s >= self._retry[0]:
+            self._act(self._retry[1])
+
+    def _run(self, cause: str) -> None:
+        """The safety thread. One failed write must not leave it moving."""
+        try:
+            self._make_safe(cause)
+        except BaseException:
+            with self._owner.changed:
+                wait_s = _RETRY_S[min(self._failures, len(_RETRY_S) - 1)]
+                self._failures += 1
+                self._retry = (time.monotonic() + wait_s, cause)
+            raise
+        with self._owner.changed:
+            self._failures, self._retry = 0, None
 
     def _act(self, cause: str) -> None:
         self.fired += 1
+        self._retry = None
         if self._handling is not None:
             self._overtaken_cause = cause
-        self.actions.append(lambda: self._make_safe(cause))
+        self.actions.append(lambda: self._run(cause))
         self._owner.changed.notify_all()
 
 
@@ -151,9 +184,7 @@ class SafetyWatchdog:
         with self.changed:
             for watch in self._watches:
                 watch.make_safe(cause)
-            return self.changed.wait_for(
-                lambda: not any(watch.is_acting or watch.actions for watch in self._watches), patience_s
-            )
+            return self.changed.wait_for(lambda: not any(watch.is_unsettled for watch in self._watches), patience_s)
 
     def close(self) -> None:
         """End the threads; actions that are queued still run."""
@@ -188,7 +219,7 @@ class SafetyWatchdog:
             self._idle -= 1
 
     def _wait(self) -> None:
-        due = [due_s for watch in self._watches if (due_s := watch.watchdog.due_at_s) is not None]
+        due = [due_s for watch in self._watches if (due_s := watch.due_at_s) is not None]
         self._planned_s = min(due, default=float("inf"))
         self.changed.wait(min(max(0.0, self._planned_s - time.monotonic()), _LONGEST_WAIT_S))
 

@@ -120,6 +120,66 @@ def test_an_error_in_a_safe_action_is_logged_and_the_thread_lives(
     assert "valve stuck" in caplog.text
 
 
+class Stuck(Motor):
+    """Its safe action fails until ``works``."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.works = threading.Event()
+
+    def make_safe(self, cause: str) -> None:
+        super().make_safe(cause)
+        if not self.works.is_set():
+            raise OSError("write timed out")
+
+
+def test_a_safe_action_that_failed_is_repeated_until_it_works(safety: SafetyWatchdog) -> None:
+    motor = Stuck()
+    watch = guarded(safety, motor, None)
+    watch.begin("ann")
+    watch.finish(accepted=True)
+    watch.peer_left(ANN)
+    for _ in range(3):
+        assert motor.called.acquire(timeout=PATIENCE_S)
+    motor.works.set()
+    while motor.called.acquire(timeout=0.6):
+        pass
+    assert set(motor.causes()) == {"safety.peer_left", "left ann"}
+    assert watch.due_at_s is None, "nothing is repeated any more"
+
+
+def test_at_the_end_too_a_failed_safe_action_is_repeated(safety: SafetyWatchdog) -> None:
+    class SecondTime(Motor):
+        def make_safe(self, cause: str) -> None:
+            super().make_safe(cause)
+            if len(self.calls) == 1:
+                raise OSError("write timed out")
+
+    motor = SecondTime()
+    guarded(safety, motor)
+    assert safety.make_all_safe("safety.shutdown", PATIENCE_S)
+    assert motor.causes() == ["safety.shutdown"] * 2
+    never = Stuck()
+    guarded(safety, never)
+    assert not safety.make_all_safe("safety.shutdown", 0.05)
+
+
+def test_a_newer_command_ends_the_repetition(safety: SafetyWatchdog) -> None:
+    motor = Stuck()
+    watch = guarded(safety, motor, None)
+    watch.make_safe("safety.shutdown")
+    for _ in range(4):  # the next repetition is half a second away
+        assert motor.called.acquire(timeout=PATIENCE_S)
+    with safety.changed:
+        assert safety.changed.wait_for(lambda: watch.due_at_s is not None, PATIENCE_S)
+    watch.begin("ann")
+    watch.finish(accepted=False)
+    assert watch.due_at_s is not None, "a refused command ends nothing"
+    watch.begin("ann")
+    watch.finish(accepted=True)
+    assert watch.due_at_s is None
+
+
 def test_a_safe_action_that_exits_leaves_the_threads_to_the_others(safety: SafetyWatchdog) -> None:
     def exits(_cause: str) -> None:
         raise SystemExit(1)
