@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import socket
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
+
+from mosaic_server.settings import Settings
 
 
 def _announcing(safety_json: str) -> str:
@@ -40,3 +46,20 @@ def test_half_a_surrogate_pair_is_no_message_whatever_it_stands_for(server: Any,
     assert party.expect(f"unknown{suffix}") == 10001
     party.connection.send('{"type":"authorize","data":{"robotId":"x","data":"\\ud800","accessToken":"\\ud800"}}')
     assert party.expect(f"authorize{suffix}") == 10000
+
+
+def test_a_client_that_pings_and_never_reads_is_cut_off(start_server: Callable[..., Any], settings: Settings) -> None:
+    """Pongs are written below the application; unread ones would fill the memory, even before authorization."""
+    with (
+        start_server(replace(settings, authorize_within_s=60.0)) as server,
+        socket.create_connection(("127.0.0.1", server.listening.port), timeout=10) as client,
+    ):
+        key = base64.b64encode(b"0" * 16).decode()
+        client.sendall(
+            f"GET /ws/user HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
+        )
+        assert client.recv(4096).startswith(b"HTTP/1.1 101")
+        pings = (b"\x89\xfd\0\0\0\0" + b"x" * 125) * 1000
+        with pytest.raises(ConnectionError):
+            client.sendall(pings * 300)  # 39 MB; kernel buffers and our limit take less than half of the pongs

@@ -77,6 +77,8 @@ class LinkedProtocol(WebSocketsSansIOProtocol):
     def data_received(self, data: bytes) -> None:
         self.heard_at_s = time.monotonic()
         super().data_received(data)
+        if self.transport.get_write_buffer_size() > 2 * MAX_UNSENT_BYTES:
+            self.transport.abort()  # it pings and never reads the pongs, which no send_now counts
 
     async def run_asgi(self) -> None:
         scope: Scope = self.scope  # type: ignore[assignment]
