@@ -77,10 +77,13 @@ async def make_connections(
 
 
 async def _must_belong(services: Services, person: Person, robot_ids: list[str]) -> None:
+    for robot_id in robot_ids:
+        if not is_uuid(robot_id):
+            raise ApiError(ResultCode.ROBOT_NOT_FOUND, "a robot's id is a UUID", code="auth.unknown_robot")
     robots = await services.database.run(robots_by_id, robot_ids)
     for robot_id in robot_ids:
         if robot_id not in robots:
-            raise ApiError(ResultCode.ROBOT_NOT_FOUND, f"no robot {robot_id[:36]}", code="auth.unknown_robot")
+            raise ApiError(ResultCode.ROBOT_NOT_FOUND, f"no robot {robot_id}", code="auth.unknown_robot")
     if any(robot.organization_id != person.organization_id for robot in robots.values()):
         raise ApiError(ResultCode.ROBOT_NOT_IN_SAME_ORGANIZATION, status=403)
 

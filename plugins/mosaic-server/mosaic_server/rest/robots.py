@@ -11,6 +11,7 @@ from pydantic import Field
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.signaling import RobotStatus
 from mosaic_core.words.wire_model import WireModel
+from mosaic_server.ids import is_uuid
 from mosaic_server.rest.envelope import ApiError, Envelope, Message
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.services import Services
@@ -28,6 +29,9 @@ from mosaic_server.storage.robots import (
 from mosaic_server.switchboard.events import RobotRemembered, RobotRemoved
 
 router = APIRouter(prefix="/api/v1/robots", tags=["robots"])
+
+_MAX_SKIP = 2**31 - 1
+"""Larger numbers fit into no database's integer."""
 
 
 class RobotInfo(WireModel):
@@ -82,7 +86,7 @@ class RobotToken(WireModel):
 async def list_robots(
     person: PersonDep,
     services: ServicesDep,
-    skip: Annotated[int, Query(ge=0)] = 0,
+    skip: Annotated[int, Query(ge=0, le=_MAX_SKIP)] = 0,
     limit: Annotated[int, Query(ge=1, le=1000)] = 100,
 ) -> Envelope[RobotPage]:
     page, count = await services.database.run(robots_of, person.organization_id, skip, limit)
@@ -154,7 +158,8 @@ async def show_catalogue(robot_id: str, person: PersonDep, services: ServicesDep
 
 async def robot_of(services: Services, person: Person, robot_id: str) -> RobotRecord:
     """The robot, if it belongs to the person's organization."""
-    robot = await services.database.run(robot_by_id, robot_id.lower())
+    known = is_uuid(robot_id)  # databases choke on some other texts
+    robot = await services.database.run(robot_by_id, robot_id.lower()) if known else None
     if robot is None or robot.organization_id != person.organization_id:
         raise ApiError(ResultCode.ROBOT_NOT_FOUND, "no such robot", code="auth.unknown_robot")
     return robot

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sqlalchemy import func, select
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from mosaic_server.security.passwords import check_password, hash_password
@@ -63,12 +64,14 @@ def add_account(session: Session, email: str, password: str, full_name: str = ""
     taken = select(Organization.id).where(Organization.name == email)
     if _find(session, email) is not None or session.scalar(taken) is not None:
         raise AccountExists(f"an account {email!r} exists already")
+    password_hash = hash_password(password)  # before the first write, which keeps every other writer out
     organization = Organization(name=email)
     session.add(organization)
-    session.flush()
-    account = Account(
-        organization_id=organization.id, email=email, full_name=full_name, password_hash=hash_password(password)
-    )
+    try:
+        session.flush()
+    except IntegrityError as error:  # somebody else was quicker
+        raise AccountExists(f"an account {email!r} exists already") from error
+    account = Account(organization_id=organization.id, email=email, full_name=full_name, password_hash=password_hash)
     session.add(account)
     session.flush()
     return _person(account)

@@ -32,14 +32,22 @@ def dashboard_router(directory: Path) -> APIRouter:
         index = root / "index.html"
         if not index.is_file():
             return HTMLResponse(_MISSING, status_code=503, headers={"Cache-Control": "no-store"})
-        wanted = (root / path).resolve()
-        if wanted.is_relative_to(root) and wanted.is_file():
+        wanted = _file_in(root, path)
+        if wanted is not None:
             return FileResponse(wanted, headers={"Cache-Control": _caching(path)})
         if "." in path.rsplit("/", 1)[-1]:
             raise HTTPException(404)  # a missing file, not a page of the application
         return FileResponse(index, headers={"Cache-Control": "no-cache"})
 
     return router
+
+
+def _file_in(root: Path, path: str) -> Path | None:
+    try:
+        wanted = (root / path).resolve()
+        return wanted if wanted.is_relative_to(root) and wanted.is_file() else None
+    except (OSError, ValueError):  # too long, or with a NUL: no file is called that
+        return None
 
 
 def _caching(path: str) -> str:

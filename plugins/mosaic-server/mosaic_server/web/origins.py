@@ -15,7 +15,10 @@ def origin_is_allowed(headers: Mapping[str, str], allowed: Collection[str]) -> b
         return True
     if origin.rstrip("/") in allowed:
         return True
-    return urlsplit(origin).netloc.lower() == headers.get("host", "").lower() != ""
+    try:
+        return urlsplit(origin).netloc.lower() == headers.get("host", "").lower() != ""
+    except ValueError:
+        return False
 
 
 def host_name(host_header: str) -> str:

@@ -1,0 +1,40 @@
+"""Requests that nobody sends by accident: refused in words, never a 500."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import pytest
+from websockets.exceptions import InvalidStatus
+
+
+def test_ids_and_numbers_that_no_database_takes_are_refused(server: Any) -> None:
+    server.account()
+    headers = {"Authorization": f"Bearer {server.log_in()}", "Content-Type": "application/json"}
+    half_a_pair = b'"\\ud800"'
+    for path, body, status in (
+        ("/api/v1/webrtc/connection", b'{"robotIds":[%s]}' % half_a_pair, 404),
+        ("/api/v1/robots/auth/simple-token", b'{"robotId":%s}' % half_a_pair, 404),
+    ):
+        answer = server.http.post(path, content=body, headers=headers)
+        assert (answer.status_code, answer.json()["code"]) == (status, "auth.unknown_robot")
+    assert server.http.get("/api/v1/robots?skip=" + "9" * 30, headers=headers).status_code == 400
+
+
+@pytest.mark.parametrize("path", ["/" + "a" * 400, "/a%00b", "/assets/" + "a" * 400 + ".js"])
+def test_paths_that_no_file_can_have_are_no_mistake_of_the_server(server: Any, path: str) -> None:
+    assert server.http.get(path).status_code in (200, 404, 503)  # 503: the dashboard isn't built
+
+
+def test_an_origin_that_is_no_address_is_a_foreign_one(server: Any) -> None:
+    with pytest.raises(InvalidStatus) as refused:
+        server.open("/ws/user", origin="http://[")
+    assert refused.value.response.status_code == 403
+
+
+def test_of_two_who_sign_up_at_once_with_one_email_one_is_told_so(server: Any) -> None:
+    body = {"email": "grace@example.org", "password": "long enough"}
+    with ThreadPoolExecutor(4) as people:
+        answers = people.map(lambda _: server.http.post("/api/v1/account/signup", json=body).status_code, range(4))
+        assert sorted(answers) == [200, 409, 409, 409]
