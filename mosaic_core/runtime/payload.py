@@ -42,12 +42,19 @@ class PayloadReader:
             return text
         try:
             value = json.loads(text, parse_float=_finite, parse_constant=_not_finite)
+            if "\\u" in text:
+                _check_unicode(value)
         except (ValueError, RecursionError):
             raise Refused("channel.invalid", "not JSON") from None
         try:
             return self._adapter.validate_python(value)
         except ValidationError as error:
             raise Refused("channel.invalid", _in_words(error)) from None
+
+
+def _check_unicode(value: Any) -> None:
+    """Half a surrogate pair can be written in JSON but not in UTF-8: whoever prints or forwards it would break."""
+    json.dumps(value, ensure_ascii=False).encode()
 
 
 def _in_words(error: ValidationError) -> str:

@@ -71,6 +71,11 @@ def test_a_typed_receiver_gets_its_message() -> None:
     assert PayloadReader(Typed("a")).read(b'{"v": "1.5", "unknown": 1}') == Speed(v=1.5)
 
 
+def test_escaped_characters_are_characters() -> None:
+    read = PayloadReader(DataChannelJsonReceivable("a")).read
+    assert read(b'{"v": "\\u00e4\\ud83d\\ude00", "w": "\\\\ud800"}') == {"v": "\u00e4\U0001f600", "w": "\\ud800"}
+
+
 def test_plain_receivers_get_dict_text_and_bytes() -> None:
     assert PayloadReader(DataChannelJsonReceivable("a")).read(b'{"v": 1}') == {"v": 1}
     assert PayloadReader(DataChannelStringReceivable("a")).read("ä".encode()) == "ä"
@@ -89,6 +94,8 @@ def test_plain_receivers_get_dict_text_and_bytes() -> None:
         (b"[" * 100_000, "channel.invalid"),
         (b"\xff", "channel.invalid"),
         (b"", "channel.invalid"),
+        (b'{"v": 1, "extra": {"\\ud800": 1}}', "channel.invalid"),
+        (b'{"v": 1, "extra": {"a": ["\\uDFFF"]}}', "channel.invalid"),
     ],
 )
 def test_what_does_not_fit_is_refused_with_its_code(payload: bytes, code: str) -> None:
