@@ -44,3 +44,13 @@ def test_wrong_sign_in_codes_lock_out_their_sender_and_nobody_else(server: Any) 
     answers = [sign_in("wrong", "192.0.2.1") for _ in range(FAILURES_PER_ADDRESS + 1)]
     assert answers == [401] * FAILURES_PER_ADDRESS + [429]
     assert sign_in(code, "192.0.2.2") == 200
+
+
+def test_a_new_password_ends_the_sign_in_codes_that_were_issued_before(server: Any) -> None:
+    server.account()
+    token = server.log_in()
+    code = server.post("/api/v1/account/one-time-code", token).json()["resultData"]["code"]
+    body = {"currentPassword": PASSWORD, "newPassword": "something else"}
+    changed = server.http.put("/api/v1/users/me/password", json=body, headers={"Authorization": f"Bearer {token}"})
+    assert changed.status_code == 200
+    assert server.http.post("/api/v1/account/login/one-time", json={"code": code}).status_code == 401

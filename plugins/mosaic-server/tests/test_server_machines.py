@@ -14,7 +14,7 @@ from mosaic_core.words.codes import ResultCode
 from mosaic_server.ids import is_uuid
 from mosaic_server.security.access_tokens import AccessTokenRefused, AccessTokens
 from mosaic_server.security.login_limits import FAILURES_PER_ADDRESS, FAILURES_PER_EMAIL, WINDOW_S, LoginLimits
-from mosaic_server.security.one_time_codes import OneTimeCodes
+from mosaic_server.security.one_time_codes import OneTimeCodes, OneTimeLogin
 from mosaic_server.security.passwords import check_password, hash_password, new_password
 from mosaic_server.security.robot_tokens import hash_of_token, new_robot_token, token_matches
 from mosaic_server.sockets.keep_alive import KeepAlive, KeepAlivePeriods
@@ -71,14 +71,15 @@ def test_never_more_than_burst_plus_rate_passes(messages: list[tuple[float, int]
 
 def test_a_code_expires_and_works_once() -> None:
     codes = OneTimeCodes()
-    code = codes.issue("ada", 0.0)
+    ada = OneTimeLogin("ada", 1)
+    code = codes.issue(ada, 0.0)
     assert codes.redeem("other", 1.0) is None
-    assert codes.redeem(code, 1.0) == "ada"
+    assert codes.redeem(code, 1.0) == ada
     assert codes.redeem(code, 1.0) is None
-    assert codes.redeem(codes.issue("ada", 0.0), 60.0) is None
-    first = codes.issue("first", 0.0)
+    assert codes.redeem(codes.issue(ada, 0.0), 60.0) is None
+    first = codes.issue(ada, 0.0)
     for _ in range(1000):
-        codes.issue("more", 0.0)
+        codes.issue(OneTimeLogin("more", 1), 0.0)
     assert codes.redeem(first, 0.0) is None, "open codes are bounded"
 
 

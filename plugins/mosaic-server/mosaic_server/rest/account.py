@@ -12,6 +12,7 @@ from mosaic_core.words.wire_model import WireModel
 from mosaic_server.rest.envelope import ApiError, Envelope, Message
 from mosaic_server.rest.password_attempts import address_of, must_not_guess_on, person_with_password
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
+from mosaic_server.security.one_time_codes import OneTimeLogin
 from mosaic_server.security.passwords import MAX_PASSWORD_LENGTH, MIN_PASSWORD_LENGTH
 from mosaic_server.services import Services
 from mosaic_server.storage.accounts import (
@@ -61,9 +62,9 @@ async def log_in_with_code(code: OneTimeCode, request: Request, services: Servic
     """Public. A code works once, for a minute."""
     address = address_of(request)
     must_not_guess_on(services, None, address)
-    account_id = services.codes.redeem(code.code, time.monotonic())
-    person = None if account_id is None else await services.database.run(person_by_id, account_id)
-    if person is None:
+    login = services.codes.redeem(code.code, time.monotonic())
+    person = None if login is None else await services.database.run(person_by_id, login.account_id)
+    if login is None or person is None or person.login_version != login.login_version:
         services.login_limits.failed(None, address, time.monotonic())
         raise ApiError(ResultCode.AUTHENTICATION_FAILED, "this sign-in code was used already or is too old")
     return _access(services, person)
@@ -72,7 +73,8 @@ async def log_in_with_code(code: OneTimeCode, request: Request, services: Servic
 @router.post("/one-time-code")
 async def issue_code(person: PersonDep, services: ServicesDep) -> Envelope[OneTimeCode]:
     """A code that signs this account in somewhere else: put it behind ``/#code=``."""
-    return Envelope(resultData=OneTimeCode(code=services.codes.issue(person.id, time.monotonic())))
+    login = OneTimeLogin(person.id, person.login_version)
+    return Envelope(resultData=OneTimeCode(code=services.codes.issue(login, time.monotonic())))
 
 
 @router.post("/signup")

@@ -7,27 +7,36 @@ from __future__ import annotations
 
 import hashlib
 import secrets
+from dataclasses import dataclass
 
 LIFETIME_S = 60.0
 _MAX_OPEN = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class OneTimeLogin:
+    """For whom a code was issued, and under which log-in: a changed password ends the code too."""
+
+    account_id: str
+    login_version: int
 
 
 class OneTimeCodes:
     """Pure: ``now_s`` is the caller's monotonic clock. One thread (the event loop)."""
 
     def __init__(self) -> None:
-        self._open: dict[str, tuple[str, float]] = {}
+        self._open: dict[str, tuple[OneTimeLogin, float]] = {}
 
-    def issue(self, account_id: str, now_s: float) -> str:
+    def issue(self, login: OneTimeLogin, now_s: float) -> str:
         self._drop_expired(now_s)
         while len(self._open) >= _MAX_OPEN:
             self._open.pop(next(iter(self._open)))
         code = secrets.token_urlsafe(24)
-        self._open[_key(code)] = (account_id, now_s + LIFETIME_S)
+        self._open[_key(code)] = (login, now_s + LIFETIME_S)
         return code
 
-    def redeem(self, code: str, now_s: float) -> str | None:
-        """The account the code was issued for; a second time, or too late, ``None``."""
+    def redeem(self, code: str, now_s: float) -> OneTimeLogin | None:
+        """What the code was issued for; a second time, or too late, ``None``."""
         self._drop_expired(now_s)
         found = self._open.pop(_key(code), None)
         return None if found is None else found[0]
