@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -38,3 +39,10 @@ def test_of_two_who_sign_up_at_once_with_one_email_one_is_told_so(server: Any) -
     with ThreadPoolExecutor(4) as people:
         answers = people.map(lambda _: server.http.post("/api/v1/account/signup", json=body).status_code, range(4))
         assert sorted(answers) == [200, 409, 409, 409]
+
+
+def test_a_line_break_in_a_path_forges_no_line_of_the_log(server: Any, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO, "mosaic_server.access")
+    server.http.get("/api/x%0aforged")
+    logged = [record.getMessage() for record in caplog.records if record.name == "mosaic_server.access"]
+    assert any(line.startswith("GET /api/x%0Aforged 404") for line in logged)

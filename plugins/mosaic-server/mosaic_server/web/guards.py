@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 import time
+from urllib.parse import quote
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
@@ -68,7 +69,8 @@ class Guards:
                 await self._app(scope, _bounded(receive), watched)
         finally:
             took_ms = (time.perf_counter() - started_s) * 1000
-            _access.info("%s %s %d %.1f ms", scope["method"], scope["path"], status, took_ms)  # never the query string
+            path = quote(scope["path"])  # never the query string; quoted, a line break can't forge a line of the log
+            _access.info("%s %s %d %.1f ms", scope["method"], path, status, took_ms)
 
     def _secure(self, headers: MutableHeaders, path: str, host: str) -> None:
         headers["X-Content-Type-Options"] = "nosniff"
