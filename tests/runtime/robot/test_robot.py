@@ -409,6 +409,19 @@ def test_an_offer_that_can_not_be_answered_ends_with_its_reason(kit: Any) -> Non
     kit.play(body)
 
 
+def test_a_peer_that_ended_while_its_offer_was_answered_leaves_nothing_bound(kit: Any) -> None:
+    async def body() -> None:
+        async with kit.running(kit.connector_of(Camera("front"))) as scene:
+            socket = await scene.network.ready()
+            operator = await scene.network.offer("p1")
+            socket.push("signaling.close_peer_connection", {"rtcConnectionId": "p1"})
+            await kit.until(lambda: operator.is_closed)
+            assert operator.listener.track_bound("front") is not None, "aiortc goes on with what it has begun"
+            assert not scene.robot._runs.media.is_bound("p1", "front")
+
+    kit.play(body)
+
+
 def test_unknown_labels_and_messages_to_a_sender_are_refused_by_name(kit: Any) -> None:
     async def body() -> None:
         async with kit.running(kit.connector_of(Counter("count"))) as scene:
