@@ -155,7 +155,8 @@ class Robot:
         _, late = await asyncio.wait({signaling, *endings}, timeout=_PEERS_PATIENCE_S)
         for task in late:
             task.cancel()
-        await asyncio.gather(*late, handlers, return_exceptions=True)
+        await asyncio.gather(*late, return_exceptions=True)
+        await handlers
 
     # -- effects of the signaling session ------------------------------------------------------------------------
 
