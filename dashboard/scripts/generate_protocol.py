@@ -159,6 +159,7 @@ def _constants() -> str:
         "HEADER_BYTES": framing.HEADER_BYTES,
         "CHUNK_HEADER_BYTES": framing.CHUNK_HEADER_BYTES,
         "MAX_MESSAGE_BYTES": framing.MAX_MESSAGE_BYTES,
+        "MAX_CHUNKS": framing.MAX_CHUNKS,
         "CHUNK_PAYLOAD_BYTES": framing.CHUNK_PAYLOAD_BYTES,
         "CHUNK_TIMEOUT_MS": int(framing.CHUNK_TIMEOUT_S * 1000),
         "FLAG_CHUNKED": int(framing.FrameFlag.CHUNKED),

@@ -37,6 +37,8 @@ MAX_MESSAGE_BYTES = 16 * 1024 * 1024
 """Largest message that a receiver reassembles."""
 CHUNK_PAYLOAD_BYTES = 60 * 1024
 """A peer that announces no maximum takes 65 536 bytes (RFC 8841 §6.1)."""
+MAX_CHUNKS = 4096
+"""The largest message in chunks of 4 KiB: smaller ones would cost a receiver more in bookkeeping than in data."""
 CHUNK_TIMEOUT_S = 5.0
 """A message whose chunks stop arriving for this long is forgotten."""
 
@@ -76,6 +78,8 @@ def encode_frame(frame: Frame, max_payload_bytes: int = CHUNK_PAYLOAD_BYTES) -> 
         return
     header = _header(frame, frame.flags | FrameFlag.CHUNKED)
     count = -(-size // max_payload_bytes)
+    if count > MAX_CHUNKS:
+        raise ValueError(f"{size} bytes make {count} chunks, {MAX_CHUNKS} are the most")
     for index in range(count):
         part = frame.payload[index * max_payload_bytes : (index + 1) * max_payload_bytes]
         yield header + _CHUNK.pack(index, count, size) + part
@@ -130,7 +134,7 @@ class FrameReader:
         part = data[HEADER_BYTES + CHUNK_HEADER_BYTES :]
         if not 0 < total <= self._max_message_bytes:
             raise WireError("frame: announced size out of range", code="channel.too_large")
-        if not (0 <= index < count and len(part) > 0 and count <= total):
+        if not (index < count <= MAX_CHUNKS and len(part) > 0 and count <= total):
             raise WireError("frame: chunk index out of range")
         self._forget_stale(now_s)
         partial = self._partial.get(seq)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from mosaic_core.machines.framing import (
     CHUNK_TIMEOUT_S,
     HEADER_BYTES,
+    MAX_CHUNKS,
     MAX_MESSAGE_BYTES,
     SEQ_MODULUS,
     Frame,
@@ -100,6 +101,17 @@ def test_an_announced_size_beyond_the_limit_is_refused_before_memory_is_taken() 
     with pytest.raises(WireError) as caught:
         FrameReader(max_message_bytes=15).read(chunks(20)[0], 0.0)
     assert caught.value.code == "channel.too_large"
+
+
+def test_a_message_in_crumbs_is_refused_before_they_are_kept() -> None:
+    crumb = bytearray(chunks(20)[0])
+    crumb[HEADER_BYTES + 4 : HEADER_BYTES + 12] = (MAX_CHUNKS + 1).to_bytes(4, "big") + (MAX_CHUNKS + 1).to_bytes(
+        4, "big"
+    )
+    with pytest.raises(WireError, match="out of range"):
+        FrameReader().read(bytes(crumb), 0.0)
+    with pytest.raises(ValueError, match="chunks"):
+        next(encode_frame(Frame(PayloadKind.BYTES, bytes(MAX_CHUNKS + 1)), 1))
 
 
 def test_a_message_beyond_the_limit_is_not_sent() -> None:

@@ -9,6 +9,7 @@ import {
   FLAG_CHUNKED,
   FLAG_LATCHED,
   HEADER_BYTES,
+  MAX_CHUNKS,
   MAX_MESSAGE_BYTES,
   PayloadKind,
   type ReasonCode,
@@ -105,7 +106,7 @@ export class FrameReader {
     const total = view.getUint32(HEADER_BYTES + 8)
     const part = data.slice(HEADER_BYTES + CHUNK_HEADER_BYTES)
     if (total === 0 || total > this.maxMessageBytes) throw tooLarge('frame: announced size out of range')
-    if (index >= count || part.byteLength === 0 || count > total) throw new WireError('frame: chunk index out of range')
+    if (index >= count || count > MAX_CHUNKS || part.byteLength === 0 || count > total) throw new WireError('frame: chunk index out of range')
     this.forgetStale(nowMs)
     const partial = this.partial.get(seq) ?? this.begin(data.slice(0, HEADER_BYTES), seq, total, nowMs)
     if (partial.totalBytes !== total || !isSame(partial.header, data.subarray(0, HEADER_BYTES))) {

@@ -318,6 +318,7 @@ export const SIZE_AFTER_AUTHORIZATION = 262144
 export const HEADER_BYTES = 20
 export const CHUNK_HEADER_BYTES = 12
 export const MAX_MESSAGE_BYTES = 16777216
+export const MAX_CHUNKS = 4096
 export const CHUNK_PAYLOAD_BYTES = 61440
 export const CHUNK_TIMEOUT_MS = 5000
 export const FLAG_CHUNKED = 1
