@@ -10,6 +10,7 @@ import asyncio
 import fcntl
 import os
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Concatenate, ParamSpec, TypeVar
@@ -25,6 +26,10 @@ T = TypeVar("T")
 FILE_NAME = "mosaic-server.sqlite3"
 _BUSY_TIMEOUT_S = 10
 """How long a writer waits for another process, e.g. `mosaic server user add` beside a running server."""
+
+
+_WORKERS = 8
+"""As many transactions at a time; SQLAlchemy's pool holds five connections and ten more under load."""
 
 
 class DatabaseInUse(Exception):
@@ -52,6 +57,7 @@ class Database:
         assert url is not None
         self.engine = _engine(url)
         self._lock_fd: int | None = None
+        self._workers = ThreadPoolExecutor(max_workers=_WORKERS, thread_name_prefix="mosaic-database")
 
     def migrate(self) -> None:
         """Bring the schema to the newest revision; a no-op when it is there already."""
@@ -88,9 +94,11 @@ class Database:
 
     async def run(self, task: Callable[Concatenate[Session, P], T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Run ``task(session, …)`` in one transaction on a worker thread; the event loop goes on."""
-        return await asyncio.to_thread(lambda: self.work(task, *args, **kwargs))
+        return await asyncio.get_running_loop().run_in_executor(self._workers, lambda: self.work(task, *args, **kwargs))
 
     def close(self) -> None:
+        """Wait for running work, whoever has stopped waiting for it, then close every connection."""
+        self._workers.shutdown()
         self.engine.dispose()
         if self._lock_fd is not None:
             os.close(self._lock_fd)
