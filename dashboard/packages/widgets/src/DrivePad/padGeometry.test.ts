@@ -21,3 +21,9 @@ test('a pad without size commands nothing', () => {
 test('the thumb stands where the stick is and inside the pad', () => {
   expect(thumbOffset({ forward: 1, left: 0 })).toEqual({ xPercent: 0, yPercent: -35 })
 })
+
+test('two keys at once keep the thumb inside the round pad', () => {
+  const { xPercent, yPercent } = thumbOffset({ forward: 1, left: 1 })
+  expect(Math.hypot(xPercent, yPercent)).toBeCloseTo(35)
+  expect(xPercent).toBeCloseTo(yPercent)
+})

@@ -21,7 +21,8 @@ export function stickAt(clientX: number, clientY: number, pad: Box): Stick {
   })
 }
 
-/** Offset of the thumb from the middle, in per cent of the pad's width. */
-export function thumbOffset(stick: Stick): { xPercent: number; yPercent: number } {
+/** Offset of the thumb from the middle, in per cent of the pad's width. Two keys ask for more than the round pad shows. */
+export function thumbOffset(asked: Stick): { xPercent: number; yPercent: number } {
+  const stick = limited(asked)
   return { xPercent: -stick.left * TRAVEL * 100 || 0, yPercent: -stick.forward * TRAVEL * 100 || 0 }
 }
