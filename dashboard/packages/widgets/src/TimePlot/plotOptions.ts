@@ -29,7 +29,7 @@ export function plotOptions(fields: readonly Field[], look: PlotLook, windowS: n
         // uPlot's enum has no values at run time: 3 is left, 1 is right.
         // eslint-disable-next-line @typescript-eslint/no-unsafe-enum-assignment
         side: index === 0 ? 3 : 1,
-        size: 52,
+        size: (_plot, labels: readonly string[] | null) => axisWidthPx(labels ?? []),
         grid: { ...grid, show: index === 0 },
         ticks: grid,
         values: (_plot, splits) => splits.map((split) => `${axisNumber(split)}${unit === '' ? '' : ` ${unit}`}`),
@@ -59,6 +59,14 @@ function scaleOf(unit: string): string {
 export function seriesName(field: Field, fields: readonly Field[]): string {
   const isUnique = fields.filter((other) => other.name === field.name).length === 1
   return isUnique ? field.name : field.path.join('.')
+}
+
+const DIGIT_PX = 6.6
+const TICK_AND_GAP_PX = 18
+
+/** Room for the longest label at 11 px, ticks included; never so little that a plot jumps while its labels grow. */
+export function axisWidthPx(labels: readonly string[]): number {
+  return Math.max(52, Math.ceil(TICK_AND_GAP_PX + DIGIT_PX * Math.max(0, ...labels.map((label) => label.length))))
 }
 
 function axisNumber(value: number): string {
