@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
 import time
 from collections.abc import Coroutine, Sequence
@@ -162,8 +161,10 @@ class OperatorPeer:
         await asyncio.sleep(flush_s)
         self._queue.close_all()
         if self._answerer is not None:
-            with contextlib.suppress(Exception):  # it is over either way
+            try:
                 await self._answerer.close()
+            except Exception:  # it is over either way, but whoever looks for a leak must find it
+                logger.warning("the transport of peer %s did not close cleanly", self.peer_id, exc_info=True)
         self._closed.set()
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
