@@ -31,6 +31,10 @@ _SHARED: tuple[type[BaseModel], ...] = (
     signaling.TicketKey,
     signaling.OperatorIdentity,
     signaling.IceCandidate,
+    control.PeerInfo,
+    control.LeaseWaiting,
+    control.SafetyCause,
+    control.JournalEntry,
 )
 _ENUMS: tuple[type[Enum], ...] = (
     data_type.MosaicDataType,
@@ -150,10 +154,14 @@ def _map(name: str, messages: Iterable[Any]) -> str:
 def _constants() -> str:
     values = {
         "CONTROL_LABEL": control.CONTROL_LABEL,
+        "STOP_LABEL": control.STOP_LABEL,
         "CHANNEL_PROTOCOL": control.CHANNEL_PROTOCOL,
         "CONTROL_PROTOCOL_VERSION": control.CONTROL_PROTOCOL_VERSION,
         "HELLO_TIMEOUT_MS": int(control.HELLO_TIMEOUT_S * 1000),
         "PING_PERIOD_MS": int(control.PING_PERIOD_S * 1000),
+        "LEASE_KEEP_PERIOD_MS": int(control.LEASE_KEEP_PERIOD_S * 1000),
+        "STOP_REPEAT_MS": int(control.STOP_REPEAT_S * 1000),
+        "MEDIA_SEEN_PERIOD_MS": int(control.MEDIA_SEEN_PERIOD_S * 1000),
         "PEER_LOST_AFTER_MS": int(control.PEER_LOST_AFTER_S * 1000),
         "SIZE_AFTER_AUTHORIZATION": signaling.SIZE_AFTER_AUTHORIZATION,
         "HEADER_BYTES": framing.HEADER_BYTES,

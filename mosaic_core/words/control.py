@@ -1,4 +1,4 @@
-"""Every message of the control channel ``_mosaic``, once.
+"""Every message of the control channel ``_mosaic`` and of the stop channel ``_stop``, once.
 
 The operator creates the channel in its first offer (ordered, reliable, protocol ``mosaic.1``); both sides start
 with :class:`Hello`. A peer that sends none within two seconds is an original one.
@@ -8,7 +8,7 @@ Times are microseconds of the sender's own monotonic clock, which ``boot_id`` na
 from __future__ import annotations
 
 import json
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, ValidationError
 
@@ -17,6 +17,9 @@ from mosaic_core.words.errors import WireError
 from mosaic_core.words.wire_model import WireModel, to_json
 
 CONTROL_LABEL = "_mosaic"
+STOP_LABEL = "_stop"
+"""A lane of its own for :class:`Stop` and :class:`StopAck`: unordered, nothing retransmitted, so that a lost packet of
+anything else delays no stop. The operator creates it in its first offer and repeats the stop until it is answered."""
 CHANNEL_PROTOCOL = "mosaic.1"
 """The DCEP protocol of our own data channels: every message carries the frame header of ``machines.framing``."""
 CONTROL_PROTOCOL_VERSION = 1
@@ -25,7 +28,16 @@ PING_PERIOD_S = 0.5
 PEER_LOST_AFTER_S = 2.0
 """Without a word on the control channel for this long a peer counts as lost (ICE itself needs 29 s)."""
 
-CONTROL_EXTENSIONS: dict[str, int] = {"catalogue": 1, "mediaWatch": 1, "mediaOrigin": 1, "refusals": 1}
+LEASE_KEEP_PERIOD_S = 0.5
+STOP_REPEAT_S = 0.03
+MEDIA_SEEN_PERIOD_S = 0.1
+
+CONTROL_EXTENSIONS: dict[str, int] = {
+    "catalogue": 1, "mediaWatch": 1, "mediaOrigin": 1, "refusals": 1,
+    "lease": 1, "stop": 1, "safetyLimit": 1, "journal": 1,
+}  # fmt: skip
+Role = Literal["observer", "operator", "supervisor"]
+ResourceName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,31}$")]
 
 
 class ControlMessage(WireModel):
@@ -45,6 +57,7 @@ class Hello(ControlMessage):
     extensions: dict[str, int] = Field(default_factory=dict)
     software: str
     boot_id: str
+    is_person: bool = Field(default=False, description="A person decides here; a program gives way to persons.")
 
 
 class CatalogueFull(ControlMessage):
@@ -55,7 +68,8 @@ class CatalogueFull(ControlMessage):
 
 
 class Ping(ControlMessage):
-    """Four-stamp ping (RFC 5905 §8): ``t0`` is when it left."""
+    """Four-stamp ping (RFC 5905 §8): ``t0`` is when it left. Both sides ping: the operator for the clock offset, the
+    robot to learn how old a command is when it acts."""
 
     type = "ping"
     t0: int
@@ -115,9 +129,217 @@ class Refusal(ControlMessage):
     message: str | None = None
 
 
+# -- the lease: who commands -------------------------------------------------------------------------------------
+
+
+class PeerInfo(WireModel):
+    """One operator as the others see it. ``is_original``: it knows no control channel and can't be asked."""
+
+    peer_id: str
+    name: str = ""
+    role: Role = "operator"
+    is_person: bool = False
+    is_original: bool = False
+
+
+class Peers(ControlMessage):
+    """Robot → operator, at first and on every change: everybody who is connected. ``you`` is the reader's peer id."""
+
+    type = "peers"
+    you: str
+    peers: tuple[PeerInfo, ...] = ()
+
+
+class LeaseRequest(ControlMessage):
+    """Operator → robot: I want to command ``resource``. ``force`` (supervisors only) takes it over, with a reason."""
+
+    type = "lease.request"
+    resource: ResourceName = "motion"
+    reason: Annotated[str, Field(max_length=200)] = ""
+    force: bool = False
+
+
+class LeaseReply(ControlMessage):
+    """Robot → the operator who asked. ``code`` says why it was not granted at once (``lease.queued``: it may still be)
+    or why a lease ended (``lease.expired``, ``lease.taken_over``, ...); ``epoch`` goes into every command."""
+
+    type = "lease.reply"
+    resource: ResourceName
+    outcome: Literal["granted", "queued", "denied", "ended"]
+    epoch: Annotated[int, Field(ge=0, le=0xFFFFFFFF)] = 0
+    code: str = ""
+    message: str | None = None
+
+
+class LeaseKeep(ControlMessage):
+    """Holder → robot, every 0.5 s for all it holds: I am still here. Without it a lease expires."""
+
+    type = "lease.keep"
+    epochs: dict[str, int] = Field(default_factory=dict, max_length=32)
+
+
+class LeaseRelease(ControlMessage):
+    """Operator → robot: I give ``resource`` back, or no longer wait for it."""
+
+    type = "lease.release"
+    resource: ResourceName = "motion"
+
+
+class LeaseAnswer(ControlMessage):
+    """Holder → robot: what I say to ``peer_id``, who asked for ``resource``. Granting hands it over at once."""
+
+    type = "lease.answer"
+    resource: ResourceName = "motion"
+    peer_id: str
+    grant: bool
+    message: Annotated[str, Field(max_length=200)] = ""
+
+
+class LeaseWaiting(WireModel):
+    """Somebody in the queue for a lease."""
+
+    peer_id: str
+    name: str = ""
+    reason: str = ""
+    is_person: bool = False
+
+
+class LeaseState(ControlMessage):
+    """Robot → every operator, at first and on every change: who commands ``resource``."""
+
+    type = "lease.state"
+    resource: ResourceName
+    epoch: int
+    holder: PeerInfo | None = None
+    queue: tuple[LeaseWaiting, ...] = ()
+    expiry_s: float
+
+
+# -- the stop ----------------------------------------------------------------------------------------------------
+
+
+class Stop(ControlMessage):
+    """Any operator → robot, on the stop channel: stand still and take no command until cleared. Repeated, with the same
+    ``id``, until it is acknowledged."""
+
+    type = "stop"
+    id: Annotated[str, Field(min_length=1, max_length=64)]
+    reason: Annotated[str, Field(max_length=200)] = ""
+
+
+class StopAck(ControlMessage):
+    """Robot → whoever said stop. Times are of the robot's clock: ``received_us`` when the first copy arrived,
+    ``safe_us`` when the last safe action had returned (``None``: one is still running)."""
+
+    type = "stop.ack"
+    id: str
+    received_us: int
+    safe_us: int | None = None
+
+
+class StopState(ControlMessage):
+    """Robot → every operator, at first and on every change."""
+
+    type = "stop.state"
+    is_stopped: bool
+    by: str = Field(default="", description="Name of the operator, or what stopped it.")
+    reason: str = ""
+    since_us: int | None = None
+
+
+class StopClear(ControlMessage):
+    """The holder of a lease, or a supervisor → robot: commands may act again. A deliberate act of a person."""
+
+    type = "stop.clear"
+
+
+# -- what limits the speed ---------------------------------------------------------------------------------------
+
+
+class MediaSeen(ControlMessage):
+    """Operator → robot, ten times a second while it watches: the picture on the screen was captured at ``capture_us``
+    of the robot's clock. ``None``: watching, but no picture has been shown yet."""
+
+    type = "media.seen"
+    label: str
+    capture_us: int | None = None
+
+
+class SafetyCause(WireModel):
+    """One thing that limits the speed. ``value``: milliseconds for ``rtt`` and ``picture``, a share for ``loss``."""
+
+    cause: Literal["rtt", "loss", "picture"]
+    value: float | None = None
+    factor: Annotated[float, Field(ge=0, le=1)]
+
+
+class SafetyLimit(ControlMessage):
+    """Robot → the operator who commands ``label``, on change: what is left of the speed, and why, worst first."""
+
+    type = "safety.limit"
+    label: str
+    factor: Annotated[float, Field(ge=0, le=1)]
+    causes: tuple[SafetyCause, ...] = ()
+
+
+# -- who did what ------------------------------------------------------------------------------------------------
+
+
+class JournalRead(ControlMessage):
+    """Supervisor → robot: the newest ``limit`` entries before ``before`` (a number of an entry)."""
+
+    type = "journal.read"
+    limit: Annotated[int, Field(ge=1, le=200)] = 100
+    before: int | None = None
+
+
+class JournalEntry(WireModel):
+    """One thing that happened. ``at`` is the robot's wall clock in ISO 8601 UTC, for people to read."""
+
+    number: int
+    at: str
+    what: str
+    who: str = ""
+    subject: str = ""
+    code: str = ""
+    message: str = ""
+
+
+class Journal(ControlMessage):
+    """Robot → supervisor, newest first."""
+
+    type = "journal"
+    entries: tuple[JournalEntry, ...] = ()
+
+
 CONTROL_MESSAGES: dict[str, type[ControlMessage]] = {
     message.type: message
-    for message in (Hello, CatalogueFull, Ping, Pong, Bye, MediaWatch, MediaOrigin, MediaUnavailable, Refusal)
+    for message in (
+        Hello,
+        CatalogueFull,
+        Ping,
+        Pong,
+        Bye,
+        MediaWatch,
+        MediaOrigin,
+        MediaUnavailable,
+        MediaSeen,
+        Refusal,
+        Peers,
+        LeaseRequest,
+        LeaseReply,
+        LeaseKeep,
+        LeaseRelease,
+        LeaseAnswer,
+        LeaseState,
+        Stop,
+        StopAck,
+        StopState,
+        StopClear,
+        SafetyLimit,
+        JournalRead,
+        Journal,
+    )
 }
 
 

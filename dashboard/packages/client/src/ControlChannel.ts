@@ -52,8 +52,13 @@ export class ControlChannel {
   }
 
   sendHello(): void {
-    const extensions = CONTROL_EXTENSIONS
-    this.send('hello', { protocol: CONTROL_PROTOCOL_VERSION, extensions, software: SOFTWARE, bootId: PAGE_BOOT_ID })
+    this.send('hello', {
+      protocol: CONTROL_PROTOCOL_VERSION,
+      extensions: CONTROL_EXTENSIONS,
+      software: SOFTWARE,
+      bootId: PAGE_BOOT_ID,
+      isPerson: true,
+    })
   }
 
   sendPing(): void {

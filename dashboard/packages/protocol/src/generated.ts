@@ -125,6 +125,41 @@ export interface IceCandidate {
   sdpMLineIndex: number
 }
 
+/** One operator as the others see it. `is_original`: it knows no control channel and can't be asked. */
+export interface PeerInfo {
+  peerId: string
+  name: string
+  role: string
+  isPerson: boolean
+  isOriginal: boolean
+}
+
+/** Somebody in the queue for a lease. */
+export interface LeaseWaiting {
+  peerId: string
+  name: string
+  reason: string
+  isPerson: boolean
+}
+
+/** One thing that limits the speed. `value`: milliseconds for `rtt` and `picture`, a share for `loss`. */
+export interface SafetyCause {
+  cause: string
+  value?: number
+  factor: number
+}
+
+/** One thing that happened. `at` is the robot's wall clock in ISO 8601 UTC, for people to read. */
+export interface JournalEntry {
+  number: number
+  at: string
+  what: string
+  who: string
+  subject: string
+  code: string
+  message: string
+}
+
 /** Server → both, at once after the upgrade. `data` is null toward those who know no extension. */
 export interface AuthorizeRequest {
   extensions?: Record<string, number>
@@ -221,6 +256,8 @@ export interface Hello {
   extensions: Record<string, number>
   software: string
   bootId: string
+  /** A person decides here; a program gives way to persons. */
+  isPerson: boolean
 }
 
 /** Robot → operator after its hello: every connector with its message schema. */
@@ -228,7 +265,10 @@ export interface CatalogueFull {
   catalogue: Catalogue
 }
 
-/** Four-stamp ping (RFC 5905 §8): `t0` is when it left. */
+/**
+ * Four-stamp ping (RFC 5905 §8): `t0` is when it left. Both sides ping: the operator for the clock offset, the
+ * robot to learn how old a command is when it acts.
+ */
 export interface Ping {
   t0: number
 }
@@ -267,12 +307,122 @@ export interface MediaUnavailable {
   message?: string
 }
 
+/**
+ * Operator → robot, ten times a second while it watches: the picture on the screen was captured at `capture_us`
+ * of the robot's clock. `None`: watching, but no picture has been shown yet.
+ */
+export interface MediaSeen {
+  label: string
+  captureUs?: number
+}
+
 /** Robot → operator: a message on a connector was not accepted. `seq` is that of its frame. */
 export interface Refusal {
   label: string
   seq?: number
   code: string
   message?: string
+}
+
+/** Robot → operator, at first and on every change: everybody who is connected. `you` is the reader's peer id. */
+export interface Peers {
+  you: string
+  peers: readonly PeerInfo[]
+}
+
+/** Operator → robot: I want to command `resource`. `force` (supervisors only) takes it over, with a reason. */
+export interface LeaseRequest {
+  resource: string
+  reason: string
+  force: boolean
+}
+
+/**
+ * Robot → the operator who asked. `code` says why it was not granted at once (`lease.queued`: it may still be)
+ * or why a lease ended (`lease.expired`, `lease.taken_over`, ...); `epoch` goes into every command.
+ */
+export interface LeaseReply {
+  resource: string
+  outcome: string
+  epoch: number
+  code: string
+  message?: string
+}
+
+/** Holder → robot, every 0.5 s for all it holds: I am still here. Without it a lease expires. */
+export interface LeaseKeep {
+  epochs: Record<string, number>
+}
+
+/** Operator → robot: I give `resource` back, or no longer wait for it. */
+export interface LeaseRelease {
+  resource: string
+}
+
+/** Holder → robot: what I say to `peer_id`, who asked for `resource`. Granting hands it over at once. */
+export interface LeaseAnswer {
+  resource: string
+  peerId: string
+  grant: boolean
+  message: string
+}
+
+/** Robot → every operator, at first and on every change: who commands `resource`. */
+export interface LeaseState {
+  resource: string
+  epoch: number
+  holder?: PeerInfo
+  queue: readonly LeaseWaiting[]
+  expiryS: number
+}
+
+/**
+ * Any operator → robot, on the stop channel: stand still and take no command until cleared. Repeated, with the same
+ * `id`, until it is acknowledged.
+ */
+export interface Stop {
+  id: string
+  reason: string
+}
+
+/**
+ * Robot → whoever said stop. Times are of the robot's clock: `received_us` when the first copy arrived,
+ * `safe_us` when the last safe action had returned (`None`: one is still running).
+ */
+export interface StopAck {
+  id: string
+  receivedUs: number
+  safeUs?: number
+}
+
+/** Robot → every operator, at first and on every change. */
+export interface StopState {
+  isStopped: boolean
+  /** Name of the operator, or what stopped it. */
+  by: string
+  reason: string
+  sinceUs?: number
+}
+
+/** The holder of a lease, or a supervisor → robot: commands may act again. A deliberate act of a person. */
+export type StopClear = Record<string, never>
+
+/** Robot → the operator who commands `label`, on change: what is left of the speed, and why, worst first. */
+export interface SafetyLimit {
+  label: string
+  factor: number
+  causes: readonly SafetyCause[]
+}
+
+/** Supervisor → robot: the newest `limit` entries before `before` (a number of an entry). */
+export interface JournalRead {
+  limit: number
+  before?: number
+}
+
+/** Robot → supervisor, newest first. */
+export interface Journal {
+  entries: readonly JournalEntry[]
 }
 
 /** The data of each message, by its type. */
@@ -305,14 +455,33 @@ export interface ControlMessages {
   'media.watch': MediaWatch
   'media.origin': MediaOrigin
   'media.unavailable': MediaUnavailable
+  'media.seen': MediaSeen
   'refusal': Refusal
+  'peers': Peers
+  'lease.request': LeaseRequest
+  'lease.reply': LeaseReply
+  'lease.keep': LeaseKeep
+  'lease.release': LeaseRelease
+  'lease.answer': LeaseAnswer
+  'lease.state': LeaseState
+  'stop': Stop
+  'stop.ack': StopAck
+  'stop.state': StopState
+  'stop.clear': StopClear
+  'safety.limit': SafetyLimit
+  'journal.read': JournalRead
+  'journal': Journal
 }
 
 export const CONTROL_LABEL = '_mosaic'
+export const STOP_LABEL = '_stop'
 export const CHANNEL_PROTOCOL = 'mosaic.1'
 export const CONTROL_PROTOCOL_VERSION = 1
 export const HELLO_TIMEOUT_MS = 2000
 export const PING_PERIOD_MS = 500
+export const LEASE_KEEP_PERIOD_MS = 500
+export const STOP_REPEAT_MS = 30
+export const MEDIA_SEEN_PERIOD_MS = 100
 export const PEER_LOST_AFTER_MS = 2000
 export const SIZE_AFTER_AUTHORIZATION = 262144
 export const HEADER_BYTES = 20
@@ -372,6 +541,27 @@ export const REASONS = {
   'safety.timeout': { sentence: 'No command arrived in time; the safe action ran.', cure: '' },
   'safety.peer_left': { sentence: 'The commanding operator left; the safe action ran.', cure: '' },
   'safety.shutdown': { sentence: 'The robot is stopping; the safe action ran.', cure: '' },
+  'safety.lease_lost': { sentence: 'The commanding operator lost the lease; the safe action ran.', cure: '' },
+  'safety.stop': { sentence: 'An operator said stop; the safe action ran.', cure: '' },
+  'safety.stopped': { sentence: 'The robot was stopped and takes no commands until that is cleared.', cure: 'Look at the robot, then clear the stop: the lease holder or a supervisor can.' },
+  'safety.too_fast': { sentence: 'Commands came faster than this connector takes them.', cure: '' },
+  'safety.out_of_range': { sentence: "A value of the command can't be limited: it is no number where one belongs.", cure: '' },
+  'lease.required': { sentence: 'This connector takes commands only from the holder of its lease.', cure: 'Take control.' },
+  'lease.not_holder': { sentence: 'Somebody else commands this robot.', cure: 'Ask for the lease and wait for the answer.' },
+  'lease.old_epoch': { sentence: 'The command belongs to a lease that has ended.', cure: '' },
+  'lease.queued': { sentence: 'Somebody else commands; the request waits for an answer.', cure: '' },
+  'lease.denied': { sentence: 'The operator who commands did not hand over.', cure: '' },
+  'lease.forbidden': { sentence: 'This role may not command.', cure: 'An administrator can grant another role.' },
+  'lease.force_forbidden': { sentence: 'Only a supervisor who gives a reason may take over by force.', cure: '' },
+  'lease.person_commands': { sentence: 'A person commands; a program waits until the lease is free.', cure: '' },
+  'lease.unknown_resource': { sentence: 'The robot has no resource of this name.', cure: '' },
+  'lease.expired': { sentence: 'The holder fell silent, so the lease ended.', cure: '' },
+  'lease.released': { sentence: 'The lease was given back.', cure: '' },
+  'lease.handed_over': { sentence: 'The holder handed the lease to somebody else.', cure: '' },
+  'lease.taken_over': { sentence: 'A supervisor took the lease over.', cure: '' },
+  'lease.preempted': { sentence: 'A person took the lease from a program.', cure: '' },
+  'lease.peer_left': { sentence: "The holder's connection ended, and with it the lease.", cure: '' },
+  'lease.original_observes': { sentence: 'This robot lets original dashboards watch, but not command.', cure: '' },
   'plugin.failed': { sentence: "The connector's handler ended with an error; it will be restarted.", cure: '' },
   'plugin.no_device': { sentence: "The connector's device isn't available; it is being tried again.", cure: '' },
   'plugin.ignored_stop': { sentence: 'The handler did not stop in time and was abandoned.', cure: '' },
@@ -423,6 +613,10 @@ export const CONTROL_EXTENSIONS: Record<string, number> = {
   'mediaWatch': 1,
   'mediaOrigin': 1,
   'refusals': 1,
+  'lease': 1,
+  'stop': 1,
+  'safetyLimit': 1,
+  'journal': 1,
 }
 
 /** Which definition describes the data of a message. */
@@ -454,7 +648,22 @@ export const CONTROL_SCHEMAS = {
   'media.watch': 'MediaWatch',
   'media.origin': 'MediaOrigin',
   'media.unavailable': 'MediaUnavailable',
+  'media.seen': 'MediaSeen',
   'refusal': 'Refusal',
+  'peers': 'Peers',
+  'lease.request': 'LeaseRequest',
+  'lease.reply': 'LeaseReply',
+  'lease.keep': 'LeaseKeep',
+  'lease.release': 'LeaseRelease',
+  'lease.answer': 'LeaseAnswer',
+  'lease.state': 'LeaseState',
+  'stop': 'Stop',
+  'stop.ack': 'StopAck',
+  'stop.state': 'StopState',
+  'stop.clear': 'StopClear',
+  'safety.limit': 'SafetyLimit',
+  'journal.read': 'JournalRead',
+  'journal': 'Journal',
 } as const
 
 /** JSON Schema of every message and its parts; a `$ref` is a key of this table. */
@@ -473,15 +682,28 @@ export const DEFINITIONS: Record<string, unknown> = {
   Delivery: {"enum": ["reliable", "latest", "bulk"], "type": "string"},
   Direction: {"enum": ["to-operator", "to-robot", "both"], "type": "string"},
   ExchangeIceCandidate: {"properties": {"rtcConnectionId": {"type": "string"}, "iceCandidate": {"$ref": "IceCandidate"}}, "required": ["rtcConnectionId", "iceCandidate"], "type": "object"},
-  Hello: {"properties": {"protocol": {"default": 1, "type": "integer"}, "extensions": {"additionalProperties": {"type": "integer"}, "type": "object"}, "software": {"type": "string"}, "bootId": {"type": "string"}}, "required": ["software", "bootId"], "type": "object"},
+  Hello: {"properties": {"protocol": {"default": 1, "type": "integer"}, "extensions": {"additionalProperties": {"type": "integer"}, "type": "object"}, "software": {"type": "string"}, "bootId": {"type": "string"}, "isPerson": {"default": false, "type": "boolean"}}, "required": ["software", "bootId"], "type": "object"},
   IceCandidate: {"properties": {"candidate": {"type": "string"}, "sdpMid": {"type": "string"}, "sdpMLineIndex": {"default": 0, "type": "integer"}}, "required": ["candidate", "sdpMid"], "type": "object"},
   IceServer: {"properties": {"urls": {"items": {"type": "string"}, "type": "array"}, "username": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "credential": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["urls"], "type": "object"},
+  Journal: {"properties": {"entries": {"default": [], "items": {"$ref": "JournalEntry"}, "type": "array"}}, "type": "object"},
+  JournalEntry: {"properties": {"number": {"type": "integer"}, "at": {"type": "string"}, "what": {"type": "string"}, "who": {"default": "", "type": "string"}, "subject": {"default": "", "type": "string"}, "code": {"default": "", "type": "string"}, "message": {"default": "", "type": "string"}}, "required": ["number", "at", "what"], "type": "object"},
+  JournalRead: {"properties": {"limit": {"default": 100, "maximum": 200, "minimum": 1, "type": "integer"}, "before": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "type": "object"},
   Kind: {"enum": ["data", "video", "audio"], "type": "string"},
+  LeaseAnswer: {"properties": {"resource": {"default": "motion", "pattern": "^[a-z][a-z0-9_-]{0,31}$", "type": "string"}, "peerId": {"type": "string"}, "grant": {"type": "boolean"}, "message": {"default": "", "maxLength": 200, "type": "string"}}, "required": ["peerId", "grant"], "type": "object"},
+  LeaseKeep: {"properties": {"epochs": {"additionalProperties": {"type": "integer"}, "maxProperties": 32, "type": "object"}}, "type": "object"},
+  LeaseRelease: {"properties": {"resource": {"default": "motion", "pattern": "^[a-z][a-z0-9_-]{0,31}$", "type": "string"}}, "type": "object"},
+  LeaseReply: {"properties": {"resource": {"pattern": "^[a-z][a-z0-9_-]{0,31}$", "type": "string"}, "outcome": {"enum": ["granted", "queued", "denied", "ended"], "type": "string"}, "epoch": {"default": 0, "maximum": 4294967295, "minimum": 0, "type": "integer"}, "code": {"default": "", "type": "string"}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["resource", "outcome"], "type": "object"},
+  LeaseRequest: {"properties": {"resource": {"default": "motion", "pattern": "^[a-z][a-z0-9_-]{0,31}$", "type": "string"}, "reason": {"default": "", "maxLength": 200, "type": "string"}, "force": {"default": false, "type": "boolean"}}, "type": "object"},
+  LeaseState: {"properties": {"resource": {"pattern": "^[a-z][a-z0-9_-]{0,31}$", "type": "string"}, "epoch": {"type": "integer"}, "holder": {"anyOf": [{"$ref": "PeerInfo"}, {"type": "null"}], "default": null}, "queue": {"default": [], "items": {"$ref": "LeaseWaiting"}, "type": "array"}, "expiryS": {"type": "number"}}, "required": ["resource", "epoch", "expiryS"], "type": "object"},
+  LeaseWaiting: {"properties": {"peerId": {"type": "string"}, "name": {"default": "", "type": "string"}, "reason": {"default": "", "type": "string"}, "isPerson": {"default": false, "type": "boolean"}}, "required": ["peerId"], "type": "object"},
   MediaOrigin: {"properties": {"label": {"type": "string"}, "ssrc": {"type": "integer"}, "rtpOrigin": {"type": "integer"}, "bootId": {"type": "string"}}, "required": ["label", "ssrc", "rtpOrigin", "bootId"], "type": "object"},
+  MediaSeen: {"properties": {"label": {"type": "string"}, "captureUs": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "required": ["label"], "type": "object"},
   MediaUnavailable: {"properties": {"label": {"type": "string"}, "code": {"type": "string"}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["label", "code"], "type": "object"},
   MediaWatch: {"properties": {"label": {"type": "string"}, "on": {"type": "boolean"}}, "required": ["label", "on"], "type": "object"},
   MosaicDataType: {"enum": ["json-r2u", "json-u2r", "json-bi", "string-r2u", "string-u2r", "byte-r2u", "byte-u2r", "media"], "type": "string"},
   OperatorIdentity: {"properties": {"id": {"type": "string"}, "name": {"type": "string"}, "role": {"default": "operator", "type": "string"}}, "required": ["id", "name"], "type": "object"},
+  PeerInfo: {"properties": {"peerId": {"type": "string"}, "name": {"default": "", "type": "string"}, "role": {"default": "operator", "enum": ["observer", "operator", "supervisor"], "type": "string"}, "isPerson": {"default": false, "type": "boolean"}, "isOriginal": {"default": false, "type": "boolean"}}, "required": ["peerId"], "type": "object"},
+  Peers: {"properties": {"you": {"type": "string"}, "peers": {"default": [], "items": {"$ref": "PeerInfo"}, "type": "array"}}, "required": ["you"], "type": "object"},
   Ping: {"properties": {"t0": {"type": "integer"}}, "required": ["t0"], "type": "object"},
   PingPing: {"properties": {"pingId": {"type": "string"}}, "required": ["pingId"], "type": "object"},
   PingPong: {"properties": {"pingId": {"type": "string"}}, "required": ["pingId"], "type": "object"},
@@ -489,11 +711,17 @@ export const DEFINITIONS: Record<string, unknown> = {
   PrepareConnection: {"properties": {"rtcConnectionId": {"type": "string"}, "sessionId": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "operator": {"anyOf": [{"$ref": "OperatorIdentity"}, {"type": "null"}], "default": null}, "ticket": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "iceServers": {"anyOf": [{"items": {"$ref": "IceServer"}, "type": "array"}, {"type": "null"}], "default": null}}, "required": ["rtcConnectionId"], "type": "object"},
   Refusal: {"properties": {"label": {"type": "string"}, "seq": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}, "code": {"type": "string"}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["label", "code"], "type": "object"},
   RobotStatus: {"enum": [0, 1, 2, 3, 4, 5, 6], "type": "integer"},
+  SafetyCause: {"properties": {"cause": {"enum": ["rtt", "loss", "picture"], "type": "string"}, "value": {"anyOf": [{"type": "number"}, {"type": "null"}], "default": null}, "factor": {"maximum": 1, "minimum": 0, "type": "number"}}, "required": ["cause", "factor"], "type": "object"},
+  SafetyLimit: {"properties": {"label": {"type": "string"}, "factor": {"maximum": 1, "minimum": 0, "type": "number"}, "causes": {"default": [], "items": {"$ref": "SafetyCause"}, "type": "array"}}, "required": ["label", "factor"], "type": "object"},
   SdpAnswer: {"properties": {"rtcConnectionId": {"type": "string"}, "sdpAnswer": {"type": "string"}}, "required": ["rtcConnectionId", "sdpAnswer"], "type": "object"},
   SdpOffer: {"properties": {"rtcConnectionId": {"type": "string"}, "sdpOffer": {"type": "string"}, "tracks": {"anyOf": [{"additionalProperties": {"type": "string"}, "type": "object"}, {"type": "null"}], "default": null}}, "required": ["rtcConnectionId", "sdpOffer"], "type": "object"},
   SessionWelcome: {"properties": {"server": {"type": "string"}, "extensions": {"additionalProperties": {"type": "integer"}, "type": "object"}, "iceServers": {"default": [], "items": {"$ref": "IceServer"}, "type": "array"}, "keys": {"default": [], "items": {"$ref": "TicketKey"}, "type": "array"}}, "required": ["server", "extensions"], "type": "object"},
   StatusSubscribe: {"properties": {"robotIds": {"items": {"type": "string"}, "type": "array"}}, "required": ["robotIds"], "type": "object"},
   StatusUnsubscribe: {"properties": {"robotIds": {"items": {"type": "string"}, "type": "array"}}, "required": ["robotIds"], "type": "object"},
   StatusUpdate: {"properties": {"robotId": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "status": {"$ref": "RobotStatus"}}, "required": ["status"], "type": "object"},
+  Stop: {"properties": {"id": {"maxLength": 64, "minLength": 1, "type": "string"}, "reason": {"default": "", "maxLength": 200, "type": "string"}}, "required": ["id"], "type": "object"},
+  StopAck: {"properties": {"id": {"type": "string"}, "receivedUs": {"type": "integer"}, "safeUs": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "required": ["id", "receivedUs"], "type": "object"},
+  StopClear: {"properties": {}, "type": "object"},
+  StopState: {"properties": {"isStopped": {"type": "boolean"}, "by": {"default": "", "type": "string"}, "reason": {"default": "", "type": "string"}, "sinceUs": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "required": ["isStopped"], "type": "object"},
   TicketKey: {"properties": {"kid": {"type": "string"}, "x": {"type": "string"}}, "required": ["kid", "x"], "type": "object"},
 }

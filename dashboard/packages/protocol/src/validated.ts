@@ -17,6 +17,9 @@ interface Schema {
   default?: unknown
   minimum?: number
   maximum?: number
+  minLength?: number
+  maxLength?: number
+  pattern?: string
 }
 
 /** Thrown with the path of the first value that does not fit. */
@@ -45,7 +48,7 @@ function read(schema: Schema, value: unknown, path: string): unknown {
     case 'number':
       return Number.isFinite(value) && inRange(schema, value as number) ? value : fail(path)
     case 'string':
-      return typeof value === 'string' ? value : fail(path)
+      return typeof value === 'string' && fits(schema, value) ? value : fail(path)
     case 'boolean':
       return typeof value === 'boolean' ? value : fail(path)
     case 'null':
@@ -106,6 +109,12 @@ function defaultOf(field: Schema): unknown {
 
 function inRange(schema: Schema, value: number): boolean {
   return value >= (schema.minimum ?? -Infinity) && value <= (schema.maximum ?? Infinity)
+}
+
+function fits({ minLength = 0, maxLength = Infinity, pattern }: Schema, text: string): boolean {
+  // Python counts code points, so do we.
+  const length = Array.from(text).length
+  return length >= minLength && length <= maxLength && (pattern === undefined || new RegExp(pattern, 'u').test(text))
 }
 
 function isRecord(value: unknown): value is Record<string, unknown> {
