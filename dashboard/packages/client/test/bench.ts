@@ -94,7 +94,7 @@ export async function greeted(options: BenchOptions = {}): ReturnType<typeof lin
 
 export function greet(peer: FakePeerConnection, catalogue: Catalogue | null = CATALOGUE): void {
   const control = peer.channel('_mosaic')
-  control.control('hello', { protocol: 1, extensions: {}, software: 'mosaic-core/0.1.0', isPerson: false, bootId: 'b1', isPerson: false })
+  control.control('hello', { protocol: 1, extensions: {}, software: 'mosaic-core/0.1.0', bootId: 'b1', isPerson: false })
   if (catalogue) control.control('catalogue', { catalogue })
 }
 
