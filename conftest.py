@@ -8,7 +8,7 @@ from collections.abc import Generator, Iterator
 
 import pytest
 
-REAL = ("webrtc", "e2e", "postgresql")
+REAL = ("webrtc", "e2e", "netlab", "postgresql")
 
 
 @pytest.hookimpl(wrapper=True)
