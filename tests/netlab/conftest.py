@@ -1,0 +1,303 @@
+"""A laboratory of real networks: robot, router with the server, and operator in network namespaces of their own.
+
+    robot ── veth ── router (server, forwards) ── veth ── operator
+
+Data between robot and operator is forwarded by the router, which can be told to swallow it, each way by itself; both
+still reach the server. Needs root (CAP_NET_ADMIN, CAP_SYS_ADMIN). The drive of the robot writes down every command with
+the time; the clock is the same in all processes of a machine.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import ctypes
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Coroutine, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pytest
+
+from mosaic_core.operator import MosaicOperator, RobotConnection
+from mosaic_core.testing.distributions import write_distribution
+
+MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main"]
+ROBOT_SIDE = Path(__file__).parent / "robot_side"
+START_S = 30.0
+CLONE_NEWNET = 0x40000000
+ROBOT_IP, ROUTER_ROBOT_IP = "10.77.1.2", "10.77.1.1"
+OPERATOR_IP, ROUTER_OPERATOR_IP = "10.77.2.2", "10.77.2.1"
+"""Inside the namespaces only: two runs at the same time don't see each other."""
+_numbers = count()
+T = TypeVar("T")
+
+
+# -- networks ----------------------------------------------------------------------------------------------------------
+
+
+def ip(*words: str) -> None:
+    done = subprocess.run(["ip", *words], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise OSError(f"ip {' '.join(words)}: {done.stderr.strip()}")
+
+
+@dataclass(frozen=True)
+class Namespace:
+    """A network of its own, named after this process."""
+
+    name: str
+
+    @property
+    def prefix(self) -> list[str]:
+        """What a command line begins with to run in here."""
+        return ["ip", "netns", "exec", self.name]
+
+    def run(self, work: Callable[[], T]) -> T:
+        """``work()`` on a thread in here; sockets, threads and processes that it makes are in here too."""
+        found: list[T] = []
+        failed: list[BaseException] = []
+
+        def inside() -> None:
+            try:
+                self._enter()
+                found.append(work())
+            except BaseException as error:  # noqa: BLE001 (raised where somebody waits for it)
+                failed.append(error)
+
+        thread = threading.Thread(target=inside, name=f"in-{self.name}")
+        thread.start()
+        thread.join()
+        if failed:
+            raise failed[0]
+        return found[0]
+
+    def _enter(self) -> None:
+        """This thread only. `os.setns` came with Python 3.12."""
+        with Path("/run/netns", self.name).open() as namespace:
+            if ctypes.CDLL(None, use_errno=True).setns(namespace.fileno(), CLONE_NEWNET) != 0:
+                raise OSError(ctypes.get_errno(), f"setns to {self.name}")
+
+
+class Lab:
+    """The three networks and the two cables between them."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        run = f"mosaic-{os.getpid()}-{next(_numbers)}"
+        self.robot, self.router, self.operator = (Namespace(f"{run}-{who}") for who in ("robot", "router", "operator"))
+        for namespace in (self.robot, self.router, self.operator):
+            ip("netns", "add", namespace.name)
+            stack.callback(ip, "netns", "del", namespace.name)
+            ip("-n", namespace.name, "link", "set", "lo", "up")
+        self._connect(self.robot, "robot", ROBOT_IP, ROUTER_ROBOT_IP)
+        self._connect(self.operator, "operator", OPERATOR_IP, ROUTER_OPERATOR_IP)
+        words = [*self.router.prefix, "sysctl", "-q", "-w", "net.ipv4.ip_forward=1"]
+        subprocess.run(words, check=True, capture_output=True)
+        self._cut: list[str] = []
+
+    def _connect(self, namespace: Namespace, port: str, address: str, router_address: str) -> None:
+        router = self.router.name
+        ip("-n", router, "link", "add", port, "type", "veth", "peer", "name", "eth0", "netns", namespace.name)
+        ip("-n", router, "addr", "add", f"{router_address}/24", "dev", port)
+        ip("-n", router, "link", "set", port, "up")
+        ip("-n", namespace.name, "addr", "add", f"{address}/24", "dev", "eth0")
+        ip("-n", namespace.name, "link", "set", "eth0", "up")
+        ip("-n", namespace.name, "route", "add", "default", "via", router_address)
+
+    def cut(self, *, to_robot: bool = True, to_operator: bool = True) -> None:
+        """From now on the router swallows what it should forward; nobody is told, as on a bad radio link.
+
+        The server is cut off too from the side whose packets vanish.
+        """
+        for address, is_cut in ((ROBOT_IP, to_robot), (OPERATOR_IP, to_operator)):
+            if is_cut:
+                ip("-n", self.router.name, "route", "add", "blackhole", f"{address}/32")
+                self._cut.append(address)
+
+    def heal(self) -> None:
+        while self._cut:
+            ip("-n", self.router.name, "route", "del", "blackhole", f"{self._cut.pop()}/32")
+
+
+@pytest.fixture(scope="module")
+def lab() -> Iterator[Lab]:
+    """Skipped (in CI: fails) where networks can't be made."""
+    if shutil.which("ip") is None:
+        pytest.skip("no `ip`: apt install iproute2")
+    with ExitStack() as stack:
+        try:
+            made = Lab(stack)
+        except OSError as error:
+            pytest.skip(f"network namespaces can't be made here, run as root: {error}")
+        yield made
+        made.heal()
+
+
+# -- processes ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Process:
+    """A process of ours in one of the networks, with what it wrote."""
+
+    words: Sequence[str]
+    environment: dict[str, str] = field(default_factory=dict)
+    log: list[str] = field(default_factory=list)
+    process: subprocess.Popen[str] | None = None
+
+    def start(self) -> None:
+        self.process = subprocess.Popen(
+            self.words,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env={**os.environ, **self.environment},
+        )
+        threading.Thread(target=self._drain, daemon=True).start()
+
+    def _drain(self) -> None:
+        assert self.process is not None
+        assert self.process.stdout is not None
+        with self.process.stdout as lines:
+            self.log.extend(line.rstrip() for line in lines)
+
+    def stop(self) -> None:
+        if self.process is not None and self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+            try:
+                self.process.wait(timeout=10)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait(timeout=5)
+
+
+@dataclass
+class Track:
+    """What the robot's drive was told: ``(monotonic s, m/s, rad/s)``, oldest first."""
+
+    file: Path
+
+    def lines(self, since_s: float = 0.0) -> list[tuple[float, float, float]]:
+        whole, _, _ = self.file.read_text().rpartition("\n")
+        rows = (tuple(map(float, line.split())) for line in whole.splitlines())
+        return [(at_s, linear, angular) for at_s, linear, angular in rows if at_s >= since_s]
+
+    def moves(self, since_s: float = 0.0) -> list[float]:
+        """When it was told to move."""
+        return [at_s for at_s, linear, angular in self.lines(since_s) if linear or angular]
+
+    def stands(self) -> bool:
+        lines = self.lines()
+        return not lines or lines[-1][1:] == (0.0, 0.0)
+
+    def stood_still_after_s(self, since_s: float) -> float:
+        """From the last command to move before the first standstill after ``since_s``, to that standstill."""
+        lines = self.lines()
+        stop_s = next(at_s for at_s, *speeds in lines if at_s >= since_s and not any(speeds))
+        return stop_s - max(at_s for at_s, *speeds in lines if at_s <= stop_s and any(speeds))
+
+
+@dataclass
+class Site:
+    """A server and a robot in the lab, and operators who join them."""
+
+    lab: Lab
+    url: str
+    account: dict[str, str]
+    robot: Process
+    track: Track
+
+    def on_operators_side(self, body: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        """Runs ``body`` on an event loop in the operator's network."""
+        self.lab.operator.run(lambda: asyncio.run(body()))
+
+    async def sign_in(self) -> MosaicOperator:
+        return await MosaicOperator.login(self.url, self.account["email"], self.account["password"])
+
+    async def connect(self, operator: MosaicOperator) -> RobotConnection:
+        return await operator.connect(self.account["robotId"], timeout_s=20)
+
+
+def _start_server(lab: Lab, folder: Path, stack: ExitStack, wait_for: Callable[..., float]) -> tuple[int, Any]:
+    words = ["server", "seed", "--data-dir", str(folder), "--robot-name", "Lab robot", "--json"]
+    done = subprocess.run([*MOSAIC, *words], capture_output=True, text=True, timeout=START_S)
+    assert done.returncode == 0, done.stderr
+    ready = folder / "ready.json"
+    words = ["server", "run", "--host", "0.0.0.0", "--port", "0", "--insecure-public", "--data-dir", str(folder)]  # noqa: S104
+    hosts = [word for address in (ROUTER_ROBOT_IP, ROUTER_OPERATOR_IP) for word in ("--allow-host", address)]
+    server = Process([*lab.router.prefix, *MOSAIC, *words, *hosts, "--ready-file", str(ready)])
+    stack.callback(server.stop)
+    server.start()
+    wait_for(
+        lambda: ready.exists() and bool(ready.read_text()), "the server listens", alive=server.process, log=server.log
+    )
+    return json.loads(ready.read_text())["port"], json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def site(
+    request: pytest.FixtureRequest,
+    lab: Lab,
+    tmp_path_factory: pytest.TempPathFactory,
+    wait_for: Callable[..., float],
+) -> Iterator[Site]:
+    """A running site; the module says in ``CONNECTORS`` what its robot has."""
+    folder = tmp_path_factory.mktemp("lab")
+    write_distribution(
+        folder, "bad-plugin", entry_points={"mosaic.connectors": {"blocker": "bad_plugin:BlockerConfigurer"}}
+    )
+    record = folder / "record.txt"
+    record.touch()
+    with ExitStack() as stack:
+        port, account = _start_server(lab, folder, stack, wait_for)
+        config = folder / "mosaic_config.yaml"
+        config.write_text(
+            f"""\
+version: 1
+server:
+  ws_url: ws://{ROUTER_ROBOT_IP}:{port}
+  auth: {{ type: simple-token, robot_id: {account["robotId"]}, params: {{ token: {account["robotToken"]} }} }}
+connectors:
+{request.module.CONNECTORS}"""
+        )
+        path = os.pathsep.join(filter(None, (str(folder), str(ROBOT_SIDE), os.environ.get("PYTHONPATH"))))
+        environment = {"PYTHONPATH": path, "DRIVE_RECORD": str(record)}
+        robot = Process([*lab.robot.prefix, *MOSAIC, "run", str(config), "--json"], environment)
+        stack.callback(robot.stop)
+        robot.start()
+        wait_for(
+            lambda: any('"state": "ready"' in line or '"state":"ready"' in line for line in robot.log),
+            "the robot is ready",
+            alive=robot.process,
+            log=robot.log,
+        )
+        yield Site(lab, f"http://{ROUTER_OPERATOR_IP}:{port}", account, robot, Track(record))
+
+
+@pytest.fixture
+def healed(site: Site) -> Iterator[Site]:
+    """The site; whatever the test cut is whole again afterwards."""
+    yield site
+    site.lab.heal()
+
+
+async def until(condition: Callable[[], bool], what: str, timeout_s: float = 10.0) -> None:
+    """For files of other processes, which tell nobody that they changed."""
+    ends_at_s = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < ends_at_s, f"after {timeout_s} s still not true: {what}"
+        await asyncio.sleep(0.01)
+
+
+@pytest.fixture(name="until", scope="session")
+def until_fixture() -> Callable[..., Coroutine[Any, Any, None]]:
+    return until
