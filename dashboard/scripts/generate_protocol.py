@@ -130,6 +130,8 @@ def _type(field: dict[str, Any]) -> str:
     if "anyOf" in field:
         kinds = [_type(option) for option in field["anyOf"] if option.get("type") != "null"]
         return " | ".join(kinds)
+    if "enum" in field:
+        return " | ".join(_literal(value) for value in field["enum"])
     kind = field.get("type")
     if kind == "array":
         return f"readonly {_array_of(field['items'])}[]"

@@ -129,7 +129,7 @@ export interface IceCandidate {
 export interface PeerInfo {
   peerId: string
   name: string
-  role: string
+  role: 'observer' | 'operator' | 'supervisor'
   isPerson: boolean
   isOriginal: boolean
 }
@@ -144,7 +144,7 @@ export interface LeaseWaiting {
 
 /** One thing that limits the speed. `value`: milliseconds for `rtt` and `picture`, a share for `loss`. */
 export interface SafetyCause {
-  cause: string
+  cause: 'rtt' | 'loss' | 'picture'
   value?: number
   factor: number
 }
@@ -343,7 +343,7 @@ export interface LeaseRequest {
  */
 export interface LeaseReply {
   resource: string
-  outcome: string
+  outcome: 'granted' | 'queued' | 'denied' | 'ended'
   epoch: number
   code: string
   message?: string
@@ -530,6 +530,8 @@ export const REASONS = {
   'channel.too_large': { sentence: 'A message was larger than the channel takes.', cure: '' },
   'channel.invalid': { sentence: "A message does not fit the connector's schema.", cure: '' },
   'media.no_line': { sentence: 'The offer had no media line left for this camera.', cure: '' },
+  'media.no_encoder': { sentence: "No video encoder for this operator's codec works on the robot.", cure: 'Run `mosaic doctor encoders` on the robot.' },
+  'media.not_decodable': { sentence: "The camera sends a codec that this operator does not have, and the robot can't convert it.", cure: 'Set the camera to H.264, or `passthrough: never`.' },
   'peer.closed': { sentence: 'The other side closed the connection.', cure: '' },
   'peer.lost': { sentence: 'The other side fell silent.', cure: '' },
   'peer.replaced': { sentence: 'The same session connected again.', cure: '' },
