@@ -1,0 +1,338 @@
+"""Who may command? One holder per resource, fenced by an epoch; a person's choice beats a program's.
+
+::
+
+    free ──request──► held ──release, expiry, leaving──► held by the first in the queue, or free
+                       │ ▲
+                       └─┘ hand-over, a person instead of a program, a supervisor by force, same session on a new peer
+
+Every arrow into *held* draws a new epoch, so an epoch names one grant of one resource.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from mosaic_core.machines.lease_events import (
+    Answered,
+    Changed,
+    Commanded,
+    DeadlinePassed,
+    Effect,
+    Event,
+    Joined,
+    Kept,
+    Left,
+    LegacyPeers,
+    Party,
+    QueueChanged,
+    Released,
+    Reply,
+    Requested,
+    Waiting,
+)
+
+LEASE_EXPIRY_S = 2.0
+"""Four keep-alives (0.5 s apart): three may be late before somebody counts as gone."""
+MAX_WAITING = 32
+MAX_PEERS = 1024
+"""More than a robot admits by far; whoever comes after them is a stranger who may not command."""
+EPOCH_MAX = 0xFFFFFFFF
+
+
+@dataclass(slots=True)
+class _Lease:
+    resource: str
+    holder: Party | None = None
+    epoch: int = 0
+    alive_s: float = 0.0
+    queue: list[Waiting] = field(default_factory=list)
+
+
+class LeaseDesk:
+    """The leases of one robot. ``now_s`` is any monotonic clock; not thread-safe.
+
+    ``first_epoch``: drawn at random per boot, so that a command of before a restart fits no lease of after it.
+    """
+
+    def __init__(
+        self,
+        resources: Iterable[str],
+        *,
+        expiry_s: float = LEASE_EXPIRY_S,
+        first_epoch: int = 1,
+        legacy: LegacyPeers = "allow",
+    ) -> None:
+        if not expiry_s > 0:  # nor NaN
+            raise ValueError("a lease's expiry must be positive")
+        self.expiry_s = expiry_s
+        self._legacy = legacy
+        self._next_epoch = first_epoch % EPOCH_MAX or 1
+        self._leases = {resource: _Lease(resource) for resource in resources}
+        self._peers: dict[str, Party] = {}
+
+    @property
+    def resources(self) -> tuple[str, ...]:
+        return tuple(self._leases)
+
+    @property
+    def deadline_s(self) -> float | None:
+        """When the next lease expires; the driver says :class:`DeadlinePassed` then. ``None``: never."""
+        times = [lease.alive_s + self.expiry_s for lease in self._leases.values() if lease.holder is not None]
+        return min(times, default=None)
+
+    def holder(self, resource: str) -> Party | None:
+        lease = self._leases.get(resource)
+        return lease.holder if lease else None
+
+    def epoch(self, resource: str) -> int:
+        """Of the present grant; 0: nobody holds it."""
+        lease = self._leases.get(resource)
+        return lease.epoch if lease and lease.holder else 0
+
+    def queue(self, resource: str) -> tuple[Waiting, ...]:
+        """Whose turn comes when: persons before programs, then first come."""
+        lease = self._leases.get(resource)
+        return tuple(lease.queue) if lease else ()
+
+    def holds_any(self, peer_id: str) -> bool:
+        """Whether this peer commands anything now."""
+        return any(lease.holder is not None and lease.holder.peer_id == peer_id for lease in self._leases.values())
+
+    def party(self, peer_id: str) -> Party | None:
+        return self._peers.get(peer_id)
+
+    def refusal(self, peer_id: str, resource: str, epoch: int | None, now_s: float) -> str | None:
+        """Why a command of this peer may not act, ``None`` if it may. ``epoch``: of its frame, ``None``: no frame."""
+        lease = self._leases.get(resource)
+        if lease is None:
+            return "lease.unknown_resource"
+        party = self._peers.get(peer_id)
+        holder = lease.holder
+        if party is None:
+            return "lease.required" if holder is None else "lease.not_holder"
+        if not self._may_command(party):
+            return "lease.forbidden" if party.role == "observer" else "lease.original_observes"
+        if holder is not None and now_s >= lease.alive_s + self.expiry_s:
+            if holder.peer_id == peer_id:
+                return "lease.expired"
+            holder = None
+        if holder is None:
+            if party.is_original and not lease.queue:
+                return None
+            return "lease.old_epoch" if epoch else "lease.required"
+        if holder.peer_id != peer_id:
+            return "lease.not_holder"
+        if party.is_original or epoch == lease.epoch:
+            return None
+        return "lease.old_epoch" if epoch else "lease.required"
+
+    def handle(self, event: Event, now_s: float) -> list[Effect]:
+        """What to do now, in order. What has expired by ``now_s`` ends before the event counts."""
+        effects = self._expired(now_s)
+        match event:
+            case Commanded(peer_id, resource):
+                effects += self._commanded(peer_id, resource, now_s)
+            case Kept(peer_id, epochs):
+                for resource, epoch in epochs.items():
+                    self._kept(peer_id, resource, epoch, now_s)
+            case Requested():
+                effects += self._requested(event, now_s)
+            case Released(peer_id, resource):
+                effects += self._released(peer_id, resource, now_s)
+            case Answered():
+                effects += self._answered(event, now_s)
+            case Joined(party):
+                effects += self._joined(party, now_s)
+            case Left(peer_id, on_purpose):
+                effects += self._left(peer_id, on_purpose, now_s)
+            case DeadlinePassed():
+                pass
+        return effects
+
+    # -- signs of life
+
+    def _expired(self, now_s: float) -> list[Effect]:
+        effects: list[Effect] = []
+        for lease in self._leases.values():
+            if lease.holder is not None and now_s >= lease.alive_s + self.expiry_s:
+                effects += self._end(lease, "lease.expired", "", now_s)
+        return effects
+
+    def _kept(self, peer_id: str, resource: str, epoch: int, now_s: float) -> None:
+        lease = self._leases.get(resource)
+        if lease is not None and lease.holder is not None and lease.epoch == epoch and lease.holder.peer_id == peer_id:
+            lease.alive_s = max(lease.alive_s, now_s)
+
+    def _commanded(self, peer_id: str, resource: str, now_s: float) -> list[Effect]:
+        lease, party = self._leases.get(resource), self._peers.get(peer_id)
+        if lease is None or party is None:
+            return []
+        if lease.holder is not None:
+            if lease.holder.peer_id == peer_id:
+                lease.alive_s = max(lease.alive_s, now_s)
+            return []
+        if party.is_original and not lease.queue and self._may_command(party):
+            return self._give(lease, party, "", _name(party), now_s)
+        return []
+
+    # -- coming and going
+
+    def _joined(self, party: Party, now_s: float) -> list[Effect]:
+        known = self._peers.get(party.peer_id)
+        if not party.peer_id or (known is None and len(self._peers) >= MAX_PEERS):
+            return []
+        effects: list[Effect] = []
+        if not (self._may_command(party) and self._is_continued(party)):
+            effects = self._left(party.peer_id, True, now_s)  # what it had belongs to somebody else, or nobody
+        self._peers[party.peer_id] = party
+        for lease in self._leases.values():
+            if lease.holder is not None and lease.holder.peer_id == party.peer_id:
+                lease.holder = party
+            for waiting in lease.queue:
+                if waiting.party.peer_id == party.peer_id:
+                    lease.queue.remove(waiting)
+                    _insert(lease.queue, Waiting(party, waiting.reason, waiting.since_s))
+                    effects.append(QueueChanged(lease.resource))
+                    break
+        return effects
+
+    def _is_continued(self, party: Party) -> bool:
+        """Whether what this peer id has belongs to the same session as before."""
+        known = self._peers.get(party.peer_id)
+        if known is not None:
+            return known.session_id == party.session_id
+        held = [one.holder for one in self._leases.values() if one.holder and one.holder.peer_id == party.peer_id]
+        return party.session_id != "" and all(holder.session_id == party.session_id for holder in held)
+
+    def _left(self, peer_id: str, on_purpose: bool, now_s: float) -> list[Effect]:
+        party = self._peers.pop(peer_id, None)
+        effects: list[Effect] = []
+        for lease in self._leases.values():
+            was = len(lease.queue)
+            lease.queue = [waiting for waiting in lease.queue if waiting.party.peer_id != peer_id]
+            if on_purpose and lease.holder is not None and lease.holder.peer_id == peer_id:
+                effects += self._end(lease, "lease.peer_left", _name(party or lease.holder), now_s)
+            elif len(lease.queue) != was:
+                effects.append(QueueChanged(lease.resource))
+        return effects
+
+    # -- asking
+
+    def _requested(self, event: Requested, now_s: float) -> list[Effect]:
+        party = self._peers.get(event.peer_id)
+        if party is None:
+            return []
+        lease = self._leases.get(event.resource)
+        if lease is None:
+            return self._reply(party, event.resource, "lease.unknown_resource")
+        if not self._may_command(party):
+            code = "lease.forbidden" if party.role == "observer" else "lease.original_observes"
+            return self._reply(party, lease.resource, code)
+        if event.force and not (party.role == "supervisor" and event.reason.strip()):
+            return self._reply(party, lease.resource, "lease.force_forbidden")
+        holder = lease.holder
+        if holder is None:
+            return self._give(lease, party, "", _name(party), now_s)
+        if holder.peer_id == party.peer_id:
+            lease.alive_s = max(lease.alive_s, now_s)
+            return [Reply(party.peer_id, lease.resource, "granted", lease.epoch)]
+        if holder.is_same_session(party):
+            return self._give(lease, party, "peer.replaced", _name(party), now_s)
+        if holder.is_person and not party.is_person:
+            return self._reply(party, lease.resource, "lease.person_commands")
+        if party.is_person and not holder.is_person and not event.force:
+            return self._give(lease, party, "lease.preempted", _name(party), now_s, event.reason)
+        if event.force:
+            return self._give(lease, party, "lease.taken_over", _name(party), now_s, event.reason)
+        return self._wait(lease, Waiting(party, event.reason, now_s))
+
+    def _wait(self, lease: _Lease, waiting: Waiting) -> list[Effect]:
+        """Into the queue, or in the place it has there."""
+        party = waiting.party
+        queued = Reply(party.peer_id, lease.resource, "queued", 0, "lease.queued")
+        for place, other in enumerate(lease.queue):
+            if other.party.is_same_session(party):
+                lease.queue.pop(place)
+                _insert(lease.queue, Waiting(party, waiting.reason, other.since_s))
+                return [queued, QueueChanged(lease.resource)]
+        effects: list[Effect] = []
+        if len(lease.queue) >= MAX_WAITING:
+            last = lease.queue[-1].party
+            if last.is_person or not party.is_person:
+                return self._reply(party, lease.resource, "lease.denied", "too many wait already")
+            lease.queue.pop()
+            effects = self._reply(last, lease.resource, "lease.person_commands")
+        _insert(lease.queue, waiting)
+        return [*effects, queued, QueueChanged(lease.resource)]
+
+    def _released(self, peer_id: str, resource: str, now_s: float) -> list[Effect]:
+        party, lease = self._peers.get(peer_id), self._leases.get(resource)
+        if party is None:
+            return []
+        if lease is None:
+            return self._reply(party, resource, "lease.unknown_resource")
+        if lease.holder is not None and lease.holder.is_same_session(party):
+            return self._end(lease, "lease.released", _name(party), now_s)
+        told = [Reply(peer_id, resource, "ended", 0, "lease.released")]
+        kept = [waiting for waiting in lease.queue if not waiting.party.is_same_session(party)]
+        if len(kept) == len(lease.queue):
+            return [*told]
+        lease.queue = kept
+        return [*told, QueueChanged(resource)]
+
+    def _answered(self, event: Answered, now_s: float) -> list[Effect]:
+        lease = self._leases.get(event.resource)
+        if lease is None or lease.holder is None or lease.holder.peer_id != event.peer_id:
+            return []
+        party = next((one.party for one in lease.queue if one.party.peer_id == event.to_peer_id), None)
+        if party is None:
+            return []
+        if event.grant:
+            return self._give(lease, party, "lease.handed_over", _name(lease.holder), now_s, event.message)
+        lease.queue = [waiting for waiting in lease.queue if waiting.party is not party]
+        return [*self._reply(party, lease.resource, "lease.denied", event.message), QueueChanged(lease.resource)]
+
+    # -- giving and ending
+
+    def _give(self, lease: _Lease, party: Party, cause: str, by: str, now_s: float, message: str = "") -> list[Effect]:
+        before = lease.holder
+        lease.holder, lease.epoch, lease.alive_s = party, self._next_epoch, now_s
+        self._next_epoch = self._next_epoch % EPOCH_MAX + 1
+        lease.queue = [waiting for waiting in lease.queue if not waiting.party.is_same_session(party)]
+        changed = Changed(lease.resource, party, lease.epoch, cause, by, before, message)
+        effects = [*self._ended(before, lease.resource, cause, message), changed]
+        if not party.is_original:
+            effects.append(Reply(party.peer_id, lease.resource, "granted", lease.epoch))
+        return effects
+
+    def _end(self, lease: _Lease, cause: str, by: str, now_s: float) -> list[Effect]:
+        if lease.queue:
+            return self._give(lease, lease.queue[0].party, cause, by, now_s)
+        before, lease.holder = lease.holder, None
+        return [*self._ended(before, lease.resource, cause, ""), Changed(lease.resource, None, 0, cause, by, before)]
+
+    def _ended(self, before: Party | None, resource: str, cause: str, message: str) -> list[Effect]:
+        if before is None or before.is_original or before.peer_id not in self._peers:
+            return []
+        return [Reply(before.peer_id, resource, "ended", 0, cause, message)]
+
+    def _reply(self, party: Party, resource: str, code: str, message: str = "") -> list[Effect]:
+        return [Reply(party.peer_id, resource, "denied", 0, code, message)]
+
+    def _may_command(self, party: Party) -> bool:
+        return party.role in ("operator", "supervisor") and (not party.is_original or self._legacy == "allow")
+
+
+def _insert(queue: list[Waiting], waiting: Waiting) -> None:
+    """At its place: persons before programs, then first come."""
+    rank = (not waiting.party.is_person, waiting.since_s)
+    place = next(
+        (at for at, other in enumerate(queue) if (not other.party.is_person, other.since_s) > rank), len(queue)
+    )
+    queue.insert(place, waiting)
+
+
+def _name(party: Party) -> str:
+    return party.name or party.peer_id

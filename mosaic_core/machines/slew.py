@@ -1,0 +1,55 @@
+"""How far a value, or a vector, may go in one step.
+
+Both clamps and slews are geometry: a clamp keeps the direction of a vector, a slew moves on the straight line from the
+last output to the wish. On that line the length falls up to the point nearest to zero and rises from there on, so a
+change of sign first falls to zero and then rises.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mosaic_core.words.limits import FieldLimit
+
+MAX_RISE_STEP_S = 0.1
+"""The longest time for which one command may rise: the period of the slowest usual command loop (10 Hz)."""
+
+
+def clamped(values: list[float], limit: FieldLimit, places: tuple[int, ...]) -> None:
+    """Bring the fields at ``places`` of ``values`` into ``limit``, in place."""
+    for at in places:
+        if limit.max is not None and values[at] > limit.max:
+            values[at] = limit.max
+        if limit.min is not None and values[at] < limit.min:
+            values[at] = limit.min
+    if limit.max_norm is None:
+        return
+    if len(places) == 1:
+        values[places[0]] = max(-limit.max_norm, min(limit.max_norm, values[places[0]]))
+        return
+    norm = math.hypot(*[values[at] for at in places])
+    if norm > limit.max_norm:
+        for at in places:
+            values[at] = values[at] / norm * limit.max_norm
+
+
+def reach(
+    last: list[float], target: list[float], limit: FieldLimit, places: tuple[int, ...], elapsed_s: float
+) -> float:
+    """The share (0 to 1) of the way from ``last`` to ``target`` that ``limit`` allows in ``elapsed_s``."""
+    way = [target[at] - last[at] for at in places]
+    length = math.hypot(*way)
+    if length == 0.0:
+        return 1.0
+    towards_zero = -sum(last[at] * (step / length) for at, step in zip(places, way, strict=True))
+    fall = min(length, max(0.0, towards_zero))
+    left_s = elapsed_s
+    if limit.max_fall_per_s is not None and fall > 0.0:
+        if elapsed_s * limit.max_fall_per_s < fall:
+            return elapsed_s * limit.max_fall_per_s / length
+        left_s -= fall / limit.max_fall_per_s
+    rise = length - fall
+    if limit.max_rise_per_s is None or rise <= 0.0:
+        return 1.0
+    risen = max(0.0, min(left_s, MAX_RISE_STEP_S)) * limit.max_rise_per_s
+    return 1.0 if risen >= rise else (fall + risen) / length
