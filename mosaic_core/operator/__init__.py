@@ -11,8 +11,12 @@
 Importing it loads no WebRTC; the first :meth:`MosaicOperator.connect` does.
 """
 
+from mosaic_core.machines.operator_control import LeaseView
+from mosaic_core.machines.stop_call import StopReport
 from mosaic_core.operator.channel_port import MessageInfo, Received
 from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
+from mosaic_core.operator.control_desk import ControlDesk
+from mosaic_core.operator.lease import Lease, LeaseDenied, LeaseLost
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.mosaic_operator import MosaicOperator
 from mosaic_core.operator.rest_api import RobotSummary
@@ -31,6 +35,11 @@ from mosaic_core.operator.stores import (
 __all__ = [
     "BidirectionalStore",
     "ConnectionCheckingStore",
+    "ControlDesk",
+    "Lease",
+    "LeaseDenied",
+    "LeaseLost",
+    "LeaseView",
     "MediaStreamStore",
     "MessageInfo",
     "MosaicOperator",
@@ -41,6 +50,7 @@ __all__ = [
     "RobotConnector",
     "RobotSummary",
     "SendableStore",
+    "StopReport",
     "StoreManager",
     "StoreState",
     "UnknownLabel",

@@ -6,7 +6,7 @@ import json
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mosaic_core.machines.framing import SEQ_MODULUS, Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
@@ -47,8 +47,22 @@ class Received:
         return json.loads(self.data)
 
 
+def now_us() -> int:
+    """This program's monotonic clock."""
+    return time.monotonic_ns() // 1000
+
+
+def no_epoch() -> int:
+    """The epoch of what needs no lease."""
+    return 0
+
+
 class ChannelPort:
-    """Event loop only. ``received`` gets whole messages; ``changed`` is called when the channel opens or closes."""
+    """Event loop only. ``received`` gets whole messages; ``changed`` is called when the channel opens or closes.
+
+    ``epoch`` is read when a message is made, as is the clock: one that has to wait gets neither younger nor a newer
+    lease than it was made under. ``max_queued_bytes`` of ``None``: this channel's few words go in whatever waits.
+    """
 
     def __init__(
         self,
@@ -56,15 +70,22 @@ class ChannelPort:
         delivery: Delivery,
         received: Callable[[Frame], None],
         changed: Callable[[bool], None],
+        *,
+        clock_us: Callable[[], int] = now_us,
+        epoch: Callable[[], int] = no_epoch,
+        max_queued_bytes: int | None = MAX_QUEUED_BYTES,
     ) -> None:
         self._channel = channel
         self._delivery = delivery
         self._received = received
         self._changed = changed
+        self._clock_us = clock_us
+        self._epoch = epoch
+        self._max_queued_bytes = max_queued_bytes
         self._is_framed = channel.protocol == CHANNEL_PROTOCOL
         self._reader = FrameReader()
         self._seq = 0
-        self._pending: tuple[PayloadKind, bytes] | None = None
+        self._pending: Frame | None = None
         channel.on_message = self._arrived
         channel.on_open = lambda: changed(True)
         channel.on_close = lambda: changed(False)
@@ -78,27 +99,31 @@ class ChannelPort:
         """Whether it was accepted. Under ``latest`` a message that can't leave yet waits, until a newer one comes."""
         if not self._channel.is_open:
             return False
-        if self._channel.buffered_bytes >= MAX_QUEUED_BYTES:
+        frame = Frame(kind, payload, epoch=self._epoch(), stamp_us=self._clock_us())
+        if self._is_full:
             if self._delivery is not Delivery.LATEST:
                 return False
-            self._pending = (kind, payload)
+            self._pending = frame
             return True
         self._pending = None
-        return self._send_now(kind, payload)
+        return self._send_now(frame)
+
+    @property
+    def _is_full(self) -> bool:
+        return self._max_queued_bytes is not None and self._channel.buffered_bytes >= self._max_queued_bytes
 
     def close(self) -> None:
         self._pending = None
         self._channel.on_close = None
         self._channel.close()
 
-    def _send_now(self, kind: PayloadKind, payload: bytes) -> bool:
+    def _send_now(self, frame: Frame) -> bool:
         try:
             if not self._is_framed:
-                self._channel.send(payload if kind is PayloadKind.BYTES else payload.decode())
+                self._channel.send(frame.payload if frame.kind is PayloadKind.BYTES else frame.payload.decode())
                 return True
             self._seq = (self._seq + 1) % SEQ_MODULUS
-            frame = Frame(kind, payload, seq=self._seq, stamp_us=now_us())
-            for part in encode_frame(frame):
+            for part in encode_frame(replace(frame, seq=self._seq)):
                 self._channel.send(part)
         except ConnectionFailed as error:
             _log.info("%s", error.message)
@@ -106,9 +131,9 @@ class ChannelPort:
         return True
 
     def _drained(self) -> None:
-        if self._pending is not None:
-            kind, payload = self._pending
-            self.send(kind, payload)
+        if self._pending is not None and self._channel.is_open and not self._is_full:
+            frame, self._pending = self._pending, None
+            self._send_now(frame)
 
     def _arrived(self, data: bytes | str) -> None:
         raw = data.encode() if isinstance(data, str) else data
@@ -125,14 +150,8 @@ class ChannelPort:
             self._received(frame)
 
 
-def now_us() -> int:
-    """This program's monotonic clock."""
-    return time.monotonic_ns() // 1000
-
-
-def info_of(frame: Frame, to_ours_us: Callable[[int], int | None]) -> MessageInfo:
-    """What to tell a subscriber; the age only where the clocks are known."""
+def info_of(frame: Frame, to_ours_us: Callable[[int], int | None], at_us: int) -> MessageInfo:
+    """What to tell a subscriber at ``at_us`` of our clock; the age only where the clocks are known."""
     sent_us = to_ours_us(frame.stamp_us) if frame.stamp_us else None
-    at_us = now_us()
     age_s = None if sent_us is None else max(0.0, (at_us - sent_us) / 1e6)
     return MessageInfo(at_us / 1e6, frame.seq, frame.stamp_us, bool(frame.flags & FrameFlag.LATCHED), age_s)

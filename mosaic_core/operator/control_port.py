@@ -1,4 +1,4 @@
-"""The operator's end of ``_mosaic``: says hello first, times its pings, and hands the rest over."""
+"""The operator's ends of ``_mosaic`` and ``_stop``: hello first, pings both ways, and the rest handed over."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from uuid import uuid4
 
 from mosaic_core.machines.clock_offset import ClockOffset
 from mosaic_core.machines.framing import Frame, PayloadKind
+from mosaic_core.machines.stop_call import ClockReading
 from mosaic_core.operator.channel_port import ChannelPort, now_us
 from mosaic_core.runtime.transport import Channel
 from mosaic_core.words.control import CONTROL_EXTENSIONS, ControlMessage, Hello, Ping, Pong, parse_control
@@ -22,13 +23,30 @@ BOOT_ID = uuid4().hex
 
 
 class ControlPort:
-    """``heard`` gets every message, pongs too (they are a sign of life)."""
+    """``heard`` gets every message; pings, which are answered here, and pongs too: they are a sign of life.
 
-    def __init__(self, channel: Channel, heard: Callable[[ControlMessage], None]) -> None:
+    ``clock_us`` is this operator's monotonic clock; ``is_person``: a person decides here, not a program.
+    """
+
+    def __init__(
+        self,
+        channel: Channel,
+        heard: Callable[[ControlMessage], None],
+        *,
+        clock_us: Callable[[], int] = now_us,
+        is_person: bool = False,
+    ) -> None:
         self._heard = heard
+        self._clock_us = clock_us
+        self._is_person = is_person
         self._clock = ClockOffset()
         self._robot_boot_id = ""
-        self._port = ChannelPort(channel, Delivery.RELIABLE, self._received, self._changed)
+        self._port = _words_port(channel, self._received, self._changed, clock_us)
+        self._stop_port: ChannelPort | None = None
+
+    def add_stop_channel(self, channel: Channel) -> None:
+        """The stop's own lane; what comes back on it is handed over like everything else."""
+        self._stop_port = _words_port(channel, self._received, lambda is_open: None, self._clock_us)
 
     @property
     def round_trip_ms(self) -> float | None:
@@ -42,30 +60,54 @@ class ControlPort:
     def clock_offset_us(self) -> int | None:
         return self._clock.best.offset_us if self._clock.best else None
 
+    @property
+    def clock_reading(self) -> ClockReading | None:
+        best = self._clock.best
+        return None if best is None else ClockReading(best.offset_us, best.round_trip_us)
+
     def to_ours_us(self, theirs_us: int) -> int | None:
         return self._clock.to_ours_us(theirs_us)
+
+    def to_theirs_us(self, ours_us: int) -> int | None:
+        return self._clock.to_theirs_us(ours_us)
 
     def send(self, message: ControlMessage) -> bool:
         return self._port.send(PayloadKind.JSON, message.to_text().encode())
 
+    def send_on_stop_channel(self, message: ControlMessage) -> bool:
+        """``False`` where there is no such channel (yet)."""
+        return self._stop_port is not None and self._stop_port.send(PayloadKind.JSON, message.to_text().encode())
+
     def ping(self) -> None:
-        self.send(Ping(t0=now_us()))
+        self.send(Ping(t0=self._clock_us()))
 
     def _changed(self, is_open: bool) -> None:
         if is_open:
-            self.send(Hello(extensions=CONTROL_EXTENSIONS, software=SOFTWARE, boot_id=BOOT_ID))
+            hello = Hello(extensions=CONTROL_EXTENSIONS, software=SOFTWARE, boot_id=BOOT_ID, is_person=self._is_person)
+            self.send(hello)
 
     def _received(self, frame: Frame) -> None:
-        arrived_us = now_us()
+        arrived_us = self._clock_us()
         try:
             message = parse_control(frame.payload.decode())
         except (WireError, UnicodeDecodeError) as error:
             _log.warning("the robot's control channel: %s", error)
             return
-        if isinstance(message, Pong):
-            self._clock.add(message.t0, message.t1, message.t2, arrived_us)
-        if isinstance(message, Hello) and message.boot_id != self._robot_boot_id:
-            self._robot_boot_id = message.boot_id
-            self._clock.reset()
+        match message:
+            case Ping(t0=t0):
+                self.send(Pong(t0=t0, t1=arrived_us, t2=self._clock_us()))
+            case Pong():
+                self._clock.add(message.t0, message.t1, message.t2, arrived_us)
+            case Hello(boot_id=boot_id) if boot_id != self._robot_boot_id:
+                self._robot_boot_id = boot_id
+                self._clock.reset()
+            case _:
+                pass
         if message is not None:
             self._heard(message)
+
+
+def _words_port(
+    channel: Channel, received: Callable[[Frame], None], changed: Callable[[bool], None], clock_us: Callable[[], int]
+) -> ChannelPort:
+    return ChannelPort(channel, Delivery.RELIABLE, received, changed, clock_us=clock_us, max_queued_bytes=None)

@@ -9,6 +9,7 @@ from typing import Self
 
 import httpx
 
+from mosaic_core.operator.channel_port import now_us
 from mosaic_core.operator.peer_link import ConnectionPlan
 from mosaic_core.operator.rest_api import RestApi, RobotSummary, log_in
 from mosaic_core.operator.robot_connection import RobotConnection, media_labels_of
@@ -31,7 +32,9 @@ CODE_ROUTE = "/api/v1/account/login/one-time"
 class MosaicOperator:
     """One signed-in account; use it as ``async with await MosaicOperator.login(…) as operator``.
 
-    All calls and callbacks on one event loop. ``open_socket`` and ``make_offerer`` are for tests.
+    All calls and callbacks on one event loop. ``is_person``: a person decides what is sent; programs give way to
+    persons, so say so only where it is true. ``open_socket``, ``make_offerer``, ``http`` and ``clock_us`` (this
+    operator's monotonic clock) are for tests.
     """
 
     def __init__(
@@ -39,11 +42,14 @@ class MosaicOperator:
         base_url: str,
         access_token: str,
         *,
+        is_person: bool = False,
         open_socket: SocketConnector | None = None,
         make_offerer: OffererFactory | None = None,
         http: httpx.AsyncBaseTransport | None = None,
+        clock_us: Callable[[], int] = now_us,
     ) -> None:
         self.access_token = access_token
+        self.is_person = is_person
         self.rest = RestApi(base_url, access_token, http)
         self.stores = StoreManager(self._catalogue_of, self._store_opened, self._store_released)
         self.statuses: dict[str, RobotStatus] = {}
@@ -51,6 +57,7 @@ class MosaicOperator:
         self.catalogues: dict[str, Catalogue] = {}
         """Short catalogues, as the server tells them."""
         self._make_offerer = make_offerer
+        self._clock_us = clock_us
         self._connections: dict[str, RobotConnection] = {}
         self._session_ids: dict[str, str] = {}
         self._watched: set[str] = set()
@@ -60,14 +67,15 @@ class MosaicOperator:
         self._signaling = SignalingLink(url, access_token, open_socket or _default_socket(), self._heard)
 
     @classmethod
-    async def login(cls, base_url: str, email: str, password: str) -> Self:
+    async def login(cls, base_url: str, email: str, password: str, *, is_person: bool = False) -> Self:
         """Sign in with a password; raises :class:`AuthError` or :class:`SignalingError`."""
-        return cls(base_url, await log_in(base_url, LOGIN_ROUTE, {"username": email, "password": password}))
+        token = await log_in(base_url, LOGIN_ROUTE, {"username": email, "password": password})
+        return cls(base_url, token, is_person=is_person)
 
     @classmethod
-    async def login_with_code(cls, base_url: str, code: str) -> Self:
+    async def login_with_code(cls, base_url: str, code: str, *, is_person: bool = False) -> Self:
         """Sign in with a one-time code, as ``mosaic demo`` and ``mosaic server`` print it."""
-        return cls(base_url, await log_in(base_url, CODE_ROUTE, {"code": code}))
+        return cls(base_url, await log_in(base_url, CODE_ROUTE, {"code": code}), is_person=is_person)
 
     async def __aenter__(self) -> Self:
         self._signaling.start()
@@ -160,6 +168,8 @@ class MosaicOperator:
             media_labels=media_labels_of(catalogue, self.stores.stores_of(robot_id)),
             ice_servers=await self._ice_servers(),
             agreed=agreed,
+            is_person=self.is_person,
+            clock_us=self._clock_us,
         )
 
     async def _ice_servers(self) -> tuple[IceServer, ...]:

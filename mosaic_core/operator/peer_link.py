@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from mosaic_core.machines import operator_peer as machine
+from mosaic_core.operator.channel_port import now_us
 from mosaic_core.operator.control_port import ControlPort
 from mosaic_core.runtime.operator_transport import IncomingVideo, OffererFactory
 from mosaic_core.words import control, signaling
@@ -24,7 +25,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class ConnectionPlan:
-    """What a connection is made from. ``catalogue`` is the server's short one."""
+    """What a connection is made from. ``catalogue`` is the server's short one, ``clock_us`` the operator's clock."""
 
     robot_id: str
     peer_id: str
@@ -33,6 +34,8 @@ class ConnectionPlan:
     media_labels: tuple[str, ...]
     ice_servers: tuple[IceServer, ...]
     agreed: dict[str, int]
+    is_person: bool = False
+    clock_us: Callable[[], int] = now_us
 
 
 class PeerOwner(Protocol):
@@ -41,6 +44,10 @@ class PeerOwner(Protocol):
     def track_arrived(self, label: str, video: IncomingVideo) -> None: ...
     def robot_known(self, is_ours: bool) -> None:
         """It speaks ``mosaic.1``, or it said no hello in time; the former may still follow the latter."""
+        ...
+
+    def greeted(self, port: ControlPort, extensions: Mapping[str, int]) -> None:
+        """The robot's hello: what it knows. Told before :meth:`robot_known`."""
         ...
 
     def control_heard(self, message: control.ControlMessage) -> None: ...
@@ -76,7 +83,11 @@ class PeerLink:
         for label in self._plan.media_labels:
             self.offerer.add_video(label)
         channel = self.offerer.create_channel(control.CONTROL_LABEL, protocol=control.CHANNEL_PROTOCOL)
-        self.control = ControlPort(channel, self._heard)
+        self.control = ControlPort(channel, self._heard, clock_us=self._plan.clock_us, is_person=self._plan.is_person)
+        stop = self.offerer.create_channel(
+            control.STOP_LABEL, protocol=control.CHANNEL_PROTOCOL, ordered=False, max_retransmits=0
+        )
+        self.control.add_stop_channel(stop)
         try:
             sdp, tracks = await self.offerer.offer()
             knows_tracks = "catalogue" in self._plan.agreed and self._plan.catalogue is not None
@@ -134,7 +145,9 @@ class PeerLink:
 
     def _heard(self, message: control.ControlMessage) -> None:
         match message:
-            case control.Hello():
+            case control.Hello(extensions=extensions):
+                if self.control is not None and self._machine.phase != "closed":
+                    self._owner.greeted(self.control, extensions)
                 self._handle(machine.HelloReceived())
             case control.Bye(code=code, message=text):
                 self._handle(machine.EndReceived(code, text or ""))

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, TypeVar
 
+from mosaic_core.operator.control_desk import ControlDesk
+from mosaic_core.operator.control_port import ControlPort
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.peer_link import ConnectionPlan, PeerLink
 from mosaic_core.operator.robot_connector import RobotConnector
-from mosaic_core.operator.store_links import StoreLinks
+from mosaic_core.operator.store_links import StoreLinks, Surroundings
 from mosaic_core.operator.store_manager import StoreManager
 from mosaic_core.operator.stores import BidirectionalStore, MosaicStore, ReceivableStore, SendableStore
 from mosaic_core.runtime.operator_transport import IncomingVideo, OffererFactory
@@ -40,10 +42,13 @@ class RobotConnection:
         self.state: State = "connecting"
         self.error: ConnectionFailed | None = None
         """Why it ended, once :attr:`state` is ``closed``."""
+        self.control = ControlDesk(plan.peer_id, plan.clock_us)
+        """Who commands: leases, the stop, the other operators."""
         self._plan = plan
         self._stores = stores
         self._peer = PeerLink(plan, self, make_offerer, send)
-        self._links = StoreLinks(self._peer.offerer, self._watch, self._to_ours_us)
+        around = Surroundings(self._watch, self._to_ours_us, plan.clock_us, self.control.epoch_of)
+        self._links = StoreLinks(self._peer.offerer, around)
         self._refusals: list[Callable[[control.Refusal], None]] = []
         self._closings: list[Callable[[ConnectionFailed], None]] = []
         self._settled = asyncio.Event()
@@ -162,7 +167,11 @@ class RobotConnection:
             self.catalogue = None
             self._settle()
 
+    def greeted(self, port: ControlPort, extensions: Mapping[str, int]) -> None:
+        self.control.open(port, extensions)
+
     def control_heard(self, message: control.ControlMessage) -> None:
+        self.control.hear(message)
         match message:
             case control.CatalogueFull(catalogue=catalogue):
                 self.catalogue = catalogue
@@ -179,6 +188,7 @@ class RobotConnection:
     def ended(self, error: ConnectionFailed) -> None:
         self.error = error
         self.state = "closed"
+        self.control.close(error)
         self._links.close()
         self._settled.set()
         for callback in list(self._closings):

@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 from mosaic_core.machines.framing import Frame
-from mosaic_core.operator.channel_port import ChannelPort, info_of
+from mosaic_core.operator.channel_port import ChannelPort, info_of, no_epoch
 from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.store_plan import PlannedChannel, UnknownLabel, check_plan, plan_of
@@ -21,6 +22,17 @@ from mosaic_core.words.errors import ConnectionFailed
 NO_LINE = "The connection was made without a media line for this camera; connect again to see it."
 
 
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What the stores need of their connection: ``watch(label, on)`` asks the robot for pictures, ``to_ours_us`` maps
+    its clock to ours, which ``clock_us`` reads; ``epoch_of(resource)`` is what a command carries."""
+
+    watch: Callable[[str, bool], None]
+    to_ours_us: Callable[[int], int | None]
+    clock_us: Callable[[], int]
+    epoch_of: Callable[[str], int]
+
+
 @dataclass(slots=True)
 class _Link:
     store: MosaicStore
@@ -28,14 +40,11 @@ class _Link:
 
 
 class StoreLinks:
-    """``watch(label, on)`` asks the robot for pictures; ``to_ours_us`` maps its clock to ours."""
+    """Event loop only."""
 
-    def __init__(
-        self, offerer: Offerer, watch: Callable[[str, bool], None], to_ours_us: Callable[[int], int | None]
-    ) -> None:
+    def __init__(self, offerer: Offerer, around: Surroundings) -> None:
         self._offerer = offerer
-        self._watch = watch
-        self._to_ours_us = to_ours_us
+        self._around = around
         self._links: dict[str, _Link] = {}
         self._videos: dict[str, tuple[IncomingVideo, asyncio.Task[None]]] = {}
         self._catalogue: Catalogue | None = None
@@ -79,7 +88,7 @@ class StoreLinks:
         if link is None or link.store is not store:
             return
         if isinstance(store, MediaStreamStore):
-            self._watch(label, False)
+            self._around.watch(label, False)
         for port in link.ports.values():
             port.close()
         store.closed()
@@ -114,7 +123,7 @@ class StoreLinks:
         if label not in self._videos:
             store.failed(ConnectionFailed(NO_LINE, code="media.no_line"))
             return
-        self._watch(label, True)
+        self._around.watch(label, True)
         store.opened()
 
     async def _take(self, label: str, video: IncomingVideo) -> None:
@@ -134,12 +143,16 @@ class StoreLinks:
 
         def received(frame: Frame) -> None:
             if isinstance(store, ReceivableStore):
-                store.notify_subscribers(frame.payload, info_of(frame, self._to_ours_us))
+                store.notify_subscribers(
+                    frame.payload, info_of(frame, self._around.to_ours_us, self._around.clock_us())
+                )
 
         def changed(is_open: bool) -> None:
             self._port_changed(link, planned, is_open)
 
-        return ChannelPort(channel, planned.delivery, received, changed)
+        resource = planned.resource
+        epoch = no_epoch if resource is None else partial(self._around.epoch_of, resource)
+        return ChannelPort(channel, planned.delivery, received, changed, clock_us=self._around.clock_us, epoch=epoch)
 
     def _port_changed(self, link: _Link, planned: PlannedChannel, is_open: bool) -> None:
         store = link.store

@@ -21,9 +21,12 @@ CONNECTION_CHECK = "connection-check"
 
 @dataclass(frozen=True, slots=True)
 class PlannedChannel:
+    """``resource``: what must be held to command here; ``None`` where nothing must."""
+
     label: str
     delivery: Delivery
     sends: bool
+    resource: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +62,23 @@ def plan_of(connector: RobotConnector, catalogue: Catalogue | None) -> StorePlan
             return _checked(connector, _plan_of_entry(entry))
         for channel in entry.channels:
             if channel.label == connector.connector_id:
-                single = PlannedChannel(channel.label, entry.delivery, _sends(channel.data_type))
+                single = PlannedChannel(channel.label, entry.delivery, _sends(channel.data_type), resource_of(entry))
                 return _checked(connector, StorePlan(channel.data_type, (single,)))
     raise UnknownLabel(connector.connector_id, catalogue)
+
+
+def resource_of(entry: CatalogueEntry) -> str | None:
+    """The resource that must be held to command this connector; ``None`` where none must."""
+    safety = entry.safety or {}
+    return str(safety.get("resource") or "motion") if safety.get("requires_lease") else None
+
+
+def entry_of(catalogue: Catalogue, label: str) -> CatalogueEntry:
+    """The connector of this label, or the one whose channel has it; raises :class:`UnknownLabel`."""
+    for entry in catalogue.entries:
+        if label == entry.label or any(label == channel.label for channel in entry.channels):
+            return entry
+    raise UnknownLabel(label, catalogue)
 
 
 def is_connection_check(connector: RobotConnector, catalogue: Catalogue | None) -> bool:
@@ -100,12 +117,12 @@ def check_plan(label: str) -> StorePlan:
 def _plan_of_entry(entry: CatalogueEntry) -> StorePlan:
     if entry.data_type is MosaicDataType.MEDIA:
         return StorePlan(entry.data_type, ())
-    channels = tuple(
-        PlannedChannel(channel.label, entry.delivery, _sends(channel.data_type)) for channel in entry.channels
-    )
-    return StorePlan(
-        entry.data_type, channels or (PlannedChannel(entry.label, entry.delivery, _sends(entry.data_type)),)
-    )
+    channels = tuple(_planned(entry, channel.label, channel.data_type) for channel in entry.channels)
+    return StorePlan(entry.data_type, channels or (_planned(entry, entry.label, entry.data_type),))
+
+
+def _planned(entry: CatalogueEntry, label: str, data_type: MosaicDataType) -> PlannedChannel:
+    return PlannedChannel(label, entry.delivery, _sends(data_type), resource_of(entry))
 
 
 def _plan_without_catalogue(connector: RobotConnector) -> StorePlan:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import httpx
 import pytest
@@ -17,6 +17,7 @@ from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed, SignalingError
 
+M = TypeVar("M", bound=control.ControlMessage)
 ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
 PEER_ID = "11111111-0b52-4c1e-9a53-2f6f1f0c9b11"
 
@@ -30,7 +31,11 @@ def entry(label: str, type_name: str, data_type: MosaicDataType, **more: Any) ->
 
 CATALOGUE = Catalogue.of([
     entry("battery", "battery", MosaicDataType.JSON_R2U),
-    entry("cmd_vel", "cmd-vel", MosaicDataType.JSON_U2R, delivery=Delivery.LATEST),
+    entry(
+        "cmd_vel", "cmd-vel", MosaicDataType.JSON_U2R, delivery=Delivery.LATEST,
+        safety={"requires_lease": True, "resource": "motion"},
+    ),
+    entry("lamp", "lamp", MosaicDataType.JSON_U2R),
     entry("chat", "chat", MosaicDataType.JSON_BI, message_schema={"type": "object"}),
     entry("front", "camera", MosaicDataType.MEDIA, kind=Kind.VIDEO, channels=()),
     CatalogueEntry(
@@ -99,6 +104,15 @@ class FakeVideo:
         self.is_stopped = True
 
 
+def _control_message(data: bytes | str) -> control.ControlMessage:
+    assert isinstance(data, bytes)
+    frame = FrameReader().read(data, 0.0)
+    assert frame is not None
+    message = control.parse_control(frame.payload.decode())
+    assert message is not None
+    return message
+
+
 class FakeRobot:
     """An offerer whose other end is a robot in memory. ``is_ours``: it speaks ``mosaic.1``."""
 
@@ -107,9 +121,16 @@ class FakeRobot:
         self.answers_pings = True
         self.opens_channels = True
         self.catalogue = CATALOGUE
+        self.extensions = dict(control.CONTROL_EXTENSIONS)
+        self.answer_to: Callable[[control.ControlMessage], Sequence[control.ControlMessage]] = self.granted
+        """What the robot says to a message about leases, stops or the journal."""
+        self.loses_stops = 0
+        """So many copies of a stop get lost on the stop channel."""
+        self.epoch = 6
         self.channels: dict[str, FakeChannel] = {}
         self.videos: dict[str, FakeVideo] = {}
         self.control: list[control.ControlMessage] = []
+        self.stops: list[control.Stop] = []
         self.control_texts: list[str] = []
         self.is_closed = False
         self.listener: Any = None
@@ -125,6 +146,8 @@ class FakeRobot:
         channel = self.channels[label] = FakeChannel(label, protocol, ordered, max_retransmits)
         if label == control.CONTROL_LABEL:
             channel.sent = self._control_sent
+        elif label == control.STOP_LABEL:
+            channel.sent = self._stop_sent
         elif self.opens_channels:
             asyncio.get_running_loop().call_soon(channel.open)
         return channel
@@ -153,18 +176,41 @@ class FakeRobot:
             self.listener.track_arrived(label, video)
         self.listener.state_changed("connected")
         self.channels[control.CONTROL_LABEL].open()
+        self.channels[control.STOP_LABEL].open()
+
+    def said(self, kind: type[M]) -> list[M]:
+        """What the operator has said of this kind on the control channel."""
+        return [message for message in self.control if isinstance(message, kind)]
+
+    def granted(self, message: control.ControlMessage) -> Sequence[control.ControlMessage]:
+        """A robot that nobody else commands."""
+        if not isinstance(message, control.LeaseRequest):
+            return []
+        self.epoch += 1
+        holder = control.PeerInfo(peer_id=PEER_ID, name="me")
+        return [
+            control.LeaseReply(resource=message.resource, outcome="granted", epoch=self.epoch),
+            control.LeaseState(resource=message.resource, epoch=self.epoch, holder=holder, expiry_s=2),
+        ]
+
+    def _stop_sent(self, channel: FakeChannel, data: bytes | str) -> None:
+        message = _control_message(data)
+        assert isinstance(message, control.Stop)
+        self.stops.append(message)
+        if len(self.stops) > self.loses_stops:
+            for answer in self.answer_to(message):
+                channel.deliver(answer.to_text().encode())
 
     def _control_sent(self, channel: FakeChannel, data: bytes | str) -> None:
-        assert isinstance(data, bytes)
-        frame = FrameReader().read(data, 0.0)
-        assert frame is not None
-        message = control.parse_control(frame.payload.decode())
-        assert message is not None
+        message = _control_message(data)
         self.control.append(message)
         if not self.is_ours:
             return
+        if not isinstance(message, control.Stop):
+            for answer in self.answer_to(message):
+                self.say(answer)
         if isinstance(message, control.Hello):
-            self.say(control.Hello(software="fake", boot_id="boot"))
+            self.say(control.Hello(software="fake", boot_id="boot", extensions=self.extensions))
             self.say(control.CatalogueFull(catalogue=self.catalogue))
         if isinstance(message, control.Ping) and self.answers_pings:
             self.say(control.Pong(t0=message.t0, t1=5_000_000, t2=5_000_000))
@@ -263,13 +309,14 @@ class World:
         self.server = FakeServer()
         self.robot = FakeRobot()
 
-    def operator(self) -> MosaicOperator:
+    def operator(self, **more: Any) -> MosaicOperator:
         return MosaicOperator(
             "http://127.0.0.1:9001",
             "jwt",
             open_socket=self.server.connect,
             make_offerer=self.robot,
             http=self.server.http(),
+            **more,
         )
 
 

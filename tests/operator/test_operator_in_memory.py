@@ -56,9 +56,9 @@ def test_connecting_learns_the_catalogue_and_opens_stores_on_demand(world: Any) 
         async with world.operator() as operator:
             connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
             assert connection.catalogue is not None
-            assert connection.catalogue.entries[2].message_schema == {"type": "object"}
+            assert {e.label: e for e in connection.catalogue.entries}["chat"].message_schema == {"type": "object"}
             assert not connection.is_original
-            assert set(world.robot.channels) == {"_mosaic"}
+            assert set(world.robot.channels) == {"_mosaic", "_stop"}
             battery = connection.receivable("battery")
             got: list[Any] = []
             battery.subscribe(lambda data: got.append(json.loads(data)))
