@@ -23,7 +23,7 @@ from mosaic_core.contract.handler import (
 )
 from mosaic_core.contract.hooks import hookimpl
 from mosaic_core.contract.host import Sender
-from mosaic_core.contract.media import Captured
+from mosaic_core.contract.media import Captured, EncodingParams
 from mosaic_core.contract.params import Message, NoParams, Params, unit
 from mosaic_core.words.data_type import Delivery, MosaicDataType
 from mosaic_core.words.errors import ConfigError, MosaicError, PluginError
@@ -43,6 +43,7 @@ __all__ = [
     "DataChannelSendable",
     "DataChannelStringReceivable",
     "Delivery",
+    "EncodingParams",
     "Handler",
     "MediaTrackConfigurer",
     "MediaTrackHandler",

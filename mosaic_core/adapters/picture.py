@@ -58,6 +58,32 @@ def own_frame(prepared: Prepared) -> Prepared:
     return _frame_around(pixels, prepared.pts or 0)
 
 
+def scaled_picture(prepared: av.VideoFrame, width: int, height: int) -> av.VideoFrame:
+    """The same picture in another (even) size, or itself. Reads only; any thread."""
+    if (prepared.width, prepared.height) == (width, height):
+        return prepared
+    pixels = cast("Pixels | None", prepared.opaque)
+    if pixels is None:
+        pixels = _i420_of_frame(prepared)
+    planes = []
+    for plane, shrink in zip(_planes(pixels, prepared.width, prepared.height), (1, 2, 2), strict=True):
+        planes.append(cv2.resize(plane, (width // shrink, height // shrink), interpolation=cv2.INTER_AREA).ravel())
+    joined = np.concatenate(planes).reshape(height * 3 // 2, width)
+    return _frame_around(cast(Pixels, joined), prepared.pts or 0)
+
+
+def _planes(pixels: Pixels, width: int, height: int) -> tuple[Pixels, Pixels, Pixels]:
+    """Y, U and V of a contiguous I420 array, as views."""
+    flat = pixels.reshape(-1)
+    luma, chroma = width * height, width * height // 4
+    half = (height // 2, width // 2)
+    return (
+        flat[:luma].reshape(height, width),
+        flat[luma : luma + chroma].reshape(half),
+        flat[luma + chroma : luma + 2 * chroma].reshape(half),
+    )
+
+
 def _frame_around(pixels: Pixels, pts: int) -> av.VideoFrame:
     frame = av.VideoFrame.from_numpy_buffer(pixels, format="yuv420p")
     frame.pts = pts

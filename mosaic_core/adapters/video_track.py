@@ -1,19 +1,17 @@
-"""A media track that takes its pictures from the runtime: nothing is encoded until the feed has one."""
+"""A media track that takes encoded pictures from the runtime and gives back what the operator's side reports."""
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from typing import Any
 
+import av
 from aiortc import RTCRtpSender
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
-from mosaic_core.adapters.aiortc_private import RtpOriginLearner
-from mosaic_core.adapters.picture import own_frame
+from mosaic_core.adapters.aiortc_private import RtpOriginLearner, SenderFeedback
+from mosaic_core.adapters.picture import VIDEO_TIME_BASE
 from mosaic_core.runtime.transport import PictureFeed
-
-_log = logging.getLogger(__name__)
 
 
 class VideoTrack(MediaStreamTrack):
@@ -29,9 +27,9 @@ class VideoTrack(MediaStreamTrack):
         self._label = label
         self._feed = feed
         self._origin: RtpOriginLearner | None = RtpOriginLearner(sender)
+        self._feedback = SenderFeedback(sender, feed.heard)
         self._on_origin = on_origin
         self._last_pts = -1
-        self._has_warned = False
 
     @property
     def id(self) -> str:
@@ -40,13 +38,13 @@ class VideoTrack(MediaStreamTrack):
     async def recv(self) -> Any:
         """Wait for the next picture. The sender asks again only after it has sent the previous one."""
         self._learn_origin()
-        while self.readyState == "live":
-            prepared = await self._feed.next()
-            if prepared.pts is not None and prepared.pts > self._last_pts:
-                self._last_pts = prepared.pts
-                return own_frame(prepared)
-            self._warn_once()
-        raise MediaStreamError
+        if self.readyState != "live":
+            raise MediaStreamError
+        packet: av.Packet[Any] = await self._feed.next()
+        if (packet.pts or 0) <= self._last_pts:
+            packet = _later(packet, self._last_pts + 1)
+        self._last_pts = packet.pts or 0
+        return packet
 
     def _learn_origin(self) -> None:
         if self._origin is None or self._last_pts < 0:
@@ -56,7 +54,12 @@ class VideoTrack(MediaStreamTrack):
             self._origin = None
             self._on_origin(origin)
 
-    def _warn_once(self) -> None:
-        if not self._has_warned:
-            self._has_warned = True
-            _log.warning("%s: a picture was captured no later than the one before it and is left out", self._label)
+
+def _later(packet: av.Packet[Any], pts: int) -> av.Packet[Any]:
+    """The same picture with another time stamp: two rungs may have encoded the same moment, and pictures of one RTP
+    time would be taken for one. Shared packets are never changed."""
+    moved: av.Packet[Any] = av.Packet(bytes(packet))
+    moved.pts = moved.dts = pts
+    moved.time_base = VIDEO_TIME_BASE
+    moved.is_keyframe = packet.is_keyframe
+    return moved

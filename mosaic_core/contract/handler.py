@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origi
 from pydantic import BaseModel
 
 from mosaic_core.contract.host import HandlerHost, Outgoing, Sender, UnboundHost
-from mosaic_core.contract.media import Picture
+from mosaic_core.contract.media import EncodingParams, Picture
 from mosaic_core.machines.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Kind, MosaicDataType
 from mosaic_core.words.wire_model import to_json
@@ -233,6 +233,8 @@ class MediaTrackHandler(Handler):
     kind: ClassVar[Kind] = Kind.VIDEO
     delivery: ClassVar[Delivery] = Delivery.LATEST
     data_type = MosaicDataType.MEDIA
+    encoding: EncodingParams = EncodingParams()
+    """How the pictures are encoded; set it in ``__init__``, before the robot starts."""
 
     def frames(self) -> Iterable[Picture] | AsyncIterator[Picture]:
         """Yield pictures. ``def``: on a thread of its own; ``async def``: on the event loop."""

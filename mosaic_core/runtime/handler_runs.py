@@ -22,7 +22,7 @@ from mosaic_core.runtime.receiver import Outcome, Receiver
 from mosaic_core.runtime.routes import Route, data_routes, media_handlers
 from mosaic_core.runtime.runner import Runner, runner_of
 from mosaic_core.runtime.safety_watchdog import SafetyWatchdog
-from mosaic_core.runtime.transport import PicturePreparer
+from mosaic_core.runtime.transport import PictureStreamFactory
 
 logger = logging.getLogger(__name__)
 
@@ -41,14 +41,16 @@ class RunsListener(Protocol):
 class HandlerRuns:
     """Built on the event loop when the robot starts."""
 
-    def __init__(self, connectors: Sequence[Connector], prepare: PicturePreparer, listener: RunsListener) -> None:
+    def __init__(
+        self, connectors: Sequence[Connector], open_stream: PictureStreamFactory, listener: RunsListener
+    ) -> None:
         loop = asyncio.get_running_loop()
         self._connectors = tuple(connectors)
         self._listener = listener
         self.counters = {connector.config.label: ConnectorCounters() for connector in connectors}
         self.routes = data_routes(connectors, self.counters)
         self.outbox = Outbox(loop, self._watched)
-        self.media = MediaHub(loop, prepare, self._watched)
+        self.media = MediaHub(open_stream, self._watched)
         self.safety = SafetyWatchdog()
         self._loop = loop
         self._outcomes: Handover[Outcome] = Handover(loop, self._command_done)
@@ -62,7 +64,7 @@ class HandlerRuns:
             if isinstance(route.handler, DataChannelReceivable):
                 route.receiver = self._receiver(route, route.handler)
         for connector, handler in media_handlers(connectors):
-            self.media.add_label(handler.label, self.counters[connector.config.label])
+            self.media.add_label(handler.label, handler.encoding, self.counters[connector.config.label])
             self._take(handler)
 
     def _take(self, handler: Handler) -> None:
@@ -112,6 +114,7 @@ class HandlerRuns:
         endings = [receiver.closed() for receiver in receivers]
         endings += [runner.closed() for runner in self._runners.values()]
         await asyncio.gather(*endings)
+        self.media.close()
         self.safety.close()
 
     def _receivers(self) -> list[Receiver]:

@@ -14,8 +14,8 @@ from mosaic_core.machines.command_gate import ArrivalBaseline
 from mosaic_core.machines.peer_admission import StartPeer
 from mosaic_core.machines.send_scheduler import Offered
 from mosaic_core.runtime.control_link import ControlLink
-from mosaic_core.runtime.media_hub import NewestFeed
 from mosaic_core.runtime.peer_channels import PeerChannels
+from mosaic_core.runtime.plain_stream import NewestFeed
 from mosaic_core.runtime.send_queue import SendQueue
 from mosaic_core.runtime.site import Site
 from mosaic_core.runtime.transport import Answerer, AnswererFactory, Channel, PictureFeed
@@ -197,7 +197,12 @@ class OperatorPeer:
     def track_bound(self, label: str) -> PictureFeed:
         if self.phase == "closed":  # it ended while its offer was being answered: nobody would unbind this one
             return NewestFeed()
-        return self._site.media.bind(self.peer_id, label)
+
+        def unavailable(code: str) -> None:
+            if self._control is not None:
+                self._control.send(control.MediaUnavailable(label=label, code=code))
+
+        return self._site.media.bind(self.peer_id, label, unavailable)
 
     def tracks_unbound(self, labels: Sequence[str]) -> None:
         self._unbound = list(labels)

@@ -24,7 +24,7 @@ from mosaic_core.runtime.receiver import Outcome
 from mosaic_core.runtime.signaling_client import SignalingClient
 from mosaic_core.runtime.site import Site
 from mosaic_core.runtime.tickets import TicketVerifier
-from mosaic_core.runtime.transport import AnswererFactory, PicturePreparer, SocketConnector
+from mosaic_core.runtime.transport import AnswererFactory, PictureStreamFactory, SocketConnector
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import reason
 from mosaic_core.words.config import RobotConfig
@@ -49,7 +49,7 @@ class Robot:
         plugins: pluggy.PluginManager,
         connect_socket: SocketConnector,
         make_answerer: AnswererFactory,
-        prepare_picture: PicturePreparer,
+        open_stream: PictureStreamFactory,
         software: str,
     ) -> None:
         self._config = config
@@ -58,7 +58,7 @@ class Robot:
         self._plugins = plugins
         self._connect_socket = connect_socket
         self._make_answerer = make_answerer
-        self._prepare_picture = prepare_picture
+        self._open_stream = open_stream
         self._software = software
         self._catalogue = Catalogue.of(connector.entry for connector in connectors)
         self._state = "offline"
@@ -106,7 +106,7 @@ class Robot:
             raise self._error
 
     async def _run(self) -> None:
-        self._runs = HandlerRuns(self._connectors, self._prepare_picture, self)
+        self._runs = HandlerRuns(self._connectors, self._open_stream, self)
         runs = self._runs
         self._site = Site(runs.routes, runs.outbox, runs.media, self._catalogue, uuid.uuid4().hex, self._software, self)
         machine = SignalingSession(self._facts(), TicketVerifier(self.robot_id))

@@ -6,9 +6,11 @@ Everything here is called on the event loop and calls back on the event loop.
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
-from mosaic_core.contract.media import Picture
+from mosaic_core.contract.media import EncodingParams, Picture
+from mosaic_core.machines.rate_control import Feedback
+from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
 
@@ -49,10 +51,51 @@ class Channel(Protocol):
 class PictureFeed(Protocol):
     """Where a track takes its pictures from; one feed per (peer, label)."""
 
-    async def next(self) -> Any:
-        """The next prepared frame (``av.VideoFrame`` yuv420p with pts/time_base, or ``av.Packet``); waits while there
-        is none. Newest wins: frames that nobody took are dropped."""
+    @property
+    def codec_order(self) -> Sequence[str]:
+        """MIME types, the preferred one first; empty: the transport's own order."""
         ...
+
+    def codec_agreed(self, mime_type: str) -> None:
+        """What the peers will speak; told once, before :meth:`next`."""
+        ...
+
+    async def next(self) -> Any:
+        """The next picture of the agreed codec (``av.Packet`` with pts and time base); waits while there is none.
+        Whoever takes them too slowly goes on at a later one: latency never accumulates."""
+        ...
+
+    def heard(self, feedback: Feedback) -> None:
+        """What the operator's side reports about the link and its decoder."""
+        ...
+
+
+TellUnavailable: TypeAlias = Callable[[str], None]
+"""Called with a ``media.*`` code when a viewer can't be sent any picture."""
+
+
+class PictureStream(Protocol):
+    """All pictures of one label on their way to its viewers. Event loop, but for :meth:`post`."""
+
+    def post(self, picture: Picture, captured_at_s: float) -> bool:
+        """Take a picture on its handler's thread. ``False`` if nobody watches or the loop is behind."""
+        ...
+
+    def bind(self, viewer_id: str, unavailable: TellUnavailable) -> PictureFeed:
+        """A viewer's feed, silent until :meth:`watch`."""
+        ...
+
+    def watch(self, viewer_id: str, on: bool) -> None: ...
+    def leave(self, viewer_id: str) -> None: ...
+    def close(self) -> None:
+        """Release what it holds; nothing is posted any more."""
+        ...
+
+
+class PictureStreamFactory(Protocol):
+    """Called on the event loop, once per label."""
+
+    def __call__(self, label: str, encoding: EncodingParams, counters: ConnectorCounters) -> PictureStream: ...
 
 
 class AnswererListener(Protocol):
@@ -101,7 +144,7 @@ class AnswererFactory(Protocol):
 
 
 class PicturePreparer(Protocol):
-    """Converts a handler's picture once, on the handler's thread, into what all encoders share."""
+    """Converts a handler's picture once, on the handler's thread, into what all viewers share."""
 
     def __call__(self, picture: Picture, captured_at_s: float) -> Any: ...
 

@@ -23,6 +23,7 @@ from mosaic_core.runtime.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector
 from mosaic_core.runtime.config_problems import validated
 from mosaic_core.runtime.hook_calls import hook_plugins
+from mosaic_core.runtime.plain_stream import plain_streams
 from mosaic_core.runtime.resolver import GROUP, ConnectorResolver, InstalledConnector
 from mosaic_core.runtime.robot import Robot
 from mosaic_core.runtime.yaml_document import YamlDocument
@@ -100,7 +101,7 @@ async def joined(*entries: ConnectorEntry, plugins: pluggy.PluginManager | None 
         plugins=configured.plugins,
         connect_socket=server.connect,
         make_answerer=network.answerer,
-        prepare_picture=memory_picture,
+        open_stream=plain_streams(memory_picture),
         software="mosaic-core/testing",
     )
     running = [asyncio.create_task(robot.run()), asyncio.create_task(server.keep_alive())]

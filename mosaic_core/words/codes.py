@@ -74,6 +74,16 @@ REASONS: dict[str, Reason] = {
         Reason("channel.too_large", "A message was larger than the channel takes."),
         Reason("channel.invalid", "A message does not fit the connector's schema."),
         Reason("media.no_line", "The offer had no media line left for this camera."),
+        Reason(
+            "media.no_encoder",
+            "No video encoder for this operator's codec works on the robot.",
+            "Run `mosaic doctor encoders` on the robot.",
+        ),
+        Reason(
+            "media.not_decodable",
+            "The camera sends a codec that this operator does not have, and the robot can't convert it.",
+            "Set the camera to H.264, or `passthrough: never`.",
+        ),
         # peer.*: why a peer connection ended
         Reason("peer.closed", "The other side closed the connection."),
         Reason("peer.lost", "The other side fell silent."),

@@ -11,21 +11,14 @@ import pytest
 
 from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
 from mosaic_core.adapters.aiortc_offerer import AiortcOfferer
-from mosaic_core.runtime.transport import Channel
+from mosaic_core.adapters.shared_video import SharedVideo
+from mosaic_core.contract.media import EncodingParams
+from mosaic_core.runtime.counters import ConnectorCounters
+from mosaic_core.runtime.transport import Channel, PictureFeed
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
 
 WAIT_S = 15.0
-
-
-class QueueFeed:
-    """A ``PictureFeed`` that a test fills."""
-
-    def __init__(self) -> None:
-        self.pictures: asyncio.Queue[Any] = asyncio.Queue()
-
-    async def next(self) -> Any:
-        return await self.pictures.get()
 
 
 class Side:
@@ -37,8 +30,10 @@ class Side:
         self.channels: asyncio.Queue[Channel] = asyncio.Queue()
         self.tracks: asyncio.Queue[tuple[str, Any]] = asyncio.Queue()
         self.origins: asyncio.Queue[tuple[str, int, int]] = asyncio.Queue()
-        self.feeds: dict[str, QueueFeed] = {}
+        self.streams: dict[str, SharedVideo] = {}
+        self.counters = ConnectorCounters()
         self.unbound: list[str] = []
+        self.refusals: list[tuple[str, str]] = []
         self.trickled: list[IceCandidate] = []
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -53,8 +48,18 @@ class Side:
     def channel_opened(self, channel: Channel) -> None:
         self.channels.put_nowait(channel)
 
-    def track_bound(self, label: str) -> QueueFeed:
-        return self.feeds.setdefault(label, QueueFeed())
+    def track_bound(self, label: str) -> PictureFeed:
+        """As the robot's hub does: its stream is shared with whoever else a test binds."""
+        return self.stream(label).bind(str(id(self)), lambda code: self.refusals.append((label, code)))
+
+    def stream(self, label: str) -> SharedVideo:
+        if label not in self.streams:
+            self.streams[label] = SharedVideo(label, EncodingParams(), self.counters)
+        return self.streams[label]
+
+    def watch(self, label: str, on: bool = True) -> SharedVideo:
+        self.streams[label].watch(str(id(self)), on)
+        return self.streams[label]
 
     def tracks_unbound(self, labels: Sequence[str]) -> None:
         self.unbound.extend(labels)
@@ -94,6 +99,8 @@ async def joined_pair(ice_servers: Sequence[IceServer] = ()) -> AsyncIterator[Pa
         yield pair
     finally:
         await asyncio.gather(pair.operator.close(), pair.robot.close())
+        for stream in pair.robot_side.streams.values():
+            stream.close()
 
 
 @pytest.fixture

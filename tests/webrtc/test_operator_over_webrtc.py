@@ -14,9 +14,12 @@ import numpy as np
 import pytest
 
 from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
-from mosaic_core.adapters.picture import prepared_picture
+from mosaic_core.adapters.shared_video import SharedVideo
+from mosaic_core.contract.media import EncodingParams
 from mosaic_core.machines.framing import Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.operator import MosaicOperator
+from mosaic_core.runtime.counters import ConnectorCounters
+from mosaic_core.runtime.transport import PictureFeed
 from mosaic_core.words import control, signaling
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
 from mosaic_core.words.data_type import Delivery, Kind, MosaicDataType
@@ -49,16 +52,28 @@ CATALOGUE = Catalogue.of([
 ])  # fmt: skip
 
 
-class CameraFeed:
+class Camera:
     """Silent until watched, then ten pictures a second of one colour."""
 
     def __init__(self) -> None:
         self.is_watched = asyncio.Event()
+        self.stream = SharedVideo("front", EncodingParams(), ConnectorCounters())
+        self._filming: asyncio.Task[None] | None = None
 
-    async def next(self) -> Any:
-        await self.is_watched.wait()
-        await asyncio.sleep(0.1)
-        return prepared_picture(np.full((120, 160, 3), BGR, np.uint8), time.monotonic())
+    def watch(self) -> None:
+        self.is_watched.set()
+        self.stream.watch(PEER_ID, True)
+        self._filming = asyncio.create_task(self._film())
+
+    async def _film(self) -> None:
+        while True:
+            self.stream.post(np.full((120, 160, 3), BGR, np.uint8), time.monotonic())
+            await asyncio.sleep(0.1)
+
+    def close(self) -> None:
+        if self._filming is not None:
+            self._filming.cancel()
+        self.stream.close()
 
 
 class ScriptedRobot:
@@ -66,7 +81,7 @@ class ScriptedRobot:
 
     def __init__(self) -> None:
         self.to_operator: asyncio.Queue[str | None] = asyncio.Queue()
-        self.feed = CameraFeed()
+        self.camera = Camera()
         self.commands: asyncio.Queue[Any] = asyncio.Queue()
         self.states: list[str] = []
         self.channels: dict[str, Any] = {}
@@ -80,8 +95,8 @@ class ScriptedRobot:
     def state_changed(self, state: str) -> None:
         self.states.append(state)
 
-    def track_bound(self, label: str) -> CameraFeed:
-        return self.feed
+    def track_bound(self, label: str) -> PictureFeed:
+        return self.camera.stream.bind(PEER_ID, self.states.append)
 
     def tracks_unbound(self, labels: Sequence[str]) -> None: ...
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None: ...
@@ -111,7 +126,7 @@ class ScriptedRobot:
             now_us = time.monotonic_ns() // 1000
             self.say(control.Pong(t0=message.t0, t1=now_us, t2=now_us))
         elif isinstance(message, control.MediaWatch) and message.on:
-            self.feed.is_watched.set()
+            self.camera.watch()
 
     def say(self, message: control.ControlMessage) -> None:
         for part in encode_frame(Frame(PayloadKind.JSON, message.to_text().encode())):
@@ -168,6 +183,7 @@ def run(scenario: Any) -> None:
                 await scenario(robot, operator)
         finally:
             await robot.answerer.close()
+            robot.camera.close()
 
     asyncio.run(main())
 
@@ -178,7 +194,7 @@ def test_pictures_data_and_commands_flow() -> None:
         connection = await operator.connect(ROBOT_ID, timeout_s=WAIT_S)
         assert time.monotonic() - started_s < 5
         assert connection.catalogue == CATALOGUE
-        assert not robot.feed.is_watched.is_set()
+        assert not robot.camera.is_watched.is_set()
 
         image = await connection.media("front").next_image(WAIT_S)
         assert image.shape == (120, 160, 3)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mosaic_core.adapters.picture import prepared_picture, pts_of
+from mosaic_core.adapters.picture import pts_of
+from mosaic_core.adapters.shared_video import SharedVideo
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -31,6 +32,13 @@ async def opened(channel: Any) -> Any:
 async def next_of(queue: asyncio.Queue[Any]) -> Any:
     async with asyncio.timeout(WAIT_S):
         return await queue.get()
+
+
+async def encoded(stream: SharedVideo, pictures: int) -> None:
+    """So many pictures have been encoded: the next one will not replace one that waits."""
+    async with asyncio.timeout(WAIT_S):
+        while stream.encoders.encoded < pictures:  # noqa: ASYNC110 - it happens on the encoder's thread
+            await asyncio.sleep(0.002)
 
 
 def scene(step: int) -> np.ndarray[Any, Any]:
@@ -149,10 +157,11 @@ def test_pictures_arrive_under_their_label_with_their_content(pair: Any) -> None
             tracks = dict([await next_of(peers.operator_side.tracks) for _ in range(2)])
             assert set(tracks) == {"front", "rear"}
             captured_at_s = 1000.0
-            feed = peers.robot_side.feeds["front"].pictures
-            for step in range(5):  # aiortc's receiver hands a frame out when the next one begins
-                feed.put_nowait(prepared_picture(scene(step), captured_at_s + step / 30))
-            for step in range(4):
+            stream = peers.robot_side.watch("front")
+            stream.post(scene(0), captured_at_s)
+            for step in range(4):  # aiortc's receiver hands a frame out when the next one begins
+                await encoded(stream, step + 1)
+                stream.post(scene(step + 1), captured_at_s + (step + 1) / 30)
                 async with asyncio.timeout(WAIT_S):
                     frame = await tracks["front"].next()
                 shown = frame.to_ndarray(format="bgr24").astype(int)
@@ -169,11 +178,12 @@ def test_the_rtp_origin_maps_every_picture_to_its_capture_time(pair: Any) -> Non
             peers.operator.add_video("front")
             await peers.join(["front"])
             _, track = await next_of(peers.operator_side.tracks)
-            feed = peers.robot_side.feeds["front"].pictures
+            stream = peers.robot_side.watch("front")
             received = []
-            for step in range(4):
-                feed.put_nowait(prepared_picture(scene(step), 5000.0 + step * 0.0333))
-            for _ in range(3):
+            stream.post(scene(0), 5000.0)
+            for step in range(1, 4):
+                await encoded(stream, step)
+                stream.post(scene(step), 5000.0 + step * 0.0333)
                 async with asyncio.timeout(WAIT_S):
                     received.append((await track.next()).pts)
             label, _ssrc, origin = await next_of(peers.robot_side.origins)
@@ -195,7 +205,7 @@ def test_surplus_cameras_are_reported_and_lines_that_nobody_fills_stay_inactive(
             answer = await peers.robot.answer(sdp, ["rear", "front", "top"], tracks)
             await peers.operator.accept_answer(answer)
             assert peers.robot_side.unbound == ["rear", "top"]
-            assert set(peers.robot_side.feeds) == {"front"}
+            assert set(peers.robot_side.streams) == {"front"}
             assert answer.count("a=inactive") == 1
             assert "a=msid:front front" in answer
             assert answer.index("VP8/90000") < answer.index("H264/90000")
@@ -209,7 +219,7 @@ def test_an_operator_that_names_no_tracks_gets_them_in_the_order_of_the_file(pai
             peers.operator.add_video("video_a")
             sdp, _ = await peers.operator.offer()
             await peers.robot.answer(sdp, ["first", "second"], None)
-            assert set(peers.robot_side.feeds) == {"first"}
+            assert set(peers.robot_side.streams) == {"first"}
             assert peers.robot_side.unbound == ["second"]
 
     asyncio.run(run())

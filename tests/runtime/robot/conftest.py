@@ -17,6 +17,7 @@ from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Handler
 from mosaic_core.machines.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
 from mosaic_core.runtime.connector import Connector
+from mosaic_core.runtime.plain_stream import plain_streams
 from mosaic_core.runtime.robot import Robot
 from mosaic_core.runtime.transport import AnswererListener
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
@@ -315,7 +316,7 @@ async def _running(*connectors: Connector, shared: Shared | None = None, down: b
         plugins=plugins,
         connect_socket=network.connect,
         make_answerer=network.make_answerer,
-        prepare_picture=lambda picture, captured_at_s: ("prepared", picture, captured_at_s),
+        open_stream=plain_streams(lambda picture, captured_at_s: ("prepared", picture, captured_at_s)),
         software="mosaic-test",
     )
     task = asyncio.create_task(robot.run())

@@ -1,46 +1,25 @@
-"""The one module that touches names which aiortc and aioice keep to themselves; one contract test holds each.
+"""ICE without waiting: host candidates at once, every STUN and TURN server asked at the same time.
 
-Why any: aiortc answers only after STUN and TURN have answered or timed out (5 s), takes one TURN URL, keeps the RTP
-origin and SCTP's queue to itself, and fixes the codec order before an answerer may speak.
+aiortc answers only after STUN and TURN have answered or timed out (5 s), and takes one TURN URL.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 
 import aioice.ice
 import aioice.turn
 from aioice import Candidate, Connection
-from aiortc import RTCIceCandidate, RTCIceTransport, RTCPeerConnection, RTCRtpSender, RTCRtpTransceiver
-from aiortc.codecs import CODECS
+from aiortc import RTCIceCandidate, RTCIceTransport, RTCPeerConnection
 from aiortc.rtcicetransport import candidate_from_aioice
-from aiortc.rtcpeerconnection import find_common_codecs
-from aiortc.rtcsctptransport import RTCSctpTransport
-from aiortc.sdp import MediaDescription, SessionDescription, candidate_from_sdp, candidate_to_sdp
 
 from mosaic_core.adapters.name_lookup import address_of, ipv4_of
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer, IceUrl, parse_ice_url
-
-__all__ = [
-    "EarlyGathering",
-    "MediaDescription",
-    "RtpOriginLearner",
-    "SctpQueue",
-    "SessionDescription",
-    "candidate_from_sdp",
-    "candidate_to_sdp",
-    "has_common_codec",
-    "ice_transports",
-    "name_stream",
-    "prefer_codecs",
-    "ssrc_of",
-    "widen_udp_buffer",
-]
 
 _log = logging.getLogger(__name__)
 
@@ -48,7 +27,6 @@ UDP_BUFFER_BYTES = 4 * 1024 * 1024
 """aioice asks for 256 KiB; small messages are lost in bursts with less than 4 MiB. The kernel caps it at rmem_max."""
 LATE_CANDIDATE_TIMEOUT_S = 10.0
 """After this a STUN or TURN server counts as dead; nobody waits for it."""
-_MODULUS = 1 << 32
 _COMPONENT = 1
 
 
@@ -184,69 +162,3 @@ class EarlyGathering:
         connection.sort_check_list()
         if self._answered:  # before that, the description itself carries it
             self._on_candidate(candidate_from_aioice(candidate))
-
-
-def has_common_codec(kind: str, offered: Iterable[Any]) -> bool:
-    """Whether aiortc would find a codec for a media line with these ``offered`` codecs."""
-    return bool(find_common_codecs(CODECS[kind], list(offered)))
-
-
-def prefer_codecs(transceiver: RTCRtpTransceiver, order: Sequence[str]) -> None:
-    """Sort the negotiated codecs by MIME type, retransmission right behind its codec; the first one is sent."""
-    rank = {mime_type.lower(): position for position, mime_type in enumerate(order)}
-    codecs = transceiver._codecs
-    plain = sorted(
-        (codec for codec in codecs if codec.name.lower() != "rtx"),
-        key=lambda codec: rank.get(codec.mimeType.lower(), len(rank)),
-    )
-    repeats = [codec for codec in codecs if codec.name.lower() == "rtx"]
-    transceiver._codecs = [
-        codec for base in plain for codec in (base, *(r for r in repeats if r.parameters["apt"] == base.payloadType))
-    ]
-
-
-def name_stream(sender: RTCRtpSender, label: str) -> None:
-    """Make the sender's stream id the label: browsers read it as ``streams[0].id``."""
-    sender._stream_id = label
-
-
-def ssrc_of(sender: RTCRtpSender) -> int:
-    return int(sender._ssrc)
-
-
-class RtpOriginLearner:
-    """Learns what aiortc adds to a picture's pts, from the timestamp of the last packet that the sender sent."""
-
-    def __init__(self, sender: RTCRtpSender) -> None:
-        self._sender = sender
-        self._before = self._timestamp()
-
-    def learn(self, last_pts: int) -> int | None:
-        """The origin, if the picture with ``last_pts`` has left by now."""
-        timestamp = self._timestamp()
-        if timestamp == self._before:
-            return None
-        return (timestamp - last_pts) % _MODULUS
-
-    def _timestamp(self) -> int:
-        return int(self._sender._RTCRtpSender__rtp_timestamp)  # type: ignore[attr-defined]
-
-
-class SctpQueue:
-    """What waits in SCTP's queues of one peer connection, and the moments when it gets less."""
-
-    def __init__(self, sctp: RTCSctpTransport, on_progress: Callable[[], None]) -> None:
-        self._sctp = sctp
-        self._on_progress = on_progress
-        self._flush = sctp._data_channel_flush
-        sctp._data_channel_flush = self._flush_and_tell  # type: ignore[method-assign]
-
-    @property
-    def queued_bytes(self) -> int:
-        """Bytes not yet handed to the network: messages that wait for SCTP and chunks that wait for its window."""
-        messages = sum(len(data) for _, _, data in self._sctp._data_channel_queue)
-        return messages + sum(len(chunk.user_data) for chunk in self._sctp._outbound_queue)
-
-    async def _flush_and_tell(self) -> None:
-        await self._flush()
-        self._on_progress()

@@ -1,0 +1,29 @@
+"""The one place that touches names which aiortc and aioice keep to themselves; one contract test holds each.
+
+``tests/adapters/test_aiortc_private_names.py`` fails loudly when a new version changes one of them.
+"""
+
+from aiortc.sdp import MediaDescription, SessionDescription, candidate_from_sdp, candidate_to_sdp
+
+from mosaic_core.adapters.aiortc_private.codecs import has_common_codec, prefer_codecs, sent_codec
+from mosaic_core.adapters.aiortc_private.gathering import EarlyGathering, ice_transports, widen_udp_buffer
+from mosaic_core.adapters.aiortc_private.sctp import SctpQueue
+from mosaic_core.adapters.aiortc_private.senders import RtpOriginLearner, SenderFeedback, name_stream, ssrc_of
+
+__all__ = [
+    "EarlyGathering",
+    "MediaDescription",
+    "RtpOriginLearner",
+    "SctpQueue",
+    "SenderFeedback",
+    "SessionDescription",
+    "candidate_from_sdp",
+    "candidate_to_sdp",
+    "has_common_codec",
+    "ice_transports",
+    "name_stream",
+    "prefer_codecs",
+    "sent_codec",
+    "ssrc_of",
+    "widen_udp_buffer",
+]

@@ -1,0 +1,34 @@
+"""The order of codecs, which aiortc fixes before an answerer may speak."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from aiortc import RTCRtpTransceiver
+from aiortc.codecs import CODECS
+from aiortc.rtcpeerconnection import find_common_codecs
+
+
+def has_common_codec(kind: str, offered: Iterable[Any]) -> bool:
+    """Whether aiortc would find a codec for a media line with these ``offered`` codecs."""
+    return bool(find_common_codecs(CODECS[kind], list(offered)))
+
+
+def prefer_codecs(transceiver: RTCRtpTransceiver, order: Sequence[str]) -> None:
+    """Sort the negotiated codecs by MIME type, retransmission right behind its codec; the first one is sent."""
+    rank = {mime_type.lower(): position for position, mime_type in enumerate(order)}
+    codecs = transceiver._codecs
+    plain = sorted(
+        (codec for codec in codecs if codec.name.lower() != "rtx"),
+        key=lambda codec: rank.get(codec.mimeType.lower(), len(rank)),
+    )
+    repeats = [codec for codec in codecs if codec.name.lower() == "rtx"]
+    transceiver._codecs = [
+        codec for base in plain for codec in (base, *(r for r in repeats if r.parameters["apt"] == base.payloadType))
+    ]
+
+
+def sent_codec(transceiver: RTCRtpTransceiver) -> str:
+    """MIME type of the codec that the sender will send, once the codecs are negotiated and sorted."""
+    return str(transceiver._codecs[0].mimeType)

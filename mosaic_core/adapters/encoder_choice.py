@@ -1,0 +1,132 @@
+"""Finds the encoders that work here, by opening each and encoding a few pictures: what libav lists says nothing about
+drivers, devices and permissions.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from typing import cast
+
+import av
+import numpy as np
+
+from mosaic_core.adapters.picture import prepared_picture
+from mosaic_core.adapters.video_encoder import CodecName, EncoderKind, EncoderSettings, VideoEncoder
+from mosaic_core.words.errors import MosaicError
+
+_log = logging.getLogger(__name__)
+
+KINDS = (
+    EncoderKind("h264_nvenc", "H264", "yuv420p", is_hardware=True, follows_rate=False),
+    EncoderKind("h264_qsv", "H264", "nv12", is_hardware=True, follows_rate=False),
+    EncoderKind("h264_vaapi", "H264", "nv12", is_hardware=True, follows_rate=False),
+    EncoderKind("h264_v4l2m2m", "H264", "yuv420p", is_hardware=True, follows_rate=False),
+    EncoderKind("h264_amf", "H264", "nv12", is_hardware=True, follows_rate=False),
+    EncoderKind("libx264", "H264", "yuv420p", is_hardware=False, follows_rate=True),
+    EncoderKind("vp8_v4l2m2m", "VP8", "yuv420p", is_hardware=True, follows_rate=False),
+    EncoderKind("vp8_vaapi", "VP8", "nv12", is_hardware=True, follows_rate=False),
+    EncoderKind("libvpx", "VP8", "yuv420p", is_hardware=False, follows_rate=False),
+)
+"""In order of preference per codec: hardware first, software as the fallback that is always there."""
+
+_PROBE = EncoderSettings(width=640, height=480, fps=30.0, bitrate_bps=1_000_000, ceiling_bps=1_000_000)
+_PROBE_PICTURES = 5
+
+
+class EncoderUnavailable(MosaicError):
+    """No encoder for what is wanted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """Whether an encoder works here, and if not, why."""
+
+    kind: EncoderKind
+    problem: str = ""
+
+    @property
+    def works(self) -> bool:
+        return not self.problem
+
+
+@cache
+def probed(kind: EncoderKind) -> Probe:
+    """Open ``kind`` and encode with it, once per process. Takes milliseconds; any thread but the event loop's."""
+    if kind.name not in av.codecs_available:
+        return Probe(kind, "not in this build of PyAV")
+    try:
+        encoder = VideoEncoder(kind, _PROBE)
+        pictures = [_test_picture(step, _PROBE.width, _PROBE.height) for step in range(_PROBE_PICTURES)]
+        made = [encoder.encode(picture, pts=picture.pts or 0, as_key=False) for picture in pictures]
+    except (av.FFmpegError, ValueError, MemoryError) as error:
+        return Probe(kind, _cause(error))
+    if sum(map(len, made)) < _PROBE_PICTURES - 1:
+        return Probe(kind, "it holds pictures back: too late for driving")
+    return Probe(kind)
+
+
+def chosen_kind(codec: CodecName, wanted: str = "auto", *, broken: Iterable[str] = ()) -> EncoderKind:
+    """The encoder for ``codec``: the ``wanted`` one if it makes this codec, else the first that works.
+
+    Raises :class:`EncoderUnavailable`. May take a moment the first time: not on the event loop.
+    """
+    kinds = [kind for kind in KINDS if kind.codec == codec and kind.name not in set(broken)]
+    forced = [kind for kind in kinds if kind.name == wanted]
+    for kind in (*forced, *kinds):
+        probe = probed(kind)
+        if probe.works:
+            return kind
+        if kind.name == wanted:
+            _warn_of_forced(wanted, probe.problem)
+    raise EncoderUnavailable(
+        f"no encoder for {codec} works here; see `mosaic doctor encoders`", code="media.no_encoder"
+    )
+
+
+@cache
+def announced(kind: EncoderKind) -> None:
+    """One log line per process and encoder."""
+    passed_over = [
+        f"{other.name} ({probed(other).problem})"
+        for other in KINDS
+        if other.codec == kind.codec and other.is_hardware and other is not kind and not probed(other).works
+    ]
+    where = "hardware" if kind.is_hardware else "software"
+    rest = f"; not usable here: {', '.join(passed_over)}" if passed_over and not kind.is_hardware else ""
+    _log.info("%s is encoded by %s (%s)%s", kind.codec, kind.name, where, rest)
+
+
+@cache
+def _warn_of_forced(wanted: str, problem: str) -> None:
+    _log.warning("encoder %s does not work here (%s); another one is used", wanted, problem)
+
+
+def measured_fps(kind: EncoderKind, width: int = 1280, height: int = 720, pictures: int = 60) -> tuple[float, float]:
+    """``(pictures per second, milliseconds of the slowest tenth)`` at this size. Blocks for up to seconds."""
+    settings = EncoderSettings(width, height, 30.0, 2_000_000, 2_500_000)
+    encoder = VideoEncoder(kind, settings)
+    frames = [_test_picture(step, width, height) for step in range(pictures)]
+    took_s = []
+    for frame in frames:
+        began_s = time.perf_counter()
+        encoder.encode(frame, pts=frame.pts or 0, as_key=False)
+        took_s.append(time.perf_counter() - began_s)
+    settled = sorted(took_s[5:])
+    return len(settled) / sum(settled), settled[len(settled) * 9 // 10] * 1000
+
+
+def _test_picture(step: int, width: int, height: int) -> av.VideoFrame:
+    """Texture that moves: an encoder is never as fast as on an empty picture."""
+    rows = np.arange(height, dtype=np.uint32)[:, None]
+    columns = np.arange(width, dtype=np.uint32)[None, :] + 4 * step
+    texture = ((rows * 7 + columns * 13 + (rows * columns >> 6)) & 0xFF).astype(np.uint8)
+    return cast(av.VideoFrame, prepared_picture(texture, step / 30))
+
+
+def _cause(error: Exception) -> str:
+    text = getattr(error, "strerror", "") or str(error) or type(error).__name__
+    return str(text)

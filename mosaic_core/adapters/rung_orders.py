@@ -1,0 +1,97 @@
+"""From a source and its viewers to rungs: what a viewer may choose from, and what must be encoded for all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass, replace
+
+from mosaic_core.adapters.encoder_set import EncodedRung
+from mosaic_core.adapters.encoder_thread import EncoderOrder
+from mosaic_core.adapters.packet_source import SourceState
+from mosaic_core.adapters.video_encoder import CodecName, EncoderSettings
+from mosaic_core.adapters.viewer_feed import ViewerFeed
+from mosaic_core.contract.media import EncodingParams
+from mosaic_core.machines.rate_control import START_BPS
+from mosaic_core.machines.rung_ladder import ASSUMED_FPS, MAX_CEILING_BPS, Rung, ladder
+
+PASSED_ON: Hashable = "passed on"
+"""The rung of packets that came encoded and are sent as they are."""
+_SOURCE_FLOOR = 0.75
+"""Of a source's own bit rate, which nobody can lower: with less, an operator gets pictures encoded anew."""
+
+
+@dataclass(frozen=True, slots=True)
+class SourceShape:
+    """What is known of a source: the size of its pictures once one was seen, and its packets if it sends such."""
+
+    size: tuple[int, int] | None = None
+    packets: SourceState | None = None
+
+    def with_size(self, size: tuple[int, int]) -> SourceShape:
+        return replace(self, size=size)
+
+    def with_packets(self, packets: SourceState | None) -> SourceShape:
+        return replace(self, packets=packets)
+
+    def passes_on(self, codec: CodecName | None) -> bool:
+        """Whether a viewer of ``codec`` can be sent the source's own packets."""
+        return self.packets is not None and codec is not None and self.packets.sendable_as == codec
+
+    def is_hopeless(self, codec: CodecName | None) -> bool:
+        """Whether a viewer of ``codec`` can't be sent anything."""
+        return self.packets is not None and not self.packets.is_decodable and not self.passes_on(codec)
+
+
+def limits_bps(shape: SourceShape, encoding: EncodingParams) -> tuple[int, int]:
+    """Least and most that one viewer is sent."""
+    if shape.packets is not None:
+        return encoding.min_bitrate_bps, max(START_BPS, 2 * shape.packets.bitrate_bps)
+    rungs = _encoded_rungs(shape, encoding)
+    most = rungs[0].ceiling_bps if rungs else encoding.max_bitrate_bps or MAX_CEILING_BPS
+    return encoding.min_bitrate_bps, most
+
+
+def options_of(codec: CodecName | None, shape: SourceShape, encoding: EncodingParams) -> list[tuple[Hashable, Rung]]:
+    """What a viewer of ``codec`` may be sent, best first; nothing while nothing is known."""
+    if codec is None:
+        return []
+    encoded: list[tuple[Hashable, Rung]] = [
+        (EncodedRung(codec, rung), rung) for rung in _encoded_rungs(shape, encoding)
+    ]
+    if not shape.passes_on(codec):
+        return encoded
+    assert shape.packets is not None
+    bitrate_bps = shape.packets.bitrate_bps
+    own = Rung(0, 0, 1, round(bitrate_bps * _SOURCE_FLOOR), max(1, bitrate_bps))
+    return [(PASSED_ON, own), *((key, rung) for key, rung in encoded if rung.ceiling_bps < bitrate_bps)]
+
+
+def orders_of(label: str, viewers: Iterable[ViewerFeed], encoding: EncodingParams) -> dict[EncodedRung, EncoderOrder]:
+    """What must be encoded for all of them; a rung's bit rate is that of its slowest viewer."""
+    rates: dict[EncodedRung, int] = {}
+    for viewer in viewers:
+        for key in viewer.switch.used:
+            if isinstance(key, EncodedRung):
+                affords = min(key.rung.ceiling_bps, max(key.rung.floor_bps, viewer.budget_bps))
+                rates[key] = min(affords, rates.get(key, affords))
+    return {key: _order(label, key, bitrate_bps, encoding) for key, bitrate_bps in rates.items()}
+
+
+def _encoded_rungs(shape: SourceShape, encoding: EncodingParams) -> tuple[Rung, ...]:
+    if shape.size is None:
+        return ()
+    return ladder(
+        *shape.size,
+        max_bps=encoding.max_bitrate_bps,
+        min_bps=encoding.min_bitrate_bps,
+        preset=encoding.preset,
+        rungs=encoding.rungs,
+    )
+
+
+def _order(label: str, key: EncodedRung, bitrate_bps: int, encoding: EncodingParams) -> EncoderOrder:
+    rung = key.rung
+    settings = EncoderSettings(
+        rung.width, rung.height, ASSUMED_FPS / rung.frame_step, bitrate_bps, rung.ceiling_bps, encoding.preset
+    )
+    return EncoderOrder(label, key.codec, settings, rung.frame_step, encoding.encoder)

@@ -1,0 +1,126 @@
+"""One viewer of one camera: which packets it is sent, and what its link takes."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import Callable, Hashable, Sequence
+from typing import Any
+
+import av
+
+from mosaic_core.adapters.video_encoder import CodecName
+from mosaic_core.machines.rate_control import Feedback, PictureLost, RateControl
+from mosaic_core.machines.rung_choice import RungChoice
+from mosaic_core.machines.rung_ladder import Rung
+from mosaic_core.machines.rung_switch import RungSwitch
+from mosaic_core.runtime.transport import TellUnavailable
+
+MAX_WAITING = 8
+"""Packets that wait for one viewer's transport: a quarter of a second, then it goes on at the next key frame."""
+_CODECS: dict[str, CodecName] = {"video/vp8": "VP8", "video/h264": "H264"}
+
+
+class ViewerFeed:
+    """Implements ``runtime.transport.PictureFeed``. Event loop only.
+
+    ``wants_key`` is called when this viewer can't go on without a key frame, ``changed`` when its link did.
+    """
+
+    def __init__(
+        self,
+        codec_order: Sequence[str],
+        unavailable: TellUnavailable,
+        wants_key: Callable[[ViewerFeed], None],
+        changed: Callable[[], None],
+    ) -> None:
+        self.codec_order = tuple(codec_order)
+        self.codec: CodecName | None = None
+        self.switch: RungSwitch[Hashable] = RungSwitch()
+        self.rate: RateControl | None = None
+        self._choice: RungChoice | None = None
+        self._keys: tuple[Hashable, ...] = ()
+        self._unavailable = unavailable
+        self._wants_key = wants_key
+        self._changed = changed
+        self._told: str | None = None
+        self._items: deque[av.Packet[Any]] = deque()
+        self._arrived = asyncio.Event()
+
+    # -- what its track calls ------------------------------------------------------------------------------------
+
+    def codec_agreed(self, mime_type: str) -> None:
+        self.codec = _CODECS[mime_type.lower()]
+
+    async def next(self) -> av.Packet[Any]:
+        while not self._items:
+            self._arrived.clear()
+            await self._arrived.wait()
+        packet = self._items.popleft()
+        if self.rate is not None:
+            self.rate.sent(packet.size, time.monotonic())
+        return packet
+
+    def heard(self, feedback: Feedback) -> None:
+        if self.rate is None:
+            return
+        self.rate.handle(feedback, time.monotonic())
+        if isinstance(feedback, PictureLost):
+            self._wants_key(self)
+        self._changed()
+
+    # -- what the stream calls -----------------------------------------------------------------------------------
+
+    @property
+    def is_watching(self) -> bool:
+        return self.rate is not None
+
+    @property
+    def budget_bps(self) -> int:
+        return self.rate.budget_bps if self.rate is not None else 0
+
+    def begin(self, options: Sequence[tuple[Hashable, Rung]], limits_bps: tuple[int, int], now_s: float) -> None:
+        """It watches, or the source changed: choose among ``options``, best first, within least and most bit rate."""
+        if self.rate is None:
+            self.rate = RateControl(*limits_bps, now_s)
+        else:
+            self.rate.limit(*limits_bps)
+        self._keys = tuple(key for key, _ in options)
+        self._choice = RungChoice([rung for _, rung in options], self.rate.budget_bps, now_s) if options else None
+
+    def target(self, now_s: float) -> Hashable | None:
+        """What it shall be sent now; ``None`` while nothing is known of the source."""
+        if self._choice is None:
+            return None
+        return self._keys[self._choice.decide(self.budget_bps, now_s)]
+
+    def pause(self) -> None:
+        """It looks away: what waits would be old by the time it looks again."""
+        self.rate = self._choice = self._told = None
+        self.switch.want(None)
+        self._items.clear()
+
+    def tick(self, now_s: float) -> None:
+        if self.rate is not None:
+            self.rate.tick(now_s)
+
+    def put(self, packet: av.Packet[Any]) -> int:
+        """A packet of its rung; how many were dropped for it."""
+        dropped = 0
+        if packet.is_keyframe or len(self._items) >= MAX_WAITING:
+            dropped = len(self._items)  # a key frame is newer than all that waits, and complete by itself
+            self._items.clear()
+        if dropped and not packet.is_keyframe:
+            self.switch.tear()
+            self._wants_key(self)
+            return dropped + 1
+        self._items.append(packet)
+        self._arrived.set()
+        return dropped
+
+    def refuse(self, code: str) -> None:
+        """No picture can come, and why; told once per watching."""
+        if self._told != code:
+            self._told = code
+            self._unavailable(code)
