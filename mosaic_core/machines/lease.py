@@ -32,10 +32,10 @@ from mosaic_core.machines.lease_events import (
     Requested,
     Waiting,
 )
+from mosaic_core.machines.lease_queue import LeaseQueue
 
 LEASE_EXPIRY_S = 2.0
 """Four keep-alives (0.5 s apart): three may be late before somebody counts as gone."""
-MAX_WAITING = 32
 MAX_PEERS = 1024
 """More than a robot admits by far; whoever comes after them is a stranger who may not command."""
 EPOCH_MAX = 0xFFFFFFFF
@@ -47,7 +47,7 @@ class _Lease:
     holder: Party | None = None
     epoch: int = 0
     alive_s: float = 0.0
-    queue: list[Waiting] = field(default_factory=list)
+    queue: LeaseQueue = field(default_factory=LeaseQueue)
 
 
 class LeaseDesk:
@@ -96,9 +96,10 @@ class LeaseDesk:
         lease = self._leases.get(resource)
         return tuple(lease.queue) if lease else ()
 
-    def holds_any(self, peer_id: str) -> bool:
-        """Whether this peer commands anything now."""
-        return any(lease.holder is not None and lease.holder.peer_id == peer_id for lease in self._leases.values())
+    def holds_any(self, peer_id: str, now_s: float) -> bool:
+        """Whether this peer commands anything."""
+        held = [one for one in self._leases.values() if one.holder is not None and one.holder.peer_id == peer_id]
+        return any(now_s < lease.alive_s + self.expiry_s for lease in held)
 
     def party(self, peer_id: str) -> Party | None:
         return self._peers.get(peer_id)
@@ -181,7 +182,7 @@ class LeaseDesk:
 
     def _joined(self, party: Party, now_s: float) -> list[Effect]:
         known = self._peers.get(party.peer_id)
-        if not party.peer_id or (known is None and len(self._peers) >= MAX_PEERS):
+        if not party.peer_id or known == party or (known is None and len(self._peers) >= MAX_PEERS):
             return []
         effects: list[Effect] = []
         if not (self._may_command(party) and self._is_continued(party)):
@@ -190,12 +191,8 @@ class LeaseDesk:
         for lease in self._leases.values():
             if lease.holder is not None and lease.holder.peer_id == party.peer_id:
                 lease.holder = party
-            for waiting in lease.queue:
-                if waiting.party.peer_id == party.peer_id:
-                    lease.queue.remove(waiting)
-                    _insert(lease.queue, Waiting(party, waiting.reason, waiting.since_s))
-                    effects.append(QueueChanged(lease.resource))
-                    break
+            if lease.queue.update(party):
+                effects.append(QueueChanged(lease.resource))
         return effects
 
     def _is_continued(self, party: Party) -> bool:
@@ -210,11 +207,10 @@ class LeaseDesk:
         party = self._peers.pop(peer_id, None)
         effects: list[Effect] = []
         for lease in self._leases.values():
-            was = len(lease.queue)
-            lease.queue = [waiting for waiting in lease.queue if waiting.party.peer_id != peer_id]
+            has_waited = lease.queue.drop_peer(peer_id)
             if on_purpose and lease.holder is not None and lease.holder.peer_id == peer_id:
                 effects += self._end(lease, "lease.peer_left", _name(party or lease.holder), now_s)
-            elif len(lease.queue) != was:
+            elif has_waited:
                 effects.append(QueueChanged(lease.resource))
         return effects
 
@@ -249,22 +245,12 @@ class LeaseDesk:
         return self._wait(lease, Waiting(party, event.reason, now_s))
 
     def _wait(self, lease: _Lease, waiting: Waiting) -> list[Effect]:
-        """Into the queue, or in the place it has there."""
         party = waiting.party
+        displaced = lease.queue.add(waiting)
+        if displaced is party:
+            return self._reply(party, lease.resource, "lease.denied", "too many wait already")
+        effects = self._reply(displaced, lease.resource, "lease.person_commands") if displaced else []
         queued = Reply(party.peer_id, lease.resource, "queued", 0, "lease.queued")
-        for place, other in enumerate(lease.queue):
-            if other.party.is_same_session(party):
-                lease.queue.pop(place)
-                _insert(lease.queue, Waiting(party, waiting.reason, other.since_s))
-                return [queued, QueueChanged(lease.resource)]
-        effects: list[Effect] = []
-        if len(lease.queue) >= MAX_WAITING:
-            last = lease.queue[-1].party
-            if last.is_person or not party.is_person:
-                return self._reply(party, lease.resource, "lease.denied", "too many wait already")
-            lease.queue.pop()
-            effects = self._reply(last, lease.resource, "lease.person_commands")
-        _insert(lease.queue, waiting)
         return [*effects, queued, QueueChanged(lease.resource)]
 
     def _released(self, peer_id: str, resource: str, now_s: float) -> list[Effect]:
@@ -273,25 +259,22 @@ class LeaseDesk:
             return []
         if lease is None:
             return self._reply(party, resource, "lease.unknown_resource")
+        told: list[Effect] = [Reply(peer_id, resource, "ended", 0, "lease.released")]
         if lease.holder is not None and lease.holder.is_same_session(party):
-            return self._end(lease, "lease.released", _name(party), now_s)
-        told = [Reply(peer_id, resource, "ended", 0, "lease.released")]
-        kept = [waiting for waiting in lease.queue if not waiting.party.is_same_session(party)]
-        if len(kept) == len(lease.queue):
-            return [*told]
-        lease.queue = kept
-        return [*told, QueueChanged(resource)]
+            ended = self._end(lease, "lease.released", _name(party), now_s)
+            return ended if told[0] in ended else [*told, *ended]
+        return [*told, QueueChanged(resource)] if lease.queue.drop_session(party) else told
 
     def _answered(self, event: Answered, now_s: float) -> list[Effect]:
         lease = self._leases.get(event.resource)
         if lease is None or lease.holder is None or lease.holder.peer_id != event.peer_id:
             return []
-        party = next((one.party for one in lease.queue if one.party.peer_id == event.to_peer_id), None)
+        party = lease.queue.find(event.to_peer_id)
         if party is None:
             return []
         if event.grant:
             return self._give(lease, party, "lease.handed_over", _name(lease.holder), now_s, event.message)
-        lease.queue = [waiting for waiting in lease.queue if waiting.party is not party]
+        lease.queue.drop_session(party)
         return [*self._reply(party, lease.resource, "lease.denied", event.message), QueueChanged(lease.resource)]
 
     # -- giving and ending
@@ -300,7 +283,7 @@ class LeaseDesk:
         before = lease.holder
         lease.holder, lease.epoch, lease.alive_s = party, self._next_epoch, now_s
         self._next_epoch = self._next_epoch % EPOCH_MAX + 1
-        lease.queue = [waiting for waiting in lease.queue if not waiting.party.is_same_session(party)]
+        lease.queue.drop_session(party)
         changed = Changed(lease.resource, party, lease.epoch, cause, by, before, message)
         effects = [*self._ended(before, lease.resource, cause, message), changed]
         if not party.is_original:
@@ -308,8 +291,9 @@ class LeaseDesk:
         return effects
 
     def _end(self, lease: _Lease, cause: str, by: str, now_s: float) -> list[Effect]:
-        if lease.queue:
-            return self._give(lease, lease.queue[0].party, cause, by, now_s)
+        following = lease.queue.first
+        if following is not None:
+            return self._give(lease, following, cause, by, now_s)
         before, lease.holder = lease.holder, None
         return [*self._ended(before, lease.resource, cause, ""), Changed(lease.resource, None, 0, cause, by, before)]
 
@@ -323,15 +307,6 @@ class LeaseDesk:
 
     def _may_command(self, party: Party) -> bool:
         return party.role in ("operator", "supervisor") and (not party.is_original or self._legacy == "allow")
-
-
-def _insert(queue: list[Waiting], waiting: Waiting) -> None:
-    """At its place: persons before programs, then first come."""
-    rank = (not waiting.party.is_person, waiting.since_s)
-    place = next(
-        (at for at, other in enumerate(queue) if (not other.party.is_person, other.since_s) > rank), len(queue)
-    )
-    queue.insert(place, waiting)
 
 
 def _name(party: Party) -> str:
