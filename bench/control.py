@@ -1,0 +1,133 @@
+"""How long until a robot stands: after silence, and after somebody said stop. Beside plain aiortc in the same run.
+
+python bench/control.py [STOPS] [--quick]
+
+Server, robot and operator are processes of their own on loopback. The drive writes down when it was told what; all
+processes of a machine have the same monotonic clock. Measured on an idle machine, with as many busy processes as
+cores, and while the robot sends 10 MB/s of bulk data to the same operator. The peer sends the same commands, and the
+same bulk, over two ordered channels of one connection of plain aiortc.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import tempfile
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, ExitStack, asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from connect import end_like_ctrl_c
+from control_bench.figures import Distribution, Report
+from control_bench.load import saturated_cpu
+from control_bench.plain_peer import PlainOperator, plain_robot
+from control_bench.site import COMMAND_PERIOD_S, Site, start_site
+from control_bench.stops import AskedFor, Silence, bulk_beside, half_round_trip_ms
+from rich.console import Console
+
+from mosaic_core.operator import MosaicOperator, RobotConnection
+
+IDLE, SATURATED, BULK = "idle", "CPU saturated", "10 MB/s of bulk beside"
+BULK_MBYTEPS = 10.0
+SETTLE_S = 1.0
+"""Every load has its effect before anything is measured."""
+ALLOWANCE_MS = 20.0
+"""Of both promises: on top of `timeout_s`, and on top of half a round trip."""
+
+
+@dataclass
+class Bench:
+    operator: MosaicOperator
+    connection: RobotConnection
+    plain: PlainOperator
+    site: Site
+    stops: int
+    report: Report
+
+    async def all(self) -> None:
+        half_ms = await half_round_trip_ms(self.connection)
+        self.report.notes.append(f"Half a round trip of an idle connection: {half_ms:.2f} ms.")
+        for condition in (IDLE, SATURATED, BULK):
+            await self._under(condition, half_ms)
+
+    async def _under(self, condition: str, half_ms: float) -> None:
+        async with self._plain_load(condition):
+            peer_ms = await self.plain.latencies_ms(self.stops, COMMAND_PERIOD_S)
+        async with self._load(condition):
+            late_ms = await Silence(self.connection, self.site.record).late_ms(self.stops)
+            took_ms = await AskedFor(self.connection, self.site.record).took_ms(self.stops)
+        idle_ms = ALLOWANCE_MS if condition == IDLE else None
+        silence = Distribution(condition, "standing still, after timeout_s", late_ms, "all ≤ 20", idle_ms)
+        peer = Distribution(condition, "plain aiortc: command → handler", peer_ms)
+        stop = Distribution(
+            condition, "stop → drive stands", took_ms, "p99 ≤ RTT/2 + 20", half_ms + ALLOWANCE_MS, 0.99, peer
+        )
+        for one in (silence, stop, peer):
+            self.report.add(one)
+
+    @asynccontextmanager
+    async def _load(self, condition: str) -> AsyncIterator[None]:
+        async with AsyncExitStack() as stack:
+            if condition == SATURATED:
+                stack.enter_context(saturated_cpu())
+            if condition == BULK:
+                taken = await stack.enter_async_context(bulk_beside(self.operator, self.connection))
+                stack.callback(lambda: self._note(f"Ours, bulk: {taken.rate_mbyteps:.1f} MB/s arrived."))
+            await asyncio.sleep(SETTLE_S)
+            yield
+
+    @asynccontextmanager
+    async def _plain_load(self, condition: str) -> AsyncIterator[None]:
+        with ExitStack() as stack:
+            if condition == SATURATED:
+                stack.enter_context(saturated_cpu())
+            if condition == BULK:
+                self.plain.bulk(BULK_MBYTEPS)
+                stack.callback(self.plain.bulk, None)
+            await asyncio.sleep(SETTLE_S)
+            before, start_s = self.plain.bulk_bytes, asyncio.get_running_loop().time()
+            yield
+            if condition == BULK:
+                elapsed_s = asyncio.get_running_loop().time() - start_s
+                self._note(
+                    f"Plain aiortc, bulk: {(self.plain.bulk_bytes - before) / elapsed_s / 1e6:.1f} MB/s arrived."
+                )
+
+    def _note(self, text: str) -> None:
+        self.report.notes.append(text)
+
+
+async def measure(site: Site, stops: int, stack: ExitStack) -> Report:
+    report = Report()
+    plain = await PlainOperator.connected(stack.enter_context(plain_robot()))
+    async with await site.sign_in() as operator:
+        connection = await operator.connect(site.robot_id)
+        async with await connection.control.take():
+            await Bench(operator, connection, plain, site, stops, report).all()
+    await plain.close()
+    return report
+
+
+def main() -> None:
+    end_like_ctrl_c()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("stops", nargs="?", type=int, default=300, help="of each kind, under each load")
+    parser.add_argument("--quick", action="store_true", help="20 of each: does it work at all?")
+    asked = parser.parse_args()
+    console = Console()
+    try:
+        with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+            site = start_site(Path(folder), stack)
+            report = asyncio.run(measure(site, 20 if asked.quick else asked.stops, stack))
+    except KeyboardInterrupt:
+        raise SystemExit("interrupted") from None
+    console.print(report.table("How long until the robot stands"))
+    for note in report.notes:
+        console.print(note)
+    if report.missed:
+        raise SystemExit(f"{len(report.missed)} promises missed")
+
+
+if __name__ == "__main__":
+    main()

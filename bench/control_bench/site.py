@@ -1,0 +1,137 @@
+"""The processes under test: a server and a robot whose drives write down every command with the time."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from itertools import takewhile
+from pathlib import Path
+
+from connect import listening_port, run_mosaic, running
+
+from mosaic_core.operator import MosaicOperator
+from mosaic_core.testing.distributions import write_distribution
+from mosaic_core.words.signaling import RobotStatus
+
+ROBOT_SIDE = Path(__file__).parents[2] / "tests" / "netlab" / "robot_side"
+DRIVES = 10
+TIMEOUT_S = 0.1
+START_S = 30.0
+COMMAND_PERIOD_S = 0.02
+POLL_S = 0.002
+CONNECTOR = """\
+  - type: cmd-vel
+    label: drive_{number}
+    params: {{ drive: {{ type: callback, function: "drive_recorder:record_{number}" }} }}
+    safety: {{ timeout_s: {timeout_s} }}
+"""
+CONFIG = """\
+version: 1
+server:
+  ws_url: ws://127.0.0.1:{port}
+  auth: {{ type: simple-token, robot_id: "{robot_id}", params: {{ token: "{token}" }} }}
+connectors:
+  - {{ type: bulk-source, label: bulk, params: {{ rate_mbyteps: 10 }} }}
+{drives}"""
+
+
+@dataclass
+class Site:
+    """A running server and robot."""
+
+    url: str
+    email: str
+    password: str
+    robot_id: str
+    robot: subprocess.Popen[bytes]
+    robot_log: Path
+    record: Record
+
+    async def sign_in(self) -> MosaicOperator:
+        operator = await MosaicOperator.login(self.url, self.email, self.password, is_person=True)
+        try:
+            await operator.wait_status(self.robot_id, RobotStatus.READY_TO_CONNECT, START_S)
+        except TimeoutError:
+            raise SystemExit(f"The robot did not get ready:\n{self.robot_log.read_text()[-4000:]}") from None
+        return operator
+
+
+@dataclass
+class Record:
+    """Follows the file that the drives write."""
+
+    file: Path
+    lines: dict[str, list[tuple[float, bool]]] = field(default_factory=dict)
+    """Drive → (monotonic s, whether it was told to move), oldest first."""
+    _read_bytes: int = 0
+    _rest: bytes = b""
+
+    def _read(self) -> None:
+        with self.file.open("rb") as file:
+            file.seek(self._read_bytes)
+            new = file.read()
+        self._read_bytes += len(new)
+        *whole, self._rest = (self._rest + new).split(b"\n")
+        for line in whole:
+            name, at_s, *speeds = line.decode().split()
+            self.lines.setdefault(name, []).append((float(at_s), any(map(float, speeds))))
+
+    async def stopped_s(self, name: str, since_s: float) -> float:
+        """When the drive was first told to stand after ``since_s``; waits for it."""
+        ends_at_s = time.monotonic() + START_S
+        while not (stands := [at_s for at_s, moves in self._since(name, since_s) if not moves]):
+            await self._pause(ends_at_s, f"drive {name} does not stop")
+        return stands[-1]
+
+    async def moves(self, name: str, since_s: float, command: Callable[[], object]) -> None:
+        """Commands until the drive was told to move after ``since_s``: on a bad path some commands are lost or late."""
+        ends_at_s, next_s = time.monotonic() + START_S, since_s
+        while not any(moves for _, moves in self._since(name, since_s)):
+            if time.monotonic() >= next_s:
+                command()
+                next_s += COMMAND_PERIOD_S
+            await self._pause(ends_at_s, f"drive {name} does not move")
+
+    def last_moved_s(self, name: str, before_s: float) -> float:
+        """The newest command to move before ``before_s``."""
+        return next(at_s for at_s, moves in reversed(self.lines[name]) if moves and at_s <= before_s)
+
+    def _since(self, name: str, since_s: float) -> Iterator[tuple[float, bool]]:
+        """The newest first."""
+        self._read()
+        return takewhile(lambda line: line[0] >= since_s, reversed(self.lines.get(name, [])))
+
+    @staticmethod
+    async def _pause(ends_at_s: float, otherwise: str) -> None:
+        if time.monotonic() > ends_at_s:
+            raise SystemExit(f"{otherwise} within {START_S} s")
+        await asyncio.sleep(POLL_S)
+
+
+def start_site(folder: Path, stack: ExitStack) -> Site:
+    data_dir, ready_file, record = folder / "server", folder / "ready.json", folder / "record.txt"
+    record.touch()
+    plugin = folder / "plugin"
+    entry_points = {"mosaic.connectors": {"bulk-source": "bulk_source:BulkSourceConfigurer"}}
+    write_distribution(plugin, "bulk-source", entry_points=entry_points)
+    os.environ["PYTHONPATH"] = os.pathsep.join(
+        filter(None, (str(plugin), str(ROBOT_SIDE), os.environ.get("PYTHONPATH")))
+    )
+    os.environ["DRIVE_RECORD"] = str(record)
+    seeded = json.loads(run_mosaic("server", "seed", "--data-dir", str(data_dir), "--json"))
+    words = ["server", "run", "--data-dir", str(data_dir), "--port", "0", "--ready-file", str(ready_file)]
+    server = stack.enter_context(running(folder / "server.log", *words))
+    port = listening_port(ready_file, server, folder / "server.log")
+    drives = "".join(CONNECTOR.format(number=number, timeout_s=TIMEOUT_S) for number in range(DRIVES))
+    config = folder / "mosaic_config.yaml"
+    config.write_text(CONFIG.format(port=port, robot_id=seeded["robotId"], token=seeded["robotToken"], drives=drives))
+    robot_log = folder / "robot.log"
+    robot = stack.enter_context(running(robot_log, "run", str(config), "--json"))
+    url = f"http://127.0.0.1:{port}"
+    return Site(url, seeded["email"], seeded["password"], seeded["robotId"], robot, robot_log, Record(record))
