@@ -201,28 +201,31 @@ class OperatorControl:
         return [*effects, Changed()]
 
     def _lost(self, resource: str, code: str, message: str) -> list[Effect]:
-        was_asked, epoch = resource in self._asked, self._held.pop(resource, None)
-        self._asked.discard(resource)
+        """Who only waits has lost nothing: the robot also says ``ended`` to what was given up before."""
+        if self._held.pop(resource, None) is None:
+            return []
+        self._rest_if_idle()
+        self._show_as_mine(resource)
+        return [Lost(resource, code, message), Changed()]
+
+    def _rest_if_idle(self) -> None:
         if not self._held:
             self.deadline_s = None
-        self._show_as_mine(resource)
-        if epoch is not None:
-            return [Lost(resource, code, message), Changed()]
-        return [Denied(resource, code, message)] if was_asked else []
 
     def _given_up(self, resource: str) -> list[Effect]:
         is_known = resource in self._held or resource in self._asked
         self._held.pop(resource, None)
         self._asked.discard(resource)
-        if not self._held:
-            self.deadline_s = None
+        self._rest_if_idle()
         self._show_as_mine(resource)
         return [Say(control.LeaseRelease(resource=resource)), Changed()] if is_known else []
 
     def _ended(self, code: str, message: str) -> list[Effect]:
         effects: list[Effect] = []
-        for resource in (*self._held, *self._asked):
+        for resource in tuple(self._held):
             effects += self._lost(resource, code, message)
+        effects += [Denied(resource, code, message) for resource in sorted(self._asked)]
+        self._asked.clear()
         self.peers, self.leases, self.stop_state, self.limits = (), {}, None, {}
         return [*effects, Changed()]
 

@@ -136,6 +136,20 @@ def test_a_grant_that_crosses_giving_up_is_not_used(world: Any) -> None:
     with_connection(world, scenario)
 
 
+def test_giving_back_and_taking_again_at_once_is_not_mistaken_for_a_refusal(world: Any) -> None:
+    async def scenario(robot: Any, connection: RobotConnection) -> None:
+        first = await connection.control.take()
+        robot.answer_to = lambda message: []
+        first.release()
+        taking = asyncio.create_task(connection.control.take())
+        await until(lambda: len(robot.said(control.LeaseRequest)) == 2)
+        robot.say(reply("ended", "lease.released"))
+        robot.say(reply("granted", epoch=99))
+        assert (await taking).epoch == 99
+
+    with_connection(world, scenario)
+
+
 def test_losing_the_lease_cancels_the_block_that_drives_and_says_why(world: Any) -> None:
     async def scenario(robot: Any, connection: RobotConnection) -> None:
         lost: list[LeaseLost] = []
