@@ -36,9 +36,15 @@ export class ClockOffset {
     return this.samples.reduce((best, sample) => (sample.roundTripUs < best.roundTripUs ? sample : best), first).offsetUs
   }
 
+  /** A moment of the robot's clock on ours; null before the first answer. */
+  toOursMs(robotUs: number): number | null {
+    const { offsetUs } = this
+    return offsetUs === null ? null : (robotUs - offsetUs) / 1000
+  }
+
   /** How old a robot's stamp is at `atMs` of our clock; null before the first answer, never negative. */
   ageMs(stampUs: number, atMs: number): number | null {
-    const { offsetUs } = this
-    return offsetUs === null ? null : Math.max(0, atMs - (stampUs - offsetUs) / 1000)
+    const stampMs = this.toOursMs(stampUs)
+    return stampMs === null ? null : Math.max(0, atMs - stampMs)
   }
 }

@@ -9,6 +9,7 @@ import {
   CHUNK_PAYLOAD_BYTES,
 } from '@mosaic/protocol'
 import { microseconds } from './clock'
+import type { Clearance } from './control/clearance'
 
 /** Queued bytes from which a `latest` value waits (and is replaced by a newer one) instead of queueing behind others. */
 const LATEST_HIGH_WATER_BYTES = 16 * 1024
@@ -19,7 +20,17 @@ export interface PortOptions {
   dataType: MosaicDataType
   delivery: Delivery
   now: () => number
+  /** Whether a message may leave now, and under which epoch; without it anything may. */
+  clearance?: () => Clearance
 }
+
+/** A value that waits for room, and the epoch for which it was meant. */
+interface Waiting {
+  value: Uint8Array | string
+  epoch: number
+}
+
+const FREE: Clearance = { epoch: 0, block: null }
 
 export interface PortMessage {
   data: ArrayBuffer
@@ -44,7 +55,7 @@ export class DataPort {
   private readonly reader = new FrameReader()
   private readonly isFramed: boolean
   private seq = 0
-  private waiting: Uint8Array | string | null = null
+  private waiting: Waiting | null = null
 
   constructor(
     private readonly channel: RTCDataChannel,
@@ -75,14 +86,15 @@ export class DataPort {
 
   /** Send one message; false when it was not accepted. */
   send(data: string | ArrayBuffer | Uint8Array): boolean {
-    if (!this.isOpen) return false
+    const { epoch, block } = this.clearance()
+    if (!this.isOpen || block !== null) return false
     const value = data instanceof ArrayBuffer ? new Uint8Array(data) : data
     if (this.options.delivery === 'latest' && this.channel.bufferedAmount > LATEST_HIGH_WATER_BYTES) {
-      this.waiting = typeof value === 'string' ? value : value.slice()
+      this.waiting = { value: typeof value === 'string' ? value : value.slice(), epoch }
       return true
     }
     this.waiting = null
-    return this.channel.bufferedAmount <= RELIABLE_HIGH_WATER_BYTES && this.put(value)
+    return this.channel.bufferedAmount <= RELIABLE_HIGH_WATER_BYTES && this.put(value, epoch)
   }
 
   /** Close the channel without telling the listener. */
@@ -92,14 +104,21 @@ export class DataPort {
   }
 
   private sendWaiting(): void {
-    const value = this.waiting
+    const { waiting } = this
     this.waiting = null
-    if (value !== null && this.isOpen) this.put(value)
+    if (waiting === null || !this.isOpen) return
+    const { epoch, block } = this.clearance()
+    // What was meant under a lease that has ended is meant no more, whatever is held now.
+    if (block === null && epoch === waiting.epoch) this.put(waiting.value, epoch)
   }
 
-  private put(value: string | Uint8Array): boolean {
+  private clearance(): Clearance {
+    return this.options.clearance?.() ?? FREE
+  }
+
+  private put(value: string | Uint8Array, epoch: number): boolean {
     try {
-      if (this.isFramed) this.putFramed(value)
+      if (this.isFramed) this.putFramed(value, epoch)
       else this.putBare(value)
       return true
     } catch {
@@ -108,10 +127,10 @@ export class DataPort {
     }
   }
 
-  private putFramed(value: string | Uint8Array): void {
+  private putFramed(value: string | Uint8Array, epoch: number): void {
     const payload = typeof value === 'string' ? new TextEncoder().encode(value) : value
     this.seq = (this.seq + 1) >>> 0
-    const frame = { kind: this.kindOf(value), payload, seq: this.seq, epoch: 0, latched: false }
+    const frame = { kind: this.kindOf(value), payload, seq: this.seq, epoch, latched: false }
     const stamped = { ...frame, stampUs: microseconds(this.options.now()) }
     for (const message of encodeFrame(stamped, CHUNK_PAYLOAD_BYTES)) this.channel.send(message)
   }

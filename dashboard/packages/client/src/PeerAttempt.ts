@@ -4,6 +4,7 @@ import { PeerLink, type MediaLine } from './PeerLink'
 import type { PeerEvent } from './peerEvents'
 import type { Platform } from './Platform'
 import type { SignalingSocket } from './SignalingSocket'
+import { StopChannel } from './StopChannel'
 
 /** How long a closing connection stays for its farewell to leave. */
 const FAREWELL_MS = 200
@@ -11,6 +12,8 @@ const FAREWELL_MS = 200
 export interface AttemptListener {
   happened(event: PeerEvent): void
   controlHeard(message: ControlMessage | null): void
+  /** The control or the stop channel can be used from now on. */
+  laneOpened(): void
   trackArrived(label: string, stream: MediaStream, receiver: RTCRtpReceiver): void
 }
 
@@ -25,6 +28,7 @@ export interface AttemptOptions {
 export class PeerAttempt {
   readonly link: PeerLink
   readonly control: ControlChannel
+  readonly stop: StopChannel
   readonly rtcConnectionId: string
   private held: IceCandidate[] | null
   private isOver = false
@@ -45,10 +49,19 @@ export class PeerAttempt {
       trackArrived: (label, stream, receiver) => listener.trackArrived(label, stream, receiver),
     })
     this.control = new ControlChannel(this.link.control, () => platform.now(), {
-      controlOpened: () => this.happened({ type: 'controlOpened' }),
+      controlOpened: () => {
+        this.happened({ type: 'controlOpened' })
+        this.laneOpened()
+      },
       controlClosed: () => this.happened({ type: 'broken', code: 'peer.lost' }),
       controlHeard: (message) => {
         if (!this.isOver) listener.controlHeard(message)
+      },
+    })
+    this.stop = new StopChannel(this.link.stop, () => platform.now(), {
+      opened: () => this.laneOpened(),
+      acknowledged: (data) => {
+        if (!this.isOver) listener.controlHeard({ type: 'stop.ack', data })
       },
     })
   }
@@ -89,6 +102,7 @@ export class PeerAttempt {
       this.socket.send('signaling.close_peer_connection', { rtcConnectionId })
     }
     this.control.close()
+    this.stop.close()
     if (bye) setTimeout(() => this.link.close(), FAREWELL_MS)
     else this.link.close()
   }
@@ -98,6 +112,10 @@ export class PeerAttempt {
     if (this.isOver) return
     if (this.held) this.held.push(iceCandidate)
     else this.socket.send('signaling.exchange_ice_candidate', { rtcConnectionId, iceCandidate })
+  }
+
+  private laneOpened(): void {
+    if (!this.isOver) this.listener.laneOpened()
   }
 
   // What an attempt that is over still says concerns nobody.

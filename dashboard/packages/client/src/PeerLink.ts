@@ -1,4 +1,11 @@
-import { CHANNEL_PROTOCOL, CONTROL_LABEL, type Delivery, type IceCandidate, type IceServer } from '@mosaic/protocol'
+import {
+  CHANNEL_PROTOCOL,
+  CONTROL_LABEL,
+  STOP_LABEL,
+  type Delivery,
+  type IceCandidate,
+  type IceServer,
+} from '@mosaic/protocol'
 import type { Platform } from './Platform'
 
 /** A wanted media line: which connector, and whether it is a picture or sound. */
@@ -32,6 +39,8 @@ export class PeerLink {
   private isAnswered = false
   private isClosed = false
   readonly control: RTCDataChannel
+  /** A lane of its own: a lost packet of anything else delays no stop. */
+  readonly stop: RTCDataChannel
 
   constructor(
     private readonly platform: Platform,
@@ -40,6 +49,7 @@ export class PeerLink {
   ) {
     this.connection = platform.openPeerConnection({ iceServers: iceServers.map(plainIceServer) })
     this.control = this.connection.createDataChannel(CONTROL_LABEL, { ordered: true, protocol: CHANNEL_PROTOCOL })
+    this.stop = this.openChannel(STOP_LABEL, 'latest', CHANNEL_PROTOCOL)
     this.connection.onicecandidate = (event) => this.found(event.candidate)
     this.connection.oniceconnectionstatechange = () => this.iceChanged()
     this.connection.onconnectionstatechange = () => this.changed()

@@ -1,7 +1,11 @@
+import type { Ticks } from './Ticks'
+
 /** What the client takes from the browser; tests hand in their own. */
 export interface Platform {
   now(): number
   random(): number
+  /** A clock that keeps its pace in a hidden tab. */
+  ticks: Ticks
   fetch: typeof globalThis.fetch
   openWebSocket(url: string): WebSocket
   openPeerConnection(configuration: RTCConfiguration): RTCPeerConnection

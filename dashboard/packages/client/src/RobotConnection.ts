@@ -7,6 +7,7 @@ import {
   type Refusal,
   type SignalingMessage,
 } from '@mosaic/protocol'
+import { ControlDesk } from './control/ControlDesk'
 import { MosaicError } from './MosaicError'
 import { PeerAttempt } from './PeerAttempt'
 import type { PeerEffect, PeerEvent } from './peerEvents'
@@ -46,6 +47,8 @@ export class RobotConnection implements StoreHost {
   private attemptNumber = 0
   private timer: ReturnType<typeof setTimeout> | null = null
 
+  /** Who commands the robot, its stop, its limits. */
+  readonly control: ControlDesk
   readonly state: Readable<ConnectionState> = this.status
   /** Short form from the server, full (with message schemas) once connected. */
   readonly catalogue: Readable<Catalogue | null> = this.known
@@ -63,10 +66,15 @@ export class RobotConnection implements StoreHost {
         ageMs: (stampUs, atMs) => this.attempt?.control.clocks.ageMs(stampUs, atMs) ?? null,
         watch: (label, on) => this.attempt?.control.send('media.watch', { label, on }) ?? false,
         mediaSource: (receiver) => receiverSource(receiver, () => this.attempt?.control ?? null),
+        clearanceOf: (entry) => this.control.clearanceOf(entry),
       },
       platform.isVisible(),
     )
-    platform.onVisibilityChange(() => this.bindings.setVisible(platform.isVisible()))
+    this.control = this.newDesk()
+    platform.onVisibilityChange(() => {
+      this.bindings.setVisible(platform.isVisible())
+      this.control.visibilityChanged(platform.isVisible())
+    })
     platform.onPageHide(() => this.handle({ type: 'pageHidden' }))
     platform.onPageShow(() => this.handle({ type: 'pageShown' }))
     socket.onMessage((message) => this.signaled(message))
@@ -102,6 +110,23 @@ export class RobotConnection implements StoreHost {
   announced(catalogue: Catalogue): void {
     this.lastAnnounced = catalogue
     if (this.session.phase !== 'up') this.learnAnnounced()
+  }
+
+  private newDesk(): ControlDesk {
+    const { platform } = this.around
+    return new ControlDesk(
+      {
+        now: () => platform.now(),
+        every: (periodMs, onTick) => platform.ticks.every(periodMs, onTick),
+        isVisible: () => platform.isVisible(),
+        isComing: () => ['connecting', 'connected', 'reconnecting'].includes(this.session.publicPhase),
+        send: (type, data) => this.attempt?.control.send(type, data) ?? false,
+        sendStop: (stop) => this.attempt?.stop.send(stop) ?? false,
+        toPageMs: (robotUs) => this.attempt?.control.clocks.toOursMs(robotUs) ?? null,
+        entryOf: (label) => this.entryOf(label),
+      },
+      () => this.bindings.showBlocks(),
+    )
   }
 
   private learnAnnounced(): void {
@@ -152,6 +177,7 @@ export class RobotConnection implements StoreHost {
       case 'sendPing':
         return this.attempt?.control.sendPing()
       case 'treatAsOriginal':
+        this.control.original()
         return this.bindings.treatAsOriginal()
       case 'drop':
         return this.drop(effect.bye)
@@ -160,6 +186,7 @@ export class RobotConnection implements StoreHost {
       case 'tellDisconnected':
         return this.bindings.tellDisconnected(reasonIn(effect))
       case 'tellFailed':
+        this.control.gaveUp({ ...reasonIn(effect), code: effect.code })
         return this.bindings.tellFailed({ ...reasonIn(effect), code: effect.code })
     }
   }
@@ -200,6 +227,7 @@ export class RobotConnection implements StoreHost {
     this.attempt = new PeerAttempt(platform, socket, options, {
       happened: (event) => this.handle(event),
       controlHeard: (message) => this.controlHeard(message),
+      laneOpened: () => this.control.linkUp(),
       trackArrived: (label, stream, receiver) => this.bindings.trackArrived(label, stream, receiver),
     })
     this.bindings.setLink(this.attempt.link)
@@ -229,6 +257,7 @@ export class RobotConnection implements StoreHost {
     switch (message?.type) {
       case 'hello':
         this.handle({ type: 'helloHeard' })
+        this.control.greeted(message.data.extensions)
         return this.bindings.greeted()
       case 'catalogue':
         return this.learn(message.data.catalogue)
@@ -240,9 +269,10 @@ export class RobotConnection implements StoreHost {
         return this.bindings.mediaUnavailable(message.data)
       case 'refusal':
         this.bindings.refused(message.data)
+        this.control.heard(message)
         return this.refused.tell(message.data)
       default:
-        return
+        if (message) this.control.heard(message)
     }
   }
 
@@ -250,6 +280,7 @@ export class RobotConnection implements StoreHost {
     const { attempt } = this
     this.attemptNumber += 1
     this.attempt = null
+    this.control.linkLost(bye)
     if (attempt) {
       this.bindings.dropLink()
       attempt.close(bye)

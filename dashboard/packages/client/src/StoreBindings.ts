@@ -1,5 +1,13 @@
-import { CHANNEL_PROTOCOL, type Catalogue, type MediaOrigin, type MediaUnavailable, type Refusal } from '@mosaic/protocol'
+import {
+  CHANNEL_PROTOCOL,
+  type Catalogue,
+  type CatalogueEntry,
+  type MediaOrigin,
+  type MediaUnavailable,
+  type Refusal,
+} from '@mosaic/protocol'
 import { channelPlan, type ChannelPlan } from './channelPlan'
+import type { Clearance } from './control/clearance'
 import { DataPort, type PortMessage } from './DataPort'
 import type { MediaLine, PeerLink } from './PeerLink'
 import { BidirectionalStore } from './stores/BidirectionalStore'
@@ -15,6 +23,8 @@ export interface BindingHost {
   /** Ask the robot for a picture, or to stop; false while that can't be said. */
   watch(label: string, on: boolean): boolean
   mediaSource(receiver: RTCRtpReceiver): MediaSource
+  /** Whether a message for this connector may leave now; null: one that nobody knows. */
+  clearanceOf(entry: CatalogueEntry | null): Clearance
 }
 
 interface Binding {
@@ -62,6 +72,7 @@ export class StoreBindings {
     if (store instanceof MediaStreamStore) binding.stopWatching = store.isWatched.subscribe(() => this.watch(binding))
     if (this.link) store.notifyBeforeConnected()
     this.bind(binding)
+    this.showBlock(binding)
   }
 
   remove(store: MosaicStore): void {
@@ -78,6 +89,12 @@ export class StoreBindings {
   setCatalogue(catalogue: Catalogue | null): void {
     this.catalogue = catalogue
     for (const binding of this.bindings.values()) this.bind(binding)
+    this.showBlocks()
+  }
+
+  /** Who may send what may have changed. */
+  showBlocks(): void {
+    for (const binding of this.bindings.values()) this.showBlock(binding)
   }
 
   setVisible(isVisible: boolean): void {
@@ -188,7 +205,7 @@ export class StoreBindings {
     binding.store.setState({ phase: 'waiting' })
     binding.ports = plan.channels.map(({ label, dataType }) => {
       const channel = link.openChannel(label, plan.delivery, protocol)
-      const options = { dataType, delivery: plan.delivery, now: () => this.host.now() }
+      const options = { dataType, delivery: plan.delivery, now: () => this.host.now(), clearance: () => this.clearanceOf(binding) }
       return new DataPort(channel, options, {
         opened: () => this.portOpened(binding),
         closed: () => this.portClosed(binding),
@@ -196,6 +213,18 @@ export class StoreBindings {
         misread: (port, error) => console.warn(`mosaic: '${port.label}' sent something unreadable (${error.message})`),
       })
     })
+  }
+
+  private clearanceOf({ store }: Binding): Clearance {
+    const label = store.robotConnector.connectorId
+    return this.host.clearanceOf(this.catalogue?.entries.find((entry) => entry.label === label) ?? null)
+  }
+
+  private showBlock(binding: Binding): void {
+    const { store } = binding
+    if (store instanceof SendableStore || store instanceof BidirectionalStore) {
+      store.setSendBlock(this.clearanceOf(binding).block)
+    }
   }
 
   private portOpened(binding: Binding): void {

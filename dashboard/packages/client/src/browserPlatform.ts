@@ -1,11 +1,13 @@
 import { nowMs } from './clock'
 import type { Platform } from './Platform'
+import { pageTicks } from './Ticks'
 
 /** The browser this page runs in. */
 export function browserPlatform(): Platform {
   return {
     now: nowMs,
     random: () => Math.random(),
+    ticks: pageTicks,
     fetch: (input, init) => globalThis.fetch(input, init),
     openWebSocket: (url) => new WebSocket(url),
     openPeerConnection: (configuration) => new RTCPeerConnection(configuration),

@@ -1,5 +1,8 @@
 export { browserPlatform } from './browserPlatform'
 export { nowMs } from './clock'
+export { resourceOf } from './control/clearance'
+export { ControlDesk } from './control/ControlDesk'
+export type * from './control/views'
 export { MosaicClient, type MosaicClientOptions } from './MosaicClient'
 export { MosaicError } from './MosaicError'
 export { nearestName } from './nearestName'
@@ -16,7 +19,22 @@ export { MosaicStore, type LifecycleEvent, type StoreType } from './stores/Mosai
 export type { Sendable } from './stores/OutgoingPort'
 export { ReceivableStore, type DataListener } from './stores/ReceivableStore'
 export { SendableStore } from './stores/SendableStore'
+export { pageTicks, timerTicks, type Ticks } from './Ticks'
 export type * from './types'
 // The words of the wire that a widget needs, so that it has one package to import from.
 export { reasonOf, RobotStatus } from '@mosaic/protocol'
-export type { Catalogue, CatalogueEntry, Delivery, Direction, Kind, MosaicDataType, Reason, Refusal } from '@mosaic/protocol'
+export type {
+  Catalogue,
+  CatalogueEntry,
+  Delivery,
+  Direction,
+  JournalEntry,
+  Kind,
+  LeaseWaiting,
+  MosaicDataType,
+  PeerInfo,
+  Reason,
+  Refusal,
+  SafetyCause,
+  SafetyLimit,
+} from '@mosaic/protocol'

@@ -390,7 +390,7 @@ describe('an original robot', () => {
   test('gets bare channels after two seconds without a hello', async () => {
     const { client, peer } = await linked({ catalogue: null })
     const store = client.storeManager.getOrCreateStore(connector('pose', 'json-bi')) as BidirectionalStore
-    expect(peer.channels.map(({ label }) => label)).toEqual(['_mosaic'])
+    expect(peer.channels.map(({ label }) => label)).toEqual(['_mosaic', '_stop'])
     await vi.advanceTimersByTimeAsync(2000)
     const channel = peer.channel('pose').opens()
     expect(channel.options).toEqual({ ordered: true })

@@ -1,6 +1,7 @@
 /** Stand-ins for the browser: a server that a test scripts, peer connections that a test moves. */
 import { CHANNEL_PROTOCOL, controlText, encodeFrame, FrameReader, PayloadKind, type ControlMessages } from '@mosaic/protocol'
 import type { Platform } from '../src/Platform'
+import { timerTicks } from '../src/Ticks'
 
 type Handler<E> = ((event: E) => void) | null
 
@@ -190,6 +191,7 @@ export class FakePeerConnection {
     this.connectionState = 'connected'
     this.onconnectionstatechange?.()
     this.channel('_mosaic').opens()
+    this.channel('_stop').opens()
   }
 
   brings(mid: string | null, streamId?: string): FakeStream {
@@ -252,6 +254,7 @@ export class FakePlatform implements Platform {
 
   now = (): number => performance.now() + 1_000_000
   random = (): number => 1
+  ticks = timerTicks
 
   fetch = async (input: unknown, init: RequestInit = {}): Promise<Response> => {
     const url = new URL(String(input))

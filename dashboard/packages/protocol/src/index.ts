@@ -9,13 +9,17 @@ export {
   EXTENSIONS,
   HEADER_BYTES,
   HELLO_TIMEOUT_MS,
+  LEASE_KEEP_PERIOD_MS,
   MAX_MESSAGE_BYTES,
+  MEDIA_SEEN_PERIOD_MS,
   PayloadKind,
   PEER_LOST_AFTER_MS,
   PING_PERIOD_MS,
   REASONS,
   ResultCode,
   RobotStatus,
+  STOP_LABEL,
+  STOP_REPEAT_MS,
 } from './generated'
 export type * from './generated'
 export * from './messages'

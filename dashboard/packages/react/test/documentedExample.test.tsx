@@ -1,4 +1,4 @@
-import { MosaicClient, type Platform, type ReceivableStore, type RobotConnector } from '@mosaic/client'
+import { MosaicClient, timerTicks, type Platform, type ReceivableStore, type RobotConnector } from '@mosaic/client'
 import { act, render, screen } from '@testing-library/react'
 import { StrictMode, useEffect, useState } from 'react'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
@@ -33,6 +33,7 @@ function newClient(): MosaicClient {
   const platform: Platform = {
     now: () => performance.now(),
     random: () => 0,
+    ticks: timerTicks,
     fetch: () => Promise.reject(new Error('no network in this test')),
     openWebSocket: () => {
       throw new Error('no network in this test')

@@ -1,10 +1,15 @@
+import type { SendBlock } from '../control/views'
 import type { DataPort } from '../DataPort'
+import { Value } from '../Readable'
 
 export type Sendable = string | ArrayBuffer | Uint8Array
 
 /** The sending half of a store: the first of its channels that takes data towards the robot, while there is one. */
 export class OutgoingPort {
   private port: DataPort | null = null
+
+  /** Why nothing may leave; told by the connection. */
+  readonly block = new Value<SendBlock | null>(null)
 
   attach(ports: readonly DataPort[]): void {
     this.port = ports.find((port) => port.isSendable) ?? null

@@ -1,4 +1,5 @@
 import type { Refusal } from '@mosaic/protocol'
+import type { SendBlock } from '../control/views'
 import type { DataPort } from '../DataPort'
 import { Value, type Readable } from '../Readable'
 import { MosaicStore, type StoreType } from './MosaicStore'
@@ -12,11 +13,17 @@ export class SendableStore extends MosaicStore {
   /** The last message that the robot did not accept, and why. */
   readonly lastRefusal: Readable<Refusal | null> = this.refusal
 
+  /**
+   * What stands in the way of every message, the lease that somebody else holds above all; null: nothing. While it is
+   * not null `sendData` returns false and nothing leaves the page.
+   */
+  readonly sendBlocked: Readable<SendBlock | null> = this.outgoing.block
+
   getStoreType(): StoreType {
     return 'sendable'
   }
 
-  /** Send one message; false when it was not accepted: not open, or the link does not keep up. */
+  /** Send one message; false when it was not accepted: blocked, not open, or the link does not keep up. */
   sendData(data: Sendable): boolean {
     return this.outgoing.send(data)
   }
@@ -32,6 +39,11 @@ export class SendableStore extends MosaicStore {
 
   override detach(): void {
     this.outgoing.detach()
+  }
+
+  /** Called by the connection. */
+  setSendBlock(block: SendBlock | null): void {
+    if (this.outgoing.block.get()?.code !== block?.code) this.outgoing.block.set(block)
   }
 
   /** Called by the connection. */

@@ -1,0 +1,45 @@
+import { controlText, parseControl, WireError, type Stop, type StopAck } from '@mosaic/protocol'
+import { DataPort } from './DataPort'
+
+/** The `_stop` channel of one peer. A robot without it closes it or says nothing there; the control channel serves too. */
+export class StopChannel {
+  private readonly port: DataPort
+
+  /** `opened` when it can be used, `acknowledged` for every answer, readable ones only. */
+  constructor(
+    channel: RTCDataChannel,
+    now: () => number,
+    private readonly listener: { opened(): void; acknowledged(ack: StopAck): void },
+  ) {
+    // Not `latest`: a value that waits for room would replace nothing here, and must not look as if it had been sent.
+    const options = { dataType: 'json-bi', delivery: 'reliable', now } as const
+    this.port = new DataPort(channel, options, {
+      opened: () => this.listener.opened(),
+      closed: () => {},
+      received: (_port, { data }) => this.received(data),
+      misread: (_port, error) => warn(error),
+    })
+  }
+
+  send(stop: Stop): boolean {
+    return this.port.send(controlText('stop', stop))
+  }
+
+  close(): void {
+    this.port.close()
+  }
+
+  private received(data: ArrayBuffer): void {
+    try {
+      const message = parseControl(new TextDecoder().decode(data))
+      if (message?.type === 'stop.ack') this.listener.acknowledged(message.data)
+    } catch (error) {
+      if (!(error instanceof WireError)) throw error
+      warn(error)
+    }
+  }
+}
+
+function warn(error: WireError): void {
+  console.warn(`mosaic: the robot sent something unreadable on its stop channel (${error.message})`)
+}

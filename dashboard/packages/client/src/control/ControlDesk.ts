@@ -1,0 +1,263 @@
+import {
+  LEASE_KEEP_PERIOD_MS,
+  type CatalogueEntry,
+  type ControlMessage,
+  type ControlMessages,
+  type JournalEntry,
+  type Peers,
+  type SafetyLimit,
+  type Stop,
+  type StopState,
+} from '@mosaic/protocol'
+import { Listeners, Value, type Readable } from '../Readable'
+import { Answers } from './Answers'
+import { clearanceFor, resourceOf, type Clearance } from './clearance'
+import { LeaseTable, type LeaseEffect, type LeaseEvent } from './leaseTable'
+import { StopSender } from './StopSender'
+import type { Availability, ClearReport, ControlEvent, LeaseView, PeerView, StopReport, StopView, Why } from './views'
+
+/** What the desk needs of the live connection. */
+export interface DeskSurroundings {
+  readonly now: () => number
+  readonly every: (periodMs: number, onTick: () => void) => () => void
+  readonly isVisible: () => boolean
+  /** Whether a connection is there or on its way. */
+  readonly isComing: () => boolean
+  readonly send: <T extends keyof ControlMessages>(type: T, data: ControlMessages[T]) => boolean
+  /** On the stop lane. */
+  readonly sendStop: (stop: Stop) => boolean
+  /** A moment of the robot's clock on this page's; null while they have not been compared. */
+  readonly toPageMs: (robotUs: number) => number | null
+  readonly entryOf: (label: string) => CatalogueEntry | null
+}
+
+const MOTION = 'motion'
+/** The wire takes no more of a reason or message. */
+const MAX_TEXT = 200
+/** What the robot gives at once. */
+const MAX_JOURNAL_ENTRIES = 200
+
+/**
+ * Who commands this robot, its stop, and what limits it: what the robot tells of that, and what this page says.
+ * It lives as long as its `RobotConnection`; without a connection nothing is held and nothing may be sent.
+ */
+export class ControlDesk {
+  private readonly table = new LeaseTable()
+  private readonly stops: StopSender
+  private readonly answers: Answers
+  private readonly told = new Listeners<[ControlEvent]>()
+  private readonly available = new Value<Availability>('unknown')
+  private readonly everybody = new Value<readonly PeerView[]>([])
+  private readonly myself = new Value<PeerView | null>(null)
+  private readonly leaseViews = new Value<Readonly<Record<string, LeaseView>>>({})
+  private readonly stopView = new Value<StopView>({ isStopped: false, by: '', reason: '', mine: null })
+  private readonly limiting = new Value<Readonly<Record<string, SafetyLimit>>>({})
+  private endTicks: (() => void) | null = null
+
+  /** Whether the robot knows leases and the stop at all. */
+  readonly availability: Readable<Availability> = this.available
+  /** Everybody who is connected to the robot. */
+  readonly peers: Readable<readonly PeerView[]> = this.everybody
+  readonly me: Readable<PeerView | null> = this.myself
+  /** By resource. */
+  readonly leases: Readable<Readonly<Record<string, LeaseView>>> = this.leaseViews
+  readonly stopState: Readable<StopView> = this.stopView
+  /** By connector label, for what this page commands: how much of the speed is left, and why. */
+  readonly limits: Readable<Readonly<Record<string, SafetyLimit>>> = this.limiting
+  readonly events = { subscribe: (listener: (event: ControlEvent) => void): (() => void) => this.told.add(listener) }
+
+  /** `changed`: whether messages may leave may have changed. */
+  constructor(
+    private readonly around: DeskSurroundings,
+    private readonly changed: () => void = () => {},
+  ) {
+    this.stops = new StopSender({ ...around, sendOnControl: (stop) => around.send('stop', stop) })
+    this.stops.report.subscribe(() => this.stopView.set({ ...this.stopView.get(), mine: this.stops.report.get() }))
+    this.answers = new Answers({
+      journalRead: (question) => around.send('journal.read', question),
+      stopClear: () => around.send('stop.clear', {}),
+    })
+    this.table.handle({ type: 'visibilityChanged', isVisible: around.isVisible() }, around.now())
+  }
+
+  /** Ask to command; the answer shows in `leases` and `events`. False: not connected, or the robot knows no leases. */
+  requestLease(resource = MOTION, { reason = '', force = false }: { reason?: string; force?: boolean } = {}): boolean {
+    if (this.available.get() !== 'available') return false
+    this.handle({ type: 'requested', resource, reason: cut(reason), force })
+    return true
+  }
+
+  /** Give it back, or wait for it no longer. */
+  releaseLease(resource = MOTION): boolean {
+    if (this.available.get() !== 'available') return false
+    this.handle({ type: 'released', resource })
+    return true
+  }
+
+  /** As the holder: hand over to a peer who asked, or refuse. */
+  answerLease(resource: string, peerId: string, grant: boolean, message = ''): boolean {
+    return this.around.send('lease.answer', { resource, peerId, grant, message: cut(message) })
+  }
+
+  /**
+   * Stop the robot; it stays stopped until `clearStop`. Sent before this returns and repeated until the robot has it,
+   * over a reconnect too. Never rejects. This is no certified emergency stop.
+   */
+  stop(reason = ''): Promise<StopReport> {
+    return this.stops.say(cut(reason), this.available.get() !== 'unavailable')
+  }
+
+  /** Let commands act again: the deliberate act of somebody who holds a lease, or of a supervisor. Never rejects. */
+  clearStop(): Promise<ClearReport> {
+    return this.answers.clear()
+  }
+
+  /** What happened on the robot, newest first, for supervisors. Rejects with `MosaicError`. */
+  readJournal(limit = 100, before?: number): Promise<readonly JournalEntry[]> {
+    const atMost = Math.min(MAX_JOURNAL_ENTRIES, Math.max(1, Math.round(limit)))
+    return this.answers.journal(before === undefined ? { limit: atMost } : { limit: atMost, before })
+  }
+
+  /** Whether a message for this connector may leave now, and under which epoch. */
+  clearanceOf(entry: CatalogueEntry | null): Clearance {
+    const resource = resourceOf(entry) ?? MOTION
+    const epoch = this.table.epochOf(resource, this.around.now())
+    const lease = this.table.view(resource)
+    return clearanceFor(entry, {
+      availability: this.available.get(),
+      isStopped: this.stopView.get().isStopped,
+      me: this.myself.get(),
+      lease,
+      epoch,
+    })
+  }
+
+  /** Called by the connection: the robot said hello. */
+  greeted(extensions: Readonly<Record<string, number>>): void {
+    const isKnown = (extensions.lease ?? 0) >= 1 && (extensions.stop ?? 0) >= 1
+    if (!isKnown) return this.original()
+    this.available.set('available')
+    this.changed()
+  }
+
+  /** Called by the connection: the robot is an original one. */
+  original(): void {
+    this.available.set('unavailable')
+    this.stops.abandon('unavailable')
+    this.changed()
+  }
+
+  /** Called by the connection: its channels are open. */
+  linkUp(): void {
+    this.stops.linkUp()
+  }
+
+  /** Called by the connection: its channels are gone; `onPurpose` if this page said goodbye. */
+  linkLost(onPurpose: boolean): void {
+    this.available.set('unknown')
+    this.everybody.set([])
+    this.myself.set(null)
+    this.limiting.set({})
+    const { mine } = this.stopView.get()
+    this.stopView.set({ isStopped: false, by: '', reason: '', mine })
+    this.answers.linkLost()
+    this.handle({ type: 'linkLost', onPurpose })
+    if (onPurpose) this.stops.abandon('unconfirmed')
+  }
+
+  /** Called by the connection: it won't come back by itself. */
+  gaveUp(why: Why): void {
+    this.handle({ type: 'gaveUp', why })
+    this.stops.abandon('unconfirmed')
+  }
+
+  /** Called by the connection. */
+  visibilityChanged(isVisible: boolean): void {
+    this.handle({ type: 'visibilityChanged', isVisible })
+  }
+
+  /** Called by the connection: a message of the robot; those that are not about control are none of ours. */
+  heard(message: ControlMessage): void {
+    switch (message.type) {
+      case 'peers':
+        return this.peersHeard(message.data)
+      case 'lease.reply':
+        return this.handle({ type: 'replied', reply: message.data })
+      case 'lease.state':
+        return this.handle({ type: 'stateHeard', state: message.data })
+      case 'stop.ack':
+        return this.stops.acknowledged(message.data)
+      case 'stop.state':
+        return this.stopHeard(message.data)
+      case 'safety.limit':
+        return this.limiting.set({ ...this.limiting.get(), [message.data.label]: message.data })
+      case 'journal':
+        return this.answers.journalHeard(message.data.entries)
+      case 'refusal':
+        return this.answers.refused(message.data)
+      default:
+        return
+    }
+  }
+
+  private peersHeard({ you, peers }: Peers): void {
+    this.table.me = you
+    this.everybody.set(peers.map((peer) => ({ ...peer, isMe: peer.peerId === you })))
+    this.myself.set(this.everybody.get().find(({ isMe }) => isMe) ?? null)
+    this.publish()
+  }
+
+  private stopHeard(state: StopState): void {
+    const was = this.stopView.get()
+    this.stopView.set({ ...state, mine: was.mine })
+    if (!state.isStopped) this.answers.stopCleared()
+    this.changed()
+    if (state.isStopped && !was.isStopped) this.told.tell({ type: 'stopped', by: state.by, reason: state.reason })
+    if (!state.isStopped && was.isStopped) this.told.tell({ type: 'cleared' })
+  }
+
+  private handle(event: LeaseEvent): void {
+    const effects = this.table.handle(event, this.around.now())
+    this.publish()
+    for (const effect of effects) this.carryOut(effect)
+    if (this.table.needsTicks) this.endTicks ??= this.around.every(LEASE_KEEP_PERIOD_MS, () => this.handle({ type: 'ticked' }))
+    else {
+      this.endTicks?.()
+      this.endTicks = null
+    }
+  }
+
+  private carryOut(effect: LeaseEffect): void {
+    if (effect.type === 'tell') {
+      if (effect.event.type === 'lost') this.forgetLimits(effect.event.resource)
+      return this.told.tell(effect.event)
+    }
+    const isSent = this.around.send(effect.message, effect.data)
+    if (isSent && effect.message === 'lease.keep') this.table.kept(this.around.now())
+    if (effect.message === 'lease.release') this.forgetLimits(effect.data.resource)
+  }
+
+  // The robot tells them to whoever commands, and to nobody else.
+  private forgetLimits(resource: string): void {
+    const kept = Object.entries(this.limiting.get()).filter(([label]) => resourceOf(this.around.entryOf(label)) !== resource)
+    this.limiting.set(Object.fromEntries(kept))
+  }
+
+  private publish(): void {
+    const before = this.leaseViews.get()
+    const views = this.table.views.map((view) => unchanged(before[view.resource], view))
+    const isNews = views.length !== Object.keys(before).length || views.some((view) => before[view.resource] !== view)
+    if (isNews) this.leaseViews.set(Object.fromEntries(views.map((view) => [view.resource, view])))
+    this.changed()
+  }
+}
+
+/** The object that listeners already have, if it says the same: whoever shows it need not draw again. */
+function unchanged<T>(before: T | undefined, now: T): T {
+  return before !== undefined && JSON.stringify(before) === JSON.stringify(now) ? before : now
+}
+
+// Python counts code points, so do we.
+function cut(text: string): string {
+  return Array.from(text).slice(0, MAX_TEXT).join('')
+}

@@ -1,0 +1,303 @@
+/**
+ * Which leases are mine, purely: words of the robot and of the page in, messages and events out. Only the robot's
+ * `granted` makes one mine; any sign to the contrary, silence included, ends it at once.
+ */
+import type { ControlMessages, LeaseReply, LeaseState, LeaseWaiting, PeerInfo } from '@mosaic/protocol'
+import { whyOf, type ControlEvent, type LeaseView, type Why } from './views'
+
+/** A glance at another tab costs no lease; who stays away longer lets others drive. */
+export const HIDDEN_GRACE_MS = 10_000
+/** Whoever is back this soon is still at the same task; later, taking control is a new decision. */
+export const RECLAIM_WITHIN_MS = 10_000
+/** Until the robot tells its own. */
+const DEFAULT_EXPIRY_S = 2
+
+type LeaseMessage = 'lease.request' | 'lease.release' | 'lease.keep'
+
+export type LeaseEvent =
+  | { type: 'requested'; resource: string; reason: string; force: boolean }
+  | { type: 'released'; resource: string }
+  | { type: 'replied'; reply: LeaseReply }
+  | { type: 'stateHeard'; state: LeaseState }
+  | { type: 'ticked' }
+  | { type: 'visibilityChanged'; isVisible: boolean }
+  /** `onPurpose`: this page said goodbye. */
+  | { type: 'linkLost'; onPurpose: boolean }
+  /** The connection won't come back by itself. */
+  | { type: 'gaveUp'; why: Why }
+
+export type LeaseEffect =
+  | { [T in LeaseMessage]: { type: 'send'; message: T; data: ControlMessages[T] } }[LeaseMessage]
+  | { type: 'tell'; event: ControlEvent }
+
+interface Entry {
+  holder: PeerInfo | null
+  queue: readonly LeaseWaiting[]
+  expiryMs: number
+  /** What I hold; `aliveAtMs`: when I last said so. */
+  grant: { epoch: number; aliveAtMs: number } | null
+  request: ({ phase: 'asked' | 'queued' } & Why) | null
+  /** Held when the link was lost: by which peer of mine, and until when to ask again. */
+  reclaim: { peerId: string | null; untilMs: number } | null
+  ended: Why | null
+  /** Who is already known to wait for what I hold. */
+  askers: ReadonlySet<string>
+}
+
+export class LeaseTable {
+  private readonly entries = new Map<string, Entry>()
+  private hiddenSinceMs: number | null = null
+  private peerId: string | null = null
+
+  /** This connection's own id, once the robot has told it. */
+  set me(peerId: string | null) {
+    this.peerId = peerId
+  }
+
+  handle(event: LeaseEvent, nowMs: number): LeaseEffect[] {
+    switch (event.type) {
+      case 'requested':
+        return this.requested(event)
+      case 'released':
+        return this.released(event.resource)
+      case 'replied':
+        return this.replied(event.reply, nowMs)
+      case 'stateHeard':
+        return this.stateHeard(event.state)
+      case 'ticked':
+        return this.ticked(nowMs)
+      case 'visibilityChanged':
+        this.hiddenSinceMs = event.isVisible ? null : (this.hiddenSinceMs ?? nowMs)
+        return []
+      case 'linkLost':
+        return this.linkLost(event.onPurpose, nowMs)
+      case 'gaveUp':
+        return this.resources.flatMap(([resource, entry]) => this.reclaimFailed(resource, entry, event.why))
+    }
+  }
+
+  /** The keep-alive has left this page. */
+  kept(nowMs: number): void {
+    for (const { grant } of this.entries.values()) if (grant) grant.aliveAtMs = nowMs
+  }
+
+  /** What a command for `resource` carries now; 0: none may leave. Holds even when nothing has ticked for long. */
+  epochOf(resource: string, nowMs: number): number {
+    const entry = this.entries.get(resource)
+    return entry?.grant && !isSilent(entry, nowMs) ? entry.grant.epoch : 0
+  }
+
+  /** True while time matters: something is held, asked for, or about to be asked for again. */
+  get needsTicks(): boolean {
+    return this.resources.some(([, { grant, request, reclaim }]) => grant !== null || request !== null || reclaim !== null)
+  }
+
+  view(resource: string): LeaseView {
+    const { holder, queue, grant, request, ended } = this.entries.get(resource) ?? fresh()
+    const isMine = grant !== null
+    const isOthers = holder !== null && holder.peerId !== this.peerId
+    return {
+      resource,
+      state: isMine ? 'mine' : isOthers ? 'other' : 'free',
+      holder: holder === null ? null : { ...holder, isMe: holder.peerId === this.peerId },
+      isMine,
+      epoch: grant?.epoch ?? 0,
+      queue,
+      request: request === null ? null : { ...request, place: this.placeIn(queue) },
+      ended,
+    }
+  }
+
+  get views(): LeaseView[] {
+    return this.resources.map(([resource]) => this.view(resource))
+  }
+
+  private get resources(): [string, Entry][] {
+    return [...this.entries]
+  }
+
+  private entry(resource: string): Entry {
+    const entry = this.entries.get(resource) ?? fresh()
+    this.entries.set(resource, entry)
+    return entry
+  }
+
+  private placeIn(queue: readonly LeaseWaiting[]): number {
+    return queue.findIndex(({ peerId }) => peerId === this.peerId) + 1
+  }
+
+  private requested({ resource, reason, force }: LeaseEvent & { type: 'requested' }): LeaseEffect[] {
+    const entry = this.entry(resource)
+    entry.request = { phase: 'asked', code: '' }
+    entry.reclaim = null
+    entry.ended = null
+    return [{ type: 'send', message: 'lease.request', data: { resource, reason, force } }]
+  }
+
+  private released(resource: string): LeaseEffect[] {
+    const entry = this.entry(resource)
+    entry.grant = entry.request = entry.reclaim = entry.ended = null
+    return [{ type: 'send', message: 'lease.release', data: { resource } }]
+  }
+
+  private replied(reply: LeaseReply, nowMs: number): LeaseEffect[] {
+    const { resource, outcome } = reply
+    const entry = this.entry(resource)
+    // What was withdrawn in the meantime is wanted no more; the robot has our release already.
+    if (outcome === 'granted') return isWanted(entry) ? granted(reply, entry, nowMs) : []
+    if (outcome === 'ended') return ended(reply, entry)
+    if (entry.reclaim) return this.reclaimRefused(reply, entry)
+    if (outcome === 'denied') return denied(reply, entry)
+    if (entry.request) entry.request = { phase: 'queued', ...whyOf(reply) }
+    return entry.request ? [tell({ type: 'queued', resource, ...whyOf(reply) })] : []
+  }
+
+  private stateHeard({ resource, epoch, holder, queue, expiryS }: LeaseState): LeaseEffect[] {
+    const entry = this.entry(resource)
+    entry.holder = holder ?? null
+    entry.queue = queue
+    entry.expiryMs = (expiryS > 0 ? expiryS : DEFAULT_EXPIRY_S) * 1000
+    const isMine = holder !== undefined && holder.peerId === this.peerId
+    if (entry.grant && isMine) entry.grant.epoch = epoch
+    if (entry.grant && !isMine) {
+      entry.grant = null
+      entry.ended ??= { code: 'lease.not_holder' }
+    }
+    // Neither next nor in the queue: the robot knows nothing of the request any more.
+    if (entry.request?.phase === 'queued' && !isMine && this.placeIn(queue) === 0) entry.request = null
+    return [...this.newAskers(resource, entry), ...this.reclaimed(resource, entry)]
+  }
+
+  private newAskers(resource: string, entry: Entry): LeaseEffect[] {
+    if (!entry.grant) return []
+    const known = entry.askers
+    entry.askers = new Set(entry.queue.map(({ peerId }) => peerId))
+    const news = entry.queue.filter(({ peerId }) => !known.has(peerId))
+    return news.map((by) => tell({ type: 'asked', resource, by }))
+  }
+
+  // The link is back, and this is the first word of who commands: free, or still this session's?
+  private reclaimed(resource: string, entry: Entry): LeaseEffect[] {
+    const { reclaim, holder } = entry
+    if (!reclaim || entry.request) return []
+    const isStillOurs = holder === null || holder.peerId === reclaim.peerId || holder.peerId === this.peerId
+    if (!isStillOurs) return this.reclaimFailed(resource, entry, { code: 'lease.expired' })
+    entry.request = { phase: 'asked', code: '' }
+    return [{ type: 'send', message: 'lease.request', data: { resource, reason: '', force: false } }]
+  }
+
+  // Somebody was faster. Nobody is bothered with a request that no person has made.
+  private reclaimRefused(reply: LeaseReply, entry: Entry): LeaseEffect[] {
+    const lost = this.reclaimFailed(reply.resource, entry, { code: 'lease.expired' })
+    if (reply.outcome === 'denied') return lost
+    return [{ type: 'send', message: 'lease.release', data: { resource: reply.resource } }, ...lost]
+  }
+
+  private reclaimFailed(resource: string, entry: Entry, why: Why): LeaseEffect[] {
+    if (!entry.reclaim) return []
+    entry.reclaim = entry.request = null
+    entry.ended = why
+    return [tell({ type: 'lost', resource, ...why })]
+  }
+
+  private ticked(nowMs: number): LeaseEffect[] {
+    const isAway = this.hiddenSinceMs !== null && nowMs - this.hiddenSinceMs >= HIDDEN_GRACE_MS
+    const effects = this.resources.flatMap(([resource, entry]) => {
+      if (entry.reclaim && nowMs >= entry.reclaim.untilMs) {
+        return this.reclaimFailed(resource, entry, { code: 'lease.expired' })
+      }
+      if (entry.grant && isSilent(entry, nowMs)) return expired(resource, entry)
+      return isAway && (entry.grant || entry.request) ? this.leftAlone(resource, entry) : []
+    })
+    return [...effects, ...this.keep()]
+  }
+
+  private keep(): LeaseEffect[] {
+    const epochs: Record<string, number> = {}
+    for (const [resource, { grant }] of this.entries) {
+      if (grant) epochs[resource] = grant.epoch
+    }
+    if (Object.keys(epochs).length === 0) return []
+    return [{ type: 'send', message: 'lease.keep', data: { epochs } }]
+  }
+
+  private leftAlone(resource: string, entry: Entry): LeaseEffect[] {
+    const why = { code: 'lease.released', message: `the page was hidden for ${HIDDEN_GRACE_MS / 1000} s` }
+    const wasMine = entry.grant !== null
+    const effects = this.released(resource)
+    entry.ended = why
+    return wasMine ? [...effects, tell({ type: 'lost', resource, ...why })] : effects
+  }
+
+  private linkLost(onPurpose: boolean, nowMs: number): LeaseEffect[] {
+    const effects = this.resources.flatMap(([resource, entry]) => {
+      const lost = entry.grant && isSilent(entry, nowMs) ? expired(resource, entry) : []
+      if (onPurpose) entry.reclaim = null
+      else if (entry.grant) entry.reclaim = { peerId: this.peerId, untilMs: nowMs + RECLAIM_WITHIN_MS }
+      else if (entry.request && !entry.reclaim) entry.ended = { code: 'peer.lost' }
+      entry.grant = entry.request = entry.holder = null
+      entry.queue = []
+      return onPurpose ? [] : lost
+    })
+    this.peerId = null
+    return effects
+  }
+}
+
+function fresh(): Entry {
+  return {
+    holder: null,
+    queue: [],
+    expiryMs: DEFAULT_EXPIRY_S * 1000,
+    grant: null,
+    request: null,
+    reclaim: null,
+    ended: null,
+    askers: new Set(),
+  }
+}
+
+// This page slept: the robot has long given the lease up, though its word may still be on the way.
+function isSilent({ grant, expiryMs }: Entry, nowMs: number): boolean {
+  return grant !== null && nowMs - grant.aliveAtMs > expiryMs
+}
+
+function isWanted({ grant, request }: Entry): boolean {
+  return grant !== null || request !== null
+}
+
+function granted({ resource, epoch }: LeaseReply, entry: Entry, nowMs: number): LeaseEffect[] {
+  // 0 is the wire's word for "none".
+  if (epoch === 0) return []
+  const isNews = entry.grant?.epoch !== epoch
+  if (isNews) entry.askers = new Set()
+  entry.grant = { epoch, aliveAtMs: nowMs }
+  entry.request = entry.reclaim = entry.ended = null
+  return isNews ? [tell({ type: 'granted', resource })] : []
+}
+
+function ended(reply: LeaseReply, entry: Entry): LeaseEffect[] {
+  const { resource } = reply
+  const why = whyOf(reply)
+  const wasTold = entry.grant === null && entry.ended?.code !== 'lease.not_holder'
+  entry.grant = null
+  if (wasTold || why.code === 'lease.released') return []
+  entry.ended = why
+  return [tell({ type: 'lost', resource, ...why })]
+}
+
+function expired(resource: string, entry: Entry): LeaseEffect[] {
+  entry.grant = null
+  entry.ended = { code: 'lease.expired' }
+  return [tell({ type: 'lost', resource, code: 'lease.expired' })]
+}
+
+function denied(reply: LeaseReply, entry: Entry): LeaseEffect[] {
+  entry.request = null
+  entry.ended = whyOf(reply)
+  return [tell({ type: 'denied', resource: reply.resource, ...whyOf(reply) })]
+}
+
+function tell(event: ControlEvent): LeaseEffect {
+  return { type: 'tell', event }
+}
