@@ -20,16 +20,21 @@ from mosaic_core.words.errors import MosaicError
 
 _log = logging.getLogger(__name__)
 
+
+def _hardware(name: str, codec: CodecName, pix_fmt: str) -> EncoderKind:
+    return EncoderKind(name, codec, pix_fmt, is_hardware=True, follows_rate=False, counts_pictures=True)
+
+
 KINDS = (
-    EncoderKind("h264_nvenc", "H264", "yuv420p", is_hardware=True, follows_rate=False),
-    EncoderKind("h264_qsv", "H264", "nv12", is_hardware=True, follows_rate=False),
-    EncoderKind("h264_vaapi", "H264", "nv12", is_hardware=True, follows_rate=False),
-    EncoderKind("h264_v4l2m2m", "H264", "yuv420p", is_hardware=True, follows_rate=False),
-    EncoderKind("h264_amf", "H264", "nv12", is_hardware=True, follows_rate=False),
-    EncoderKind("libx264", "H264", "yuv420p", is_hardware=False, follows_rate=True),
-    EncoderKind("vp8_v4l2m2m", "VP8", "yuv420p", is_hardware=True, follows_rate=False),
-    EncoderKind("vp8_vaapi", "VP8", "nv12", is_hardware=True, follows_rate=False),
-    EncoderKind("libvpx", "VP8", "yuv420p", is_hardware=False, follows_rate=False),
+    _hardware("h264_nvenc", "H264", "yuv420p"),
+    _hardware("h264_qsv", "H264", "nv12"),
+    _hardware("h264_vaapi", "H264", "nv12"),
+    _hardware("h264_v4l2m2m", "H264", "yuv420p"),
+    _hardware("h264_amf", "H264", "nv12"),
+    EncoderKind("libx264", "H264", "yuv420p", is_hardware=False, follows_rate=True, counts_pictures=True),
+    _hardware("vp8_vaapi", "VP8", "nv12"),
+    _hardware("vp8_v4l2m2m", "VP8", "yuv420p"),
+    EncoderKind("libvpx", "VP8", "yuv420p", is_hardware=False, follows_rate=False, counts_pictures=False),
 )
 """In order of preference per codec: hardware first, software as the fallback that is always there."""
 

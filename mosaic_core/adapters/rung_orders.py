@@ -66,15 +66,17 @@ def options_of(codec: CodecName | None, shape: SourceShape, encoding: EncodingPa
     return [(PASSED_ON, own), *((key, rung) for key, rung in encoded if rung.ceiling_bps < bitrate_bps)]
 
 
-def orders_of(label: str, viewers: Iterable[ViewerFeed], encoding: EncodingParams) -> dict[EncodedRung, EncoderOrder]:
-    """What must be encoded for all of them; a rung's bit rate is that of its slowest viewer."""
+def orders_of(
+    label: str, viewers: Iterable[ViewerFeed], encoding: EncodingParams, fps: float | None
+) -> dict[EncodedRung, EncoderOrder]:
+    """What must be encoded for all of them; a rung's bit rate is that of its slowest viewer. ``fps``: of the source."""
     rates: dict[EncodedRung, int] = {}
     for viewer in viewers:
         for key in viewer.switch.used:
             if isinstance(key, EncodedRung):
                 affords = min(key.rung.ceiling_bps, max(key.rung.floor_bps, viewer.budget_bps))
                 rates[key] = min(affords, rates.get(key, affords))
-    return {key: _order(label, key, bitrate_bps, encoding) for key, bitrate_bps in rates.items()}
+    return {key: _order(label, key, bitrate_bps, fps, encoding) for key, bitrate_bps in rates.items()}
 
 
 def _encoded_rungs(shape: SourceShape, encoding: EncodingParams) -> tuple[Rung, ...]:
@@ -89,9 +91,9 @@ def _encoded_rungs(shape: SourceShape, encoding: EncodingParams) -> tuple[Rung, 
     )
 
 
-def _order(label: str, key: EncodedRung, bitrate_bps: int, encoding: EncodingParams) -> EncoderOrder:
+def _order(label: str, key: EncodedRung, bitrate_bps: int, fps: float | None, encoding: EncodingParams) -> EncoderOrder:
     rung = key.rung
     settings = EncoderSettings(
-        rung.width, rung.height, ASSUMED_FPS / rung.frame_step, bitrate_bps, rung.ceiling_bps, encoding.preset
+        rung.width, rung.height, (fps or ASSUMED_FPS) / rung.frame_step, bitrate_bps, rung.ceiling_bps, encoding.preset
     )
     return EncoderOrder(label, key.codec, settings, rung.frame_step, encoding.encoder)

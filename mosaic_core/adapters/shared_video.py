@@ -19,6 +19,7 @@ from mosaic_core.adapters.picture import prepared_picture
 from mosaic_core.adapters.rung_orders import PASSED_ON, SourceShape, limits_bps, options_of, orders_of
 from mosaic_core.adapters.viewer_feed import ViewerFeed
 from mosaic_core.contract.media import EncodingParams, Picture
+from mosaic_core.machines.picture_rate import PictureRate
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.handover import Handover
 from mosaic_core.runtime.transport import TellUnavailable
@@ -49,6 +50,7 @@ class SharedVideo:
         self._viewers: dict[str, ViewerFeed] = {}
         self._watching: dict[str, ViewerFeed] = {}  # replaced, never changed: the handler's thread reads it
         self._shape = SourceShape()
+        self._rate = PictureRate()
         self._packets = PacketSource(label)
         self._needs_pictures = True
         self._has_overflowed = False
@@ -73,6 +75,7 @@ class SharedVideo:
         return not self._has_overflowed
 
     def _post_frame(self, picture: av.VideoFrame) -> None:
+        self._rate.seen((picture.pts or 0) / 90_000)
         self.encoders.offer(picture)
         size = (picture.width, picture.height)
         if size != self._posted_size:
@@ -184,7 +187,7 @@ class SharedVideo:
             if target is None and self._shape.is_hopeless(viewer.codec):
                 viewer.refuse("media.not_decodable")
         before = self.encoders.running
-        orders = orders_of(self._label, self._watching.values(), self._encoding)
+        orders = orders_of(self._label, self._watching.values(), self._encoding, self._rate.fps)
         self.encoders.use(orders)
         for key in joined:
             if key in before:  # a new encoder begins with a key frame anyway

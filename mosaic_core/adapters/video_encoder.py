@@ -12,6 +12,7 @@ from av.video.codeccontext import VideoCodecContext
 from av.video.frame import PictureType
 
 from mosaic_core.adapters.picture import VIDEO_TIME_BASE, own_frame
+from mosaic_core.machines.picture_rate import PictureRate
 
 CodecName = Literal["VP8", "H264"]
 _NEVER = 1_000_000
@@ -19,22 +20,25 @@ _NEVER = 1_000_000
 _STEP_UP, _STEP_DOWN = 1.25, 0.9
 """An encoder that must be made anew for another bit rate begins with a key frame: only for a real difference."""
 _STEP_INTERVAL_TICKS = 2 * 90_000
+_FPS_STEP = 1.4
 
 
 @dataclass(frozen=True, slots=True)
 class EncoderKind:
-    """An encoder of libav and how it is used. ``follows_rate``: takes another bit rate while it runs."""
+    """An encoder of libav and how it is used. ``follows_rate``: takes another bit rate while it runs;
+    ``counts_pictures``: divides it by the nominal rate of pictures, whatever their times are."""
 
     name: str
     codec: CodecName
     pix_fmt: str
     is_hardware: bool
     follows_rate: bool
+    counts_pictures: bool
 
 
 @dataclass(frozen=True, slots=True)
 class EncoderSettings:
-    """What one encoder makes. ``ceiling_bps`` is never exceeded for long."""
+    """What one encoder makes. ``ceiling_bps`` is never exceeded for long; ``fps`` is a first guess."""
 
     width: int
     height: int
@@ -51,11 +55,14 @@ class VideoEncoder:
         self.kind = kind
         self._settings = settings
         self._bitrate_bps = settings.bitrate_bps
+        self._fps = settings.fps
+        self._rate = PictureRate()
         self._stepped_at_pts: int | None = None
         self._context = self._opened()
 
     def encode(self, picture: av.VideoFrame, *, pts: int, as_key: bool) -> list[av.Packet[Any]]:
         """Encode a prepared picture of the settings' size; its pixels are only read. ``pts`` rises with every call."""
+        self._follow_rate_of_pictures(pts)
         frame = cast(av.VideoFrame, own_frame(picture))
         if self.kind.pix_fmt != "yuv420p":
             frame = frame.reformat(format=self.kind.pix_fmt)
@@ -79,6 +86,14 @@ class VideoEncoder:
             self._stepped_at_pts = pts
             self._context = self._opened()
 
+    def _follow_rate_of_pictures(self, pts: int) -> None:
+        """A source of 10 pictures per second, taken for one of 30, would be given a third of its bits."""
+        self._rate.seen(pts / 90_000)
+        fps = self._rate.fps
+        if self.kind.counts_pictures and fps is not None and not 1 / _FPS_STEP < fps / self._fps < _FPS_STEP:
+            self._fps = fps
+            self._context = self._opened()
+
     def _is_worth_a_key_frame(self, bitrate_bps: int, pts: int) -> bool:
         if bitrate_bps < self._bitrate_bps * _STEP_DOWN:
             return True  # it is more than the link takes: at once
@@ -92,7 +107,7 @@ class VideoEncoder:
         context.width, context.height = settings.width, settings.height
         context.pix_fmt = self.kind.pix_fmt
         context.time_base = VIDEO_TIME_BASE
-        context.framerate = Fraction(settings.fps).limit_denominator(1000)
+        context.framerate = Fraction(self._fps).limit_denominator(1000)
         context.bit_rate = self._bitrate_bps
         context.gop_size = _NEVER
         context.max_b_frames = 0

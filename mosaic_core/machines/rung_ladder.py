@@ -43,7 +43,6 @@ class Rung:
 def ladder(
     width: int,
     height: int,
-    fps: float | None = None,
     *,
     max_bps: int | None = None,
     min_bps: int = 150_000,
@@ -51,7 +50,7 @@ def ladder(
     rungs: int = 3,
 ) -> tuple[Rung, ...]:
     """The rungs for a source, best first; at least one."""
-    top_bps = max(min_bps, max_bps or default_ceiling_bps(width, height, fps))
+    top_bps = max(min_bps, max_bps or default_ceiling_bps(width, height))
     steps = [
         (scale, step)
         for scale, step in _STEPS[preset][:rungs]
@@ -68,9 +67,9 @@ def ladder(
     return tuple(made)
 
 
-def default_ceiling_bps(width: int, height: int, fps: float | None = None) -> int:
+def default_ceiling_bps(width: int, height: int) -> int:
     """The bit rate above which more would hardly be seen."""
-    wanted_bps = width * height * (fps or ASSUMED_FPS) * BITS_PER_PIXEL
+    wanted_bps = width * height * ASSUMED_FPS * BITS_PER_PIXEL
     return round(min(MAX_CEILING_BPS, max(MIN_CEILING_BPS, wanted_bps)))
 
 

@@ -5,20 +5,27 @@ from __future__ import annotations
 import asyncio
 import inspect
 from collections.abc import Callable, Coroutine
+from fractions import Fraction
 from importlib.metadata import version
 from typing import Any
 
 import aioice.ice
 import aioice.turn
+import av
 import pytest
 from aiortc import RTCConfiguration, RTCPeerConnection
 from aiortc.codecs import CODECS
+from aiortc.codecs.h264 import H264Encoder
+from aiortc.codecs.vpx import Vp8Encoder
+from aiortc.rtcdtlstransport import RTCDtlsTransport
 from aiortc.rtcicetransport import RTCIceGatherer, RTCIceTransport
 from aiortc.rtcpeerconnection import find_common_codecs
 from aiortc.rtcrtpsender import RTCRtpSender
 from aiortc.rtcsctptransport import DataChunk, RTCSctpTransport
+from aiortc.rtp import RTCP_PSFB_APP, RTCP_PSFB_PLI, RtcpPsfbPacket, pack_remb_fci
 
-from mosaic_core.adapters.aiortc_private import prefer_codecs, widen_udp_buffer
+from mosaic_core.adapters.aiortc_private import SenderFeedback, prefer_codecs, sent_codec, widen_udp_buffer
+from mosaic_core.machines.rate_control import BandwidthEstimate, PictureLost
 
 
 def with_peer(check: Callable[[RTCPeerConnection], Coroutine[Any, Any, None]]) -> None:
@@ -128,6 +135,7 @@ def test_the_first_codec_of_a_transceiver_is_the_one_that_is_sent() -> None:
         prefer_codecs(transceiver, ["video/H264"])
         names = [codec.name for codec in transceiver._codecs]
         assert names[0] == "H264"
+        assert sent_codec(transceiver) == "video/H264"
         assert sorted(names) == sorted(codec.name for codec in CODECS["video"])
         for codec, following in zip(transceiver._codecs, transceiver._codecs[1:], strict=False):
             if following.name == "rtx":
@@ -154,6 +162,40 @@ def test_a_sender_keeps_the_timestamp_of_its_last_packet() -> None:
 
     with_peer(check)
     assert "timestamp = uint32_add(timestamp_origin, enc_frame.timestamp)" in source_of(RTCRtpSender._run_rtp)
+
+
+def test_a_sender_is_asked_for_key_frames_and_given_reports_through_the_instance() -> None:
+    assert "recipient._handle_rtcp_packet(packet)" in source_of(RTCDtlsTransport._handle_rtcp_data)
+    assert "self._send_keyframe()" in source_of(RTCRtpSender._handle_rtcp_packet)
+
+    async def check(pc: RTCPeerConnection) -> None:
+        sender, heard = pc.addTransceiver("video").sender, []
+        SenderFeedback(sender, heard.append)
+        await sender._handle_rtcp_packet(RtcpPsfbPacket(fmt=RTCP_PSFB_PLI, ssrc=1, media_ssrc=sender._ssrc))
+        fci = pack_remb_fci(600_000, [sender._ssrc])
+        await sender._handle_rtcp_packet(RtcpPsfbPacket(fmt=RTCP_PSFB_APP, ssrc=1, media_ssrc=0, fci=fci))
+        assert [type(feedback) for feedback in heard] == [PictureLost, BandwidthEstimate]
+
+    with_peer(check)
+
+
+def test_a_sender_knows_its_round_trip_time() -> None:
+    async def check(pc: RTCPeerConnection) -> None:
+        assert pc.addTransceiver("video").sender._RTCRtpSender__rtt is None  # type: ignore[attr-defined]
+
+    with_peer(check)
+
+
+def test_packets_from_a_track_are_packed_as_they_are() -> None:
+    source = source_of(RTCRtpSender._next_encoded_frame)
+    assert "if isinstance(data, Frame):" in source
+    assert "self.__encoder.pack(data)" in source
+    packet: av.Packet[Any] = av.Packet(b"\x00\x00\x00\x01\x65\x88" + bytes(3000))
+    packet.pts, packet.time_base = 9000, Fraction(1, 90_000)
+    for encoder in (H264Encoder(), Vp8Encoder()):
+        payloads, timestamp = encoder.pack(packet)
+        assert len(payloads) == 3
+        assert timestamp == 9000
 
 
 def test_an_association_has_the_queues_that_we_measure() -> None:
