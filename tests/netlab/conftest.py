@@ -19,8 +19,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Coroutine, Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator, Sequence
+from contextlib import ExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
@@ -38,6 +38,7 @@ CLONE_NEWNET = 0x40000000
 ROBOT_IP, ROUTER_ROBOT_IP = "10.77.1.2", "10.77.1.1"
 OPERATOR_IP, ROUTER_OPERATOR_IP = "10.77.2.2", "10.77.2.1"
 """Inside the namespaces only: two runs at the same time don't see each other."""
+TWIST = {"linear": {"x": 0.4}, "angular": {"z": 0.2}}
 _numbers = count()
 T = TypeVar("T")
 
@@ -182,28 +183,34 @@ class Process:
 
 @dataclass
 class Track:
-    """What the robot's drive was told: ``(monotonic s, m/s, rad/s)``, oldest first."""
+    """What the robot's drives were told: ``(monotonic s, whether to move)``, oldest first."""
 
     file: Path
 
-    def lines(self, since_s: float = 0.0) -> list[tuple[float, float, float]]:
+    def lines(self, since_s: float = 0.0, name: str = "base") -> list[tuple[float, bool]]:
         whole, _, _ = self.file.read_text().rpartition("\n")
-        rows = (tuple(map(float, line.split())) for line in whole.splitlines())
-        return [(at_s, linear, angular) for at_s, linear, angular in rows if at_s >= since_s]
+        rows = [line.split() for line in whole.splitlines()]
+        return [
+            (float(at_s), any(map(float, speeds)))
+            for drive, at_s, *speeds in rows
+            if drive == name and float(at_s) >= since_s
+        ]
 
     def moves(self, since_s: float = 0.0) -> list[float]:
         """When it was told to move."""
-        return [at_s for at_s, linear, angular in self.lines(since_s) if linear or angular]
+        return [at_s for at_s, is_move in self.lines(since_s) if is_move]
 
     def stands(self) -> bool:
-        lines = self.lines()
-        return not lines or lines[-1][1:] == (0.0, 0.0)
+        return not self.lines()[-1:] or not self.lines()[-1][1]
 
-    def stood_still_after_s(self, since_s: float) -> float:
-        """From the last command to move before the first standstill after ``since_s``, to that standstill."""
-        lines = self.lines()
-        stop_s = next(at_s for at_s, *speeds in lines if at_s >= since_s and not any(speeds))
-        return stop_s - max(at_s for at_s, *speeds in lines if at_s <= stop_s and any(speeds))
+    def stopped_s(self, since_s: float) -> float:
+        """When it was first told to stand after ``since_s``."""
+        return next(at_s for at_s, is_move in self.lines(since_s) if not is_move)
+
+    def silence_s(self, since_s: float) -> float:
+        """From the last command that moved it to the standstill after ``since_s``."""
+        stopped_s = self.stopped_s(since_s)
+        return stopped_s - max(at_s for at_s in self.moves() if at_s <= stopped_s)
 
 
 @dataclass
@@ -220,11 +227,33 @@ class Site:
         """Runs ``body`` on an event loop in the operator's network."""
         self.lab.operator.run(lambda: asyncio.run(body()))
 
-    async def sign_in(self) -> MosaicOperator:
-        return await MosaicOperator.login(self.url, self.account["email"], self.account["password"])
+    @asynccontextmanager
+    async def connected(self, **options: Any) -> AsyncIterator[RobotConnection]:
+        """A person at the robot."""
+        email, password = self.account["email"], self.account["password"]
+        async with await MosaicOperator.login(self.url, email, password, is_person=True, **options) as operator:
+            yield await operator.connect(self.account["robotId"], timeout_s=20)
 
-    async def connect(self, operator: MosaicOperator) -> RobotConnection:
-        return await operator.connect(self.account["robotId"], timeout_s=20)
+    @asynccontextmanager
+    async def driving(self, connection: RobotConnection, label: str = "cmd_vel") -> AsyncIterator[None]:
+        """Commands 20 times a second, whatever happens; the robot moves."""
+        pad = connection.sendable(label)
+        await pad.wait_open()
+        start_s = time.monotonic()
+
+        async def drive() -> None:
+            while True:
+                pad.send_json(TWIST)
+                await asyncio.sleep(0.05)
+
+        task = asyncio.create_task(drive())
+        try:
+            await until(lambda: len(self.track.moves(start_s)) >= 3, "the robot moves")
+            yield
+        finally:
+            task.cancel()
+            with suppress(asyncio.CancelledError):
+                await task
 
 
 def _start_server(lab: Lab, folder: Path, stack: ExitStack, wait_for: Callable[..., float]) -> tuple[int, Any]:
@@ -253,7 +282,14 @@ def site(
     """A running site; the module says in ``CONNECTORS`` what its robot has."""
     folder = tmp_path_factory.mktemp("lab")
     write_distribution(
-        folder, "bad-plugin", entry_points={"mosaic.connectors": {"blocker": "bad_plugin:BlockerConfigurer"}}
+        folder,
+        "bad-plugin",
+        entry_points={
+            "mosaic.connectors": {
+                "blocker": "bad_plugin:BlockerConfigurer",
+                "bulk-source": "bulk_source:BulkSourceConfigurer",
+            }
+        },
     )
     record = folder / "record.txt"
     record.touch()
