@@ -38,6 +38,22 @@ REASONS: dict[str, Reason] = {
         Reason("auth.expired", "The log-in has expired.", "Log in again."),
         Reason("auth.forbidden", "This account may not do that."),
         Reason("auth.bad_ticket", "The operator's ticket is missing, expired or not signed by the robot's server."),
+        Reason(
+            "auth.role_changed",
+            "The operator's role on this robot was changed, or the account was disabled; the connection was closed.",
+            "Connect again: the new role counts from then on.",
+        ),
+        Reason("auth.unknown_account", "The organization has no account with this id.", "Check the account."),
+        Reason(
+            "auth.own_account",
+            "Nobody may raise the own role, or change the own account's kind.",
+            "Ask another administrator of the organization.",
+        ),
+        Reason(
+            "auth.last_supervisor",
+            "A robot would be left without anybody who supervises it.",
+            "Make somebody else a supervisor first.",
+        ),
         # signal.*: the server in the middle
         Reason("signal.bad_message", "A message could not be understood."),
         Reason("signal.too_large", "A message was larger than allowed."),

@@ -133,11 +133,15 @@ class PingPong(SignalingMessage):
 
 
 class OperatorIdentity(WireModel):
-    """Who is at the other end, as the server knows them. ``role``: observer, operator or supervisor."""
+    """Who is at the other end, as the server knows them. ``role`` on this robot: observer, operator or supervisor.
+
+    ``program``: the account is marked as a program's and can never pass for a person.
+    """
 
     id: str
     name: str
     role: str = "operator"
+    program: bool = False
 
 
 class PrepareConnection(SignalingMessage):

@@ -111,11 +111,16 @@ export interface TicketKey {
   x: string
 }
 
-/** Who is at the other end, as the server knows them. `role`: observer, operator or supervisor. */
+/**
+ * Who is at the other end, as the server knows them. `role` on this robot: observer, operator or supervisor.
+ *
+ * `program`: the account is marked as a program's and can never pass for a person.
+ */
 export interface OperatorIdentity {
   id: string
   name: string
   role: string
+  program: boolean
 }
 
 /** Exactly the three keys that the original server takes. */
@@ -508,6 +513,10 @@ export const REASONS = {
   'auth.expired': { sentence: 'The log-in has expired.', cure: 'Log in again.' },
   'auth.forbidden': { sentence: 'This account may not do that.', cure: '' },
   'auth.bad_ticket': { sentence: "The operator's ticket is missing, expired or not signed by the robot's server.", cure: '' },
+  'auth.role_changed': { sentence: "The operator's role on this robot was changed, or the account was disabled; the connection was closed.", cure: 'Connect again: the new role counts from then on.' },
+  'auth.unknown_account': { sentence: 'The organization has no account with this id.', cure: 'Check the account.' },
+  'auth.own_account': { sentence: "Nobody may raise the own role, or change the own account's kind.", cure: 'Ask another administrator of the organization.' },
+  'auth.last_supervisor': { sentence: 'A robot would be left without anybody who supervises it.', cure: 'Make somebody else a supervisor first.' },
   'signal.bad_message': { sentence: 'A message could not be understood.', cure: '' },
   'signal.too_large': { sentence: 'A message was larger than allowed.', cure: '' },
   'signal.timeout': { sentence: 'The other side fell silent.', cure: '' },
@@ -703,7 +712,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   MediaUnavailable: {"properties": {"label": {"type": "string"}, "code": {"type": "string"}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["label", "code"], "type": "object"},
   MediaWatch: {"properties": {"label": {"type": "string"}, "on": {"type": "boolean"}}, "required": ["label", "on"], "type": "object"},
   MosaicDataType: {"enum": ["json-r2u", "json-u2r", "json-bi", "string-r2u", "string-u2r", "byte-r2u", "byte-u2r", "media"], "type": "string"},
-  OperatorIdentity: {"properties": {"id": {"type": "string"}, "name": {"type": "string"}, "role": {"default": "operator", "type": "string"}}, "required": ["id", "name"], "type": "object"},
+  OperatorIdentity: {"properties": {"id": {"type": "string"}, "name": {"type": "string"}, "role": {"default": "operator", "type": "string"}, "program": {"default": false, "type": "boolean"}}, "required": ["id", "name"], "type": "object"},
   PeerInfo: {"properties": {"peerId": {"type": "string"}, "name": {"default": "", "type": "string"}, "role": {"default": "operator", "enum": ["observer", "operator", "supervisor"], "type": "string"}, "isPerson": {"default": false, "type": "boolean"}, "isOriginal": {"default": false, "type": "boolean"}}, "required": ["peerId"], "type": "object"},
   Peers: {"properties": {"you": {"type": "string"}, "peers": {"default": [], "items": {"$ref": "PeerInfo"}, "type": "array"}}, "required": ["you"], "type": "object"},
   Ping: {"properties": {"t0": {"type": "integer"}}, "required": ["t0"], "type": "object"},
