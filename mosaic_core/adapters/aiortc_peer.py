@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 from collections.abc import Callable, Coroutine, Sequence
 from contextlib import suppress
 from typing import Any
@@ -17,6 +18,7 @@ from mosaic_core.adapters.aiortc_private import (
     candidate_from_sdp,
     candidate_to_sdp,
     ice_transports,
+    quicken,
     widen_udp_buffer,
 )
 from mosaic_core.adapters.offer_vetting import first_mid, without_end_of_candidates
@@ -25,6 +27,8 @@ from mosaic_core.words.signaling import IceCandidate
 
 _log = logging.getLogger(__name__)
 
+PLAIN_SCTP_VARIABLE = "MOSAIC_PLAIN_SCTP"
+"""Set it to ``1`` to run data channels on aiortc's own SCTP, to compare or if ours is under suspicion."""
 CLOSE_TIMEOUT_S = 1.0
 """Saying good-bye to a dead TURN server takes half a minute; after this it goes on without us."""
 _TOLD_STATES = ("connecting", "connected", "failed", "closed")
@@ -69,6 +73,8 @@ class AiortcPeer:
             gathering = EarlyGathering(transport, self._ice_servers, self._found, self._gathered)
             gathering.install()
             self._gatherings.append(gathering)
+        if self.pc.sctp is not None and not os.environ.get(PLAIN_SCTP_VARIABLE):
+            quicken(self.pc.sctp)
         await self.pc.setLocalDescription()
         sdp = self.pc.localDescription.sdp
         # What was found meanwhile goes out after the description that it belongs to.
