@@ -18,6 +18,8 @@ const PAGE_BOOT_ID = randomId()
 const SOFTWARE = 'mosaic-dashboard/0.1.0'
 const RTP_HZ = 90_000
 const TWO_32 = 2 ** 32
+/** Display times are told a frame ahead, and clocks compared to half a round trip: more is another clock's picture. */
+const FUTURE_TOLERANCE_US = 250_000
 
 export interface ControlListener {
   controlOpened(): void
@@ -72,10 +74,19 @@ export class ControlChannel {
   /** See `MediaStreamStore.pictureAgeMs`. */
   pictureAgeMs(rtpTimestamp: number, atMs: number, origin: MediaOrigin): number | null {
     const { offsetUs } = this.clocks
+    return offsetUs === null ? null : ageUs(rtpTimestamp, microseconds(atMs) + offsetUs, origin) / 1000
+  }
+
+  /**
+   * When that picture was captured, on the robot's clock. The offset only chooses among the laps of the RTP clock, so
+   * the result is as exact as the robot's own stamp. Null also for a picture of the future: its origin is not known yet.
+   */
+  captureUs(rtpTimestamp: number, atMs: number, origin: MediaOrigin): number | null {
+    const { offsetUs } = this.clocks
     if (offsetUs === null) return null
     const robotUs = microseconds(atMs) + offsetUs
-    const rtpNow = (robotUs * RTP_HZ) / 1_000_000 + origin.rtpOrigin
-    return (differenceMod32(rtpNow, rtpTimestamp) / RTP_HZ) * 1000
+    const pictureUs = ageUs(rtpTimestamp, robotUs, origin)
+    return pictureUs < -FUTURE_TOLERANCE_US ? null : Math.max(0, Math.round(robotUs - pictureUs))
   }
 
   private received({ data }: PortMessage): void {
@@ -90,6 +101,11 @@ export class ControlChannel {
       warn(error)
     }
   }
+}
+
+function ageUs(rtpTimestamp: number, robotUs: number, origin: MediaOrigin): number {
+  const rtpNow = (robotUs * RTP_HZ) / 1_000_000 + origin.rtpOrigin
+  return (differenceMod32(rtpNow, rtpTimestamp) / RTP_HZ) * 1_000_000
 }
 
 // RTP timestamps wrap after 13 hours; the nearer of the two directions is meant.

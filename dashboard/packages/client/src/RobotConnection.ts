@@ -7,7 +7,10 @@ import {
   type Refusal,
   type SignalingMessage,
 } from '@mosaic/protocol'
+import { isAbout, reasonIn } from './connectionWords'
 import { ControlDesk } from './control/ControlDesk'
+import { PictureReporter } from './control/PictureReporter'
+import { deskSurroundings, pictureSurroundings, type Live } from './liveSurroundings'
 import { MosaicError } from './MosaicError'
 import { PeerAttempt } from './PeerAttempt'
 import type { PeerEffect, PeerEvent } from './peerEvents'
@@ -37,6 +40,7 @@ export interface ConnectionSurroundings {
 export class RobotConnection implements StoreHost {
   private readonly session = new PeerSession()
   private readonly bindings: StoreBindings
+  private readonly pictures: PictureReporter
   private readonly status = new Value<ConnectionState>({ phase: 'idle', roundTripMs: null })
   private readonly known = new Value<Catalogue | null>(null)
   private readonly refused = new Listeners<[Refusal]>()
@@ -64,13 +68,24 @@ export class RobotConnection implements StoreHost {
       {
         now: () => platform.now(),
         ageMs: (stampUs, atMs) => this.attempt?.control.clocks.ageMs(stampUs, atMs) ?? null,
-        watch: (label, on) => this.attempt?.control.send('media.watch', { label, on }) ?? false,
-        mediaSource: (receiver) => receiverSource(receiver, () => this.attempt?.control ?? null),
+        watch: (label, on) => this.watch(label, on),
+        mediaSource: (label, receiver) =>
+          receiverSource(receiver, {
+            now: () => platform.now(),
+            control: () => this.attempt?.control ?? null,
+            shown: (rtpTimestamp, atMs) => this.pictureSeen(label, rtpTimestamp, atMs),
+          }),
         clearanceOf: (entry) => this.control.clearanceOf(entry),
       },
       platform.isVisible(),
     )
-    this.control = this.newDesk()
+    const live: Live = {
+      attempt: () => this.attempt,
+      phase: () => this.session.publicPhase,
+      entryOf: (label) => this.entryOf(label),
+    }
+    this.control = new ControlDesk(deskSurroundings(platform, live), () => this.bindings.showBlocks())
+    this.pictures = new PictureReporter(pictureSurroundings(platform, live))
     platform.onVisibilityChange(() => {
       this.bindings.setVisible(platform.isVisible())
       this.control.visibilityChanged(platform.isVisible())
@@ -96,6 +111,14 @@ export class RobotConnection implements StoreHost {
     return this.known.get()?.entries.find((entry) => entry.label === label) ?? null
   }
 
+  /**
+   * The picture with this RTP timestamp is on the screen (`MediaStreamStore.pictureShown` says so by itself): the robot
+   * is told how old it is.
+   */
+  pictureSeen(label: string, rtpTimestamp: number, atMs = this.around.platform.now()): void {
+    this.pictures.seen(label, rtpTimestamp, atMs)
+  }
+
   /** Called by the `StoreManager`. */
   addStore(store: MosaicStore): void {
     this.bindings.add(store)
@@ -112,21 +135,10 @@ export class RobotConnection implements StoreHost {
     if (this.session.phase !== 'up') this.learnAnnounced()
   }
 
-  private newDesk(): ControlDesk {
-    const { platform } = this.around
-    return new ControlDesk(
-      {
-        now: () => platform.now(),
-        every: (periodMs, onTick) => platform.ticks.every(periodMs, onTick),
-        isVisible: () => platform.isVisible(),
-        isComing: () => ['connecting', 'connected', 'reconnecting'].includes(this.session.publicPhase),
-        send: (type, data) => this.attempt?.control.send(type, data) ?? false,
-        sendStop: (stop) => this.attempt?.stop.send(stop) ?? false,
-        toPageMs: (robotUs) => this.attempt?.control.clocks.toOursMs(robotUs) ?? null,
-        entryOf: (label) => this.entryOf(label),
-      },
-      () => this.bindings.showBlocks(),
-    )
+  private watch(label: string, on: boolean): boolean {
+    const isSaid = this.attempt?.control.send('media.watch', { label, on }) ?? false
+    if (isSaid) this.pictures.watching(label, on)
+    return isSaid
   }
 
   private learnAnnounced(): void {
@@ -264,6 +276,7 @@ export class RobotConnection implements StoreHost {
       case 'bye':
         return this.handle({ type: 'broken', ...reasonIn(message.data), code: message.data.code })
       case 'media.origin':
+        this.pictures.originKnown(message.data)
         return this.bindings.originKnown(message.data)
       case 'media.unavailable':
         return this.bindings.mediaUnavailable(message.data)
@@ -281,6 +294,7 @@ export class RobotConnection implements StoreHost {
     this.attemptNumber += 1
     this.attempt = null
     this.control.linkLost(bye)
+    this.pictures.clear()
     if (attempt) {
       this.bindings.dropLink()
       attempt.close(bye)
@@ -293,14 +307,4 @@ export class RobotConnection implements StoreHost {
     // Nothing that we know of throws anything else; a browser without WebRTC does.
     else this.handle({ type: 'broken', code: 'sdp.invalid', message: String(error) })
   }
-}
-
-function isAbout(message: SignalingMessage, rtcConnectionId: string): boolean {
-  return 'data' in message && typeof message.data === 'object' && 'rtcConnectionId' in message.data
-    ? message.data.rtcConnectionId === rtcConnectionId
-    : false
-}
-
-function reasonIn({ code, message }: { code?: string; message?: string }): { code?: string; message?: string } {
-  return { ...(code === undefined ? {} : { code }), ...(message === undefined ? {} : { message }) }
 }

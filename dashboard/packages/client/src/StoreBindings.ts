@@ -6,15 +6,15 @@ import {
   type MediaUnavailable,
   type Refusal,
 } from '@mosaic/protocol'
-import { channelPlan, type ChannelPlan } from './channelPlan'
+import { channelPlan, NOT_MEDIA, type ChannelPlan } from './channelPlan'
 import type { Clearance } from './control/clearance'
 import { DataPort, type PortMessage } from './DataPort'
+import { mediaLines } from './mediaLines'
 import type { MediaLine, PeerLink } from './PeerLink'
 import { BidirectionalStore } from './stores/BidirectionalStore'
 import { MediaStreamStore, type MediaSource } from './stores/MediaStreamStore'
 import type { MosaicStore } from './stores/MosaicStore'
 import { SendableStore } from './stores/SendableStore'
-import type { StoreState } from './types'
 
 /** What the bindings need of the live connection. */
 export interface BindingHost {
@@ -22,7 +22,7 @@ export interface BindingHost {
   ageMs(stampUs: number, atMs: number): number | null
   /** Ask the robot for a picture, or to stop; false while that can't be said. */
   watch(label: string, on: boolean): boolean
-  mediaSource(receiver: RTCRtpReceiver): MediaSource
+  mediaSource(label: string, receiver: RTCRtpReceiver): MediaSource
   /** Whether a message for this connector may leave now; null: one that nobody knows. */
   clearanceOf(entry: CatalogueEntry | null): Clearance
 }
@@ -37,16 +37,6 @@ interface Binding {
 interface Track {
   stream: MediaStream
   receiver: RTCRtpReceiver
-}
-
-/** Lines offered to a robot whose catalogue nobody knows: as many as the original dashboards do. */
-const BLIND_LINES = 2
-
-/** A store made before anybody knew that its connector is a picture. */
-const NOT_MEDIA: StoreState = {
-  phase: 'mismatch',
-  code: 'channel.unknown_label',
-  message: "this connector is a picture: give dataType 'media', or make the store once the catalogue is known",
 }
 
 /** The stores of one robot and what carries them: channels and tracks of the peer link, while there is one. */
@@ -104,11 +94,8 @@ export class StoreBindings {
 
   /** The media lines to offer: one per media connector in the catalogue's order. */
   mediaLines(): MediaLine[] {
-    const entries = this.catalogue?.entries.filter((entry) => entry.dataType === 'media')
-    if (entries) return entries.map(({ label, kind }) => ({ label, kind: kind === 'audio' ? 'audio' : 'video' }))
-    const wanted = [...this.bindings.values()].filter(({ store }) => store instanceof MediaStreamStore).length
-    // Whose tracks come on these lines is the robot's choice; it names them by their streams.
-    return Array.from({ length: Math.max(BLIND_LINES, wanted) }, () => ({ label: null, kind: 'video' }))
+    const wanted = [...this.bindings.values()].filter(({ store }) => store instanceof MediaStreamStore)
+    return mediaLines(this.catalogue, wanted.length)
   }
 
   /** A new attempt begins. */
@@ -249,7 +236,7 @@ export class StoreBindings {
     const label = store.robotConnector.connectorId
     const track = this.isUp ? this.tracks.get(label) : undefined
     if (!(store instanceof MediaStreamStore) || !track || store.mediaStream.get() === track.stream) return
-    store.setMediaStream(track.stream, this.host.mediaSource(track.receiver))
+    store.setMediaStream(track.stream, this.host.mediaSource(label, track.receiver))
     const origin = this.origins.get(label)
     if (origin) store.setOrigin(origin)
     store.notifyAfterConnected()

@@ -10,6 +10,13 @@ export type ChannelPlan =
   | { type: 'unknown' }
   | { type: 'mismatch'; state: StoreState }
 
+/** A store made before anybody knew that its connector is a picture. */
+export const NOT_MEDIA: StoreState = {
+  phase: 'mismatch',
+  code: 'channel.unknown_label',
+  message: "this connector is a picture: give dataType 'media', or make the store once the catalogue is known",
+}
+
 /** With a catalogue that decides; without one an original robot is taken at the caller's word. */
 export function channelPlan(connector: RobotConnector, catalogue: Catalogue | null, isOriginal: boolean): ChannelPlan {
   const { connectorId, dataType } = connector

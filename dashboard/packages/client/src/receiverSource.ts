@@ -2,8 +2,15 @@ import type { ControlChannel } from './ControlChannel'
 import { inboundOf, mediaStatistics, type StatisticsSample } from './mediaStatistics'
 import type { MediaSource } from './stores/MediaStreamStore'
 
+export interface SourceSurroundings {
+  readonly now: () => number
+  readonly control: () => ControlChannel | null
+  /** A picture is on the screen. */
+  readonly shown: (rtpTimestamp: number, atMs: number) => void
+}
+
 /** What a media store is lent while a track of the live connection carries it. */
-export function receiverSource(receiver: RTCRtpReceiver, control: () => ControlChannel | null): MediaSource {
+export function receiverSource(receiver: RTCRtpReceiver, { now, control, shown }: SourceSurroundings): MediaSource {
   let previous: StatisticsSample | null = null
   return {
     statistics: async () => {
@@ -14,5 +21,7 @@ export function receiverSource(receiver: RTCRtpReceiver, control: () => ControlC
       return statistics
     },
     pictureAgeMs: (rtpTimestamp, atMs, origin) => control()?.pictureAgeMs(rtpTimestamp, atMs, origin) ?? null,
+    now,
+    shown,
   }
 }

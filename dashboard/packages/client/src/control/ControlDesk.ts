@@ -12,7 +12,8 @@ import {
 import { Listeners, Value, type Readable } from '../Readable'
 import { Answers } from './Answers'
 import { clearanceFor, resourceOf, type Clearance } from './clearance'
-import { LeaseTable, type LeaseEffect, type LeaseEvent } from './leaseTable'
+import type { LeaseEffect } from './leaseEntry'
+import { LeaseTable, type LeaseEvent } from './leaseTable'
 import { StopSender } from './StopSender'
 import type { Availability, ClearReport, ControlEvent, LeaseView, PeerView, StopReport, StopView, Why } from './views'
 

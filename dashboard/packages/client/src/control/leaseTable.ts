@@ -2,17 +2,26 @@
  * Which leases are mine, purely: words of the robot and of the page in, messages and events out. Only the robot's
  * `granted` makes one mine; any sign to the contrary, silence included, ends it at once.
  */
-import type { ControlMessages, LeaseReply, LeaseState, LeaseWaiting, PeerInfo } from '@mosaic/protocol'
-import { whyOf, type ControlEvent, type LeaseView, type Why } from './views'
+import type { LeaseReply, LeaseState, LeaseWaiting } from '@mosaic/protocol'
+import {
+  DEFAULT_EXPIRY_S,
+  denied,
+  ended,
+  expired,
+  fresh,
+  granted,
+  isSilent,
+  isWanted,
+  tell,
+  type LeaseEffect,
+  type LeaseEntry,
+} from './leaseEntry'
+import { whyOf, type LeaseView, type Why } from './views'
 
 /** A glance at another tab costs no lease; who stays away longer lets others drive. */
 export const HIDDEN_GRACE_MS = 10_000
 /** Whoever is back this soon is still at the same task; later, taking control is a new decision. */
 export const RECLAIM_WITHIN_MS = 10_000
-/** Until the robot tells its own. */
-const DEFAULT_EXPIRY_S = 2
-
-type LeaseMessage = 'lease.request' | 'lease.release' | 'lease.keep'
 
 export type LeaseEvent =
   | { type: 'requested'; resource: string; reason: string; force: boolean }
@@ -26,26 +35,8 @@ export type LeaseEvent =
   /** The connection won't come back by itself. */
   | { type: 'gaveUp'; why: Why }
 
-export type LeaseEffect =
-  | { [T in LeaseMessage]: { type: 'send'; message: T; data: ControlMessages[T] } }[LeaseMessage]
-  | { type: 'tell'; event: ControlEvent }
-
-interface Entry {
-  holder: PeerInfo | null
-  queue: readonly LeaseWaiting[]
-  expiryMs: number
-  /** What I hold; `aliveAtMs`: when I last said so. */
-  grant: { epoch: number; aliveAtMs: number } | null
-  request: ({ phase: 'asked' | 'queued' } & Why) | null
-  /** Held when the link was lost: by which peer of mine, and until when to ask again. */
-  reclaim: { peerId: string | null; untilMs: number } | null
-  ended: Why | null
-  /** Who is already known to wait for what I hold. */
-  askers: ReadonlySet<string>
-}
-
 export class LeaseTable {
-  private readonly entries = new Map<string, Entry>()
+  private readonly entries = new Map<string, LeaseEntry>()
   private hiddenSinceMs: number | null = null
   private peerId: string | null = null
 
@@ -112,11 +103,11 @@ export class LeaseTable {
     return this.resources.map(([resource]) => this.view(resource))
   }
 
-  private get resources(): [string, Entry][] {
+  private get resources(): [string, LeaseEntry][] {
     return [...this.entries]
   }
 
-  private entry(resource: string): Entry {
+  private entry(resource: string): LeaseEntry {
     const entry = this.entries.get(resource) ?? fresh()
     this.entries.set(resource, entry)
     return entry
@@ -168,7 +159,7 @@ export class LeaseTable {
     return [...this.newAskers(resource, entry), ...this.reclaimed(resource, entry)]
   }
 
-  private newAskers(resource: string, entry: Entry): LeaseEffect[] {
+  private newAskers(resource: string, entry: LeaseEntry): LeaseEffect[] {
     if (!entry.grant) return []
     const known = entry.askers
     entry.askers = new Set(entry.queue.map(({ peerId }) => peerId))
@@ -177,7 +168,7 @@ export class LeaseTable {
   }
 
   // The link is back, and this is the first word of who commands: free, or still this session's?
-  private reclaimed(resource: string, entry: Entry): LeaseEffect[] {
+  private reclaimed(resource: string, entry: LeaseEntry): LeaseEffect[] {
     const { reclaim, holder } = entry
     if (!reclaim || entry.request) return []
     const isStillOurs = holder === null || holder.peerId === reclaim.peerId || holder.peerId === this.peerId
@@ -187,13 +178,13 @@ export class LeaseTable {
   }
 
   // Somebody was faster. Nobody is bothered with a request that no person has made.
-  private reclaimRefused(reply: LeaseReply, entry: Entry): LeaseEffect[] {
+  private reclaimRefused(reply: LeaseReply, entry: LeaseEntry): LeaseEffect[] {
     const lost = this.reclaimFailed(reply.resource, entry, { code: 'lease.expired' })
     if (reply.outcome === 'denied') return lost
     return [{ type: 'send', message: 'lease.release', data: { resource: reply.resource } }, ...lost]
   }
 
-  private reclaimFailed(resource: string, entry: Entry, why: Why): LeaseEffect[] {
+  private reclaimFailed(resource: string, entry: LeaseEntry, why: Why): LeaseEffect[] {
     if (!entry.reclaim) return []
     entry.reclaim = entry.request = null
     entry.ended = why
@@ -221,7 +212,7 @@ export class LeaseTable {
     return [{ type: 'send', message: 'lease.keep', data: { epochs } }]
   }
 
-  private leftAlone(resource: string, entry: Entry): LeaseEffect[] {
+  private leftAlone(resource: string, entry: LeaseEntry): LeaseEffect[] {
     const why = { code: 'lease.released', message: `the page was hidden for ${HIDDEN_GRACE_MS / 1000} s` }
     const wasMine = entry.grant !== null
     const effects = this.released(resource)
@@ -242,62 +233,4 @@ export class LeaseTable {
     this.peerId = null
     return effects
   }
-}
-
-function fresh(): Entry {
-  return {
-    holder: null,
-    queue: [],
-    expiryMs: DEFAULT_EXPIRY_S * 1000,
-    grant: null,
-    request: null,
-    reclaim: null,
-    ended: null,
-    askers: new Set(),
-  }
-}
-
-// This page slept: the robot has long given the lease up, though its word may still be on the way.
-function isSilent({ grant, expiryMs }: Entry, nowMs: number): boolean {
-  return grant !== null && nowMs - grant.aliveAtMs > expiryMs
-}
-
-function isWanted({ grant, request }: Entry): boolean {
-  return grant !== null || request !== null
-}
-
-function granted({ resource, epoch }: LeaseReply, entry: Entry, nowMs: number): LeaseEffect[] {
-  // 0 is the wire's word for "none".
-  if (epoch === 0) return []
-  const isNews = entry.grant?.epoch !== epoch
-  if (isNews) entry.askers = new Set()
-  entry.grant = { epoch, aliveAtMs: nowMs }
-  entry.request = entry.reclaim = entry.ended = null
-  return isNews ? [tell({ type: 'granted', resource })] : []
-}
-
-function ended(reply: LeaseReply, entry: Entry): LeaseEffect[] {
-  const { resource } = reply
-  const why = whyOf(reply)
-  const wasTold = entry.grant === null && entry.ended?.code !== 'lease.not_holder'
-  entry.grant = null
-  if (wasTold || why.code === 'lease.released') return []
-  entry.ended = why
-  return [tell({ type: 'lost', resource, ...why })]
-}
-
-function expired(resource: string, entry: Entry): LeaseEffect[] {
-  entry.grant = null
-  entry.ended = { code: 'lease.expired' }
-  return [tell({ type: 'lost', resource, code: 'lease.expired' })]
-}
-
-function denied(reply: LeaseReply, entry: Entry): LeaseEffect[] {
-  entry.request = null
-  entry.ended = whyOf(reply)
-  return [tell({ type: 'denied', resource: reply.resource, ...whyOf(reply) })]
-}
-
-function tell(event: ControlEvent): LeaseEffect {
-  return { type: 'tell', event }
 }

@@ -20,6 +20,10 @@ export interface MediaSource {
   statistics(): Promise<MediaStatistics | null>
   /** Age of the picture with this RTP timestamp at the moment `atMs` of this page's clock; null while unknown. */
   pictureAgeMs(rtpTimestamp: number, atMs: number, origin: MediaOrigin): number | null
+  /** This page's clock. */
+  now(): number
+  /** The picture with this RTP timestamp is on the screen. */
+  shown(rtpTimestamp: number, atMs: number): void
 }
 
 const STATISTICS_PERIOD_MS = 1000
@@ -32,6 +36,8 @@ export class MediaStreamStore extends MosaicStore {
   private readonly stream = new Value<MediaStream | null>(null)
   private readonly measured = new Value<MediaStatistics | null>(null)
   private readonly watched = new Value<boolean>(false)
+  private readonly displayedAge = new Value<number | null>(null)
+  private displayedAtMs = 0
   private source: MediaSource | null = null
   private mediaOrigin: MediaOrigin | null = null
   private measuring: ReturnType<typeof setInterval> | null = null
@@ -41,6 +47,8 @@ export class MediaStreamStore extends MosaicStore {
   readonly statistics: Readable<MediaStatistics | null>
   /** True while somebody listens to `mediaStream`. */
   readonly isWatched: Readable<boolean> = this.watched
+  /** Glass to glass: how old the last displayed picture was when it was displayed; null while that is not known. */
+  readonly displayedAgeMs: Readable<number | null> = this.displayedAge
 
   constructor(robotConnector: RobotConnector) {
     super(robotConnector)
@@ -58,6 +66,7 @@ export class MediaStreamStore extends MosaicStore {
     if (stream === null) {
       this.mediaOrigin = null
       this.measured.set(null)
+      this.displayedAge.set(null)
     }
     this.stream.set(stream)
   }
@@ -74,6 +83,23 @@ export class MediaStreamStore extends MosaicStore {
   pictureAgeMs(rtpTimestamp: number, atMs: number): number | null {
     if (this.source === null || this.mediaOrigin === null) return null
     return this.source.pictureAgeMs(rtpTimestamp, atMs, this.mediaOrigin)
+  }
+
+  /**
+   * To be called for every picture that is put on the screen (`requestVideoFrameCallback`), with the arguments of
+   * `pictureAgeMs`. The robot is told how old the picture is by which somebody drives, and may slow down by that.
+   */
+  pictureShown(rtpTimestamp: number, atMs: number): void {
+    this.displayedAtMs = atMs
+    this.displayedAge.set(this.pictureAgeMs(rtpTimestamp, atMs))
+    this.source?.shown(rtpTimestamp, atMs)
+  }
+
+  /** How old the picture on the screen is by now; it grows while the picture is frozen. */
+  pictureAgeNowMs(): number | null {
+    const ageMs = this.displayedAge.get()
+    if (ageMs === null || this.source === null) return null
+    return ageMs + Math.max(0, this.source.now() - this.displayedAtMs)
   }
 
   private watch(listener: () => void): () => void {

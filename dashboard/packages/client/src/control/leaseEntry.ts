@@ -1,0 +1,84 @@
+/** What is known of one resource, and what the robot's answers do to it. Pure; `LeaseTable` knows when. */
+import type { ControlMessages, LeaseReply, LeaseWaiting, PeerInfo } from '@mosaic/protocol'
+import { whyOf, type ControlEvent, type Why } from './views'
+
+/** Until the robot tells its own. */
+export const DEFAULT_EXPIRY_S = 2
+
+type LeaseMessage = 'lease.request' | 'lease.release' | 'lease.keep'
+
+export type LeaseEffect =
+  | { [T in LeaseMessage]: { type: 'send'; message: T; data: ControlMessages[T] } }[LeaseMessage]
+  | { type: 'tell'; event: ControlEvent }
+
+export interface LeaseEntry {
+  holder: PeerInfo | null
+  queue: readonly LeaseWaiting[]
+  expiryMs: number
+  /** What I hold; `aliveAtMs`: when I last said so. */
+  grant: { epoch: number; aliveAtMs: number } | null
+  request: ({ phase: 'asked' | 'queued' } & Why) | null
+  /** Held when the link was lost: by which peer of mine, and until when to ask again. */
+  reclaim: { peerId: string | null; untilMs: number } | null
+  ended: Why | null
+  /** Who is already known to wait for what I hold. */
+  askers: ReadonlySet<string>
+}
+
+export function fresh(): LeaseEntry {
+  return {
+    holder: null,
+    queue: [],
+    expiryMs: DEFAULT_EXPIRY_S * 1000,
+    grant: null,
+    request: null,
+    reclaim: null,
+    ended: null,
+    askers: new Set(),
+  }
+}
+
+// This page slept: the robot has long given the lease up, though its word may still be on the way.
+export function isSilent({ grant, expiryMs }: LeaseEntry, nowMs: number): boolean {
+  return grant !== null && nowMs - grant.aliveAtMs > expiryMs
+}
+
+export function isWanted({ grant, request }: LeaseEntry): boolean {
+  return grant !== null || request !== null
+}
+
+export function granted({ resource, epoch }: LeaseReply, entry: LeaseEntry, nowMs: number): LeaseEffect[] {
+  // 0 is the wire's word for "none".
+  if (epoch === 0) return []
+  const isNews = entry.grant?.epoch !== epoch
+  if (isNews) entry.askers = new Set()
+  entry.grant = { epoch, aliveAtMs: nowMs }
+  entry.request = entry.reclaim = entry.ended = null
+  return isNews ? [tell({ type: 'granted', resource })] : []
+}
+
+export function ended(reply: LeaseReply, entry: LeaseEntry): LeaseEffect[] {
+  const { resource } = reply
+  const why = whyOf(reply)
+  const wasTold = entry.grant === null && entry.ended?.code !== 'lease.not_holder'
+  entry.grant = null
+  if (wasTold || why.code === 'lease.released') return []
+  entry.ended = why
+  return [tell({ type: 'lost', resource, ...why })]
+}
+
+export function expired(resource: string, entry: LeaseEntry): LeaseEffect[] {
+  entry.grant = null
+  entry.ended = { code: 'lease.expired' }
+  return [tell({ type: 'lost', resource, code: 'lease.expired' })]
+}
+
+export function denied(reply: LeaseReply, entry: LeaseEntry): LeaseEffect[] {
+  entry.request = null
+  entry.ended = whyOf(reply)
+  return [tell({ type: 'denied', resource: reply.resource, ...whyOf(reply) })]
+}
+
+export function tell(event: ControlEvent): LeaseEffect {
+  return { type: 'tell', event }
+}
