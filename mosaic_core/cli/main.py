@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from mosaic_core import __version__
-from mosaic_core.cli import config_commands, connectors_commands, operator_commands
+from mosaic_core.cli import config_commands, connectors_commands, control_commands
 from mosaic_core.cli.error_report import FAILED, FINE, USAGE, as_json, exit_code_of, report, report_problems
 from mosaic_core.cli.log_output import LogFormat, LogLevel
 from mosaic_core.cli.plugin_commands import GroupWithPlugins
@@ -28,7 +28,7 @@ app = typer.Typer(
 )
 app.add_typer(connectors_commands.app, name="connectors")
 app.add_typer(config_commands.app, name="config")
-app.add_typer(operator_commands.app, name="operator")
+app.add_typer(control_commands.app, name="operator")
 
 
 def _show_version(wanted: bool) -> None:

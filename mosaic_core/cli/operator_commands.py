@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Annotated
 
 import typer
@@ -49,10 +50,10 @@ def tail(
 ) -> None:
     """Print what a connector sends until Ctrl+C; of a camera, its size and rate each second."""
     from mosaic_core.cli import operator_session as session
+    from mosaic_core.cli.operator_tail import Tail
 
     sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
-    work = session.Tail(robot, label, count, as_json)
-    raise typer.Exit(session.run(sign_in, work))
+    raise typer.Exit(session.run(sign_in, Tail(robot, label, count, as_json)))
 
 
 @app.command()
@@ -67,8 +68,14 @@ def send(
     rate_hz: Annotated[float, typer.Option(min=0.1, max=200, help="Messages per second, with --for-s.")] = 10.0,
     for_s: Annotated[float, typer.Option(min=0, help="Repeat for so many seconds; 0: send once.")] = 0.0,
 ) -> None:
-    """Send to a connector, once or repeatedly. The robot enforces its limits; what it refuses is told."""
+    """Send to a connector, once or repeatedly; takes the lease where the connector wants one, and gives it back.
+
+    The robot enforces its limits; what it refuses is told. Without a terminal it counts as a program, which gives way
+    to persons.
+    """
     from mosaic_core.cli import operator_session as session
+    from mosaic_core.cli.operator_send import Send
 
     sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
-    raise typer.Exit(session.run(sign_in, session.Send(robot, label, data, 1 / rate_hz, for_s)))
+    work = Send(robot, label, data, 1 / rate_hz, for_s)
+    raise typer.Exit(session.run(sign_in, work, is_person=sys.stdin.isatty()))

@@ -8,29 +8,21 @@ import os
 import sys
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
 import typer
 
 from mosaic_core.adapters.event_loop import run_event_loop
-from mosaic_core.cli.error_report import FAILED, FINE, USAGE
+from mosaic_core.cli.error_report import FINE, USAGE
 from mosaic_core.cli.log_output import LogLevel, set_up_logging
 from mosaic_core.operator import (
-    MediaStreamStore,
     MosaicOperator,
     MosaicStore,
-    ReceivableStore,
-    Received,
     RobotConnection,
     RobotConnector,
     RobotSummary,
-    SendableStore,
 )
-from mosaic_core.words.control import Refusal
 from mosaic_core.words.errors import ConnectionFailed, MosaicError, SignalingError
-
-REFUSAL_WAIT_S = 0.5
-"""After the last message, for the robot to refuse it: a long round trip."""
 
 Work: TypeAlias = Callable[[MosaicOperator], Awaitable[int]]
 
@@ -50,33 +42,37 @@ class SignIn:
         if code:
             return cls(server, "", "", code)
         if not email:
-            _usage("--email (or MOSAIC_EMAIL) or --code is needed to sign in")
+            usage("--email (or MOSAIC_EMAIL) or --code is needed to sign in")
         if password_stdin:
             return cls(server, email, sys.stdin.readline().rstrip("\r\n"), "")
         password = os.environ.get("MOSAIC_PASSWORD")
         if password is None:
             if not sys.stdin.isatty():
-                _usage("no password: set MOSAIC_PASSWORD or use --password-stdin")
+                usage("no password: set MOSAIC_PASSWORD or use --password-stdin")
             password = typer.prompt("Password", hide_input=True, err=True)
         return cls(server, email, password, "")
 
-    async def operator(self) -> MosaicOperator:
+    async def operator(self, *, is_person: bool = False) -> MosaicOperator:
         if self.code:
-            return await MosaicOperator.login_with_code(self.server, self.code)
-        return await MosaicOperator.login(self.server, self.email, self.password)
+            return await MosaicOperator.login_with_code(self.server, self.code, is_person=is_person)
+        return await MosaicOperator.login(self.server, self.email, self.password, is_person=is_person)
 
 
-def _usage(message: str) -> None:
+def usage(message: str) -> NoReturn:
+    """Say what is wrong with the words, and end."""
     typer.secho(f"error: {message}", err=True, fg=typer.colors.RED)
     raise typer.Exit(USAGE)
 
 
-def run(sign_in: SignIn, work: Work) -> int:
-    """Sign in, do ``work``, sign off; the exit code. Ctrl+C is the normal end of a look."""
+def run(sign_in: SignIn, work: Work, *, is_person: bool = False) -> int:
+    """Sign in, do ``work``, sign off; the exit code. Ctrl+C is the normal end of a look.
+
+    ``is_person``: somebody sits at the terminal and decides; robots let programs give way to persons.
+    """
     set_up_logging(LogLevel.WARNING)
 
     async def main() -> int:
-        async with await sign_in.operator() as operator:
+        async with await sign_in.operator(is_person=is_person) as operator:
             return await work(operator)
 
     try:
@@ -131,7 +127,7 @@ async def connected(operator: MosaicOperator, robot: str) -> RobotConnection:
     return await operator.connect(match.id)
 
 
-async def _until_closed(connection: RobotConnection, work: Awaitable[int]) -> int:
+async def until_closed(connection: RobotConnection, work: Awaitable[int]) -> int:
     """``work``, unless the connection ends before: then its reason is raised."""
     working, ending = asyncio.ensure_future(work), asyncio.ensure_future(connection.wait_closed())
     try:
@@ -142,110 +138,12 @@ async def _until_closed(connection: RobotConnection, work: Awaitable[int]) -> in
     finally:
         working.cancel()
         ending.cancel()
+        await asyncio.wait({working, ending})
 
 
-def _store(operator: MosaicOperator, connection: RobotConnection, label: str) -> MosaicStore:
+def store_of(operator: MosaicOperator, connection: RobotConnection, label: str) -> MosaicStore:
     return operator.stores.get_or_create_store(RobotConnector(connection.robot_id, label))
 
 
-@dataclass(frozen=True, slots=True)
-class Tail:
-    """``mosaic operator tail``."""
-
-    robot: str
-    label: str
-    count: int | None
-    as_json: bool
-
-    async def __call__(self, operator: MosaicOperator) -> int:
-        connection = await connected(operator, self.robot)
-        store = _store(operator, connection, self.label)
-        if isinstance(store, MediaStreamStore):
-            return await _until_closed(connection, self._watch(store))
-        if isinstance(store, ReceivableStore):
-            return await _until_closed(connection, self._listen(store))
-        raise _wrong_way(self.label, "sends nothing; use `mosaic operator send`")
-
-    async def _listen(self, store: ReceivableStore) -> int:
-        left = self.count
-        async for received in store.messages():
-            typer.echo(_as_json(self.label, received) if self.as_json else _as_text(received.data))
-            left = None if left is None else left - 1
-            if left == 0:
-                break
-        return FINE
-
-    async def _watch(self, store: MediaStreamStore) -> int:
-        lines, seen = 0, store.received_frames
-        while self.count is None or lines < self.count:
-            await asyncio.sleep(1.0)
-            frame, frames = store.latest_frame, store.received_frames - seen
-            seen += frames
-            size = (frame.width, frame.height) if frame is not None else (0, 0)
-            if self.as_json:
-                typer.echo(json.dumps({"label": self.label, "width": size[0], "height": size[1], "fps": frames}))
-            else:
-                typer.echo(f"{size[0]}×{size[1]}, {frames} frames/s" if frame is not None else "no picture yet")
-            lines += 1
-        return FINE
-
-
-def _wrong_way(label: str, what: str) -> ConnectionFailed:
+def wrong_way(label: str, what: str) -> ConnectionFailed:
     return ConnectionFailed(f"{label!r} {what}", code="channel.unknown_label", cure="")
-
-
-def _as_text(data: bytes) -> str:
-    try:
-        return data.decode()
-    except UnicodeDecodeError:
-        shown = data[:32].hex(" ")
-        return f"{len(data)} bytes: {shown}{' …' if len(data) > 32 else ''}"
-
-
-def _as_json(label: str, received: Received) -> str:
-    info = received.info
-    try:
-        value: Any = received.json()
-    except ValueError:
-        value = _as_text(received.data)
-    line = {"label": label, "seq": info.seq, "stampUs": info.stamp_us, "ageS": info.age_s, "latched": info.is_latched}
-    return json.dumps({**line, "data": value}, ensure_ascii=False)
-
-
-@dataclass(frozen=True, slots=True)
-class Send:
-    """``mosaic operator send``."""
-
-    robot: str
-    label: str
-    data: str
-    period_s: float
-    for_s: float
-
-    async def __call__(self, operator: MosaicOperator) -> int:
-        connection = await connected(operator, self.robot)
-        store = _store(operator, connection, self.label)
-        if not isinstance(store, SendableStore):
-            raise _wrong_way(self.label, "takes nothing; use `mosaic operator tail`")
-        refusals: list[Refusal] = []
-        connection.on_refusal(refusals.append)
-        await store.wait_open()
-        sent = await _until_closed(connection, self._send(store))
-        return self._report(sent, refusals)
-
-    async def _send(self, store: SendableStore) -> int:
-        loop = asyncio.get_running_loop()
-        start_s, sent, tick = loop.time(), 0, 0
-        while tick == 0 or tick * self.period_s <= self.for_s:
-            await asyncio.sleep(max(0.0, start_s + tick * self.period_s - loop.time()))
-            sent += store.send_data(self.data)
-            tick += 1
-        await asyncio.sleep(REFUSAL_WAIT_S)
-        return sent
-
-    def _report(self, sent: int, refusals: list[Refusal]) -> int:
-        for refusal in refusals[:3]:
-            reason = f"{refusal.code}: {refusal.message}" if refusal.message else refusal.code
-            typer.secho(f"refused: {reason}", err=True, fg=typer.colors.RED)
-        typer.echo(f"{sent} sent, {len(refusals)} refused")
-        return FAILED if refusals or not sent else FINE

@@ -1,0 +1,137 @@
+"""``mosaic operator drive``, ``stop``, ``clear``, ``lease`` and ``journal``: somebody at a terminal commands."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from mosaic_core.cli.operator_commands import (
+    DEFAULT_SERVER,
+    AsJson,
+    Code,
+    Email,
+    Label,
+    PasswordStdin,
+    RobotArgument,
+    Server,
+    app,
+)
+
+__all__ = ["app"]
+
+Resource = Annotated[str, typer.Option(help="Which of the robot's resources.")]
+Force = Annotated[
+    str, typer.Option(metavar="REASON", help="Take it over from whoever has it: supervisors only, with a reason.")
+]
+WaitS = Annotated[float, typer.Option(min=0, help="How long somebody who commands may take to hand over.")]
+
+
+@app.command()
+def drive(
+    robot: RobotArgument,
+    label: Label = "cmd_vel",
+    server: Server = DEFAULT_SERVER,
+    email: Email = "",
+    password_stdin: PasswordStdin = False,
+    code: Code = "",
+    linear_mps: Annotated[float, typer.Option(min=0.01, help="Speed of the keys forward and back.")] = 0.3,
+    angular_radps: Annotated[float, typer.Option(min=0.01, help="Speed of the keys left and right.")] = 0.8,
+    force: Force = "",
+    wait_s: WaitS = 30.0,
+    as_json: AsJson = False,
+) -> None:
+    """Drive with the keyboard: arrows or WASD to move, space to stand, x or Esc to stop the robot, q to leave.
+
+    It moves only while a key is held: without a key repeat for 0.6 s it stands. Takes the lease, gives it back.
+    """
+    from mosaic_core.cli import operator_session as session
+    from mosaic_core.cli.drive_session import DriveSession, need_a_terminal
+
+    need_a_terminal()
+    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
+    work = DriveSession(robot, label, linear_mps, angular_radps, force, wait_s, as_json)
+    raise typer.Exit(session.run(sign_in, work, is_person=True))
+
+
+@app.command()
+def stop(
+    robot: RobotArgument,
+    server: Server = DEFAULT_SERVER,
+    email: Email = "",
+    password_stdin: PasswordStdin = False,
+    code: Code = "",
+    reason: Annotated[str, typer.Option(help="Why; everybody who is connected reads it.")] = "",
+    as_json: AsJson = False,
+) -> None:
+    """Stop a robot: it stands, and takes no command until it is cleared. Needs no lease.
+
+    Software, and it has to sign in and connect first: this is no certified emergency stop.
+    """
+    from mosaic_core.cli import operator_session as session
+    from mosaic_core.cli.operator_control import Stop
+
+    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
+    raise typer.Exit(session.run(sign_in, Stop(robot, reason, as_json), is_person=True))
+
+
+@app.command()
+def clear(
+    robot: RobotArgument,
+    server: Server = DEFAULT_SERVER,
+    email: Email = "",
+    password_stdin: PasswordStdin = False,
+    code: Code = "",
+    as_json: AsJson = False,
+) -> None:
+    """Clear the stop of a robot, so that commands act again. Look at the robot first."""
+    from mosaic_core.cli import operator_session as session
+    from mosaic_core.cli.operator_control import Clear
+
+    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
+    raise typer.Exit(session.run(sign_in, Clear(robot, as_json), is_person=True))
+
+
+@app.command()
+def lease(
+    robot: RobotArgument,
+    server: Server = DEFAULT_SERVER,
+    email: Email = "",
+    password_stdin: PasswordStdin = False,
+    code: Code = "",
+    resource: Resource = "motion",
+    take: Annotated[bool, typer.Option("--take", help="Take it, and hold it until Ctrl+C.")] = False,
+    force: Force = "",
+    release: Annotated[
+        bool, typer.Option("--release", help="Free it: take it, by --force if need be, and give it back at once.")
+    ] = False,
+    wait_s: WaitS = 30.0,
+    as_json: AsJson = False,
+) -> None:
+    """Show who commands a robot; with --take, --force or --release, change that."""
+    from mosaic_core.cli import operator_session as session
+    from mosaic_core.cli.operator_control import LookAtLeases, TakeLease
+
+    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
+    work: session.Work = LookAtLeases(robot, as_json)
+    if take or force or release:
+        work = TakeLease(robot, resource, force, wait_s, release, as_json)
+    raise typer.Exit(session.run(sign_in, work, is_person=True))
+
+
+@app.command()
+def journal(
+    robot: RobotArgument,
+    server: Server = DEFAULT_SERVER,
+    email: Email = "",
+    password_stdin: PasswordStdin = False,
+    code: Code = "",
+    limit: Annotated[int, typer.Option("-n", "--limit", min=1, max=200, help="The newest so many entries.")] = 50,
+    as_json: AsJson = False,
+) -> None:
+    """Show what happened on a robot: leases, stops, refused commands. Supervisors only."""
+    from mosaic_core.cli import operator_session as session
+    from mosaic_core.cli.operator_control import ReadJournal
+
+    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
+    raise typer.Exit(session.run(sign_in, ReadJournal(robot, limit, as_json), is_person=True))
