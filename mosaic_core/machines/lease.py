@@ -131,7 +131,8 @@ class LeaseDesk:
 
     def handle(self, event: Event, now_s: float) -> list[Effect]:
         """What to do now, in order. What has expired by ``now_s`` ends before the event counts."""
-        effects = self._expired(now_s)
+        effects = self._forget(event.peer_id) if isinstance(event, Left) else []  # it gets nothing of what now ends
+        effects += self._expired(now_s)
         match event:
             case Commanded(peer_id, resource):
                 effects += self._commanded(peer_id, resource, now_s)
@@ -147,7 +148,7 @@ class LeaseDesk:
             case Joined(party):
                 effects += self._joined(party, now_s)
             case Left(peer_id, on_purpose):
-                effects += self._left(peer_id, on_purpose, now_s)
+                effects += self._left(peer_id, now_s) if on_purpose else []
             case DeadlinePassed():
                 pass
         return effects
@@ -186,7 +187,7 @@ class LeaseDesk:
             return []
         effects: list[Effect] = []
         if not (self._may_command(party) and self._is_continued(party)):
-            effects = self._left(party.peer_id, True, now_s)  # what it had belongs to somebody else, or nobody
+            effects = [*self._forget(party.peer_id), *self._left(party.peer_id, now_s)]  # what it had isn't this one's
         self._peers[party.peer_id] = party
         for lease in self._leases.values():
             if lease.holder is not None and lease.holder.peer_id == party.peer_id:
@@ -203,29 +204,29 @@ class LeaseDesk:
         held = [one.holder for one in self._leases.values() if one.holder and one.holder.peer_id == party.peer_id]
         return party.session_id != "" and all(holder.session_id == party.session_id for holder in held)
 
-    def _left(self, peer_id: str, on_purpose: bool, now_s: float) -> list[Effect]:
-        party = self._peers.pop(peer_id, None)
+    def _forget(self, peer_id: str) -> list[Effect]:
+        """Nothing is said or given to it any more."""
+        self._peers.pop(peer_id, None)
+        return [QueueChanged(lease.resource) for lease in self._leases.values() if lease.queue.drop_peer(peer_id)]
+
+    def _left(self, peer_id: str, now_s: float) -> list[Effect]:
         effects: list[Effect] = []
         for lease in self._leases.values():
-            has_waited = lease.queue.drop_peer(peer_id)
-            if on_purpose and lease.holder is not None and lease.holder.peer_id == peer_id:
-                effects += self._end(lease, "lease.peer_left", _name(party or lease.holder), now_s)
-            elif has_waited:
-                effects.append(QueueChanged(lease.resource))
+            if lease.holder is not None and lease.holder.peer_id == peer_id:
+                effects += self._end(lease, "lease.peer_left", _name(lease.holder), now_s)
         return effects
 
     # -- asking
 
     def _requested(self, event: Requested, now_s: float) -> list[Effect]:
         party = self._peers.get(event.peer_id)
-        if party is None:
+        if party is None or party.is_original:
             return []
         lease = self._leases.get(event.resource)
         if lease is None:
             return self._reply(party, event.resource, "lease.unknown_resource")
         if not self._may_command(party):
-            code = "lease.forbidden" if party.role == "observer" else "lease.original_observes"
-            return self._reply(party, lease.resource, code)
+            return self._reply(party, lease.resource, "lease.forbidden")
         if event.force and not (party.role == "supervisor" and event.reason.strip()):
             return self._reply(party, lease.resource, "lease.force_forbidden")
         holder = lease.holder
@@ -255,7 +256,7 @@ class LeaseDesk:
 
     def _released(self, peer_id: str, resource: str, now_s: float) -> list[Effect]:
         party, lease = self._peers.get(peer_id), self._leases.get(resource)
-        if party is None:
+        if party is None or party.is_original:
             return []
         if lease is None:
             return self._reply(party, resource, "lease.unknown_resource")

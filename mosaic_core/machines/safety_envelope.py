@@ -1,8 +1,9 @@
 """What a command becomes before it acts: scaled, then clamped, then slewed, so no plugin sees more than is allowed.
 
 Works on the parsed JSON message: a dict of dicts with numbers, addressed by dotted paths. A field that is missing
-counts as 0 and stays missing. Rates hold between what was put out before and what is put out now: towards zero for the
-whole time between two commands, away from zero for at most :data:`MAX_RISE_STEP_S`, so that a pause saves up no jump.
+counts as 0 and stays missing, but for one that has not fallen to 0 yet: leaving it out stops no faster. Rates hold
+between what was put out before and what is put out now: towards zero for the whole time between two commands, away from
+zero for at most :data:`MAX_RISE_STEP_S`, so that a pause saves up no jump.
 """
 
 from __future__ import annotations
@@ -89,11 +90,11 @@ class SafetyEnvelope:
         target = [0.0 if value is None else max(-HUGE, min(HUGE, value)) * share for value in wish]
         for limit, places in self._limits:
             clamped(target, limit, places)
-        output = self._slewed(target, wish, now_s)
-        changed = [new is not None and new != old for new, old in zip(wish, output, strict=True)]
+        output = self._slewed(target, now_s)
+        changed = [(wished or 0.0) != value for wished, value in zip(wish, output, strict=True)]
         shaped = dict(message)
-        for path, value, is_there in zip(self._paths, output, wish, strict=True):
-            if is_there is not None:
+        for path, value, wished in zip(self._paths, output, wish, strict=True):
+            if wished is not None or value != 0.0:
                 _put(shaped, message, path, value)
         is_zero = not any(output) and any(value is not None for value in wish)
         is_idle = self._note(output, shaped, is_zero, now_s)
@@ -107,13 +108,12 @@ class SafetyEnvelope:
                 _put(shaped, message, path, 0.0)
         return shaped
 
-    def _slewed(self, target: list[float], wish: list[float | None], now_s: float) -> list[float]:
+    def _slewed(self, target: list[float], now_s: float) -> list[float]:
         if not self._groups:
             return [value + 0.0 for value in target]
         state = self._state
         elapsed_s = MAX_RISE_STEP_S if state.at_s is None else max(0.0, now_s - state.at_s)
-        last = [0.0 if value is None else old for value, old in zip(wish, state.output, strict=True)]
-        output = list(target)
+        last, output = state.output, list(target)
         for places, limits in self._groups:
             part = min(reach(last, target, limit, its, elapsed_s) for limit, its in limits)
             if part < 1.0:
@@ -180,11 +180,11 @@ def _number(message: Mapping[str, Any], path: tuple[str, ...], field: str) -> fl
 
 
 def _put(shaped: dict[str, Any], message: Mapping[str, Any], path: tuple[str, ...], value: float) -> None:
-    """Write into ``shaped``, whose inner dicts are still those of ``message`` until they are written to."""
+    """Write into ``shaped``, whose inner dicts are those of ``message`` until they are written to."""
     inner, original = shaped, message
     for key in path[:-1]:
-        deeper = original[key]
-        if inner[key] is deeper:
+        deeper = original.get(key, {})
+        if inner.get(key, deeper) is deeper:
             inner[key] = dict(deeper)
         inner, original = inner[key], deeper
     inner[path[-1]] = value

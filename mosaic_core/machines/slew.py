@@ -8,6 +8,7 @@ change of sign first falls to zero and then rises.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from mosaic_core.words.limits import FieldLimit
 
@@ -34,7 +35,7 @@ def clamped(values: list[float], limit: FieldLimit, places: tuple[int, ...]) -> 
 
 
 def reach(
-    last: list[float], target: list[float], limit: FieldLimit, places: tuple[int, ...], elapsed_s: float
+    last: Sequence[float], target: Sequence[float], limit: FieldLimit, places: tuple[int, ...], elapsed_s: float
 ) -> float:
     """The share (0 to 1) of the way from ``last`` to ``target`` that ``limit`` allows in ``elapsed_s``."""
     way = [target[at] - last[at] for at in places]
