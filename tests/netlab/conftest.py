@@ -230,8 +230,9 @@ class Site:
     @asynccontextmanager
     async def connected(self, **options: Any) -> AsyncIterator[RobotConnection]:
         """A person at the robot."""
-        email, password = self.account["email"], self.account["password"]
-        async with await MosaicOperator.login(self.url, email, password, is_person=True, **options) as operator:
+        async with await MosaicOperator.login(self.url, self.account["email"], self.account["password"]) as signed_in:
+            token = signed_in.access_token
+        async with MosaicOperator(self.url, token, is_person=True, **options) as operator:
             yield await operator.connect(self.account["robotId"], timeout_s=20)
 
     @asynccontextmanager
