@@ -4,8 +4,8 @@ python bench/control.py [STOPS] [--quick]
 
 Server, robot and operator are processes of their own on loopback. The drive writes down when it was told what; all
 processes of a machine have the same monotonic clock. Measured on an idle machine, with as many busy processes as
-cores, and while the robot sends 10 MB/s of bulk data to the same operator. The peer sends the same commands, and the
-same bulk, over two ordered channels of one connection of plain aiortc.
+cores, while the robot sends 10 MB/s of bulk data to the same operator, and over a bad network. The peer sends the same
+commands, and the same bulk, over two ordered channels of one connection of plain aiortc.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ from rich.console import Console
 from mosaic_core.operator import MosaicOperator, RobotConnection
 
 IDLE, SATURATED, BULK = "idle", "CPU saturated", "10 MB/s of bulk beside"
+PROFILE = "4g"
+NETWORK = "4g: 50 ± 15 ms each way, 3 % loss"
 BULK_MBYTEPS = 10.0
 SETTLE_S = 1.0
 """Every load has its effect before anything is measured."""
@@ -98,6 +100,18 @@ class Bench:
         self.report.notes.append(text)
 
 
+async def measure_network(site: Site, stops: int, report: Report) -> None:
+    """Half a round trip is the shortest one here: what jitter and loss add to it is in the figures."""
+    async with await site.sign_in() as operator:
+        connection = await operator.connect(site.robot_id)
+        async with await connection.control.take():
+            late_ms = await Silence(connection, site.record).late_ms(stops)
+            took_ms = await AskedFor(connection, site.record).took_ms(stops)
+            half_ms = await half_round_trip_ms(connection)
+    report.add(Distribution(NETWORK, "standing still, after timeout_s", late_ms))
+    report.add(Distribution(NETWORK, "stop → drive stands", took_ms, f"RTT/2 is {half_ms:.0f}"))
+
+
 async def measure(site: Site, stops: int, stack: ExitStack) -> Report:
     report = Report()
     plain = await PlainOperator.connected(stack.enter_context(plain_robot()))
@@ -117,9 +131,12 @@ def main() -> None:
     asked = parser.parse_args()
     console = Console()
     try:
-        with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-            site = start_site(Path(folder), stack)
-            report = asyncio.run(measure(site, 20 if asked.quick else asked.stops, stack))
+        stops = 20 if asked.quick else asked.stops
+        with tempfile.TemporaryDirectory() as folder:
+            with ExitStack() as stack:
+                report = asyncio.run(measure(start_site(Path(folder) / "near", stack), stops, stack))
+            with ExitStack() as stack:
+                asyncio.run(measure_network(start_site(Path(folder) / "far", stack, PROFILE), stops, report))
     except KeyboardInterrupt:
         raise SystemExit("interrupted") from None
     console.print(report.table("How long until the robot stands"))

@@ -5,15 +5,17 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import signal
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
 
-from connect import listening_port, run_mosaic, running
+from connect import MOSAIC, listening_port, run_mosaic, running
 
 from mosaic_core.operator import MosaicOperator
 from mosaic_core.testing.distributions import write_distribution
@@ -49,7 +51,6 @@ class Site:
     email: str
     password: str
     robot_id: str
-    robot: subprocess.Popen[bytes]
     robot_log: Path
     record: Record
 
@@ -114,24 +115,40 @@ class Record:
         await asyncio.sleep(POLL_S)
 
 
-def start_site(folder: Path, stack: ExitStack) -> Site:
+def start_site(folder: Path, stack: ExitStack, network: str | None = None) -> Site:
+    """``network``: the profile of a bad network between the robot and its operators."""
     data_dir, ready_file, record = folder / "server", folder / "ready.json", folder / "record.txt"
+    folder.mkdir(exist_ok=True)
     record.touch()
-    plugin = folder / "plugin"
     entry_points = {"mosaic.connectors": {"bulk-source": "bulk_source:BulkSourceConfigurer"}}
-    write_distribution(plugin, "bulk-source", entry_points=entry_points)
-    os.environ["PYTHONPATH"] = os.pathsep.join(
-        filter(None, (str(plugin), str(ROBOT_SIDE), os.environ.get("PYTHONPATH")))
-    )
-    os.environ["DRIVE_RECORD"] = str(record)
+    write_distribution(folder / "plugin", "bulk-source", entry_points=entry_points)
     seeded = json.loads(run_mosaic("server", "seed", "--data-dir", str(data_dir), "--json"))
     words = ["server", "run", "--data-dir", str(data_dir), "--port", "0", "--ready-file", str(ready_file)]
     server = stack.enter_context(running(folder / "server.log", *words))
     port = listening_port(ready_file, server, folder / "server.log")
     drives = "".join(CONNECTOR.format(number=number, timeout_s=TIMEOUT_S) for number in range(DRIVES))
-    config = folder / "mosaic_config.yaml"
+    config, robot_log = folder / "mosaic_config.yaml", folder / "robot.log"
     config.write_text(CONFIG.format(port=port, robot_id=seeded["robotId"], token=seeded["robotToken"], drives=drives))
-    robot_log = folder / "robot.log"
-    robot = stack.enter_context(running(robot_log, "run", str(config), "--json"))
+    stack.enter_context(running_robot(config, robot_log, record, network))
     url = f"http://127.0.0.1:{port}"
-    return Site(url, seeded["email"], seeded["password"], seeded["robotId"], robot, robot_log, Record(record))
+    return Site(url, seeded["email"], seeded["password"], seeded["robotId"], robot_log, Record(record))
+
+
+@contextmanager
+def running_robot(config: Path, log: Path, record: Path, network: str | None) -> Iterator[None]:
+    """`mosaic run` until the end of the block."""
+    path = (str(config.parent / "plugin"), str(ROBOT_SIDE), os.environ.get("PYTHONPATH"))
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, path)), "DRIVE_RECORD": str(record)}
+    plain = [*MOSAIC, "run", str(config), "--json"]
+    words = plain if network is None else [sys.executable, str(ROBOT_SIDE / "impaired_robot.py"), str(config), network]
+    with log.open("wb") as output:
+        process = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT, env=environment)
+        try:
+            yield
+        finally:
+            process.send_signal(signal.SIGTERM)
+            try:
+                process.wait(timeout=10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()

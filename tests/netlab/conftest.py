@@ -101,8 +101,7 @@ class Lab:
             ip("-n", namespace.name, "link", "set", "lo", "up")
         self._connect(self.robot, "robot", ROBOT_IP, ROUTER_ROBOT_IP)
         self._connect(self.operator, "operator", OPERATOR_IP, ROUTER_OPERATOR_IP)
-        words = [*self.router.prefix, "sysctl", "-q", "-w", "net.ipv4.ip_forward=1"]
-        subprocess.run(words, check=True, capture_output=True)
+        self.router.run(lambda: Path("/proc/sys/net/ipv4/ip_forward").write_text("1"))
         self._cut: list[str] = []
 
     def _connect(self, namespace: Namespace, port: str, address: str, router_address: str) -> None:
