@@ -17,9 +17,9 @@ from mosaic_core.machines.picture_rate import PictureRate
 CodecName = Literal["VP8", "H264"]
 _NEVER = 1_000_000
 """Pictures between key frames that nobody asked for: none. Whoever joins or loses one asks."""
-_STEP_UP, _STEP_DOWN = 1.25, 0.9
+_STEP_UP, _STEP_DOWN = 1.4, 0.9
 """An encoder that must be made anew for another bit rate begins with a key frame: only for a real difference."""
-_STEP_INTERVAL_TICKS = 2 * 90_000
+_STEP_INTERVAL_TICKS = 4 * 90_000
 _FPS_STEP = 1.4
 
 
@@ -97,7 +97,9 @@ class VideoEncoder:
     def _is_worth_a_key_frame(self, bitrate_bps: int, pts: int) -> bool:
         if bitrate_bps < self._bitrate_bps * _STEP_DOWN:
             return True  # it is more than the link takes: at once
-        is_soon = self._stepped_at_pts is not None and pts - self._stepped_at_pts < _STEP_INTERVAL_TICKS
+        if self._stepped_at_pts is None:
+            self._stepped_at_pts = pts
+        is_soon = pts - self._stepped_at_pts < _STEP_INTERVAL_TICKS
         is_top = bitrate_bps == self._settings.ceiling_bps
         return not is_soon and (is_top or bitrate_bps > self._bitrate_bps * _STEP_UP)
 
@@ -145,6 +147,7 @@ def encoder_options(kind: EncoderKind, preset: str, ceiling_bps: int) -> Mapping
                 "lag-in-frames": "0",
                 "undershoot-pct": "100",
                 "overshoot-pct": "15",
+                "max-intra-rate": "300" if drives else "600",  # percent of a picture's share of the bit rate
                 "static-thresh": "1",
             }
         case "h264_nvenc":

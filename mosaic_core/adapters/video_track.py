@@ -27,7 +27,7 @@ class VideoTrack(MediaStreamTrack):
         self._label = label
         self._feed = feed
         self._origin: RtpOriginLearner | None = RtpOriginLearner(sender)
-        self._feedback = SenderFeedback(sender, feed.heard)
+        self._feedback = SenderFeedback(sender, feed.heard, feed.may_repeat)
         self._on_origin = on_origin
         self._last_pts = -1
 

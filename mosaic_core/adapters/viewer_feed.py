@@ -12,6 +12,7 @@ import av
 
 from mosaic_core.adapters.video_encoder import CodecName
 from mosaic_core.machines.rate_control import Feedback, PictureLost, RateControl
+from mosaic_core.machines.retransmissions import Retransmissions
 from mosaic_core.machines.rung_choice import RungChoice
 from mosaic_core.machines.rung_ladder import Rung
 from mosaic_core.machines.rung_switch import RungSwitch
@@ -19,6 +20,7 @@ from mosaic_core.runtime.transport import TellUnavailable
 
 MAX_WAITING = 8
 """Packets that wait for one viewer's transport: a quarter of a second, then it goes on at the next key frame."""
+_PACKET_BYTES = 1200
 _CODECS: dict[str, CodecName] = {"video/vp8": "VP8", "video/h264": "H264"}
 
 
@@ -45,6 +47,7 @@ class ViewerFeed:
         self._wants_key = wants_key
         self._changed = changed
         self._told: str | None = None
+        self._repeats = Retransmissions()
         self._items: deque[av.Packet[Any]] = deque()
         self._arrived = asyncio.Event()
 
@@ -69,6 +72,17 @@ class ViewerFeed:
         if isinstance(feedback, PictureLost):
             self._wants_key(self)
         self._changed()
+
+    def may_repeat(self, sequence_number: int) -> bool:
+        if self.rate is None:
+            return False
+        now_s = time.monotonic()
+        is_wise = self._repeats.may(sequence_number, self.rate.budget_bps, self.rate.round_trip_s, now_s)
+        if is_wise:
+            self.rate.sent(_PACKET_BYTES, now_s)
+        elif self._repeats.is_exhausted:
+            self._wants_key(self)  # that picture is lost, and all that build on it
+        return is_wise
 
     # -- what the stream calls -----------------------------------------------------------------------------------
 

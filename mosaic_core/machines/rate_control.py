@@ -12,16 +12,23 @@ from typing import TypeAlias
 
 START_BPS = 800_000
 """Most links take it; a picture at this rate is neither blocky nor tiny."""
-_FAST_GROWTH, _GROWTH, _CAREFUL_GROWTH = 1.5, 1.15, 1.03
+_FAST_GROWTH, _GROWTH, _CAREFUL_GROWTH = 1.5, 1.25, 1.03
 """Per second: before the first congestion; after one; near the rate where the last one was."""
 _IDLE_GROWTH = 1.08
 """While the pictures need less than half of it nothing is proved by clean reports."""
+_NEAR_FROM, _NEAR_TO = 0.9, 1.1
+"""Of the rate of the last congestion. Beyond it the path evidently takes more by now."""
 _CLEAN_LOSS, _BAD_LOSS = 0.04, 0.10
 """Radio links lose a few percent at any rate; beyond a tenth the rate itself is the cause (as in RFC 8698 §5.1)."""
-_BACK_OFF = 0.8
-_MIN_BACK_OFF = 0.5
-_BACK_OFF_INTERVAL_S = 0.9
-"""One back-off per report: the next one tells whether it was enough."""
+_JUDGED_S = 0.5
+"""Browsers send a report with every NACK: single ones are about a handful of packets and mean nothing."""
+_BACK_OFF, _MIN_BACK_OFF = 0.8, 0.5
+_LEAST, _QUEUE_LEAST = 0.2, 0.6
+"""However little the receiver estimates. A queue without loss is no reason to mistrust the path entirely."""
+_DRAIN = 0.75
+"""Of what the path takes: as long as more is sent than drains, the queue stays and every picture waits in it."""
+_BACK_OFF_INTERVAL_S, _QUEUE_INTERVAL_S = 1.0, 2.0
+"""The next reports tell whether it was enough; a queue needs longer to drain."""
 _QUEUE_S = 0.12
 """A round trip longer than the shortest one by this: a queue stands, and pictures arrive late by it."""
 _MANY_MISSING = 0.2
@@ -30,20 +37,25 @@ _LOST_PICTURES, _LOST_WITHIN_S = 3, 3.0
 _ESTIMATE_USED = 0.8
 """A receiver estimates 1.5 times what it gets: it limits us only when we send about that much."""
 _ESTIMATE_AGE_S = 5.0
+"""Browsers estimate by the delays of single packets and often far too little (a third, on loopback): an estimate
+decides how far to back off when a report shows loss or a queue, and by itself only slows growth down."""
+_LEAST_OF_ESTIMATE = 0.4
 _SILENT_S = 4.0
 """Reports come once per second."""
 _MEMORY_S = 20.0
 """For so long the rate of the last congestion is approached with care. Links get better again."""
 _ROUND_TRIP_MEMORY_S = 30.0
 _WINDOW_S = 1.0
-_BITS_PER_PACKET = 1200 * 8
+_PACKET_BYTES = 1200
 
 
 @dataclass(frozen=True, slots=True)
 class ReceiverReport:
-    """RTCP receiver report: share of packets lost since the last one, and the round trip if it is known."""
+    """RTCP receiver report: packets lost and the highest sequence number, both since the beginning, and the round trip
+    if this report tells it."""
 
-    fraction_lost: float
+    packets_lost: int
+    highest_sequence: int
     round_trip_s: float | None = None
 
 
@@ -80,9 +92,10 @@ class RateControl:
         self._missing: deque[tuple[float, int]] = deque()
         self._lost_pictures: deque[float] = deque(maxlen=_LOST_PICTURES)
         self._round_trips: deque[tuple[float, float]] = deque()
+        self._judged: tuple[float, ReceiverReport] | None = None
         self._estimate: tuple[float, int] | None = None
         self._congested: tuple[float, float] | None = None
-        self._backed_off_at_s = now_s - _BACK_OFF_INTERVAL_S
+        self._backed_off_at_s = now_s - _QUEUE_INTERVAL_S
         self._grown_at_s = now_s
         self._heard_at_s = now_s
 
@@ -90,8 +103,13 @@ class RateControl:
     def budget_bps(self) -> int:
         return round(self._budget_bps)
 
+    @property
+    def round_trip_s(self) -> float | None:
+        """The last one that was reported."""
+        return self._round_trips[-1][1] if self._round_trips else None
+
     def sent_bps(self, now_s: float) -> float:
-        """What was sent during the last second."""
+        """What was sent during the last second, with what was sent again."""
         _forget(self._sent, now_s)
         return sum(size for _, size in self._sent) * 8 / _WINDOW_S
 
@@ -107,9 +125,10 @@ class RateControl:
     def handle(self, feedback: Feedback, now_s: float) -> None:
         """Something came back from the viewer."""
         match feedback:
-            case ReceiverReport(fraction_lost, round_trip_s):
+            case ReceiverReport():
                 self._heard_at_s = now_s
-                self._reported(fraction_lost, self._queue_stands(round_trip_s, now_s), now_s)
+                self._remember_round_trip(feedback.round_trip_s, now_s)
+                self._judge(feedback, now_s)
             case BandwidthEstimate(bitrate_bps):
                 self._estimate = (now_s, bitrate_bps)
             case PacketsMissing(count):
@@ -118,23 +137,33 @@ class RateControl:
             case PictureLost():
                 self._lost_pictures.append(now_s)
                 self._check_lost_pictures(now_s)
-        self._obey_estimate(now_s)
 
     def tick(self, now_s: float) -> None:
         """Call it about twice per second: silence is news too."""
         if self._sent and now_s - self._heard_at_s >= _SILENT_S:
             self._back_off(_MIN_BACK_OFF, now_s, interval_s=_SILENT_S / 2)
-        self._obey_estimate(now_s)
 
     # -- up ------------------------------------------------------------------------------------------------------
 
-    def _reported(self, lost: float, has_queue: bool, now_s: float) -> None:
+    def _judge(self, report: ReceiverReport, now_s: float) -> None:
+        if self._judged is None:
+            self._judged = (now_s, report)
+            return
+        since_s, before = self._judged
+        expected = report.highest_sequence - before.highest_sequence
+        if now_s - since_s < _JUDGED_S or expected <= 0:
+            return
+        self._judged = (now_s, report)
+        lost = min(1.0, max(0, report.packets_lost - before.packets_lost) / expected)
+        self._act_on(lost, now_s)
+
+    def _act_on(self, lost: float, now_s: float) -> None:
         elapsed_s = min(2.0, max(0.0, now_s - self._grown_at_s))
         self._grown_at_s = now_s
         if lost > _BAD_LOSS:
             self._back_off(max(_MIN_BACK_OFF, 1.0 - lost / 2), now_s)
-        elif has_queue:
-            self._back_off(_BACK_OFF, now_s)
+        elif self._queue_stands(now_s):
+            self._back_off(_BACK_OFF, now_s, interval_s=_QUEUE_INTERVAL_S, least=_QUEUE_LEAST)
         elif lost <= _CLEAN_LOSS and now_s - self._backed_off_at_s >= _BACK_OFF_INTERVAL_S:
             self._set(self._budget_bps * self._growth(now_s) ** elapsed_s)
 
@@ -143,35 +172,48 @@ class RateControl:
         if self.sent_bps(now_s) < self._budget_bps / 2:
             return _IDLE_GROWTH
         if self._congested is None:
-            return _FAST_GROWTH
-        at_s, at_bps = self._congested
-        is_near = now_s - at_s < _MEMORY_S and self._budget_bps > at_bps * 0.85
+            return _FAST_GROWTH if self._estimate_below(now_s) is None else _GROWTH
+        at_s, path_bps = self._congested
+        is_near = now_s - at_s < _MEMORY_S and _NEAR_FROM < self._budget_bps / path_bps < _NEAR_TO
         return _CAREFUL_GROWTH if is_near else _GROWTH
 
     # -- down ----------------------------------------------------------------------------------------------------
 
-    def _back_off(self, factor: float, now_s: float, interval_s: float = _BACK_OFF_INTERVAL_S) -> None:
+    def _back_off(
+        self, factor: float, now_s: float, *, interval_s: float = _BACK_OFF_INTERVAL_S, least: float = _LEAST
+    ) -> None:
+        """To what the path takes, as far as that is known, less what drains the queue. ``factor`` if nothing is known,
+        ``least``: no further down than this share of the budget."""
         if now_s - self._backed_off_at_s < interval_s:
             return
         self._backed_off_at_s = now_s
-        self._congested = (now_s, self._budget_bps)
-        # What was not even sent can't be what hurt: cut from what was.
-        used_bps = max(self.sent_bps(now_s), self._budget_bps / 2)
-        self._set(min(self._budget_bps, used_bps) * factor)
+        estimate_bps = self._estimate_below(now_s)
+        if estimate_bps is not None:
+            path_bps = estimate_bps
+            self._set(max(estimate_bps * _DRAIN, self._budget_bps * least))
+        else:
+            # What was not even sent can't be what hurt: cut from what was.
+            path_bps = min(self._budget_bps, max(self.sent_bps(now_s), self._budget_bps / 2))
+            least_bps = min(self._budget_bps, _LEAST_OF_ESTIMATE * self._fresh_estimate_bps(now_s))
+            self._set(max(path_bps * factor, least_bps))
+        self._congested = (now_s, max(path_bps, self._fresh_estimate_bps(now_s)))
 
-    def _queue_stands(self, round_trip_s: float | None, now_s: float) -> bool:
-        if round_trip_s is None:
-            return False
-        self._round_trips.append((now_s, round_trip_s))
-        while self._round_trips[0][0] < now_s - _ROUND_TRIP_MEMORY_S:
+    def _remember_round_trip(self, round_trip_s: float | None, now_s: float) -> None:
+        if round_trip_s is not None:
+            self._round_trips.append((now_s, round_trip_s))
+        while self._round_trips and self._round_trips[0][0] < now_s - _ROUND_TRIP_MEMORY_S:
             self._round_trips.popleft()
+
+    def _queue_stands(self, now_s: float) -> bool:
+        if not self._round_trips or now_s - self._round_trips[-1][0] > 2 * _WINDOW_S:
+            return False
         shortest_s = min(value for _, value in self._round_trips)
-        return round_trip_s > max(2 * shortest_s, shortest_s + _QUEUE_S)
+        return self._round_trips[-1][1] > max(2 * shortest_s, shortest_s + _QUEUE_S)
 
     def _check_missing(self, now_s: float) -> None:
         _forget(self._missing, now_s)
         missing = sum(count for _, count in self._missing)
-        packets = max(10.0, self.sent_bps(now_s) / _BITS_PER_PACKET)
+        packets = max(10.0, self.sent_bps(now_s) / (8 * _PACKET_BYTES))
         if missing > _MANY_MISSING * packets:
             self._back_off(_BACK_OFF, now_s)
 
@@ -181,14 +223,16 @@ class RateControl:
             lost.clear()
             self._back_off(_BACK_OFF, now_s)
 
-    def _obey_estimate(self, now_s: float) -> None:
-        if self._estimate is None:
-            return
-        at_s, estimate_bps = self._estimate
-        is_fresh = now_s - at_s <= _ESTIMATE_AGE_S
-        if is_fresh and estimate_bps < self._budget_bps and self.sent_bps(now_s) >= _ESTIMATE_USED * estimate_bps:
-            self._congested = (now_s, float(estimate_bps))
-            self._set(float(estimate_bps))
+    def _fresh_estimate_bps(self, now_s: float) -> float:
+        if self._estimate is None or now_s - self._estimate[0] > _ESTIMATE_AGE_S:
+            return 0.0
+        return float(self._estimate[1])
+
+    def _estimate_below(self, now_s: float) -> float | None:
+        """A fresh estimate that is less than the budget although so much is sent."""
+        estimate_bps = self._fresh_estimate_bps(now_s)
+        is_tested = self.sent_bps(now_s) >= _ESTIMATE_USED * estimate_bps
+        return estimate_bps if estimate_bps > 0 and is_tested and estimate_bps < self._budget_bps else None
 
     def _set(self, budget_bps: float) -> None:
         self._budget_bps = min(float(self._max_bps), max(float(self._min_bps), budget_bps))

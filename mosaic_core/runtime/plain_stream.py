@@ -45,6 +45,9 @@ class NewestFeed:
     def heard(self, feedback: Feedback) -> None:
         """Nothing to adapt."""
 
+    def may_repeat(self, sequence_number: int) -> bool:
+        return True
+
 
 class PlainStream:
     """Implements ``runtime.transport.PictureStream``: ``prepare`` runs on the handler's thread, once per picture."""

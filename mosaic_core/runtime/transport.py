@@ -69,6 +69,10 @@ class PictureFeed(Protocol):
         """What the operator's side reports about the link and its decoder."""
         ...
 
+    def may_repeat(self, sequence_number: int) -> bool:
+        """Whether a packet that the operator's side misses is sent again."""
+        ...
+
 
 TellUnavailable: TypeAlias = Callable[[str], None]
 """Called with a ``media.*`` code when a viewer can't be sent any picture."""

@@ -167,10 +167,11 @@ def test_a_sender_keeps_the_timestamp_of_its_last_packet() -> None:
 def test_a_sender_is_asked_for_key_frames_and_given_reports_through_the_instance() -> None:
     assert "recipient._handle_rtcp_packet(packet)" in source_of(RTCDtlsTransport._handle_rtcp_data)
     assert "self._send_keyframe()" in source_of(RTCRtpSender._handle_rtcp_packet)
+    assert "await self._retransmit(seq)" in source_of(RTCRtpSender._handle_rtcp_packet)
 
     async def check(pc: RTCPeerConnection) -> None:
         sender, heard = pc.addTransceiver("video").sender, []
-        SenderFeedback(sender, heard.append)
+        SenderFeedback(sender, heard.append, lambda sequence_number: False)
         await sender._handle_rtcp_packet(RtcpPsfbPacket(fmt=RTCP_PSFB_PLI, ssrc=1, media_ssrc=sender._ssrc))
         fci = pack_remb_fci(600_000, [sender._ssrc])
         await sender._handle_rtcp_packet(RtcpPsfbPacket(fmt=RTCP_PSFB_APP, ssrc=1, media_ssrc=0, fci=fci))
@@ -179,11 +180,13 @@ def test_a_sender_is_asked_for_key_frames_and_given_reports_through_the_instance
     with_peer(check)
 
 
-def test_a_sender_knows_its_round_trip_time() -> None:
+def test_a_sender_remembers_its_last_report_and_when_it_left() -> None:
     async def check(pc: RTCPeerConnection) -> None:
-        assert pc.addTransceiver("video").sender._RTCRtpSender__rtt is None  # type: ignore[attr-defined]
+        assert pc.addTransceiver("video").sender._RTCRtpSender__lsr is None  # type: ignore[attr-defined]
 
     with_peer(check)
+    source = source_of(RTCRtpSender._handle_rtcp_packet)
+    assert "rtt = time.time() - self.__lsr_time - (report.dlsr / 65536)" in source
 
 
 def test_packets_from_a_track_are_packed_as_they_are() -> None:

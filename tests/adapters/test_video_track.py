@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -31,6 +32,9 @@ class Feed:
 
     def codec_agreed(self, mime_type: str) -> None: ...
 
+    def may_repeat(self, sequence_number: int) -> bool:
+        return sequence_number % 2 == 0
+
     def heard(self, feedback: Any) -> None:
         self.reports.append(feedback)
 
@@ -39,13 +43,18 @@ class Sender(SimpleNamespace):
     """What a track touches of an RTCRtpSender."""
 
     def __init__(self, timestamp: int = 0) -> None:
-        super().__init__(_RTCRtpSender__rtp_timestamp=timestamp, _RTCRtpSender__rtt=0.08, _ssrc=SSRC)
+        super().__init__(_RTCRtpSender__rtp_timestamp=timestamp, _ssrc=SSRC)
+        self._RTCRtpSender__lsr, self._RTCRtpSender__lsr_time = 4, time.time() - 1.0
         self.handled: list[Any] = []
+        self.repeated: list[int] = []
 
     async def _handle_rtcp_packet(self, packet: Any) -> None:
         self.handled.append(packet)
         if getattr(packet, "fmt", None) == RTCP_PSFB_PLI and isinstance(packet, RtcpPsfbPacket):
             self._send_keyframe()
+
+    async def _retransmit(self, sequence_number: int) -> None:
+        self.repeated.append(sequence_number)
 
     def _send_keyframe(self) -> None:
         raise AssertionError("aiortc's own flag is read by nobody")
@@ -102,11 +111,22 @@ def test_a_stopped_track_ends() -> None:
     asyncio.run(run())
 
 
+def test_the_feed_decides_which_packets_are_sent_again() -> None:
+    async def run() -> None:
+        sender = Sender()
+        track_of(Feed(), sender)
+        for sequence_number in range(4):
+            await sender._retransmit(sequence_number)
+        assert sender.repeated == [0, 2]
+
+    asyncio.run(run())
+
+
 def test_what_the_operator_reports_reaches_the_feed_and_still_aiortc() -> None:
     async def run() -> None:
         feed, sender = Feed(), Sender()
         track_of(feed, sender)
-        report = RtcpReceiverInfo(SSRC, 64, 1, 2, 3, 4, 5)
+        report = RtcpReceiverInfo(SSRC, 64, 11, 222, 3, 4, 65536 // 2)
         other = RtcpReceiverInfo(SSRC + 1, 255, 1, 2, 3, 4, 5)
         packets: list[Any] = [
             RtcpRrPacket(ssrc=1, reports=[other, report]),
@@ -118,7 +138,8 @@ def test_what_the_operator_reports_reaches_the_feed_and_still_aiortc() -> None:
         ]
         for packet in packets:
             await sender._handle_rtcp_packet(packet)
-        assert feed.reports[:3] == [ReceiverReport(0.25, 0.08), PacketsMissing(3), PictureLost()]
+        assert feed.reports[0] == ReceiverReport(11, 222, pytest.approx(0.5, abs=0.3))
+        assert feed.reports[1:3] == [PacketsMissing(3), PictureLost()]
         assert isinstance(feed.reports[3], BandwidthEstimate)
         assert abs(feed.reports[3].bitrate_bps - 500_000) < 1000
         assert len(feed.reports) == 4

@@ -30,6 +30,8 @@ class Link:
         self.used = used
         self.now_s = 0.0
         self.queue_bits = 0.0
+        self.packets = self.lost = 0
+        self.rate.handle(ReceiverReport(0, 0), 0.0)
         self.history: list[int] = []
 
     def play(self, seconds: int) -> Link:
@@ -45,7 +47,10 @@ class Link:
                     lost += self.queue_bits - self.capacity_bps * 0.5
                     self.queue_bits = self.capacity_bps * 0.5
             share = min(1.0, lost / sent + self.random_loss) if sent else 0.0
-            self.rate.handle(ReceiverReport(share, 0.03 + self.queue_bits / self.capacity_bps), self.now_s)
+            self.packets += 1000
+            self.lost += round(1000 * share)
+            round_trip_s = 0.03 + self.queue_bits / self.capacity_bps
+            self.rate.handle(ReceiverReport(self.lost, self.packets, round_trip_s), self.now_s)
             self.rate.tick(self.now_s)
             self.history.append(self.rate.budget_bps)
         return self
@@ -96,6 +101,12 @@ def test_without_traffic_it_grows_slowly_for_nothing_is_proved() -> None:
     assert START_BPS < idle.rate.budget_bps < busy.rate.budget_bps / 2
 
 
+def report(rate: RateControl, lost: float, now_s: float) -> None:
+    """Two reports, a second apart, between which ``lost`` of the packets were lost."""
+    rate.handle(ReceiverReport(0, 0), now_s - 1.0)
+    rate.handle(ReceiverReport(round(1000 * lost), 1000), now_s)
+
+
 def sending(rate: RateControl, seconds: float, now_s: float) -> float:
     for _ in range(int(seconds * 30)):
         now_s += 1 / 30
@@ -103,13 +114,32 @@ def sending(rate: RateControl, seconds: float, now_s: float) -> float:
     return now_s
 
 
-def test_an_estimate_counts_when_so_much_is_sent_and_is_ignored_otherwise() -> None:
+def test_an_estimate_says_how_far_to_back_off_and_nothing_while_reports_are_clean() -> None:
     rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
-    rate.handle(BandwidthEstimate(400_000), 0.1)
-    assert rate.budget_bps == START_BPS, "a receiver that gets little can only estimate little"
-    now_s = sending(rate, 2, 0.1)
-    rate.handle(BandwidthEstimate(400_000), now_s)
-    assert rate.budget_bps == 400_000
+    now_s = sending(rate, 2, 0.0)
+    rate.handle(BandwidthEstimate(500_000), now_s)
+    assert rate.budget_bps == START_BPS
+    report(rate, 0.15, now_s)
+    assert 300_000 < rate.budget_bps < 500_000, "below it, so that the queue drains"
+
+
+def test_an_estimate_of_a_receiver_that_gets_little_says_nothing() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    rate.sent(3_000, 1.0)
+    rate.handle(BandwidthEstimate(200_000), 1.0)
+    report(rate, 0.15, 1.0)
+    assert rate.budget_bps > 300_000
+
+
+def test_growth_is_slower_where_the_receiver_estimates_less() -> None:
+    budgets = []
+    for estimate_bps in (500_000, 50_000_000):
+        rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+        now_s = sending(rate, 2, 0.0)
+        rate.handle(BandwidthEstimate(estimate_bps), now_s)
+        report(rate, 0.0, now_s)
+        budgets.append(rate.budget_bps)
+    assert START_BPS < budgets[0] < budgets[1]
 
 
 def test_packets_asked_for_again_count_before_the_report_comes() -> None:
@@ -137,6 +167,13 @@ def test_a_lost_picture_now_and_then_is_no_congestion() -> None:
     assert rate.budget_bps == START_BPS
 
 
+def test_reports_about_a_handful_of_packets_are_added_up() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    for number in range(20):  # one packet of fifty is lost, and a report comes with every NACK
+        rate.handle(ReceiverReport(packets_lost=number // 10, highest_sequence=5 * number), number * 0.02)
+    assert rate.budget_bps == START_BPS
+
+
 def test_silence_backs_off_but_only_while_something_is_sent() -> None:
     quiet = RateControl(MIN_BPS, MAX_BPS, 0.0)
     quiet.tick(60.0)
@@ -158,7 +195,7 @@ def test_other_limits_hold_at_once() -> None:
 
 
 FEEDBACK = st.one_of(
-    st.builds(ReceiverReport, st.floats(0, 1), st.none() | st.floats(0, 10)),
+    st.builds(ReceiverReport, st.integers(-5, 10**6), st.integers(0, 2**32), st.none() | st.floats(0, 10)),
     st.builds(BandwidthEstimate, st.integers(0, 10**9)),
     st.builds(PacketsMissing, st.integers(0, 500)),
     st.builds(PictureLost),

@@ -6,7 +6,9 @@ neither reaches a track that brings packets.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
+from typing import Any
 
 from aiortc import RTCRtpSender
 from aiortc.rtp import (
@@ -14,6 +16,7 @@ from aiortc.rtp import (
     RTCP_RTPFB_NACK,
     AnyRtcpPacket,
     RtcpPsfbPacket,
+    RtcpReceiverInfo,
     RtcpRrPacket,
     RtcpRtpfbPacket,
     RtcpSrPacket,
@@ -53,11 +56,17 @@ class RtpOriginLearner:
 
 
 class SenderFeedback:
-    """Tells ``heard`` what the receiving side says about this sender, after aiortc has seen to it itself."""
+    """Tells ``heard`` what the receiving side says about this sender, after aiortc has seen to it itself; a lost packet
+    is sent again only if ``may_repeat(sequence_number)``."""
 
-    def __init__(self, sender: RTCRtpSender, heard: Callable[[Feedback], None]) -> None:
+    def __init__(
+        self, sender: RTCRtpSender, heard: Callable[[Feedback], None], may_repeat: Callable[[int], bool]
+    ) -> None:
         self._sender = sender
         self._heard = heard
+        self._may_repeat = may_repeat
+        self._repeat = sender._retransmit
+        sender._retransmit = self._repeat_if_wise  # type: ignore[method-assign]
         self._handle = sender._handle_rtcp_packet
         sender._handle_rtcp_packet = self._handle_and_tell  # type: ignore[method-assign]
         sender._send_keyframe = lambda: heard(PictureLost())  # type: ignore[method-assign]
@@ -67,11 +76,17 @@ class SenderFeedback:
         if isinstance(packet, RtcpRrPacket | RtcpSrPacket):
             for report in packet.reports:
                 if report.ssrc == self._sender._ssrc:
-                    self._heard(ReceiverReport(report.fraction_lost / 256, self._round_trip_s()))
+                    self._heard(
+                        ReceiverReport(report.packets_lost, report.highest_sequence, self._round_trip_s(report))
+                    )
         elif isinstance(packet, RtcpRtpfbPacket) and packet.fmt == RTCP_RTPFB_NACK:
             self._heard(PacketsMissing(len(packet.lost)))
         elif isinstance(packet, RtcpPsfbPacket) and packet.fmt == RTCP_PSFB_APP:
             self._hear_estimate(packet.fci)
+
+    async def _repeat_if_wise(self, sequence_number: int) -> None:
+        if self._may_repeat(sequence_number):
+            await self._repeat(sequence_number)
 
     def _hear_estimate(self, fci: bytes) -> None:
         try:
@@ -81,6 +96,9 @@ class SenderFeedback:
         if self._sender._ssrc in ssrcs:
             self._heard(BandwidthEstimate(bitrate_bps))
 
-    def _round_trip_s(self) -> float | None:
-        round_trip_s: float | None = self._sender._RTCRtpSender__rtt  # type: ignore[attr-defined]
-        return round_trip_s
+    def _round_trip_s(self, report: RtcpReceiverInfo) -> float | None:
+        """As aiortc computes it, but without its smoothing, which hides a queue for ten seconds."""
+        sender: Any = self._sender
+        if not report.dlsr or report.lsr != sender._RTCRtpSender__lsr:
+            return None
+        return max(0.0, time.time() - sender._RTCRtpSender__lsr_time - report.dlsr / 65536)
