@@ -1,6 +1,7 @@
 import { isReasonCode, parseCatalogue, parseIceServers, reasonOfResult, type Catalogue, type IceServer } from '@mosaic/protocol'
+import type { Role } from './control/views'
 import { MosaicError } from './MosaicError'
-import type { RobotInfo, User } from './types'
+import type { Organization, RobotInfo, RoleOnRobot, User } from './types'
 
 export interface ServerInfo {
   name: string
@@ -54,15 +55,9 @@ export class RestApi {
     return this.request<ServerInfo>('GET', '/api/v1/server')
   }
 
-  /** All robots of the account, page by page. */
-  async robots(): Promise<RobotInfo[]> {
-    const robots: RobotInfo[] = []
-    for (;;) {
-      const path = `/api/v1/robots?skip=${robots.length}&limit=100`
-      const page = await this.request<{ data: RobotInfo[]; count: number }>('GET', path)
-      robots.push(...page.data)
-      if (page.data.length === 0 || robots.length >= page.count) return robots
-    }
+  /** All robots of the account. */
+  robots(): Promise<RobotInfo[]> {
+    return this.every<RobotInfo>('/api/v1/robots')
   }
 
   robot(robotId: string): Promise<RobotInfo> {
@@ -86,6 +81,26 @@ export class RestApi {
     return (await this.post<{ token: string }>('/api/v1/robots/auth/simple-token', { robotId })).token
   }
 
+  /** Every account of the organization with its role on this robot; for administrators. */
+  rolesOnRobot(robotId: string): Promise<RoleOnRobot[]> {
+    return this.every<RoleOnRobot>(`${robotPath(robotId)}/grants`)
+  }
+
+  /** Grant a role on this robot; null takes the grant back, so that the account's default counts again. */
+  setRoleOnRobot(robotId: string, accountId: string, role: Role | null): Promise<RoleOnRobot> {
+    const path = `${robotPath(robotId)}/grants/${encodeURIComponent(accountId)}`
+    return role === null ? this.request('DELETE', path) : this.request('PUT', path, { role })
+  }
+
+  organization(): Promise<Organization> {
+    return this.request('GET', '/api/v1/organization')
+  }
+
+  /** The role of accounts that are no administrators, wherever none was granted. */
+  setDefaultRole(defaultRole: Role): Promise<Organization> {
+    return this.request('PUT', '/api/v1/organization', { defaultRole })
+  }
+
   /** The short catalogue; null where the robot announced none. */
   async catalogue(robotId: string): Promise<Catalogue | null> {
     return parseCatalogue(await this.request<unknown>('GET', `${robotPath(robotId)}/catalogue`))
@@ -102,6 +117,16 @@ export class RestApi {
     const grant = sessions.find((session) => session.robotId === robotId)
     if (!grant) throw new MosaicError('signal.bad_message', 'the server granted no connection')
     return grant
+  }
+
+  /** Everything behind a paged path. */
+  private async every<T>(path: string): Promise<T[]> {
+    const all: T[] = []
+    for (;;) {
+      const page = await this.request<{ data: T[]; count: number }>('GET', `${path}?skip=${all.length}&limit=100`)
+      all.push(...page.data)
+      if (page.data.length === 0 || all.length >= page.count) return all
+    }
   }
 
   private post<T>(path: string, body: unknown): Promise<T> {

@@ -1,4 +1,5 @@
 import type { MosaicDataType, RobotStatus } from '@mosaic/protocol'
+import type { Role } from './control/views'
 
 /** Names one connector of one robot. Without `dataType` the robot's catalogue decides. */
 export interface RobotConnector {
@@ -59,6 +60,28 @@ export interface RobotInfo {
   organizationId: string
   connectorConfig?: string | null
   isOnline: boolean
+  /** What this account may do with it; absent from original servers. */
+  myRole?: Role
+}
+
+/** An account of the organization, and what it may do with one robot. */
+export interface RoleOnRobot {
+  accountId: string
+  email: string
+  fullName: string
+  isActive: boolean
+  isProgram: boolean
+  isOrganizationAdmin: boolean
+  /** What counts. */
+  role: Role
+  /** False: nothing was granted for this robot, `role` is the account's default. */
+  isGranted: boolean
+}
+
+export interface Organization {
+  id: string
+  name: string
+  defaultRole: Role
 }
 
 /** A robot with its live status. */
