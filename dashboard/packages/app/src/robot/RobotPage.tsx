@@ -1,7 +1,19 @@
 import { nearestName, type CatalogueEntry, type RobotSummary } from '@mosaic/client'
 import { useMosaicClient, useReadable, useRobotConnection, useRobots } from '@mosaic/react'
 import { Button } from '@mantine/core'
-import { Mismatch, Notice, WidgetCard, widgets } from '@mosaic/widgets'
+import {
+  ControlFrame,
+  ControlNews,
+  LeaseButtons,
+  LeaseRequests,
+  Mismatch,
+  Notice,
+  Presence,
+  StopButton,
+  StoppedBanner,
+  WidgetCard,
+  widgets,
+} from '@mosaic/widgets'
 import { IconChevronLeft } from '@tabler/icons-react'
 import { useEffect, type CSSProperties } from 'react'
 import { Link, useParams } from 'react-router-dom'
@@ -10,6 +22,7 @@ import { useTitle } from '../shell/useTitle'
 import { ConnectionBadge } from './ConnectionBadge'
 import { ConnectionNotice } from './ConnectionNotice'
 import { placesOf, type Place } from './layout'
+import { RobotMenu } from './RobotMenu'
 import classes from './robot.module.css'
 import { useConnected } from './useConnected'
 import { useViewChoices, type ViewChoicesControl } from './useViewChoices'
@@ -30,14 +43,32 @@ function OneRobot({ robotId }: { robotId: string }) {
   useTitle(robot?.name ?? 'Robot')
   return (
     <Shell
-      header={<Heading robot={robot} connection={<ConnectionBadge connection={connection} />} />}
-      notice={<ConnectionNotice connection={connection} robot={robot} />}
+      header={
+        <>
+          <Heading robot={robot} connection={<ConnectionBadge connection={connection} />} />
+          <Presence robotId={robotId} />
+          <div className={classes.controls} role="group" aria-label="Control of the robot">
+            <LeaseButtons robotId={robotId} />
+            <StopButton robotId={robotId} />
+          </div>
+        </>
+      }
+      menu={<RobotMenu robotId={robotId} robot={robot} />}
+      notice={
+        <>
+          <LeaseRequests robotId={robotId} />
+          <ControlNews robotId={robotId} />
+          <ConnectionNotice connection={connection} robot={robot} />
+        </>
+      }
     >
+      <StoppedBanner robotId={robotId} />
       {catalogue === null ? (
         <NoCatalogue connection={connection} />
       ) : (
         <Board robotId={robotId} entries={catalogue.entries} views={views} />
       )}
+      <ControlFrame robotId={robotId} />
     </Shell>
   )
 }
@@ -50,6 +81,7 @@ function Heading({ robot, connection }: { robot: RobotSummary | undefined; conne
       </Link>
       <h1 className={classes.title}>{robot?.name ?? 'Robot'}</h1>
       {connection}
+      <span className={classes.spacer} />
     </>
   )
 }

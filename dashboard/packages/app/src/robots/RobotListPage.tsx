@@ -1,6 +1,6 @@
 import { Button, Code, Skeleton, Text, TextInput, Title } from '@mantine/core'
 import type { RobotSummary } from '@mosaic/client'
-import { useMosaicClient, useRobots } from '@mosaic/react'
+import { useMosaicClient, useReadable, useRobots } from '@mosaic/react'
 import { IconChevronRight, IconPlus, IconRefresh, IconRobot, IconSearch } from '@tabler/icons-react'
 import { useCallback, useEffect, useState } from 'react'
 import { Link } from 'react-router-dom'
@@ -19,6 +19,7 @@ export function RobotListPage() {
   const [search, setSearch] = useState('')
   const [isAdding, setIsAdding] = useState(false)
   const found = foundRobots(robots, search)
+  const mayAdd = useReadable(useMosaicClient().session)?.user.isOrganizationAdmin === true
   return (
     <Shell>
       <div className={classes.page}>
@@ -40,16 +41,18 @@ export function RobotListPage() {
             value={search}
             onChange={(event) => setSearch(event.currentTarget.value)}
           />
-          <Button leftSection={<IconPlus size={16} />} onClick={() => setIsAdding(true)}>
-            Add robot
-          </Button>
+          {mayAdd && (
+            <Button leftSection={<IconPlus size={16} />} onClick={() => setIsAdding(true)}>
+              Add robot
+            </Button>
+          )}
         </div>
         {failure !== null && robots.length === 0 ? (
           <LoadFailure failure={failure} onRetry={refresh} />
         ) : isLoading && robots.length === 0 ? (
           <Loading />
         ) : robots.length === 0 ? (
-          <NoRobots />
+          <NoRobots mayAdd={mayAdd} />
         ) : found.length === 0 ? (
           <Text c="dimmed" py="xl" ta="center">
             No robot matches “{search}”.
@@ -88,7 +91,7 @@ function RobotRow({ robot }: { robot: RobotSummary }) {
   )
 }
 
-function NoRobots() {
+function NoRobots({ mayAdd }: { mayAdd: boolean }) {
   return (
     <div className={classes.empty}>
       <IconRobot size={36} stroke={1.3} aria-hidden />
@@ -96,7 +99,7 @@ function NoRobots() {
         No robots yet
       </Title>
       <Text c="dimmed" size="sm">
-        Press “Add robot” above, or run this where the server runs:
+        {mayAdd ? 'Press “Add robot” above' : 'Ask an administrator of your organization to add one'}, or run this where the server runs:
       </Text>
       <Code block>mosaic server robot add my-robot</Code>
       <Text c="dimmed" size="sm">

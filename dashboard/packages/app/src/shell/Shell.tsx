@@ -11,13 +11,15 @@ import classes from './shell.module.css'
 export interface ShellProps {
   /** What the page puts into the header. */
   header?: ReactNode
+  /** What the page adds beside the account. */
+  menu?: ReactNode
   /** What it has to say above everything else. It lies over the page: nothing may move under a driving thumb. */
   notice?: ReactNode
   children: ReactNode
 }
 
 /** The frame of every page of a signed-in operator. */
-export function Shell({ header, notice, children }: ShellProps) {
+export function Shell({ header, menu, notice, children }: ShellProps) {
   return (
     <div className={classes.shell}>
       <a className={classes.skip} href="#main">
@@ -28,6 +30,7 @@ export function Shell({ header, notice, children }: ShellProps) {
           <Brand />
         </Link>
         <div className={classes.slot}>{header}</div>
+        {menu}
         <Account />
         <ColorSchemeToggle />
         <SignOut />

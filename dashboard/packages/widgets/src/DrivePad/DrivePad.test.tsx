@@ -1,7 +1,7 @@
-import { MantineProvider } from '@mantine/core'
 import { Value, type CatalogueEntry, type Refusal, type StoreState } from '@mosaic/client'
 import { act, cleanup, fireEvent, render, screen } from '@testing-library/react'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
+import { ALICE, ALICES, FakeConnection, FREE, ME, MINE, WithRobot } from '../../test/fakeRobot'
 import type { AnyStore } from '../stores/storeKinds'
 import { DrivePad } from './DrivePad'
 import { ZERO_TWIST, type Twist } from './driveControl'
@@ -29,12 +29,14 @@ class FakeStore {
 }
 
 let store: FakeStore
+let connection: FakeConnection
 
 beforeEach(() => {
   // No workers in this environment: the pad falls back to the page's timer.
   vi.stubGlobal('Worker', undefined)
   vi.useFakeTimers()
   store = new FakeStore()
+  connection = new FakeConnection()
   vi.spyOn(HTMLElement.prototype, 'getBoundingClientRect').mockReturnValue(new DOMRect(0, 0, 200, 200))
   vi.spyOn(HTMLElement.prototype, 'setPointerCapture').mockImplementation(() => {})
   vi.spyOn(HTMLElement.prototype, 'hasPointerCapture').mockReturnValue(true)
@@ -47,11 +49,13 @@ afterEach(() => {
   vi.unstubAllGlobals()
 })
 
-function shownPad() {
+const LEASED: CatalogueEntry = { ...ENTRY, safety: { ...ENTRY.safety, requires_lease: true, resource: 'motion' } }
+
+function shownPad(entry = ENTRY) {
   const view = render(
-    <MantineProvider>
-      <DrivePad robotId="r" entry={ENTRY} store={store as unknown as AnyStore} />
-    </MantineProvider>,
+    <WithRobot connection={connection}>
+      <DrivePad robotId="r" entry={entry} store={store as unknown as AnyStore} />
+    </WithRobot>,
   )
   return { ...view, pad: screen.getByTestId('drive-pad') }
 }
@@ -117,4 +121,62 @@ test('a refused command is shown with its reason, and forgotten after a while', 
   expect(screen.getByTestId('drive-status').textContent).toContain('too old')
   act(() => void vi.advanceTimersByTime(5000))
   expect(screen.getByTestId('drive-status').textContent).toBe('Ready')
+})
+
+const statusText = () => screen.getByTestId('drive-status').textContent
+
+test('touching the pad while nobody commands takes control; motion begins with the grant', () => {
+  const { pad } = shownPad(LEASED)
+  expect(statusText()).toBe('Touch to take control')
+  fireEvent.pointerDown(pad, AHEAD)
+  expect(connection.control.said).toEqual([['request', 'motion']])
+  expect(store.sent).toEqual([])
+  act(() => connection.control.setLease(MINE))
+  expect(store.sent.at(-1)?.linear.x).toBeCloseTo(1)
+})
+
+test.each([
+  ['somebody else commands', () => connection.control.setLease(ALICES), 'Alice has control'],
+  ['this page observes', () => connection.control.me.set({ ...ME, role: 'observer' }), 'observer'],
+  ['the robot is stopped', () => connection.control.stopState.set({ isStopped: true, by: 'Bob', reason: '', mine: null }), 'Stopped by Bob'],
+  [
+    'its request waits',
+    () => connection.control.setLease({ ...ALICES, request: { phase: 'queued', place: 1, code: 'lease.queued' } }),
+    'Waiting for Alice',
+  ],
+])('the pad says why it does nothing while %s', (_name, arrange, text) => {
+  arrange()
+  const { pad } = shownPad(LEASED)
+  expect(statusText()).toContain(text)
+  expect(pad.getAttribute('aria-disabled')).toBe('true')
+  fireEvent.pointerDown(pad, AHEAD)
+  expect([store.sent, connection.control.said]).toEqual([[], []])
+})
+
+test('losing control while driving ends the hold, in silence', () => {
+  connection.control.setLease(MINE)
+  const { pad } = shownPad(LEASED)
+  fireEvent.pointerDown(pad, AHEAD)
+  const count = store.sent.length
+  act(() => connection.control.setLease({ ...ALICES, holder: ALICE, ended: { code: 'lease.taken_over' } }))
+  act(() => void vi.advanceTimersByTime(1000))
+  expect(store.sent).toHaveLength(count)
+  act(() => connection.control.setLease(MINE))
+  act(() => void vi.advanceTimersByTime(1000))
+  expect(store.sent).toHaveLength(count)
+})
+
+test('an original robot needs no lease', () => {
+  connection.control.availability.set('unavailable')
+  connection.control.leases.set({ motion: FREE })
+  const { pad } = shownPad(LEASED)
+  fireEvent.pointerDown(pad, AHEAD)
+  expect(store.sent).toHaveLength(1)
+})
+
+test('how the robot limits the speed is said, with its cause', () => {
+  shownPad()
+  expect(screen.queryByTestId('speed-limit')).toBeNull()
+  act(() => connection.control.limits.set({ cmd_vel: { label: 'cmd_vel', factor: 0.6, causes: [{ cause: 'rtt', value: 320, factor: 0.6 }] } }))
+  expect(screen.getByTestId('speed-limit').textContent).toBe('Slowed to 60 %: the link is slow (round trip 320 ms)')
 })

@@ -1,36 +1,43 @@
-import { Slider } from '@mantine/core'
+import { ActionIcon, Slider, Tooltip } from '@mantine/core'
 import { reasonOf, type Refusal } from '@mosaic/client'
-import { useReadable } from '@mosaic/react'
-import { IconChevronDown, IconChevronLeft, IconChevronRight, IconChevronUp } from '@tabler/icons-react'
-import { useEffect, useId, useRef, useState, useSyncExternalStore, type PointerEvent, type RefObject } from 'react'
+import { useLimits, useReadable } from '@mosaic/react'
+import { IconAlertTriangle, IconChevronDown, IconChevronLeft, IconChevronRight, IconChevronUp, IconDeviceGamepad2 } from '@tabler/icons-react'
+import { lazy, Suspense, useEffect, useId, useRef, useState, useSyncExternalStore, type PointerEvent, type RefObject } from 'react'
+import { limitText, type LimitText } from '../control/controlText'
+import { gamepadHint } from '../gamepad/gamepadHint'
+import { pageGamepads } from '../gamepad/GamepadSource'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { refuses } from '../stores/storeKinds'
-import { INITIAL_DRIVE, limitsOf, MIN_SPEED, stickOfKeys, twistOf, type DriveLimits } from './driveControl'
+import { askedStick, INITIAL_DRIVE, limitsOf, MIN_SPEED, twistOf, type DriveLimits } from './driveControl'
 import classes from './DrivePad.module.css'
 import type { DriveSession } from './DriveSession'
-import { driveStatus, type DriveStatus } from './driveStatus'
+import { driveStatus, driveStatusWith, type DriveStatus } from './driveStatus'
 import { stickAt, thumbOffset } from './padGeometry'
 import { useDriveSession } from './useDriveSession'
+
+const GamepadEditor = lazy(() => import('../gamepad/GamepadEditor'))
 
 /** How long a refusal stays in sight after the last one. */
 const REFUSAL_SHOWN_MS = 4000
 
-/** Drives the robot while it is held: by pointer, touch, WASD or arrow keys. */
-export function DrivePad({ entry, store }: WidgetProps) {
+/** Drives the robot while it is held: by pointer, touch, WASD, arrow keys or gamepad. */
+export function DrivePad({ robotId, entry, store }: WidgetProps) {
   const limits = limitsOf(entry.safety)
-  const session = useDriveSession(store, limits)
-  const status = useDriveStatus(session)
+  const { session, permit } = useDriveSession({ robotId, entry, store, limits })
+  const status = driveStatusWith(useDriveStatus(session), permit)
   const refusal = useRecentRefusal(store)
+  const limit = limitText(useLimits(robotId, entry.label))
   const readout = useRef<HTMLSpanElement>(null)
   const describedBy = useId()
   return (
-    <div className={classes.root}>
+    <div className={classes.root} data-limit={limit?.tone ?? 'none'} data-permit={permit.permit}>
       <div className={classes.wide}>
         <Pad session={session} limits={limits} tone={status.tone} readout={readout} describedBy={describedBy} />
         <div className={classes.foot}>
-          <Speed session={session} limits={limits} />
+          <Speed session={session} limits={limits} limit={limit} />
           <div className={classes.readout}>
             <span ref={readout} data-testid="velocity" />
+            <GamepadButton />
           </div>
           <div
             className={classes.status}
@@ -41,11 +48,39 @@ export function DrivePad({ entry, store }: WidgetProps) {
             {refusal === null ? status.text : refusalText(refusal)}
           </div>
           <div className={classes.hint} id={describedBy}>
-            Hold WASD or the arrow keys; let go to stop. Space stops at once.
+            <Hint />
           </div>
         </div>
       </div>
     </div>
+  )
+}
+
+/** The keys, or the gamepad while there is one. */
+function Hint() {
+  const gamepad = useReadable(pageGamepads().active)
+  return <>{gamepad === null ? 'Hold WASD or the arrow keys; let go to stop. Space stops at once.' : gamepadHint(gamepad)}</>
+}
+
+function GamepadButton() {
+  const [isOpen, setIsOpen] = useState(false)
+  const gamepad = useReadable(pageGamepads().active)
+  const label = gamepad === null ? 'Set up a gamepad' : `Gamepad: ${gamepad.name}`
+  return (
+    <>
+      <Tooltip label={label} openDelay={300}>
+        <ActionIcon
+          variant={gamepad === null ? 'subtle' : 'light'}
+          color={gamepad === null ? 'gray' : gamepad.isTrusted ? 'signal' : 'orange'}
+          size="md"
+          aria-label={label}
+          onClick={() => setIsOpen(true)}
+        >
+          <IconDeviceGamepad2 size={17} stroke={1.7} />
+        </ActionIcon>
+      </Tooltip>
+      <Suspense>{isOpen && <GamepadEditor source={pageGamepads()} onClose={() => setIsOpen(false)} />}</Suspense>
+    </>
   )
 }
 
@@ -73,6 +108,7 @@ function Pad({ session, limits, tone, readout, describedBy }: PadProps) {
       aria-roledescription="drive pad"
       aria-label="Drive pad"
       aria-describedby={describedBy}
+      aria-disabled={tone === 'waiting'}
       tabIndex={0}
       {...pointerHandlers(session)}
     >
@@ -113,7 +149,7 @@ function paintDrive(
   readout: HTMLElement | null,
 ): void {
   const state = session?.get() ?? INITIAL_DRIVE
-  const stick = state.stick ?? stickOfKeys(state.keys)
+  const stick = askedStick(state)
   if (thumb !== null) {
     const { xPercent, yPercent } = thumbOffset(stick)
     thumb.style.left = `${50 + xPercent}%`
@@ -125,12 +161,20 @@ function paintDrive(
   }
 }
 
-function Speed({ session, limits }: { session: DriveSession | null; limits: DriveLimits }) {
+function Speed({ session, limits, limit }: { session: DriveSession | null; limits: DriveLimits; limit: LimitText | null }) {
   const [percent, setPercent] = useState(INITIAL_DRIVE.speed * 100)
   useEffect(() => session?.setSpeed(percent / 100), [session, percent])
   const atMost = `${((limits.maxLinearMps * percent) / 100).toFixed(2)} m/s · ${((limits.maxAngularRadps * percent) / 100).toFixed(2)} rad/s`
   return (
     <div>
+      {limit !== null && (
+        <div className={classes.limit} data-tone={limit.tone} data-testid="speed-limit">
+          <IconAlertTriangle size={14} aria-hidden />
+          <span>
+            <strong>{limit.title}</strong>: {limit.why}
+          </span>
+        </div>
+      )}
       <div className={classes.readout}>
         <span>Speed {percent} %</span>
         <span>≤ {atMost}</span>
@@ -153,8 +197,7 @@ function Speed({ session, limits }: { session: DriveSession | null; limits: Driv
 const NOBODY = () => () => {}
 
 function useDriveStatus(session: DriveSession | null): DriveStatus {
-  const snapshot = useSyncExternalStore(session?.subscribe ?? NOBODY, () => session?.status ?? WAITING)
-  return snapshot
+  return useSyncExternalStore(session?.subscribe ?? NOBODY, () => session?.status ?? WAITING)
 }
 
 const WAITING = driveStatus(INITIAL_DRIVE, false)

@@ -1,30 +1,47 @@
+import { timerTicks } from '@mosaic/client'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
-import { TICK_MS, ZERO_TWIST, type Twist } from './driveControl'
-import { intervalClock } from './driveClock'
-import { DriveSession } from './DriveSession'
+import { fakeGamepads, setPressed, type FakeGamepads } from '../../test/fakeGamepads'
+import { GamepadSource } from '../gamepad/GamepadSource'
+import { TICK_MS, ZERO_TWIST, ZEROS_AFTER_STOP, type Twist } from './driveControl'
+import { DriveSession, restAllPads } from './DriveSession'
 
 const LIMITS = { maxLinearMps: 1, maxAngularRadps: 2 }
 let sent: Twist[]
 let accepts: boolean
 let sessions: DriveSession[]
+let pads: FakeGamepads
+let gamepads: GamepadSource
+let leaseAsked: number
+let stopsAsked: number
 
 beforeEach(() => {
   vi.useFakeTimers()
   sent = []
   accepts = true
   sessions = []
+  leaseAsked = 0
+  stopsAsked = 0
+  pads = fakeGamepads()
+  gamepads = new GamepadSource()
 })
 
 afterEach(() => {
   for (const session of sessions) session.dispose()
+  gamepads.dispose()
+  pads.restore()
   document.body.replaceChildren()
+  localStorage.clear()
   vi.useRealTimers()
 })
 
 function openSession(): DriveSession {
   const session = new DriveSession({
     limits: LIMITS,
-    makeClock: intervalClock,
+    ticks: timerTicks,
+    gamepads,
+    robotId: 'r',
+    takeLease: () => (leaseAsked += 1),
+    stopRobot: () => (stopsAsked += 1),
     send: (twist) => {
       sent.push(twist)
       return accepts
@@ -65,7 +82,7 @@ test('the clock rests while nobody drives', () => {
   press('KeyW')
   expect(vi.getTimerCount()).toBe(1)
   release('KeyW')
-  vi.advanceTimersByTime(1000)
+  vi.advanceTimersByTime(1100)
   expect(vi.getTimerCount()).toBe(0)
 })
 
@@ -90,7 +107,7 @@ describe('a zero is sent at once when', () => {
     expect(sent.slice(before)).toEqual([ZERO_TWIST])
     vi.advanceTimersByTime(2000)
     expect(sent.slice(before).every((twist) => twist.linear.x === 0 && twist.angular.z === 0)).toBe(true)
-    expect(sent.length - before).toBeLessThanOrEqual(5)
+    expect(sent.length - before).toBeLessThanOrEqual(ZEROS_AFTER_STOP)
   })
 
   test('the stick is released by a lost pointer', () => {
@@ -118,9 +135,11 @@ test('a throttled page stops the robot', () => {
     limits: LIMITS,
     send: (twist) => sent.push(twist) > 0,
     nowMs: () => nowMs,
-    makeClock: (onTick) => {
-      tick = onTick
-      return { start: () => {}, stop: () => {}, dispose: () => {} }
+    ticks: {
+      every: (_periodMs, onTick) => {
+        tick = onTick
+        return () => {}
+      },
     },
   })
   sessions.push(session)
@@ -185,4 +204,184 @@ test('nothing is heard after the end', () => {
   session.dispose()
   press('KeyW')
   expect(sent).toEqual([])
+})
+
+describe('the lease', () => {
+  test('a touch while nobody commands asks for it, and nothing moves before it is granted', () => {
+    const session = openSession()
+    session.setPermit('free', 'lease-lost')
+    press('KeyW')
+    vi.advanceTimersByTime(200)
+    expect(leaseAsked).toBe(1)
+    expect(sent).toEqual([])
+    expect(session.status.text).toContain('Asking for control')
+    session.setPermit('granted', 'lease-lost')
+    expect(sent.at(-1)?.linear.x).toBe(1)
+  })
+
+  test('a grant that comes after the key was released moves nothing', () => {
+    const session = openSession()
+    session.setPermit('free', 'lease-lost')
+    press('KeyW')
+    release('KeyW')
+    session.setPermit('granted', 'lease-lost')
+    vi.advanceTimersByTime(1000)
+    expect(sent).toEqual([])
+  })
+
+  test('what is not granted in time is forgotten', () => {
+    const session = openSession()
+    session.setPermit('free', 'lease-lost')
+    press('KeyW')
+    vi.advanceTimersByTime(3000)
+    session.setPermit('granted', 'lease-lost')
+    expect(sent).toEqual([])
+    expect(session.get().stoppedBy).toBe('not-granted')
+  })
+
+  test('while somebody else commands, a touch does nothing at all', () => {
+    openSession().setPermit('refused', 'lease-lost')
+    press('KeyW')
+    vi.advanceTimersByTime(1000)
+    expect([sent, leaseAsked]).toEqual([[], 0])
+  })
+
+  test.each(['lease-lost', 'robot-stopped'] as const)('%s ends the hold in silence, and having it back moves nothing', (reason) => {
+    const session = openSession()
+    press('KeyW')
+    sent = []
+    session.setPermit('refused', reason)
+    session.setPermit('granted', reason)
+    press('KeyW', { repeat: true })
+    vi.advanceTimersByTime(1000)
+    expect(sent).toEqual([])
+    expect(session.status.tone).toBe('stopped')
+  })
+})
+
+describe('a stop of the robot', () => {
+  test('ends the hold of every pad of that robot with zeros', () => {
+    openSession()
+    press('KeyW')
+    restAllPads('another')
+    expect(sent.at(-1)).not.toEqual(ZERO_TWIST)
+    restAllPads('r')
+    expect(sent.at(-1)).toEqual(ZERO_TWIST)
+  })
+
+  test('sends zeros also where nobody held: a robot that knows no stop may be moving all the same', () => {
+    openSession()
+    restAllPads('r')
+    vi.advanceTimersByTime(2000)
+    expect(sent).toEqual(Array.from({ length: ZEROS_AFTER_STOP }, () => ZERO_TWIST))
+  })
+
+  test('sends none where somebody else commands', () => {
+    openSession().setPermit('refused', 'lease-lost')
+    restAllPads('r')
+    expect(sent).toEqual([])
+  })
+
+  test('Escape lets go, wherever the focus is', () => {
+    openSession()
+    press('KeyW')
+    press('Escape', {}, document.body.appendChild(document.createElement('input')))
+    expect(sent.at(-1)).toEqual(ZERO_TWIST)
+  })
+})
+
+describe('a gamepad', () => {
+  const LB = 4
+  const B = 1
+
+  function driving() {
+    const session = openSession()
+    const pad = pads.plugIn()
+    vi.advanceTimersByTime(2 * TICK_MS)
+    pad.axes[1] = -1
+    setPressed(pad, LB, true)
+    vi.advanceTimersByTime(2 * TICK_MS)
+    return { session, pad }
+  }
+
+  test('drives while its dead-man button is held', () => {
+    const { pad } = driving()
+    expect(sent.at(-1)?.linear.x).toBe(1)
+    setPressed(pad, LB, false)
+    vi.advanceTimersByTime(TICK_MS)
+    expect(sent.at(-1)).toEqual(ZERO_TWIST)
+  })
+
+  test('does nothing without it', () => {
+    openSession()
+    pads.plugIn().axes[1] = -1
+    vi.advanceTimersByTime(1000)
+    expect(sent).toEqual([])
+  })
+
+  test('unplugged, it stops at once: no tick is waited for', () => {
+    const { session, pad } = driving()
+    pads.unplug(pad)
+    expect(sent.at(-1)).toEqual(ZERO_TWIST)
+    expect(session.status.text).toContain('unplugged')
+  })
+
+  test.each<[string, () => void]>([
+    ['a lost focus', () => window.dispatchEvent(new Event('blur'))],
+    ['a hidden page', hide],
+    ['a stop of the robot', () => restAllPads('r')],
+  ])('%s stops it until its button was released', (_name, end) => {
+    const { pad } = driving()
+    end()
+    vi.advanceTimersByTime(2000)
+    expect(sent.at(-1)).toEqual(ZERO_TWIST)
+    setPressed(pad, LB, false)
+    vi.advanceTimersByTime(TICK_MS)
+    setPressed(pad, LB, true)
+    vi.advanceTimersByTime(2 * TICK_MS)
+    expect(sent.at(-1)?.linear.x).toBe(1)
+  })
+
+  test('held while somebody else commands, it does not start when control comes', () => {
+    const session = openSession()
+    session.setPermit('refused', 'lease-lost')
+    const pad = pads.plugIn()
+    vi.advanceTimersByTime(2 * TICK_MS)
+    pad.axes[1] = -1
+    setPressed(pad, LB, true)
+    vi.advanceTimersByTime(2 * TICK_MS)
+    session.setPermit('granted', 'lease-lost')
+    vi.advanceTimersByTime(1000)
+    expect(sent).toEqual([])
+  })
+
+  test('its stop button stops the robot, also for those who may not drive', () => {
+    openSession().setPermit('refused', 'lease-lost')
+    const pad = pads.plugIn()
+    vi.advanceTimersByTime(2 * TICK_MS)
+    setPressed(pad, B, true)
+    vi.advanceTimersByTime(1000)
+    expect(stopsAsked).toBe(1)
+  })
+
+  test('one that nobody has looked at does not drive', () => {
+    openSession()
+    const pad = pads.plugIn({ id: 'Joystick', mapping: '' })
+    vi.advanceTimersByTime(2 * TICK_MS)
+    pad.axes[1] = -1
+    setPressed(pad, 0, true)
+    vi.advanceTimersByTime(1000)
+    expect(sent).toEqual([])
+  })
+
+  test('nothing drives while its mapping is edited', () => {
+    const { pad } = driving()
+    const end = gamepads.beginEditing()
+    vi.advanceTimersByTime(TICK_MS)
+    expect(sent.at(-1)).toEqual(ZERO_TWIST)
+    end()
+    vi.advanceTimersByTime(2000)
+    expect(sent.at(-1)).toEqual(ZERO_TWIST)
+    expect(pad.buttons[LB]?.pressed).toBe(true)
+  })
 })

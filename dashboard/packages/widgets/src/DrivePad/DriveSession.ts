@@ -2,50 +2,71 @@
  * Carries out what `driveControl` decides: owns the clock and every event of the page that must end a hold.
  * One per mounted pad; `dispose` stops the robot.
  */
+import { pageTicks, type Ticks } from '@mosaic/client'
+import { pageGamepads, type GamepadSource } from '../gamepad/GamepadSource'
 import {
   handleDrive,
   INITIAL_DRIVE,
   needsTicks,
+  TICK_MS,
   type DriveEvent,
   type DriveLimits,
+  type DrivePermit,
   type DriveState,
+  type EndOfPermit,
   type Stick,
   type StopReason,
   type Twist,
 } from './driveControl'
-import { makeDriveClock, type DriveClock, type MakeDriveClock } from './driveClock'
 import { driveKeyOf, releasedKeyOf } from './driveKeys'
 import { driveStatus, type DriveStatus } from './driveStatus'
 
 export interface DriveSessionOptions {
+  /** Whose base it drives: a stop of that robot ends the hold here. */
+  robotId?: string
   limits: DriveLimits
   /** Returns false where the channel did not take the command. */
   send: (twist: Twist) => boolean
+  /** A touch while nobody commands: ask for the lease. */
+  takeLease?: () => void
+  /** The gamepad's stop button went down. */
+  stopRobot?: () => void
   page?: Window
-  makeClock?: MakeDriveClock
+  ticks?: Ticks
+  gamepads?: GamepadSource
   nowMs?: () => number
 }
 
-/** The pad that keys belong to: the newest, or the one touched last. Two pads must never obey one key. */
+/** The pad that keys and the gamepad belong to: the newest, or the one touched last. Two must never obey one key. */
 const keyboard: { owner: DriveSession | null } = { owner: null }
+const sessions = new Set<DriveSession>()
+
+/** Somebody pressed Stop: every pad of this robot ends its hold and says zero by itself, whatever else is under way. */
+export function restAllPads(robotId: string): void {
+  for (const session of sessions) if (session.robotId === robotId) session.stop('stop-button')
+}
 
 export class DriveSession {
+  readonly robotId: string
   private state: DriveState = INITIAL_DRIVE
-  private isTicking = false
+  private endTicks: (() => void) | null = null
   private notAccepted = false
   private said = driveStatus(INITIAL_DRIVE, false)
   private readonly listeners = new Set<() => void>()
-  private readonly clock: DriveClock
   private readonly page: Window
+  private readonly gamepads: GamepadSource
   private readonly nowMs: () => number
   private readonly detached = new AbortController()
 
   constructor(private readonly options: DriveSessionOptions) {
+    this.robotId = options.robotId ?? ''
     this.page = options.page ?? window
+    this.gamepads = options.gamepads ?? pageGamepads()
     this.nowMs = options.nowMs ?? (() => performance.now())
-    this.clock = (options.makeClock ?? makeDriveClock)(() => this.dispatch({ type: 'tick' }))
     keyboard.owner ??= this
+    sessions.add(this)
     this.listenToPage()
+    this.followTicks()
   }
 
   readonly get = (): DriveState => this.state
@@ -65,6 +86,11 @@ export class DriveSession {
     this.dispatch(isOpen ? { type: 'enabled' } : { type: 'stop', reason: 'disconnected' })
   }
 
+  /** Follows the lease and the stop: without a permit nothing is held; `reason` says which of them took it. */
+  setPermit(permit: DrivePermit, reason: EndOfPermit): void {
+    this.dispatch({ type: 'permit', permit, reason })
+  }
+
   moveStick(stick: Stick): void {
     keyboard.owner = this
     this.dispatch({ type: 'stick', stick })
@@ -81,17 +107,21 @@ export class DriveSession {
   dispose(): void {
     this.stop('unmount')
     this.detached.abort()
-    this.clock.dispose()
+    this.endTicks?.()
+    sessions.delete(this)
     if (keyboard.owner === this) keyboard.owner = null
   }
 
   private dispatch(event: DriveEvent): void {
-    const { state, send } = handleDrive(this.state, event, this.nowMs(), this.options.limits)
-    const changed = state !== this.state
+    const before = this.state
+    const { state, send, takesLease } = handleDrive(before, event, this.nowMs(), this.options.limits)
     this.state = state
+    const gamepadIsOut = state.gamepad === null && (before.gamepad !== null || event.type === 'gamepad')
+    if (gamepadIsOut && event.type !== 'gamepadReleased') this.gamepads.disarm()
     if (send !== null) this.notAccepted = !this.options.send(send)
+    if (takesLease) this.options.takeLease?.()
     this.followTicks()
-    if (changed) this.tell()
+    if (state !== before) this.tell()
   }
 
   private tell(): void {
@@ -100,12 +130,29 @@ export class DriveSession {
     for (const listener of [...this.listeners]) listener()
   }
 
+  /** The clock runs while somebody holds, while zeros are owed, and while there is a gamepad to look at. */
   private followTicks(): void {
-    const wanted = needsTicks(this.state)
-    if (wanted === this.isTicking) return
-    this.isTicking = wanted
-    if (wanted) this.clock.start()
-    else this.clock.stop()
+    const isWanted = !this.detached.signal.aborted && (needsTicks(this.state) || this.gamepads.active.get() !== null)
+    if (isWanted === (this.endTicks !== null)) return
+    this.endTicks?.()
+    this.endTicks = isWanted ? (this.options.ticks ?? pageTicks).every(TICK_MS, () => this.tick()) : null
+  }
+
+  private tick(): void {
+    this.lookAtGamepad()
+    this.dispatch({ type: 'tick' })
+  }
+
+  private lookAtGamepad(): void {
+    keyboard.owner ??= this
+    if (keyboard.owner !== this) return
+    const { stick, hasEnded, asksForStop } = this.gamepads.look()
+    if (asksForStop) this.options.stopRobot?.()
+    // Without the focus only its stop counts: whoever works in another window is not looking at the robot.
+    if (stick !== null && this.page.document.hasFocus()) this.dispatch({ type: 'gamepad', stick })
+    else if (stick !== null) this.stop('blur')
+    else if (hasEnded && this.gamepads.active.get() === null) this.stop('unplugged')
+    else if (hasEnded) this.dispatch({ type: 'gamepadReleased' })
   }
 
   private listenToPage(): void {
@@ -115,13 +162,15 @@ export class DriveSession {
     page.addEventListener('keyup', (event) => this.onKeyUp(event), { signal })
     page.addEventListener('blur', () => this.stop('blur'), { signal })
     page.addEventListener('pagehide', () => this.stop('pagehide'), { signal })
-    page.document.addEventListener(
-      'visibilitychange',
-      () => {
-        if (page.document.visibilityState === 'hidden') this.stop('hidden')
-      },
-      { signal },
-    )
+    // An unplugged gamepad must not wait for a tick.
+    page.addEventListener('gamepaddisconnected', () => this.lookAtGamepad(), { signal })
+    page.document.addEventListener('visibilitychange', () => this.onVisibility(), { signal })
+    const unsubscribe = this.gamepads.active.subscribe(() => this.followTicks())
+    signal.addEventListener('abort', unsubscribe)
+  }
+
+  private onVisibility(): void {
+    if (this.page.document.visibilityState === 'hidden') this.stop('hidden')
   }
 
   private onKeyDown(event: KeyboardEvent): void {
@@ -130,8 +179,9 @@ export class DriveSession {
     if (event.metaKey || event.ctrlKey || event.altKey) return this.stop('released')
     const key = driveKeyOf(event)
     if (key === null) return
-    if (this.state.enabled) event.preventDefault()
+    if (this.state.enabled && key !== 'escape') event.preventDefault()
     if (key === 'stop') return this.stop('stop-key')
+    if (key === 'escape') return this.stop('escape')
     // A repeat belongs to a press that has ended here (blur, a stop): moving again takes a new one.
     if (!event.repeat) this.dispatch({ type: 'keyDown', key })
   }

@@ -31,7 +31,12 @@ const REASONS: StopReason[] = [
   'pointercancel',
   'lostcapture',
   'late',
+  'unplugged',
+  'escape',
+  'stop-button',
 ]
+/** Ends after which the robot takes nothing more. */
+const SILENT_REASONS: StopReason[] = ['lease-lost', 'robot-stopped', 'not-granted']
 
 function run(events: [DriveEvent, number][], from = READY): { state: DriveState; sent: Twist[] } {
   return events.reduce<{ state: DriveState; sent: Twist[] }>(
@@ -146,7 +151,37 @@ describe('limits', () => {
   })
 })
 
+describe('the permit', () => {
+  const permit = (permit: 'granted' | 'free' | 'refused'): DriveEvent => ({ type: 'permit', permit, reason: 'lease-lost' })
+
+  test.each(SILENT_REASONS)('%s ends a hold and sends nothing', (reason) => {
+    const { state, sent } = run([HOLD, [{ type: 'stop', reason }, 1020], tick(1050), tick(1100)])
+    expect(sent).toHaveLength(1)
+    expect(isHeld(state)).toBe(false)
+    expect(needsTicks(state)).toBe(false)
+  })
+
+  test('losing it ends the zeros that were still owed', () => {
+    const { sent } = run([HOLD, [{ type: 'stop', reason: 'released' }, 1020], [permit('refused'), 1030], tick(1050), tick(1100)])
+    expect(sent).toHaveLength(2)
+  })
+
+  test('keys and a gamepad add no speed to each other', () => {
+    const { sent } = run([[{ type: 'gamepad', stick: { forward: -1, left: 0 } }, 1000], [{ type: 'keyDown', key: 'forward' }, 1010], tick(1050)])
+    expect(sent.at(-1)).toEqual(twist(0.8, 0))
+  })
+
+  test('ahead and sideways at once are not faster than either', () => {
+    const { sent } = run([[{ type: 'gamepad', stick: { forward: 1, left: 0, sideways: 1 } }, 1000]])
+    const { x, y } = sent[0]?.linear ?? { x: 0, y: 0 }
+    expect(Math.hypot(x, y)).toBeCloseTo(0.8)
+  })
+})
+
 const event = fc.oneof(
+  fc.record({ type: fc.constant('permit' as const), permit: fc.constantFrom('granted' as const, 'free' as const, 'refused' as const), reason: fc.constantFrom('lease-lost' as const, 'robot-stopped' as const) }),
+  fc.record({ type: fc.constant('gamepad' as const), stick: fc.record({ forward: fc.double(), left: fc.double(), sideways: fc.double() }) }),
+  fc.constant({ type: 'gamepadReleased' as const }),
   fc.record({ type: fc.constant('stick' as const), stick: fc.record({ forward: fc.double(), left: fc.double() }) }),
   fc.record({ type: fc.constantFrom('keyDown' as const, 'keyUp' as const), key: fc.constantFrom('forward' as const, 'back' as const, 'left' as const, 'right' as const) }),
   fc.record({ type: fc.constant('stop' as const), reason: fc.constantFrom(...REASONS) }),
@@ -180,10 +215,31 @@ describe('whatever happens', () => {
         let state: DriveState = READY
         for (const [next, afterMs] of steps) state = handleDrive(state, next, (nowMs += afterMs), LIMITS).state
         const wasHeld = isHeld(state)
+        const wasMoving = wasHeld && state.askedMs === null
         const stop = handleDrive(state, { type: 'stop', reason }, nowMs, LIMITS)
-        expect(stop.send).toEqual(wasHeld ? ZERO_TWIST : null)
+        if (wasMoving) expect(stop.send).toEqual(ZERO_TWIST)
+        expect(stop.send === null || stop.send === ZERO_TWIST).toBe(true)
+        expect(isHeld(stop.state)).toBe(false)
         const later = handleDrive(stop.state, { type: 'tick' }, nowMs + TICK_MS, LIMITS)
         expect(later.send === null || later.send === ZERO_TWIST).toBe(true)
+      }),
+    )
+  })
+
+  test('nothing but zeros leaves without a permit, and a hold from before it was granted by nobody moves nothing', () => {
+    fc.assert(
+      fc.property(fc.array(fc.tuple(event, fc.integer({ min: 0, max: 400 }))), (steps) => {
+        let nowMs = 0
+        let state: DriveState = INITIAL_DRIVE
+        for (const [next, afterMs] of steps) {
+          nowMs += afterMs
+          const step = handleDrive(state, next, nowMs, LIMITS)
+          state = step.state
+          const mayMove = state.permit === 'granted' && state.enabled
+          if (step.send !== null && step.send !== ZERO_TWIST) expect(mayMove && isHeld(state)).toBe(true)
+          if (state.permit === 'refused') expect(isHeld(state)).toBe(false)
+          expect(state.askedMs === null || isHeld(state)).toBe(true)
+        }
       }),
     )
   })

@@ -1,6 +1,7 @@
 /**
- * What a held pad or key means for the robot: events in, the next state and the commands to send out.
- * Nothing moves unless somebody holds; whatever ends the hold sends a zero at once and needs a new press to move again.
+ * What a held pad, key or gamepad means for the robot: events in, the next state and the commands to send out.
+ * Nothing moves unless somebody holds and this page commands; whatever ends the hold sends a zero at once and needs a
+ * new press to move again.
  */
 
 /** The Twist JSON that MOSAIC's robots take: m/s and rad/s, x forward, y left, z up (REP-103). */
@@ -20,10 +21,11 @@ export interface DriveLimits {
   maxAngularRadps: number
 }
 
-/** Which way, each from -1 to 1: `forward` ahead, `left` counter-clockwise. */
+/** Which way, each from -1 to 1: `forward` ahead, `left` counter-clockwise, `sideways` to the left without turning. */
 export interface Stick {
   forward: number
   left: number
+  sideways?: number
 }
 
 export type DriveKey = 'forward' | 'back' | 'left' | 'right'
@@ -39,11 +41,25 @@ export type StopReason =
   | 'pointercancel'
   | 'lostcapture'
   | 'late'
+  | 'unplugged'
+  | 'escape'
+  | 'stop-button'
+  | EndOfPermit
+
+/** The robot takes nothing more from this page: there is no use in a zero, the robot made itself safe. */
+export type EndOfPermit = 'lease-lost' | 'robot-stopped' | 'not-granted'
+
+/** `free`: nobody commands, a touch asks for the lease; `refused`: somebody else commands, or this page may not. */
+export type DrivePermit = 'granted' | 'free' | 'refused'
 
 export interface DriveState {
   readonly enabled: boolean
+  readonly permit: DrivePermit
+  /** Since when a hold has waited for the lease; null while none does. */
+  readonly askedMs: number | null
   readonly stick: Stick | null
   readonly keys: readonly DriveKey[]
+  readonly gamepad: Stick | null
   /** Share of the limits that full deflection means, 0 to 1. */
   readonly speed: number
   readonly lastSentMs: number
@@ -56,6 +72,9 @@ export type DriveEvent =
   | { type: 'stick'; stick: Stick }
   | { type: 'keyDown'; key: DriveKey }
   | { type: 'keyUp'; key: DriveKey }
+  | { type: 'gamepad'; stick: Stick }
+  | { type: 'gamepadReleased' }
+  | { type: 'permit'; permit: DrivePermit; reason: EndOfPermit }
   | { type: 'stop'; reason: StopReason }
   | { type: 'speed'; speed: number }
   | { type: 'tick' }
@@ -63,6 +82,8 @@ export type DriveEvent =
 export interface DriveStep {
   state: DriveState
   send: Twist | null
+  /** True where the lease is to be asked for. */
+  takesLease: boolean
 }
 
 /** 20 commands a second: what upstream's robots and `timeout_s: 0.3` are made for. */
@@ -71,8 +92,10 @@ export const TICK_MS = 50
 export const LATE_AFTER_MS = 250
 /** Ticks that queued up while the page was busy must not leave as a burst. */
 export const TOO_SOON_MS = TICK_MS / 2
-/** A zero may be lost on an unreliable channel; for a quarter of a second it is repeated, then the pad is silent. */
-export const ZEROS_AFTER_STOP = 5
+/** A zero may be lost on an unreliable channel; for a second it is repeated, then the pad is silent: autonomy may drive. */
+export const ZEROS_AFTER_STOP = 1000 / TICK_MS
+/** A robot that grants answers within a round trip; nobody should be surprised by motion long after the touch. */
+export const GRANT_WITHIN_MS = 2000
 /** Deflection that a resting thumb makes. */
 export const DEAD_ZONE = 0.08
 export const MIN_SPEED = 0.05
@@ -81,8 +104,11 @@ export const ZERO_TWIST: Twist = { linear: { x: 0, y: 0, z: 0 }, angular: { x: 0
 
 export const INITIAL_DRIVE: DriveState = {
   enabled: false,
+  permit: 'granted',
+  askedMs: null,
   stick: null,
   keys: [],
+  gamepad: null,
   speed: 0.5,
   lastSentMs: 0,
   zerosOwed: 0,
@@ -90,7 +116,7 @@ export const INITIAL_DRIVE: DriveState = {
 }
 
 export function isHeld(state: DriveState): boolean {
-  return state.stick !== null || state.keys.length > 0
+  return state.stick !== null || state.keys.length > 0 || state.gamepad !== null
 }
 
 /** True while ticks are needed: somebody holds, or zeros are still to be repeated. */
@@ -107,7 +133,13 @@ export function handleDrive(state: DriveState, event: DriveEvent, nowMs: number,
     case 'keyDown':
       return held(state, { ...state, keys: [...new Set([...state.keys, event.key])] }, nowMs, limits)
     case 'keyUp':
-      return keyReleased(state, event.key)
+      return released(state, { ...state, keys: state.keys.filter((key) => key !== event.key) })
+    case 'gamepad':
+      return held(state, { ...state, gamepad: bounded(event.stick) }, nowMs, limits)
+    case 'gamepadReleased':
+      return released(state, { ...state, gamepad: null })
+    case 'permit':
+      return permitted(state, event.permit, event.reason, nowMs, limits)
     case 'stop':
       return stopped(state, event.reason)
     case 'speed':
@@ -118,49 +150,79 @@ export function handleDrive(state: DriveState, event: DriveEvent, nowMs: number,
 }
 
 function quiet(state: DriveState): DriveStep {
-  return { state, send: null }
+  return { state, send: null, takesLease: false }
 }
 
-/** The first moment of a hold is sent at once; what follows waits for the tick. */
+function sending(state: DriveState, send: Twist): DriveStep {
+  return { state, send, takesLease: false }
+}
+
+/** The first moment of a hold is sent at once, or asks for the lease; what follows waits for the tick. */
 function held(before: DriveState, after: DriveState, nowMs: number, limits: DriveLimits): DriveStep {
-  if (!before.enabled) return quiet(before)
+  if (!before.enabled || before.permit === 'refused') return quiet(before)
   const moving = { ...after, zerosOwed: 0, stoppedBy: null }
   if (isHeld(before)) return quiet(moving)
-  return { state: { ...moving, lastSentMs: nowMs }, send: twistOf(moving, limits) }
+  if (before.permit === 'free') return { state: { ...moving, askedMs: nowMs }, send: null, takesLease: true }
+  return sending({ ...moving, lastSentMs: nowMs }, twistOf(moving, limits))
 }
 
-function keyReleased(state: DriveState, key: DriveKey): DriveStep {
-  if (!state.keys.includes(key)) return quiet(state)
-  const keys = state.keys.filter((held) => held !== key)
-  if (keys.length === 0 && state.stick === null) return stopped(state, 'released')
-  return quiet({ ...state, keys })
+function released(before: DriveState, after: DriveState): DriveStep {
+  if (!isHeld(before)) return quiet(before)
+  return isHeld(after) ? quiet(after) : stopped(before, 'released')
 }
+
+function permitted(state: DriveState, permit: DrivePermit, reason: EndOfPermit, nowMs: number, limits: DriveLimits): DriveStep {
+  if (permit === state.permit) return quiet(state)
+  const now = { ...state, permit }
+  if (permit !== 'granted') {
+    // A hold that asked still waits while the robot has given the lease to nobody.
+    return state.permit === 'granted' || permit === 'refused' ? stopped(now, reason) : quiet(now)
+  }
+  if (!isHeld(state)) return quiet(now)
+  return sending({ ...now, askedMs: null, lastSentMs: nowMs }, twistOf(now, limits))
+}
+
+const SILENT: readonly StopReason[] = ['disconnected', 'lease-lost', 'robot-stopped', 'not-granted']
 
 function stopped(state: DriveState, reason: StopReason): DriveStep {
   const enabled = state.enabled && reason !== 'disconnected'
-  if (!isHeld(state)) return quiet({ ...state, enabled })
-  const zerosOwed = reason === 'disconnected' || reason === 'unmount' ? 0 : ZEROS_AFTER_STOP - 1
-  return { state: { ...state, enabled, stick: null, keys: [], zerosOwed, stoppedBy: reason }, send: ZERO_TWIST }
+  const isSilent = SILENT.includes(reason)
+  // A robot that knows no stop is stopped by zeros, also where nobody holds: it may be moving all the same.
+  const isStopButton = reason === 'stop-button' && enabled && state.permit === 'granted'
+  if (!isHeld(state) && !isStopButton) return quiet({ ...state, enabled, zerosOwed: isSilent ? 0 : state.zerosOwed })
+  const ended = { ...state, enabled, stick: null, keys: [], gamepad: null, askedMs: null, zerosOwed: 0, stoppedBy: reason }
+  // Nothing of this hold ever left: there is nothing to end.
+  if (state.askedMs !== null || (isSilent && reason !== 'disconnected')) return quiet(ended)
+  const zerosOwed = isSilent || reason === 'unmount' ? 0 : ZEROS_AFTER_STOP - 1
+  return sending({ ...ended, zerosOwed }, ZERO_TWIST)
 }
 
 function ticked(state: DriveState, nowMs: number, limits: DriveLimits): DriveStep {
   if (!isHeld(state)) {
     if (state.zerosOwed === 0) return quiet(state)
-    return { state: { ...state, zerosOwed: state.zerosOwed - 1 }, send: ZERO_TWIST }
+    return sending({ ...state, zerosOwed: state.zerosOwed - 1 }, ZERO_TWIST)
   }
+  if (state.askedMs !== null) return nowMs - state.askedMs > GRANT_WITHIN_MS ? stopped(state, 'not-granted') : quiet(state)
   const gapMs = nowMs - state.lastSentMs
   if (gapMs > LATE_AFTER_MS) return stopped(state, 'late')
   if (gapMs < TOO_SOON_MS) return quiet(state)
-  return { state: { ...state, lastSentMs: nowMs }, send: twistOf(state, limits) }
+  return sending({ ...state, lastSentMs: nowMs }, twistOf(state, limits))
 }
 
 /** The velocity that the hold asks for, never above the limits. */
 export function twistOf(state: DriveState, limits: DriveLimits): Twist {
-  const { forward, left } = state.stick ?? stickOfKeys(state.keys)
+  const { forward, left, sideways = 0 } = askedStick(state)
+  // Ahead and sideways together are one speed: the corner of a stick's square is not faster than its edge.
+  const share = (state.speed * limits.maxLinearMps) / Math.max(1, Math.hypot(forward, sideways))
   return {
-    linear: { x: noNegativeZero(forward * state.speed * limits.maxLinearMps), y: 0, z: 0 },
+    linear: { x: noNegativeZero(forward * share), y: noNegativeZero(sideways * share), z: 0 },
     angular: { x: 0, y: 0, z: noNegativeZero(left * state.speed * limits.maxAngularRadps) },
   }
+}
+
+/** Where the hold points: a finger counts before keys, keys before a gamepad. */
+export function askedStick(state: DriveState): Stick {
+  return state.stick ?? (state.keys.length === 0 ? state.gamepad : null) ?? stickOfKeys(state.keys)
 }
 
 export function stickOfKeys(keys: readonly DriveKey[]): Stick {
@@ -174,6 +236,12 @@ export function limited(stick: Stick): Stick {
   if (!Number.isFinite(length) || length < DEAD_ZONE) return { forward: 0, left: 0 }
   const scale = length > 1 ? 1 / length : 1
   return { forward: stick.forward * scale, left: stick.left * scale }
+}
+
+/** Two sticks of a gamepad are two ways: each within its own range, not both within one circle. */
+function bounded({ forward, left, sideways = 0 }: Stick): Required<Stick> {
+  const one = (value: number): number => (Number.isFinite(value) ? clamp(value, -1, 1) : 0)
+  return { forward: one(forward), left: one(left), sideways: one(sideways) }
 }
 
 /** The limits that the robot announces; without any, 1 m/s and 1 rad/s, which is what MOSAIC's own pads send. */

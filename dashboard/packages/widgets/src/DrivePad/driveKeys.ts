@@ -28,7 +28,9 @@ const OWNS_ARROWS = '[role=slider],[role=radio],[role=tab],[role=menuitem],[role
 const OWNS_SPACE = 'button, a, input, summary, [role=button],[role=switch],[role=menuitem]'
 
 /** The drive key behind a keyboard event, `'stop'` for the space bar, or null where the key is somebody else's. */
-export function driveKeyOf(event: PressedKey): DriveKey | 'stop' | null {
+export function driveKeyOf(event: PressedKey): DriveKey | 'stop' | 'escape' | null {
+  // Whoever hits Escape wants an end, wherever the focus is.
+  if (event.code === 'Escape') return 'escape'
   // With Meta held, macOS swallows the key-up: such a hold could not be ended.
   if (event.ctrlKey || event.altKey || event.metaKey) return null
   if (isInside(event.target, TYPING)) return null

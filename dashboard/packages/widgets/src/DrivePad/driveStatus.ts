@@ -1,5 +1,6 @@
 /** What the pad says about itself, in one line. */
 import { isHeld, type DriveState, type StopReason } from './driveControl'
+import type { PermitView } from './drivePermit'
 
 export type DriveTone = 'idle' | 'driving' | 'waiting' | 'blocked' | 'stopped'
 
@@ -19,14 +20,28 @@ const STOPPED: Record<StopReason, string> = {
   pointercancel: 'Stopped: the touch was interrupted',
   lostcapture: 'Stopped: the touch was interrupted',
   late: 'Stopped: the page was too slow to drive safely',
+  unplugged: 'Stopped: the gamepad was unplugged',
+  escape: 'Stopped by Escape',
+  'stop-button': 'Stopped by the stop button',
+  'lease-lost': 'Stopped: you no longer have control',
+  'robot-stopped': 'Stopped: the robot was stopped',
+  'not-granted': 'Nothing was sent: control was not granted',
 }
 
 export function driveStatus(state: DriveState, isBlocked: boolean): DriveStatus {
   if (!state.enabled) return { tone: 'waiting', text: state.stoppedBy === 'disconnected' ? STOPPED.disconnected : 'Waiting for the robot' }
+  if (state.askedMs !== null) return { tone: 'waiting', text: 'Asking for control …' }
   if (isHeld(state) && isBlocked) return { tone: 'blocked', text: 'The link does not take commands' }
   if (isHeld(state)) return { tone: 'driving', text: 'Driving' }
   const stopped = state.stoppedBy
   return stopped === null || stopped === 'released'
     ? { tone: 'idle', text: 'Ready' }
     : { tone: 'stopped', text: STOPPED[stopped] }
+}
+
+/** The same with what stands in the way: who commands, the stop, the role. Without a channel that is the first to say. */
+export function driveStatusWith(status: DriveStatus, { permit, text }: PermitView): DriveStatus {
+  const isOpen = status.tone !== 'waiting'
+  if (permit === 'refused' && isOpen) return { tone: 'waiting', text }
+  return permit === 'free' && status.tone === 'idle' ? { tone: 'idle', text } : status
 }

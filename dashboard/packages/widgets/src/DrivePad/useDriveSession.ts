@@ -1,30 +1,58 @@
-/** One `DriveSession` per mounted pad; it follows the store and ends with the pad. */
-import { useReadable } from '@mosaic/react'
-import { useEffect, useState } from 'react'
+/** One `DriveSession` per mounted pad; it follows the store, the lease and the stop, and ends with the pad. */
+import { resourceOf, type CatalogueEntry, type Ticks } from '@mosaic/client'
+import { useControl, useReadable, useStop } from '@mosaic/react'
+import { useEffect, useEffectEvent, useState } from 'react'
+import { useStopRobot } from '../control/useStopRobot'
 import type { AnyStore } from '../stores/storeKinds'
 import { sends } from '../stores/storeKinds'
 import type { DriveLimits } from './driveControl'
-import type { MakeDriveClock } from './driveClock'
+import { drivePermit, type PermitView } from './drivePermit'
 import { DriveSession } from './DriveSession'
 
-export function useDriveSession(store: AnyStore, limits: DriveLimits, makeClock?: MakeDriveClock): DriveSession | null {
+export interface DriveSessionSurroundings {
+  robotId: string
+  entry: CatalogueEntry
+  store: AnyStore
+  limits: DriveLimits
+  ticks?: Ticks | undefined
+}
+
+export function useDriveSession({ robotId, entry, store, limits, ticks }: DriveSessionSurroundings) {
   const [session, setSession] = useState<DriveSession | null>(null)
+  const permit = useDrivePermit(robotId, entry)
   const isOpen = useReadable(store.state).phase === 'open'
+  const { desk } = useControl(robotId)
+  const stopRobot = useStopRobot(robotId)
+  const takeLease = useEffectEvent(() => void desk.requestLease(resourceOf(entry) ?? undefined))
+  const stopAsked = useEffectEvent(() => void stopRobot('stop button of the gamepad'))
   const { maxLinearMps, maxAngularRadps } = limits
   useEffect(() => {
     const made = new DriveSession({
+      robotId,
       limits: { maxLinearMps, maxAngularRadps },
       send: (twist) => sends(store) && store.sendData(JSON.stringify(twist)),
-      ...(makeClock === undefined ? {} : { makeClock }),
+      takeLease: () => takeLease(),
+      stopRobot: () => stopAsked(),
+      ...(ticks === undefined ? {} : { ticks }),
     })
-    // The session owns a worker and listeners of the page: it is made and disposed in pairs, not in render.
+    // The session owns a clock and listeners of the page: it is made and disposed in pairs, not in render.
     // eslint-disable-next-line react-hooks/set-state-in-effect
     setSession(made)
     return () => {
       made.dispose()
       setSession(null)
     }
-  }, [store, maxLinearMps, maxAngularRadps, makeClock])
+  }, [robotId, store, maxLinearMps, maxAngularRadps, ticks])
+  // First the permit: an open channel alone must not drive.
+  useEffect(() => session?.setPermit(permit.permit, permit.reason), [session, permit.permit, permit.reason])
   useEffect(() => session?.setOpen(isOpen), [session, isOpen])
-  return session
+  return { session, permit }
+}
+
+function useDrivePermit(robotId: string, entry: CatalogueEntry): PermitView {
+  const { availability, me, leases } = useControl(robotId)
+  const { isStopped, by } = useStop(robotId)
+  const resource = resourceOf(entry)
+  const lease = resource === null ? null : (leases[resource] ?? null)
+  return drivePermit({ availability, me, isStopped, stoppedBy: by, resource, lease })
 }

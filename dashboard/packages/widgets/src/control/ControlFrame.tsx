@@ -1,0 +1,26 @@
+import { useControl, useReadable, useStop } from '@mosaic/react'
+import classes from './control.module.css'
+import { limitText, type LimitText } from './controlText'
+
+/** A frame around the whole page, seen from the corner of an eye: red while stopped, amber while the robot slows down. */
+export function ControlFrame({ robotId }: { robotId: string }) {
+  const { isStopped } = useStop(robotId)
+  const limit = useWorstLimit(robotId)
+  const tone = isStopped ? 'stopped' : (limit?.tone ?? 'none')
+  return (
+    <div className={classes.frame} data-tone={tone} data-testid="control-frame">
+      {!isStopped && limit !== null && (
+        <span className={classes.frameText} role="status">
+          <strong>{limit.title}</strong> {limit.why}
+        </span>
+      )}
+    </div>
+  )
+}
+
+/** Of everything that this page commands on the robot. */
+function useWorstLimit(robotId: string): LimitText | null {
+  const { desk } = useControl(robotId)
+  const limits = Object.values(useReadable(desk.limits)).sort((one, other) => one.factor - other.factor)
+  return limitText(limits[0] ?? null)
+}

@@ -1,0 +1,56 @@
+import { Tooltip } from '@mantine/core'
+import { useControl, useStop } from '@mosaic/react'
+import { IconHandStop } from '@tabler/icons-react'
+import type { PointerEvent } from 'react'
+import classes from './control.module.css'
+import { NOT_CERTIFIED } from './controlText'
+import { STOP_KEY_TEXT } from './stopKey'
+import { useStopKey } from './useStopKey'
+import { useStopRobot } from './useStopRobot'
+
+/** Stops the robot, for everybody, at once: at the touch, not at its end. Anybody who is connected may. */
+export function StopButton({ robotId }: { robotId: string }) {
+  const { availability } = useControl(robotId)
+  const { isStopped, mine } = useStop(robotId)
+  const stopRobot = useStopRobot(robotId)
+  const stop = () => void stopRobot()
+  useStopKey(stop)
+  const state = mine?.phase === 'sending' ? 'stopping' : isStopped ? 'stopped' : 'ready'
+  const what = availability === 'unavailable' ? 'Sends zeros to the drive: this robot knows no stop.' : 'The robot stands still until somebody clears it.'
+  return (
+    <Tooltip multiline w={260} label={<StopHint what={what} />} openDelay={300}>
+      <button
+        type="button"
+        className={classes.stop}
+        data-state={state}
+        data-testid="stop"
+        aria-label="Stop the robot"
+        aria-keyshortcuts="Escape Escape"
+        onPointerDown={(event) => isPrimary(event) && stop()}
+        // A keyboard or a screen reader: no pointer came before.
+        onClick={(event) => event.detail === 0 && stop()}
+        onContextMenu={(event) => event.preventDefault()}
+      >
+        <IconHandStop size={22} stroke={2} aria-hidden />
+        <span className={classes.stopWord}>{WORDS[state]}</span>
+        <kbd className={classes.stopKey} aria-hidden>
+          {STOP_KEY_TEXT}
+        </kbd>
+      </button>
+    </Tooltip>
+  )
+}
+
+const WORDS = { ready: 'Stop', stopping: 'Stopping…', stopped: 'Stopped' }
+
+function StopHint({ what }: { what: string }) {
+  return (
+    <span>
+      <strong>Stop</strong>: press Escape twice, or hold it. {what} {NOT_CERTIFIED}
+    </span>
+  )
+}
+
+function isPrimary(event: PointerEvent): boolean {
+  return event.button === 0
+}

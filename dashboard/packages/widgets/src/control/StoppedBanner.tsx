@@ -1,0 +1,88 @@
+import { CloseButton } from '@mantine/core'
+import { reasonOf, type StopReport, type StopView } from '@mosaic/client'
+import { useControl, useStop } from '@mosaic/react'
+import { IconAlertOctagon, IconAlertTriangle } from '@tabler/icons-react'
+import { useState, type ReactNode } from 'react'
+import classes from './control.module.css'
+import { clearing, NOT_CERTIFIED, stopReportText } from './controlText'
+import { HoldButton } from './HoldButton'
+
+/** Says over the whole page that the robot is stopped: by whom, why, how quickly, and how it is cleared. */
+export function StoppedBanner({ robotId }: { robotId: string }) {
+  const view = useStop(robotId)
+  const [dismissed, setDismissed] = useState<string | null>(null)
+  const { mine } = view
+  const isPending = mine !== null && mine.phase === 'sending'
+  if (view.isStopped || isPending) {
+    return (
+      <Banner tone="stopped" title={titleOf(view)} text={detailOf(view)}>
+        {view.isStopped && <Clear robotId={robotId} />}
+      </Banner>
+    )
+  }
+  if (mine === null || mine.id === dismissed || (mine.phase !== 'unconfirmed' && mine.phase !== 'unavailable')) return null
+  const isLost = mine.phase === 'unconfirmed'
+  return (
+    <Banner
+      tone={isLost ? 'stopped' : 'zeros'}
+      title={stopReportText(mine)}
+      text={isLost ? 'The connection ended before its answer. Stop it at the robot if you can’t see that it stands.' : 'Look at it: nothing here can confirm that it stands.'}
+    >
+      <CloseButton aria-label="Hide this" c="inherit" onClick={() => setDismissed(mine.id)} />
+    </Banner>
+  )
+}
+
+function Banner({ tone, title, text, children }: { tone: 'stopped' | 'zeros'; title: string; text: string; children: ReactNode }) {
+  const Icon = tone === 'stopped' ? IconAlertOctagon : IconAlertTriangle
+  return (
+    <section className={classes.banner} data-tone={tone} aria-label="Stop" data-testid="stopped-banner">
+      <Icon size={30} stroke={1.8} aria-hidden />
+      <div className={classes.bannerText} role="alert">
+        <strong>{title}</strong>
+        <span>{text}</span>
+        <small>{NOT_CERTIFIED}</small>
+      </div>
+      {children}
+    </section>
+  )
+}
+
+function titleOf({ isStopped, mine }: StopView): string {
+  if (!isStopped) return 'Stopping…'
+  return mine === null || !isCurrent(mine) ? 'Stopped' : stopReportText(mine)
+}
+
+function isCurrent({ phase }: StopReport): boolean {
+  return phase === 'acknowledged' || phase === 'safe'
+}
+
+function detailOf({ isStopped, by, reason }: StopView): string {
+  if (!isStopped) return 'Waiting for the robot’s answer; the stop is being repeated.'
+  const who = by === '' ? 'Somebody stopped it' : `Stopped by ${by}`
+  return `${who}${reason === '' ? '.' : `: “${reason}”.`} The robot takes no commands.`
+}
+
+/** Clearing is a deliberate act; who may not is told who may. */
+function Clear({ robotId }: { robotId: string }) {
+  const { me, leases } = useControl(robotId)
+  const { clear } = useStop(robotId)
+  const [isBusy, setIsBusy] = useState(false)
+  const [refusal, setRefusal] = useState('')
+  const { mayClear, text } = clearing(me, leases)
+  if (!mayClear) return <span className={classes.bannerNote}>{text}</span>
+  const clearNow = async () => {
+    setIsBusy(true)
+    const report = await clear()
+    setIsBusy(false)
+    setRefusal(report.isCleared ? '' : (report.message ?? reasonOf(report.code).sentence))
+  }
+  return (
+    <span className={classes.bannerActions}>
+      <HoldButton holding="Keep holding…" color="dark.8" size="md" loading={isBusy} onHeld={() => void clearNow()}>
+        Hold to clear
+      </HoldButton>
+      {refusal !== '' && <span role="alert">{refusal}</span>}
+    </span>
+  )
+}

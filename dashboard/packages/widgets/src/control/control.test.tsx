@@ -1,0 +1,295 @@
+import { act, cleanup, fireEvent, render, screen, within } from '@testing-library/react'
+import userEvent from '@testing-library/user-event'
+import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
+import { ALICE, ALICES, FakeConnection, FREE, ME, MINE, PATROL, SAFE, SENDING, WithRobot } from '../../test/fakeRobot'
+import { ControlFrame } from './ControlFrame'
+import { ControlNews } from './ControlNews'
+import { HOLD_MS } from './HoldButton'
+import { LeaseButtons } from './LeaseButton'
+import { LeaseRequests } from './LeaseRequests'
+import { Presence } from './Presence'
+import { StopButton } from './StopButton'
+import { StoppedBanner } from './StoppedBanner'
+
+let connection: FakeConnection
+const desk = () => connection.control
+
+beforeEach(() => {
+  connection = new FakeConnection()
+})
+
+afterEach(() => {
+  cleanup()
+  vi.useRealTimers()
+})
+
+function show(node: React.ReactNode): void {
+  render(<WithRobot connection={connection}>{node}</WithRobot>)
+}
+
+describe('the stop button', () => {
+  const button = () => screen.getByRole('button', { name: 'Stop the robot' })
+
+  test('stops at the touch, not at its end', () => {
+    show(<StopButton robotId="r" />)
+    fireEvent.pointerDown(button(), { button: 0 })
+    expect(desk().said).toEqual([['stop', '']])
+    fireEvent.click(button(), { detail: 1 })
+    expect(desk().said).toHaveLength(1)
+  })
+
+  test('stops from the keyboard and for assistive technology', async () => {
+    show(<StopButton robotId="r" />)
+    button().focus()
+    await userEvent.keyboard('{Enter}')
+    expect(desk().said).toEqual([['stop', '']])
+  })
+
+  test('its key works in a field, and one Escape alone does not', () => {
+    show(
+      <>
+        <StopButton robotId="r" />
+        <input aria-label="field" onKeyDown={(event) => event.stopPropagation()} />
+      </>,
+    )
+    const field = screen.getByLabelText('field')
+    fireEvent.keyDown(field, { code: 'Escape' })
+    expect(desk().said).toEqual([])
+    fireEvent.keyDown(field, { code: 'Escape' })
+    expect(desk().said).toEqual([['stop', '']])
+  })
+
+  test('an observer may stop', () => {
+    desk().me.set({ ...ME, role: 'observer' })
+    show(<StopButton robotId="r" />)
+    fireEvent.pointerDown(button(), { button: 0 })
+    expect(desk().said).toHaveLength(1)
+  })
+
+  test('says how far it is', () => {
+    show(<StopButton robotId="r" />)
+    act(() => desk().stopState.set({ isStopped: false, by: '', reason: '', mine: SENDING }))
+    expect(button().textContent).toContain('Stopping…')
+    act(() => desk().stopState.set({ isStopped: true, by: 'Mia', reason: '', mine: SAFE }))
+    expect(button().textContent).toContain('Stopped')
+  })
+})
+
+describe('the banner of a stopped robot', () => {
+  const stopped = (mine: typeof SAFE | null = null) => act(() => desk().stopState.set({ isStopped: true, by: 'Bob', reason: 'child on the floor', mine }))
+
+  test('is not there while nothing is stopped', () => {
+    show(<StoppedBanner robotId="r" />)
+    expect(screen.queryByTestId('stopped-banner')).toBeNull()
+  })
+
+  test('says who, why, how quickly, and what it is not', () => {
+    show(<StoppedBanner robotId="r" />)
+    stopped(SAFE)
+    const text = screen.getByRole('alert').textContent
+    expect(text).toContain('Stopped in 43 ms')
+    expect(text).toContain('Stopped by Bob: “child on the floor”')
+    expect(text).toContain('not a certified emergency stop')
+  })
+
+  test('is cleared by holding, not by a press', () => {
+    vi.useFakeTimers()
+    desk().setLease(MINE)
+    show(<StoppedBanner robotId="r" />)
+    stopped()
+    const clear = screen.getByRole('button', { name: 'Hold to clear' })
+    fireEvent.pointerDown(clear, { button: 0 })
+    act(() => void vi.advanceTimersByTime(HOLD_MS / 2))
+    fireEvent.pointerUp(clear)
+    fireEvent.click(clear, { detail: 1 })
+    act(() => void vi.advanceTimersByTime(2 * HOLD_MS))
+    expect(desk().said).toEqual([])
+    fireEvent.pointerDown(clear, { button: 0 })
+    act(() => void vi.advanceTimersByTime(HOLD_MS))
+    expect(desk().said).toEqual([['clear']])
+  })
+
+  test('is cleared by holding a key', () => {
+    vi.useFakeTimers()
+    desk().setLease(MINE)
+    show(<StoppedBanner robotId="r" />)
+    stopped()
+    fireEvent.keyDown(screen.getByRole('button', { name: 'Hold to clear' }), { key: ' ' })
+    act(() => void vi.advanceTimersByTime(HOLD_MS))
+    expect(desk().said).toEqual([['clear']])
+  })
+
+  test('is cleared by two presses where nobody can hold: a screen reader only clicks', () => {
+    desk().setLease(MINE)
+    show(<StoppedBanner robotId="r" />)
+    stopped()
+    fireEvent.click(screen.getByRole('button', { name: 'Hold to clear' }), { detail: 0 })
+    expect(desk().said).toEqual([])
+    fireEvent.click(screen.getByRole('button', { name: 'Press again to confirm' }), { detail: 0 })
+    expect(desk().said).toEqual([['clear']])
+  })
+
+  test('says why the robot did not take the clearing', async () => {
+    desk().setLease(MINE)
+    desk().clearAnswer = { isCleared: false, code: 'lease.forbidden' }
+    show(<StoppedBanner robotId="r" />)
+    stopped()
+    fireEvent.click(screen.getByRole('button', { name: 'Hold to clear' }), { detail: 0 })
+    fireEvent.click(screen.getByRole('button', { name: 'Press again to confirm' }), { detail: 0 })
+    expect(await screen.findByText('This role may not command.')).toBeTruthy()
+  })
+
+  test('tells who may clear it where this page may not', () => {
+    desk().setLease(ALICES)
+    show(<StoppedBanner robotId="r" />)
+    stopped()
+    expect(screen.queryByRole('button', { name: 'Hold to clear' })).toBeNull()
+    expect(screen.getByText(/Alice, who has control, or a supervisor/)).toBeTruthy()
+  })
+
+  test('a stop that nobody confirmed is not passed over', async () => {
+    show(<StoppedBanner robotId="r" />)
+    act(() => desk().stopState.set({ isStopped: false, by: '', reason: '', mine: { ...SENDING, phase: 'unconfirmed' } }))
+    expect(screen.getByRole('alert').textContent).toContain('did not confirm')
+    await userEvent.click(screen.getByRole('button', { name: 'Hide this' }))
+    expect(screen.queryByRole('alert')).toBeNull()
+  })
+})
+
+describe('the lease button', () => {
+  test('takes a free lease, and gives it back', async () => {
+    show(<LeaseButtons robotId="r" />)
+    await userEvent.click(screen.getByRole('button', { name: 'Take control' }))
+    expect(desk().said).toEqual([['request', 'motion']])
+    act(() => desk().setLease(MINE))
+    await userEvent.click(screen.getByRole('button', { name: 'You have control' }))
+    expect(desk().said.at(-1)).toEqual(['release', 'motion'])
+  })
+
+  test('asks whoever has control, with a reason', async () => {
+    desk().setLease(ALICES)
+    show(<LeaseButtons robotId="r" />)
+    await userEvent.click(screen.getByRole('button', { name: 'Alice has control' }))
+    const form = await screen.findByRole('form', { name: 'Ask for control' })
+    await userEvent.type(within(form).getByLabelText('Reason'), 'the lift comes')
+    await userEvent.click(within(form).getByRole('button', { name: 'Ask Alice' }))
+    expect(desk().said).toEqual([['request', 'motion', { reason: 'the lift comes', force: false }]])
+  })
+
+  test('only a supervisor may take over, and must say why', async () => {
+    desk().setLease(ALICES)
+    desk().me.set({ ...ME, role: 'supervisor' })
+    show(<LeaseButtons robotId="r" />)
+    await userEvent.click(screen.getByRole('button', { name: 'Alice has control' }))
+    const force = await screen.findByRole('button', { name: 'Take over now' })
+    await userEvent.click(force)
+    expect(desk().said).toEqual([])
+    expect(screen.getByText('Say why you take over.')).toBeTruthy()
+    await userEvent.type(screen.getByLabelText('Reason'), 'smoke')
+    await userEvent.click(force)
+    expect(desk().said).toEqual([['request', 'motion', { reason: 'smoke', force: true }]])
+  })
+
+  test('an operator is not offered to take over', async () => {
+    desk().setLease(ALICES)
+    show(<LeaseButtons robotId="r" />)
+    await userEvent.click(screen.getByRole('button', { name: 'Alice has control' }))
+    await screen.findByRole('form', { name: 'Ask for control' })
+    expect(screen.queryByRole('button', { name: 'Take over now' })).toBeNull()
+  })
+
+  test('a waiting request can be withdrawn', async () => {
+    desk().setLease({ ...ALICES, request: { phase: 'queued', place: 1, code: 'lease.queued' } })
+    show(<LeaseButtons robotId="r" />)
+    await userEvent.click(screen.getByRole('button', { name: 'Waiting for Alice' }))
+    expect(desk().said).toEqual([['release', 'motion']])
+  })
+
+  test('there is one per resource, and none for an original robot', () => {
+    desk().setLease({ ...FREE, resource: 'arm' })
+    show(<LeaseButtons robotId="r" />)
+    expect(screen.getByRole('button', { name: 'Take control of arm' })).toBeTruthy()
+    act(() => desk().availability.set('unavailable'))
+    expect(screen.queryAllByRole('button')).toEqual([])
+  })
+})
+
+describe('requests', () => {
+  const asking = { ...MINE, queue: [{ peerId: 'bob', name: 'Bob', reason: 'my turn', isPerson: true }] }
+
+  test('are shown to the holder, who answers', async () => {
+    desk().setLease(asking)
+    show(<LeaseRequests robotId="r" />)
+    const card = screen.getByRole('region', { name: 'Bob asks for control' })
+    expect(card.textContent).toContain('my turn')
+    await userEvent.click(within(card).getByRole('button', { name: 'Not now' }))
+    await userEvent.click(within(card).getByRole('button', { name: 'Hand over' }))
+    expect(desk().said).toEqual([
+      ['answer', 'motion', 'bob', false, undefined],
+      ['answer', 'motion', 'bob', true, undefined],
+    ])
+  })
+
+  test('take no focus away from whoever drives', () => {
+    show(
+      <>
+        <button>driving</button>
+        <LeaseRequests robotId="r" />
+      </>,
+    )
+    screen.getByText('driving').focus()
+    act(() => desk().setLease(asking))
+    expect(document.activeElement?.textContent).toBe('driving')
+  })
+
+  test('are nobody else’s business', () => {
+    desk().setLease({ ...ALICES, queue: asking.queue })
+    show(<LeaseRequests robotId="r" />)
+    expect(screen.queryByRole('region')).toBeNull()
+  })
+})
+
+describe('news', () => {
+  test('of a take-over stays, with the reason, until control is back', () => {
+    show(<ControlNews robotId="r" />)
+    act(() => desk().tell({ type: 'lost', resource: 'motion', code: 'lease.taken_over', message: 'smoke' }))
+    expect(screen.getByTestId('control-news').textContent).toContain('A supervisor took the lease over. “smoke”')
+    act(() => desk().tell({ type: 'granted', resource: 'motion' }))
+    expect(screen.getByTestId('control-news').textContent).toBe('')
+  })
+
+  test('of a grant after a wait is said', () => {
+    show(<ControlNews robotId="r" />)
+    act(() => desk().tell({ type: 'queued', resource: 'motion', code: 'lease.queued' }))
+    act(() => desk().tell({ type: 'granted', resource: 'motion' }))
+    expect(screen.getByTestId('control-news').textContent).toContain('You have control.')
+  })
+})
+
+test('who is here is a sentence for those who can’t see the chips', () => {
+  desk().peers.set([ME, ALICE, PATROL])
+  desk().setLease(ALICES)
+  show(<Presence robotId="r" />)
+  expect(screen.getByRole('button', { name: 'Who is here. Driving: Alice. Watching: You, patrol.' })).toBeTruthy()
+})
+
+describe('the frame around the page', () => {
+  const tone = () => screen.getByTestId('control-frame').dataset['tone']
+
+  test('shows how the speed is limited, and why', () => {
+    show(<ControlFrame robotId="r" />)
+    expect(tone()).toBe('none')
+    act(() => desk().limits.set({ cmd_vel: { label: 'cmd_vel', factor: 0.25, causes: [{ cause: 'rtt', value: 640, factor: 0.25 }] } }))
+    expect(tone()).toBe('slowed')
+    expect(screen.getByRole('status').textContent).toContain('Slowed to 25 %')
+    act(() => desk().limits.set({ cmd_vel: { label: 'cmd_vel', factor: 0, causes: [{ cause: 'picture', value: 1500, factor: 0 }] } }))
+    expect(tone()).toBe('held')
+  })
+
+  test('a stop counts more than a limit', () => {
+    show(<ControlFrame robotId="r" />)
+    act(() => desk().limits.set({ cmd_vel: { label: 'cmd_vel', factor: 0.5, causes: [] } }))
+    act(() => desk().stopState.set({ isStopped: true, by: '', reason: '', mine: null }))
+    expect(tone()).toBe('stopped')
+  })
+})

@@ -1,0 +1,118 @@
+/** What the page says about who commands, about the stop, and about what limits the speed: pure, in whole sentences. */
+import { reasonOf, type LeaseView, type PeerView, type Role, type SafetyLimit, type StopReport } from '@mosaic/client'
+
+export const NOT_CERTIFIED = 'This stop travels over the network. It is not a certified emergency stop.'
+
+const ROLES: Record<Role, string> = { observer: 'observer', operator: 'operator', supervisor: 'supervisor' }
+
+export function roleText(role: Role): string {
+  return ROLES[role]
+}
+
+type Named = Pick<PeerView, 'name' | 'isPerson' | 'isOriginal'> & { isMe?: boolean }
+
+/** How somebody is called on the page. */
+export function nameOf(peer: Named | null | undefined): string {
+  if (peer == null) return 'Nobody'
+  if (peer.isMe === true) return 'You'
+  if (peer.name !== '') return peer.name
+  if (peer.isOriginal) return 'An original dashboard'
+  return peer.isPerson ? 'Somebody' : 'A program'
+}
+
+/** Milliseconds for people: below ten with one decimal, from ten seconds on in seconds. */
+export function formattedMs(ms: number): string {
+  if (ms < 10) return `${ms.toFixed(1)} ms`
+  return ms < 10_000 ? `${Math.round(ms)} ms` : `${Math.round(ms / 1000)} s`
+}
+
+/** How far the stop has come that was pressed on this page. */
+export function stopReportText({ phase, safeMs, acknowledgedMs }: Omit<StopReport, 'id' | 'reason' | 'copies' | 'receivedMs'>): string {
+  const afterMs = safeMs ?? acknowledgedMs
+  const measured = afterMs === null ? '' : formattedMs(afterMs)
+  switch (phase) {
+    case 'sending':
+      return 'Stopping…'
+    case 'acknowledged':
+      return `The robot has your stop${acknowledgedMs === null ? '' : ` after ${formattedMs(acknowledgedMs)}`}; its safe action is still running`
+    case 'safe':
+      return measured === '' ? 'Stopped' : safeMs === null ? `Stopped, confirmed after ${measured}` : `Stopped in ${measured}`
+    case 'unconfirmed':
+      return 'The robot did not confirm the stop'
+    case 'unavailable':
+      return 'This robot knows no stop; its drive was sent zeros instead'
+  }
+}
+
+/** Who may clear a stop, and whether this page may. */
+export function clearing(me: PeerView | null, leases: Readonly<Record<string, LeaseView>>): { mayClear: boolean; text: string } {
+  if (me === null) return { mayClear: false, text: 'Waiting for the robot.' }
+  const views = Object.values(leases)
+  if (me.role === 'supervisor' || views.some(({ isMine }) => isMine)) return { mayClear: true, text: '' }
+  const holder = views.find(({ state }) => state === 'other')?.holder
+  if (holder?.isPerson === true) return { mayClear: false, text: `${nameOf(holder)}, who has control, or a supervisor can clear it.` }
+  if (me.role === 'observer') return { mayClear: false, text: 'Whoever has control, or a supervisor, can clear it.' }
+  return { mayClear: false, text: 'Take control to clear it; a supervisor can as well.' }
+}
+
+export interface LimitText {
+  tone: 'slowed' | 'held'
+  /** `60 %`. */
+  share: string
+  title: string
+  why: string
+}
+
+const CAUSES = {
+  rtt: (value: number | undefined) => `the link is slow${value === undefined ? '' : ` (round trip ${formattedMs(value)})`}`,
+  loss: (value: number | undefined) => `the link loses commands${value === undefined ? '' : ` (${Math.round(value * 100)} %)`}`,
+  picture: (value: number | undefined) =>
+    value === undefined ? 'no picture is shown' : `the picture is old (${formattedMs(value)})`,
+}
+
+/** How the robot limits the speed, and why; null where it does not. */
+export function limitText(limit: SafetyLimit | null): LimitText | null {
+  if (limit === null || limit.factor >= 1) return null
+  const causes = [...limit.causes].filter(({ factor }) => factor < 1).sort((one, other) => one.factor - other.factor)
+  const share = `${Math.round(limit.factor * 100)} %`
+  const why = causes.map(({ cause, value }) => CAUSES[cause](value ?? undefined)).join('; ')
+  const isHeld = limit.factor <= 0
+  return { tone: isHeld ? 'held' : 'slowed', share, title: isHeld ? 'Held still by the robot' : `Slowed to ${share}`, why }
+}
+
+/** What stands on a lease's button. */
+export interface LeaseText {
+  label: string
+  /** What a press does: ask at once, open the dialog, give back, withdraw; null: nothing. */
+  action: 'take' | 'ask' | 'release' | 'withdraw' | null
+  hint: string
+}
+
+export function leaseText(lease: LeaseView, me: PeerView | null): LeaseText {
+  const holder = nameOf(lease.holder)
+  if (lease.state === 'mine') return { label: 'You have control', action: 'release', hint: 'Give control back' }
+  if (lease.request !== null) return waitingText(lease)
+  if (me?.role === 'observer') {
+    const label = lease.state === 'free' ? 'Observing' : `${holder} has control`
+    return { label, action: null, hint: 'Your role is observer: you may watch and stop. An administrator can grant another role.' }
+  }
+  if (lease.state === 'free') return { label: 'Take control', action: 'take', hint: 'Nobody has control' }
+  return { label: `${holder} has control`, action: 'ask', hint: lease.holder?.isPerson === true ? 'Ask for control' : 'A program drives; you may take control from it' }
+}
+
+function waitingText({ request, holder }: LeaseView): LeaseText {
+  const place = (request?.place ?? 0) > 1 ? `, you are number ${request?.place ?? 0}` : ''
+  const label = request?.phase === 'queued' ? `Waiting for ${nameOf(holder)}` : 'Asking…'
+  return { label, action: 'withdraw', hint: `Your request waits for an answer${place}. Press to withdraw it.` }
+}
+
+/** A reason code in a sentence, with what the robot adds. */
+export function whyText({ code, message }: { code: string; message?: string | undefined }): string {
+  const { sentence } = reasonOf(code)
+  return message === undefined || message === '' || message === sentence ? sentence : `${sentence} “${message}”`
+}
+
+/** A resource as a word: `arm` is named, the usual `motion` goes without saying. */
+export function resourceSuffix(resource: string): string {
+  return resource === 'motion' ? '' : ` of ${resource}`
+}

@@ -1,0 +1,48 @@
+/** Who is connected, in the order that matters: who drives, then people, then programs. */
+import type { LeaseView, PeerView } from '@mosaic/client'
+import { nameOf, roleText } from './controlText'
+
+export interface Present {
+  peerId: string
+  name: string
+  /** What it commands; empty: it watches. */
+  drives: readonly string[]
+  role: string
+  isPerson: boolean
+  isMe: boolean
+}
+
+export function presentOf(peers: readonly PeerView[], leases: Readonly<Record<string, LeaseView>>): Present[] {
+  const drives = ({ peerId }: PeerView) =>
+    Object.values(leases)
+      .filter(({ holder }) => holder?.peerId === peerId)
+      .map(({ resource }) => resource)
+  return peers
+    .map((peer) => ({
+      peerId: peer.peerId,
+      name: nameOf(peer),
+      drives: drives(peer),
+      role: roleText(peer.role),
+      isPerson: peer.isPerson,
+      isMe: peer.isMe,
+    }))
+    .sort((one, other) => rank(one) - rank(other) || one.name.localeCompare(other.name))
+}
+
+function rank({ drives, isPerson, isMe }: Present): number {
+  if (drives.length > 0) return 0
+  if (isMe) return 1
+  return isPerson ? 2 : 3
+}
+
+/** `Driving: Alice. Watching: You, Bob.` */
+export function presenceSentence(present: readonly Present[]): string {
+  const names = (those: readonly Present[]) => those.map(({ name }) => name).join(', ')
+  const driving = present.filter(({ drives }) => drives.length > 0)
+  const watching = present.filter(({ drives }) => drives.length === 0)
+  const parts = [
+    `Driving: ${driving.length === 0 ? 'nobody' : names(driving)}.`,
+    watching.length === 0 ? '' : `Watching: ${names(watching)}.`,
+  ]
+  return parts.filter(Boolean).join(' ')
+}
