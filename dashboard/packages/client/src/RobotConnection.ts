@@ -196,6 +196,8 @@ export class RobotConnection implements StoreHost {
       case 'tellConnected':
         return this.bindings.linkUp()
       case 'tellDisconnected':
+        // Closed between two attempts there was nothing to drop, but there is something to give up.
+        if (this.session.phase === 'closed' || this.session.phase === 'suspended') this.control.linkLost(true)
         return this.bindings.tellDisconnected(reasonIn(effect))
       case 'tellFailed':
         this.control.gaveUp({ ...reasonIn(effect), code: effect.code })

@@ -2,7 +2,7 @@
 
 export interface Ticks {
   /** Call `onTick` every `periodMs`; the result ends it. */
-  every(periodMs: number, onTick: () => void): () => void
+  readonly every: (periodMs: number, onTick: () => void) => () => void
 }
 
 /** The page's own timers: for tests, and for browsers without workers. */

@@ -48,6 +48,8 @@ export class FakeDataChannel {
   bufferedAmount = 0
   bufferedAmountLowThreshold = 0
   binaryType = 'blob'
+  /** The other side hears what is sent. */
+  onsent: ((data: string | Uint8Array) => void) | null = null
   readonly sent: (string | Uint8Array)[] = []
   private readonly reader = new FrameReader()
   private seq = 0
@@ -64,6 +66,7 @@ export class FakeDataChannel {
   send(data: string | Uint8Array): void {
     if (this.readyState !== 'open') throw new Error('InvalidStateError')
     this.sent.push(data)
+    this.onsent?.(data)
   }
 
   close(): void {

@@ -123,6 +123,8 @@ export class ControlDesk {
   clearanceOf(entry: CatalogueEntry | null): Clearance {
     const resource = resourceOf(entry) ?? MOTION
     const epoch = this.table.epochOf(resource, this.around.now())
+    // The page slept: it shall not only not send, but also show it.
+    if (epoch === 0 && this.table.view(resource).isMine) this.handle({ type: 'ticked' })
     const lease = this.table.view(resource)
     return clearanceFor(entry, {
       availability: this.available.get(),

@@ -38,7 +38,7 @@ export class StopSender {
     this.send(true)
     if (!isUnderstood) this.abandon('unavailable')
     else if (!this.around.isComing()) this.abandon('unconfirmed')
-    else this.endTicks ??= this.around.every(STOP_REPEAT_MS, () => this.tick())
+    else if (this.course === course) this.endTicks ??= this.around.every(STOP_REPEAT_MS, () => this.tick())
     this.publish()
     return promise
   }

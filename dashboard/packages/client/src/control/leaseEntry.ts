@@ -21,6 +21,8 @@ export interface LeaseEntry {
   /** Held when the link was lost: by which peer of mine, and until when to ask again. */
   reclaim: { peerId: string | null; untilMs: number } | null
   ended: Why | null
+  /** Releases that the robot has not confirmed: what it says before that was said to somebody who still wanted it. */
+  releasing: { count: number; untilMs: number }
   /** Who is already known to wait for what I hold. */
   askers: ReadonlySet<string>
 }
@@ -34,8 +36,28 @@ export function fresh(): LeaseEntry {
     request: null,
     reclaim: null,
     ended: null,
+    releasing: { count: 0, untilMs: 0 },
     askers: new Set(),
   }
+}
+
+/** A robot that does not confirm is taken at its word again after this long. */
+const CONFIRMATION_MS = 2000
+
+/** Forget everything that is held or wanted, and say so. */
+export function released(resource: string, entry: LeaseEntry, nowMs: number): LeaseEffect[] {
+  entry.grant = entry.request = entry.reclaim = entry.ended = null
+  entry.releasing = { count: isReleasing(entry, nowMs) ? entry.releasing.count + 1 : 1, untilMs: nowMs + CONFIRMATION_MS }
+  return [{ type: 'send', message: 'lease.release', data: { resource } }]
+}
+
+/** The robot answers each release with this, and a request that came later only afterwards. */
+export function isConfirmation({ outcome, code }: LeaseReply): boolean {
+  return (outcome === 'ended' && code === 'lease.released') || code === 'lease.unknown_resource'
+}
+
+export function isReleasing({ releasing }: LeaseEntry, nowMs: number): boolean {
+  return releasing.count > 0 && nowMs < releasing.untilMs
 }
 
 // This page slept: the robot has long given the lease up, though its word may still be on the way.

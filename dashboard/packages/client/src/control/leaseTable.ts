@@ -10,8 +10,11 @@ import {
   expired,
   fresh,
   granted,
+  isConfirmation,
+  isReleasing,
   isSilent,
   isWanted,
+  released,
   tell,
   type LeaseEffect,
   type LeaseEntry,
@@ -50,7 +53,7 @@ export class LeaseTable {
       case 'requested':
         return this.requested(event)
       case 'released':
-        return this.released(event.resource)
+        return released(event.resource, this.entry(event.resource), nowMs)
       case 'replied':
         return this.replied(event.reply, nowMs)
       case 'stateHeard':
@@ -125,19 +128,16 @@ export class LeaseTable {
     return [{ type: 'send', message: 'lease.request', data: { resource, reason, force } }]
   }
 
-  private released(resource: string): LeaseEffect[] {
-    const entry = this.entry(resource)
-    entry.grant = entry.request = entry.reclaim = entry.ended = null
-    return [{ type: 'send', message: 'lease.release', data: { resource } }]
-  }
-
   private replied(reply: LeaseReply, nowMs: number): LeaseEffect[] {
     const { resource, outcome } = reply
     const entry = this.entry(resource)
-    // What was withdrawn in the meantime is wanted no more; the robot has our release already.
+    if (isReleasing(entry, nowMs)) {
+      if (isConfirmation(reply)) entry.releasing.count -= 1
+      return []
+    }
     if (outcome === 'granted') return isWanted(entry) ? granted(reply, entry, nowMs) : []
     if (outcome === 'ended') return ended(reply, entry)
-    if (entry.reclaim) return this.reclaimRefused(reply, entry)
+    if (entry.reclaim) return this.reclaimRefused(reply, entry, nowMs)
     if (outcome === 'denied') return denied(reply, entry)
     if (entry.request) entry.request = { phase: 'queued', ...whyOf(reply) }
     return entry.request ? [tell({ type: 'queued', resource, ...whyOf(reply) })] : []
@@ -149,7 +149,7 @@ export class LeaseTable {
     entry.queue = queue
     entry.expiryMs = (expiryS > 0 ? expiryS : DEFAULT_EXPIRY_S) * 1000
     const isMine = holder !== undefined && holder.peerId === this.peerId
-    if (entry.grant && isMine) entry.grant.epoch = epoch
+    if (entry.grant && isMine && epoch > 0) entry.grant.epoch = epoch
     if (entry.grant && !isMine) {
       entry.grant = null
       entry.ended ??= { code: 'lease.not_holder' }
@@ -178,10 +178,12 @@ export class LeaseTable {
   }
 
   // Somebody was faster. Nobody is bothered with a request that no person has made.
-  private reclaimRefused(reply: LeaseReply, entry: LeaseEntry): LeaseEffect[] {
-    const lost = this.reclaimFailed(reply.resource, entry, { code: 'lease.expired' })
-    if (reply.outcome === 'denied') return lost
-    return [{ type: 'send', message: 'lease.release', data: { resource: reply.resource } }, ...lost]
+  private reclaimRefused({ resource, outcome }: LeaseReply, entry: LeaseEntry, nowMs: number): LeaseEffect[] {
+    const why = { code: 'lease.expired' }
+    if (outcome === 'denied') return this.reclaimFailed(resource, entry, why)
+    const withdrawn = released(resource, entry, nowMs)
+    entry.ended = why
+    return [...withdrawn, tell({ type: 'lost', resource, ...why })]
   }
 
   private reclaimFailed(resource: string, entry: LeaseEntry, why: Why): LeaseEffect[] {
@@ -198,7 +200,7 @@ export class LeaseTable {
         return this.reclaimFailed(resource, entry, { code: 'lease.expired' })
       }
       if (entry.grant && isSilent(entry, nowMs)) return expired(resource, entry)
-      return isAway && (entry.grant || entry.request) ? this.leftAlone(resource, entry) : []
+      return isAway && (entry.grant || entry.request) ? this.leftAlone(resource, entry, nowMs) : []
     })
     return [...effects, ...this.keep()]
   }
@@ -212,10 +214,10 @@ export class LeaseTable {
     return [{ type: 'send', message: 'lease.keep', data: { epochs } }]
   }
 
-  private leftAlone(resource: string, entry: LeaseEntry): LeaseEffect[] {
+  private leftAlone(resource: string, entry: LeaseEntry, nowMs: number): LeaseEffect[] {
     const why = { code: 'lease.released', message: `the page was hidden for ${HIDDEN_GRACE_MS / 1000} s` }
     const wasMine = entry.grant !== null
-    const effects = this.released(resource)
+    const effects = released(resource, entry, nowMs)
     entry.ended = why
     return wasMine ? [...effects, tell({ type: 'lost', resource, ...why })] : effects
   }
@@ -228,6 +230,7 @@ export class LeaseTable {
       else if (entry.request && !entry.reclaim) entry.ended = { code: 'peer.lost' }
       entry.grant = entry.request = entry.holder = null
       entry.queue = []
+      entry.releasing.count = 0
       return onPurpose ? [] : lost
     })
     this.peerId = null
