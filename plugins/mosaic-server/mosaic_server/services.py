@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
@@ -21,14 +22,17 @@ from mosaic_server.settings import Settings
 from mosaic_server.sockets.authorizer import Authorizer
 from mosaic_server.sockets.catalogue_keeper import CatalogueKeeper
 from mosaic_server.sockets.exchange import Exchange
+from mosaic_server.storage.audit import prune_audit
 from mosaic_server.storage.database import Database
+from mosaic_server.storage.issued_tickets import forget_tickets, void_tickets
 from mosaic_server.storage.keys import access_token_secret, ticket_key
 from mosaic_server.storage.robots import RobotRecord, all_robots
 from mosaic_server.switchboard import Switchboard
-from mosaic_server.switchboard.events import RobotRemembered
+from mosaic_server.switchboard.events import ConnectionsVoid, RobotRemembered
 
 _log = logging.getLogger(__name__)
 
+PRUNE_S = 3600.0
 HASHING_AT_ONCE = 2
 """Password hashing costs 64 MiB and a core each; more at once would let log-ins slow down everything else."""
 
@@ -52,9 +56,24 @@ class Services:
         self.exchange.tick()
 
     async def revoke(self) -> None:
-        """Close every socket whose admission no longer holds; call after changing accounts or tokens."""
+        """Close every socket and connection that no longer holds; call after changing accounts, roles or tokens."""
         for socket, code in await self.authorizer.revoked():
             self.exchange.condemn(socket, code)
+        await self.close_void_connections()
+
+    async def close_void_connections(self, robot_id: str | None = None) -> None:
+        """Connections whose role was changed meanwhile; of one robot that just came, or of all."""
+        heard = self.exchange.switchboard.heard_by_robots(time.monotonic())
+        if heard:
+            await self.database.run(forget_tickets, heard)
+        by_robot: dict[str, dict[str, str]] = {}
+        for void in await self.database.run(void_tickets, robot_id):
+            by_robot.setdefault(void.robot_id, {})[void.connection_id] = void.code
+        for one, codes in by_robot.items():
+            self.exchange.handle(ConnectionsVoid(one, codes, time.monotonic()))
+
+    async def prune(self) -> None:
+        await self.database.run(prune_audit, self.settings.audit_days)
 
 
 def services_of(connection: HTTPConnection) -> Services:
@@ -71,10 +90,12 @@ async def running(settings: Settings) -> AsyncIterator[Services]:
         database.lock()
         await asyncio.to_thread(database.migrate)
         services = await _built(settings, database)
+        await services.prune()
         clockwork = [
             asyncio.create_task(_every(settings.keep_alive.check_s, "keep-alive", services.tick)),
             # the command line may change accounts and tokens beside the running server
             asyncio.create_task(_every(settings.revocation_check_s, "the check for revocations", services.revoke)),
+            asyncio.create_task(_every(PRUNE_S, "pruning the audit log", services.prune)),
         ]
         try:
             yield services

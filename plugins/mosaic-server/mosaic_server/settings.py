@@ -28,3 +28,5 @@ class Settings:
     authorize_within_s: float = AUTHORIZE_WITHIN_S
     revocation_check_s: float = 10.0
     """How soon a token or account that another process revoked loses its sockets."""
+    audit_days: float = 90.0
+    """Older entries of the audit log are dropped."""

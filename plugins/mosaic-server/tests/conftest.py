@@ -20,7 +20,7 @@ from websockets.sync.client import ClientConnection, connect
 from mosaic_server.serving import Listening, Server, make_server
 from mosaic_server.settings import Settings
 from mosaic_server.sockets.keep_alive import KeepAlivePeriods
-from mosaic_server.storage.accounts import Person, add_account
+from mosaic_server.storage.accounts import Membership, Person, add_account
 from mosaic_server.storage.database import Database
 from mosaic_server.storage.robots import RobotAuthType, add_robot, renew_token
 
@@ -95,6 +95,11 @@ class Running:
     def account(self, email: str = "ada@example.org") -> Person:
         return self.work(add_account, email, PASSWORD, "Ada")
 
+    def member(self, admin: Person, email: str, *, is_admin: bool = False, is_program: bool = False) -> Person:
+        """Another account of the admin's organization."""
+        membership = Membership(admin.organization_id, is_admin)
+        return self.work(add_account, email, PASSWORD, email[:3], membership=membership, is_program=is_program)
+
     def robot(self, person: Person, name: str = "rover", auth: RobotAuthType = RobotAuthType.SIMPLE_TOKEN) -> Any:
         """(id, token)"""
         robot = self.work(add_robot, person.organization_id, name, "", auth)
@@ -110,6 +115,12 @@ class Running:
 
     def post(self, path: str, token: str, body: Any = None) -> httpx.Response:
         return self.http.post(path, headers={"Authorization": f"Bearer {token}"}, json=body)
+
+    def put(self, path: str, token: str, body: Any = None) -> httpx.Response:
+        return self.http.put(path, headers={"Authorization": f"Bearer {token}"}, json=body)
+
+    def delete(self, path: str, token: str) -> httpx.Response:
+        return self.http.delete(path, headers={"Authorization": f"Bearer {token}"})
 
     def open(self, path: str, **options: Any) -> Party:
         connecting = connect(f"{self.ws_url}{path}", compression=None, close_timeout=1, **options)

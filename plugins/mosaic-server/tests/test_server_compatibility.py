@@ -125,7 +125,7 @@ def test_our_robot_gets_ticket_operator_and_ice_servers(server: Any) -> None:
     connection_id = made(server, token, robot_id)
     prepared = robot.expect("signaling.prepare_connection")
     assert prepared["rtcConnectionId"] == connection_id
-    assert prepared["operator"] == {"id": person.id, "name": "Ada", "role": "supervisor"}
+    assert prepared["operator"] == {"id": person.id, "name": "Ada", "role": "supervisor", "program": False}
     assert prepared["ticket"].count(".") == 2
     assert prepared["iceServers"] == []
     user.send(

@@ -38,7 +38,7 @@ def test_log_in_and_me(server: Any) -> None:
     me = server.get("/api/v1/users/me", server.log_in("ADA@example.org ")).json()
     assert me["resultCode"] == 100
     assert me["resultData"].keys() == {
-        "id", "email", "isActive", "isOrganizationAdmin", "fullName", "createdAt", "updatedAt",
+        "id", "email", "isActive", "isOrganizationAdmin", "isProgram", "fullName", "createdAt", "updatedAt",
     }  # fmt: skip
     assert me["resultData"]["id"] == person.id
     assert me["resultData"]["createdAt"].endswith("Z")
@@ -121,6 +121,7 @@ def test_robots_are_made_changed_listed_and_removed(server: Any) -> None:
         "organizationId": page["data"][0]["organizationId"],
         "connectorConfig": None,
         "isOnline": False,
+        "myRole": "supervisor",
     }
     server.http.put(f"/api/v1/robots/{robot_id}", headers=headers, json={"name": "new", "connectorConfig": "{}"})
     shown = server.get(f"/api/v1/robots/{robot_id}", token).json()["resultData"]

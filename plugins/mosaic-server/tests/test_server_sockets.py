@@ -13,7 +13,8 @@ from uuid import uuid4
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from mosaic_server.storage.accounts import set_active
+from mosaic_server.storage.grants import Actor
+from mosaic_server.storage.members import shut_out
 from mosaic_server.storage.robots import renew_token
 
 OURS = {"catalogue": 1, "multiPeer": 1, "tickets": 1, "iceServers": 1, "closeReasons": 1}
@@ -195,7 +196,7 @@ def test_a_disabled_account_loses_its_sockets_and_its_log_in(server: Any) -> Non
     person = server.account()
     token = server.log_in()
     user = server.connect_operator(token)
-    server.work(set_active, person.id, False)
+    server.work(shut_out, person.id, False, Actor("test"))
     assert user.close_code() == 4401
     assert server.get("/api/v1/users/me", token).status_code == 401
 

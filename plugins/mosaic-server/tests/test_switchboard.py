@@ -92,8 +92,8 @@ class Scene:
         organization: str = "org",
         robot_id: str = ROBOT,
     ) -> list[Any]:
-        wanted = WantedConnection(robot_id, connection_id, session_id or f"session of {connection_id}", "ticket")
-        return self.board.handle(ConnectionsRequested(who, organization, (wanted,), self.now_s))
+        wanted = WantedConnection(robot_id, connection_id, session_id or f"session of {connection_id}", "ticket", who)
+        return self.board.handle(ConnectionsRequested(who.id, organization, (wanted,), self.now_s))
 
     def connected(self, operator: int, who: OperatorIdentity = ADA, connection_id: str = "c") -> str:
         assert ConnectionsMade() in self.asks(connection_id, who)
@@ -319,7 +319,7 @@ def test_our_robot_is_told_who_comes(scene: Scene) -> None:
     assert data == {
         "rtcConnectionId": "c",
         "sessionId": "s",
-        "operator": {"id": "ada", "name": "Ada", "role": "operator"},
+        "operator": {"id": "ada", "name": "Ada", "role": "operator", "program": False},
         "ticket": "ticket",
         "iceServers": [],
     }
@@ -341,8 +341,8 @@ def test_all_robots_are_connected_or_none(scene: Scene) -> None:
     other = ROBOT[:-1] + "2"
     scene.robot()
     scene.operator()
-    wanted = tuple(WantedConnection(robot_id, robot_id, robot_id, "t") for robot_id in (ROBOT, other))
-    effects = scene.board.handle(ConnectionsRequested(ADA, "org", wanted, scene.now_s))
+    wanted = tuple(WantedConnection(robot_id, robot_id, robot_id, "t", ADA) for robot_id in (ROBOT, other))
+    effects = scene.board.handle(ConnectionsRequested(ADA.id, "org", wanted, scene.now_s))
     assert effects == [ConnectionsRefused(ResultCode.ROBOT_WS_SESSION_NOT_EXIST, other)]
     assert scene.board.book.connections == {}
 

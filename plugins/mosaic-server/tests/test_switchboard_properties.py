@@ -106,13 +106,13 @@ class Parties(RuleBasedStateMachine):
     @rule(account=st.sampled_from(sorted(ACCOUNTS)), robots=st.sets(st.sampled_from(sorted(ROBOTS)), min_size=1))
     def an_operator_asks_for_connections(self, account: str, robots: set[str]) -> None:
         self.count += 1
+        who = OperatorIdentity(id=account, name=account)
         wanted = tuple(
-            WantedConnection(one, f"{self.count}/{one}", f"s{self.count}/{one}", "t") for one in sorted(robots)
+            WantedConnection(one, f"{self.count}/{one}", f"s{self.count}/{one}", "t", who) for one in sorted(robots)
         )
         before = dict(self.owners)
         self.owners |= {one.connection_id: (account, one.robot_id) for one in wanted}
-        operator = OperatorIdentity(id=account, name=account)
-        effects = self._handle(ConnectionsRequested(operator, ACCOUNTS[account], wanted, self.now_s))
+        effects = self._handle(ConnectionsRequested(account, ACCOUNTS[account], wanted, self.now_s))
         if ConnectionsMade() not in effects:
             self.owners = before
             assert not any(isinstance(effect, Send) for effect in effects)

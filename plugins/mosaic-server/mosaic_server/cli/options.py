@@ -13,7 +13,9 @@ import typer
 from sqlalchemy.exc import ArgumentError, NoSuchModuleError, SQLAlchemyError
 
 from mosaic_server.security.passwords import MIN_PASSWORD_LENGTH, new_password
+from mosaic_server.storage.audit import COMMAND_LINE
 from mosaic_server.storage.database import Database, default_data_dir
+from mosaic_server.storage.grants import Actor
 
 DataDir = Annotated[
     Path | None,
@@ -24,6 +26,9 @@ DatabaseUrl = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for programs.")]
 PasswordStdin = Annotated[bool, typer.Option(help="Read the password from standard input instead of making one.")]
+
+BY_COMMAND = Actor(COMMAND_LINE)
+"""Who does what the commands do, in the audit log."""
 
 
 def fail(message: str, *, exit_code: int = 1) -> NoReturn:

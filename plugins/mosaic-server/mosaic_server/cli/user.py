@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from mosaic_server.cli.options import (
+    BY_COMMAND,
     AsJson,
     DatabaseUrl,
     DataDir,
@@ -25,9 +26,9 @@ from mosaic_server.storage.accounts import (
     all_people,
     change_password,
     person_by_email,
-    set_active,
 )
 from mosaic_server.storage.database import Database
+from mosaic_server.storage.members import shut_out
 
 app = typer.Typer(help="Accounts of operators.", no_args_is_help=True)
 Email = Annotated[str, typer.Argument(help="The account's e-mail.")]
@@ -95,7 +96,7 @@ def disable(
 ) -> None:
     """Shut an account out; a running server closes its sockets within seconds."""
     with opened(data_dir, database) as db:
-        db.work(set_active, _known(db, email).id, undo)
+        db.work(shut_out, _known(db, email).id, undo, BY_COMMAND)
     typer.echo(f"{email} is {'enabled' if undo else 'disabled'}")
 
 

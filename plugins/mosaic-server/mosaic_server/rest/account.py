@@ -25,6 +25,8 @@ from mosaic_server.storage.accounts import (
 
 router = APIRouter(prefix="/api/v1/account", tags=["account"])
 
+EMAIL = r"^[^@\s]+@[^@\s]+$"
+
 
 class Login(WireModel):
     """``username`` is the e-mail."""
@@ -43,7 +45,7 @@ class OneTimeCode(WireModel):
 
 
 class Signup(WireModel):
-    email: str = Field(max_length=254, pattern=r"^[^@\s]+@[^@\s]+$")
+    email: str = Field(max_length=254, pattern=EMAIL)
     password: str = Field(min_length=MIN_PASSWORD_LENGTH, max_length=MAX_PASSWORD_LENGTH, repr=False)
     full_name: str = Field(default="", max_length=200)
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from typing import Any
 from uuid import uuid4
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from pydantic import Field
 
 from mosaic_core.words.codes import ResultCode
@@ -14,10 +15,12 @@ from mosaic_core.words.signaling import OperatorIdentity
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.ids import is_uuid
 from mosaic_server.rest.envelope import ApiError, Envelope
+from mosaic_server.rest.password_attempts import address_of
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.services import Services
 from mosaic_server.sockets.authorizer import identity_of
 from mosaic_server.storage.accounts import Person
+from mosaic_server.storage.issued_tickets import NoAccess, Wanted, record_tickets
 from mosaic_server.storage.robots import robots_by_id
 from mosaic_server.switchboard.effects import ConnectionsRefused
 from mosaic_server.switchboard.events import ConnectionsRequested, WantedConnection
@@ -52,21 +55,23 @@ async def list_ice_servers(_: PersonDep, services: ServicesDep) -> list[dict[str
 
 @router.post("/webrtc/connection")
 async def make_connections(
-    request: ConnectionRequest, person: PersonDep, services: ServicesDep
+    body: ConnectionRequest, request: Request, person: PersonDep, services: ServicesDep
 ) -> Envelope[MadeConnections]:
-    """Prepares one connection per robot, all or none. The operator's socket must be open: the offer goes over it."""
-    robot_ids = list(dict.fromkeys(robot_id.lower() for robot_id in request.robot_ids))
+    """Prepares one connection per robot, all or none. The operator's socket must be open: the offer goes over it.
+
+    The ticket that each robot gets carries the role that the account has on this very robot now.
+    """
+    robot_ids = list(dict.fromkeys(robot_id.lower() for robot_id in body.robot_ids))
     await _must_belong(services, person, robot_ids)
-    operator = identity_of(person)
-    wanted = tuple(
-        _wanted(services, operator, robot_id, session_id)
-        for robot_id, session_id in zip(robot_ids, _session_ids(request, len(robot_ids)), strict=True)
-    )
+    plan = [
+        Wanted(robot_id, str(uuid4()), session_id)
+        for robot_id, session_id in zip(robot_ids, _session_ids(body, len(robot_ids)), strict=True)
+    ]
+    _refuse_early(services, person, plan)
+    wanted = await _with_tickets(services, person, plan, address_of(request))
     ice_servers = await services.authorizer.ice_servers()
-    effects = services.exchange.handle(
-        ConnectionsRequested(operator, person.organization_id, wanted, time.monotonic(), ice_servers)
-    )
-    for effect in effects:
+    asked = ConnectionsRequested(person.id, person.organization_id, wanted, time.monotonic(), ice_servers)
+    for effect in services.exchange.handle(asked):
         if isinstance(effect, ConnectionsRefused):
             raise _refused(effect)
     made = [
@@ -96,10 +101,37 @@ def _session_ids(request: ConnectionRequest, count: int) -> list[str]:
     return [request.session_id.lower()]
 
 
-def _wanted(services: Services, operator: OperatorIdentity, robot_id: str, session_id: str) -> WantedConnection:
-    connection_id = str(uuid4())
-    ticket = services.tickets.issue(session_id=session_id, robot_id=robot_id, peer_id=connection_id, operator=operator)
-    return WantedConnection(robot_id, connection_id, session_id, ticket)
+def _refuse_early(services: Services, person: Person, plan: Sequence[Wanted]) -> None:
+    """Pages knock again and again on a robot that is away; that writes nothing to the database."""
+    wanted = tuple(
+        WantedConnection(one.robot_id, one.connection_id, one.session_id, "", identity_of(person)) for one in plan
+    )
+    asked = ConnectionsRequested(person.id, person.organization_id, wanted, time.monotonic())
+    refused = services.exchange.switchboard.refusal(asked)
+    if refused is not None:
+        raise _refused(refused)
+
+
+async def _with_tickets(
+    services: Services, person: Person, plan: Sequence[Wanted], address: str
+) -> tuple[WantedConnection, ...]:
+    try:
+        roles = await services.database.run(record_tickets, person.id, plan, address)
+    except NoAccess as error:
+        raise ApiError(ResultCode.ACCESS_DENIED) from error
+    wanted = []
+    for one, role in zip(plan, roles, strict=True):
+        operator = OperatorIdentity(
+            id=person.id,
+            name=person.full_name or person.email,
+            role=role.standing.role_if_active,
+            program=role.standing.is_program,
+        )
+        ticket = services.tickets.issue(
+            session_id=one.session_id, robot_id=one.robot_id, peer_id=one.connection_id, operator=operator
+        )
+        wanted.append(WantedConnection(one.robot_id, one.connection_id, one.session_id, ticket, operator))
+    return tuple(wanted)
 
 
 def _refused(refusal: ConnectionsRefused) -> ApiError:

@@ -18,6 +18,9 @@ from mosaic_core.words.wire_model import WireModel
 T = TypeVar("T")
 _log = logging.getLogger(__name__)
 
+MAX_SKIP = 2**31 - 1
+"""Of pages; larger numbers fit into no database's integer."""
+
 HTTP_STATUS: dict[ResultCode, int] = {
     ResultCode.ACCESS_TOKEN_DECRYPTING_FAILED: 401,
     ResultCode.ACCESS_TOKEN_EXPIRED: 401,
@@ -52,6 +55,10 @@ class Message(WireModel):
     """What the original answers to a change."""
 
     message: str
+
+
+class Created(Message):
+    id: str
 
 
 class ApiError(Exception):

@@ -12,10 +12,12 @@ from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.signaling import RobotStatus
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.ids import is_uuid
-from mosaic_server.rest.envelope import ApiError, Envelope, Message
-from mosaic_server.rest.signed_in import PersonDep, ServicesDep
+from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, Envelope, Message
+from mosaic_server.rest.signed_in import AdminDep, PersonDep, ServicesDep
+from mosaic_server.roles import Role
 from mosaic_server.services import Services
 from mosaic_server.storage.accounts import Person
+from mosaic_server.storage.grants import roles_of_account
 from mosaic_server.storage.robots import (
     RobotAuthType,
     RobotRecord,
@@ -30,12 +32,12 @@ from mosaic_server.switchboard.events import RobotRemembered, RobotRemoved
 
 router = APIRouter(prefix="/api/v1/robots", tags=["robots"])
 
-_MAX_SKIP = 2**31 - 1
-"""Larger numbers fit into no database's integer."""
-
 
 class RobotInfo(WireModel):
-    """``status`` and ``authType`` are the numbers of the original; ``isOnline`` is ours."""
+    """``status`` and ``authType`` are the numbers of the original.
+
+    Ours: ``isOnline``, and ``myRole``, what whoever asks may do with this robot.
+    """
 
     id: str
     name: str
@@ -45,6 +47,7 @@ class RobotInfo(WireModel):
     organization_id: str
     connector_config: str | None
     is_online: bool
+    my_role: Role
 
 
 class RobotPage(WireModel):
@@ -70,10 +73,6 @@ class RobotChange(WireModel):
     connector_config: str | None = Field(default=None, max_length=500_000)
 
 
-class Created(Message):
-    id: str
-
-
 class RobotId(WireModel):
     robot_id: str
 
@@ -86,28 +85,26 @@ class RobotToken(WireModel):
 async def list_robots(
     person: PersonDep,
     services: ServicesDep,
-    skip: Annotated[int, Query(ge=0, le=_MAX_SKIP)] = 0,
+    skip: Annotated[int, Query(ge=0, le=MAX_SKIP)] = 0,
     limit: Annotated[int, Query(ge=1, le=1000)] = 100,
 ) -> Envelope[RobotPage]:
     page, count = await services.database.run(robots_of, person.organization_id, skip, limit)
-    return Envelope(resultData=RobotPage(data=[_info(services, robot) for robot in page], count=count))
+    return Envelope(resultData=RobotPage(data=await _infos(services, person, page), count=count))
 
 
 @router.post("")
-async def create_robot(new: NewRobot, person: PersonDep, services: ServicesDep) -> Envelope[Created]:
-    _must_administer(person)
+async def create_robot(new: NewRobot, admin: AdminDep, services: ServicesDep) -> Envelope[Created]:
     robot = await services.database.run(
-        add_robot, person.organization_id, new.name, new.description, new.auth_type, new.connector_config
+        add_robot, admin.organization_id, new.name, new.description, new.auth_type, new.connector_config
     )
     services.exchange.handle(RobotRemembered(robot.id, robot.organization_id))
     return Envelope(resultData=Created(message="robot created", id=robot.id))
 
 
 @router.post("/auth/simple-token")
-async def create_token(wanted: RobotId, person: PersonDep, services: ServicesDep) -> Envelope[RobotToken]:
+async def create_token(wanted: RobotId, admin: AdminDep, services: ServicesDep) -> Envelope[RobotToken]:
     """A new token, shown this once. The old one is refused from now on, and a robot connected with it is put off."""
-    _must_administer(person)
-    robot = await robot_of(services, person, wanted.robot_id)
+    robot = await robot_of(services, admin, wanted.robot_id)
     if robot.auth_type is not RobotAuthType.SIMPLE_TOKEN:
         raise ApiError(ResultCode.INVALID_ROBOT_AUTH_TYPE, "this robot needs no token", code="auth.forbidden")
     token = await services.database.run(renew_token, robot.id)
@@ -117,15 +114,13 @@ async def create_token(wanted: RobotId, person: PersonDep, services: ServicesDep
 
 @router.get("/{robot_id}")
 async def show_robot(robot_id: str, person: PersonDep, services: ServicesDep) -> Envelope[RobotInfo]:
-    return Envelope(resultData=_info(services, await robot_of(services, person, robot_id)))
+    (info,) = await _infos(services, person, [await robot_of(services, person, robot_id)])
+    return Envelope(resultData=info)
 
 
 @router.put("/{robot_id}")
-async def update_robot(
-    robot_id: str, change: RobotChange, person: PersonDep, services: ServicesDep
-) -> Envelope[Message]:
-    _must_administer(person)
-    robot = await robot_of(services, person, robot_id)
+async def update_robot(robot_id: str, change: RobotChange, admin: AdminDep, services: ServicesDep) -> Envelope[Message]:
+    robot = await robot_of(services, admin, robot_id)
     await services.database.run(
         change_robot,
         robot.id,
@@ -139,9 +134,8 @@ async def update_robot(
 
 
 @router.delete("/{robot_id}")
-async def delete_robot(robot_id: str, person: PersonDep, services: ServicesDep) -> Envelope[Message]:
-    _must_administer(person)
-    robot = await robot_of(services, person, robot_id)
+async def delete_robot(robot_id: str, admin: AdminDep, services: ServicesDep) -> Envelope[Message]:
+    robot = await robot_of(services, admin, robot_id)
     await services.database.run(remove_robot, robot.id)
     services.exchange.handle(RobotRemoved(robot.id, time.monotonic()))
     return Envelope(resultData=Message(message="robot removed"))
@@ -165,12 +159,13 @@ async def robot_of(services: Services, person: Person, robot_id: str) -> RobotRe
     return robot
 
 
-def _must_administer(person: Person) -> None:
-    if not person.is_organization_admin:
-        raise ApiError(ResultCode.ACCESS_DENIED, "only an administrator of the organization may change robots")
+async def _infos(services: Services, person: Person, robots: list[RobotRecord]) -> list[RobotInfo]:
+    roles = await services.database.run(roles_of_account, person.id, [robot.id for robot in robots])
+    # an account that was disabled within this very request has no role; it may look once more
+    return [_info(services, robot, roles.get(robot.id, Role.OBSERVER)) for robot in robots]
 
 
-def _info(services: Services, robot: RobotRecord) -> RobotInfo:
+def _info(services: Services, robot: RobotRecord, my_role: Role) -> RobotInfo:
     known = services.exchange.switchboard.robot(robot.id)
     return RobotInfo(
         id=robot.id,
@@ -181,4 +176,5 @@ def _info(services: Services, robot: RobotRecord) -> RobotInfo:
         organization_id=robot.organization_id,
         connector_config=robot.connector_config,
         is_online=known is not None and known.is_online,
+        my_role=my_role,
     )

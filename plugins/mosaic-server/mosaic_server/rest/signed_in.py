@@ -12,6 +12,7 @@ from mosaic_server.rest.envelope import ApiError
 from mosaic_server.security.access_tokens import AccessTokenRefused
 from mosaic_server.services import Services, services_of
 from mosaic_server.storage.accounts import Person
+from mosaic_server.storage.grants import Actor
 
 _bearer = HTTPBearer(auto_error=False)
 
@@ -36,3 +37,18 @@ async def _person(
 
 
 PersonDep = Annotated[Person, Depends(_person)]
+
+
+async def _admin(person: PersonDep) -> Person:
+    if not person.is_organization_admin:
+        raise ApiError(ResultCode.ACCESS_DENIED, "only an administrator of the organization may do this")
+    return person
+
+
+AdminDep = Annotated[Person, Depends(_admin)]
+"""The account that is logged in, an administrator of its organization."""
+
+
+def actor_of(person: Person) -> Actor:
+    """Who did it, for the audit log and for the rule that nobody raises the own role."""
+    return Actor(person.email, person.id)

@@ -17,10 +17,13 @@ router = APIRouter(prefix="/api/v1/users", tags=["users"])
 
 
 class UserDto(WireModel):
+    """``isProgram`` is ours: the account is a program's and never passes for a person on a robot."""
+
     id: str
     email: str
     is_active: bool
     is_organization_admin: bool
+    is_program: bool
     full_name: str
     created_at: str
     updated_at: str
@@ -37,7 +40,7 @@ class PasswordChange(WireModel):
 
 @router.get("/me")
 async def me(person: PersonDep) -> Envelope[UserDto]:
-    return Envelope(resultData=_dto(person))
+    return Envelope(resultData=user_dto(person))
 
 
 @router.put("/me")
@@ -59,12 +62,13 @@ async def change_my_password(
     return Envelope(resultData=Message(message="password changed; log in again"))
 
 
-def _dto(person: Person) -> UserDto:
+def user_dto(person: Person) -> UserDto:
     return UserDto(
         id=person.id,
         email=person.email,
         is_active=person.is_active,
         is_organization_admin=person.is_organization_admin,
+        is_program=person.is_program,
         full_name=person.full_name,
         created_at=iso_time(person.created_at_ms),
         updated_at=iso_time(person.updated_at_ms),

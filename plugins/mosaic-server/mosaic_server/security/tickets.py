@@ -29,6 +29,7 @@ class TicketOffice:
         )
 
     def issue(self, *, session_id: str, robot_id: str, peer_id: str, operator: OperatorIdentity) -> str:
+        """``operator`` with the role on this very robot; ``program``: the account can never pass for a person."""
         now = int(time.time())
         claims = {
             "sessionId": session_id,
@@ -37,6 +38,7 @@ class TicketOffice:
             "sub": operator.id,
             "name": operator.name,
             "role": operator.role,
+            "program": operator.program,
             "iat": now,
             "exp": now + LIFETIME_S,
         }

@@ -33,8 +33,8 @@ class Admission:
 
 
 def identity_of(person: Person) -> OperatorIdentity:
-    """What robots learn of an operator."""
-    return OperatorIdentity(id=person.id, name=person.full_name or person.email, role=person.role)
+    """Who speaks on a socket. Its role is another on every robot and is decided with each ticket."""
+    return OperatorIdentity(id=person.id, name=person.full_name or person.email, program=person.is_program)
 
 
 class Authorizer:

@@ -7,6 +7,7 @@ import logging
 import time
 
 from fastapi import APIRouter
+from sqlalchemy.exc import SQLAlchemyError
 from starlette.websockets import WebSocket
 
 from mosaic_core.words.codes import CloseCode
@@ -15,7 +16,7 @@ from mosaic_core.words.signaling import Authorize, parse_signaling
 from mosaic_server.services import Services, services_of
 from mosaic_server.sockets.link import LINK, Link
 from mosaic_server.sockets.message_rate import MessageRate
-from mosaic_server.switchboard.events import MalformedArrived, MessageArrived, Side
+from mosaic_server.switchboard.events import MalformedArrived, MessageArrived, RobotAuthorized, Side
 from mosaic_server.web.origins import origin_is_allowed
 
 _log = logging.getLogger(__name__)
@@ -75,10 +76,21 @@ async def _take(services: Services, number: int, side: Side, text: str) -> None:
         exchange.handle(MalformedArrived(number, _spelled(text), time.monotonic()))
         return
     if isinstance(message, Authorize):
-        exchange.handle(await services.authorizer.check(number, side, message))
+        decided = await services.authorizer.check(number, side, message)
+        exchange.handle(decided)
+        if isinstance(decided, RobotAuthorized):
+            await _tell_what_is_over(services, decided.robot_id)
     else:
         spelled = _spelled(text) or "unknown"
         exchange.handle(MessageArrived(number, message, spelled, time.monotonic()))
+
+
+async def _tell_what_is_over(services: Services, robot_id: str) -> None:
+    """While it was away roles may have changed; should the database not answer, the regular check says it."""
+    try:
+        await services.close_void_connections(robot_id)
+    except SQLAlchemyError:
+        _log.exception("robot %s could not be told which connections are over", robot_id)
 
 
 def _spelled(text: str) -> str | None:

@@ -26,14 +26,10 @@ class Person:
     full_name: str
     is_active: bool
     is_organization_admin: bool
+    is_program: bool
     login_version: int
     created_at_ms: int
     updated_at_ms: int
-
-    @property
-    def role(self) -> str:
-        """The role on tickets: admins of an organization supervise its robots."""
-        return "supervisor" if self.is_organization_admin else "operator"
 
 
 def _person(account: Account) -> Person:
@@ -44,6 +40,7 @@ def _person(account: Account) -> Person:
         full_name=account.full_name,
         is_active=account.is_active,
         is_organization_admin=account.is_organization_admin,
+        is_program=account.is_program,
         login_version=account.login_version,
         created_at_ms=account.created_at_ms,
         updated_at_ms=account.updated_at_ms,
@@ -58,23 +55,49 @@ def _find(session: Session, email: str) -> Account | None:
     return session.scalar(select(Account).where(Account.email == normalised_email(email)))
 
 
-def add_account(session: Session, email: str, password: str, full_name: str = "") -> Person:
-    """A new account with an organization of its own; raises :class:`AccountExists`."""
+@dataclass(frozen=True, slots=True)
+class Membership:
+    """In which organization a new account is, and as what; without one it gets an organization of its own."""
+
+    organization_id: str
+    is_organization_admin: bool = False
+
+
+def add_account(
+    session: Session,
+    email: str,
+    password: str,
+    full_name: str = "",
+    *,
+    membership: Membership | None = None,
+    is_program: bool = False,
+) -> Person:
+    """A new account, the admin of its own organization or a member of another; raises :class:`AccountExists`."""
     email = normalised_email(email)
     taken = select(Organization.id).where(Organization.name == email)
-    if _find(session, email) is not None or session.scalar(taken) is not None:
+    if _find(session, email) is not None or (membership is None and session.scalar(taken) is not None):
         raise AccountExists(f"an account {email!r} exists already")
-    password_hash = hash_password(password)  # before the first write, which keeps every other writer out
-    organization = Organization(name=email)
-    session.add(organization)
+    account = Account(
+        email=email,
+        full_name=full_name,
+        password_hash=hash_password(password),  # before the first write, which keeps every other writer out
+        is_program=is_program,
+        is_organization_admin=membership is None or membership.is_organization_admin,
+    )
     try:
+        account.organization_id = membership.organization_id if membership else _own_organization(session, email)
+        session.add(account)
         session.flush()
     except IntegrityError as error:  # somebody else was quicker
         raise AccountExists(f"an account {email!r} exists already") from error
-    account = Account(organization_id=organization.id, email=email, full_name=full_name, password_hash=password_hash)
-    session.add(account)
-    session.flush()
     return _person(account)
+
+
+def _own_organization(session: Session, email: str) -> str:
+    organization = Organization(name=email)
+    session.add(organization)
+    session.flush()
+    return organization.id
 
 
 def person_by_id(session: Session, account_id: str) -> Person | None:
@@ -102,6 +125,14 @@ def all_people(session: Session) -> list[Person]:
     return [_person(account) for account in session.scalars(select(Account).order_by(Account.email))]
 
 
+def people_of(session: Session, organization_id: str, skip: int, limit: int) -> tuple[list[Person], int]:
+    """One page of an organization's accounts by e-mail, and how many there are in all."""
+    mine = Account.organization_id == organization_id
+    page = select(Account).where(mine).order_by(Account.email).offset(skip).limit(limit)
+    count = session.scalar(select(func.count()).select_from(Account).where(mine)) or 0
+    return [_person(account) for account in session.scalars(page)], count
+
+
 def count_accounts(session: Session) -> int:
     return session.scalar(select(func.count()).select_from(Account)) or 0
 
@@ -115,12 +146,6 @@ def change_password(session: Session, account_id: str, password: str) -> None:
 
 def change_full_name(session: Session, account_id: str, full_name: str) -> None:
     session.get_one(Account, account_id).full_name = full_name
-
-
-def set_active(session: Session, account_id: str, is_active: bool) -> None:
-    account = session.get_one(Account, account_id)
-    account.is_active = is_active
-    account.login_version += 1
 
 
 def login_versions(session: Session) -> dict[str, int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from uuid import uuid4
 
-from sqlalchemy import BigInteger, ForeignKey, LargeBinary, String, Text, UniqueConstraint
+from sqlalchemy import BigInteger, ForeignKey, Index, Integer, LargeBinary, String, Text, UniqueConstraint, false
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 
@@ -35,6 +35,8 @@ class Organization(Stamped, Base):
 
     __tablename__ = "organization"
     name: Mapped[str] = mapped_column(String(254), unique=True)
+    default_role: Mapped[str] = mapped_column(String(20), default="operator", server_default="operator")
+    """The role of plain accounts on robots where nothing else was granted."""
 
 
 class Account(Stamped, Base):
@@ -47,6 +49,8 @@ class Account(Stamped, Base):
     password_hash: Mapped[str] = mapped_column(String(200))
     is_active: Mapped[bool] = mapped_column(default=True)
     is_organization_admin: Mapped[bool] = mapped_column(default=True)
+    is_program: Mapped[bool] = mapped_column(default=False, server_default=false())
+    """It can never pass for a person on a robot."""
     login_version: Mapped[int] = mapped_column(default=1)
     """Raised when the password changes or the account is disabled: older access tokens end there."""
 
@@ -64,6 +68,55 @@ class Robot(Stamped, Base):
     connector_config: Mapped[str | None] = mapped_column(Text, default=None)
     catalogue: Mapped[str | None] = mapped_column(Text, default=None)
     """The short catalogue that the robot last announced, as JSON."""
+
+
+class RobotGrant(Stamped, Base):
+    """The role of one account on one robot, where it isn't the default."""
+
+    __tablename__ = "robot_grant"
+    __table_args__ = (UniqueConstraint("robot_id", "account_id"),)
+    robot_id: Mapped[str] = mapped_column(ForeignKey("robot.id", ondelete="CASCADE"))
+    account_id: Mapped[str] = mapped_column(ForeignKey("account.id", ondelete="CASCADE"), index=True)
+    role: Mapped[str] = mapped_column(String(20))
+
+
+class IssuedTicket(Stamped, Base):
+    """What a robot was told of an operator, kept while their connection may live. ``id`` is the connection's.
+
+    The account is no foreign key: that it is gone is a reason to close its connections.
+    """
+
+    __tablename__ = "issued_ticket"
+    robot_id: Mapped[str] = mapped_column(ForeignKey("robot.id", ondelete="CASCADE"), index=True)
+    account_id: Mapped[str] = mapped_column(String(36), index=True)
+    session_id: Mapped[str] = mapped_column(String(36))
+    role: Mapped[str] = mapped_column(String(20))
+    is_program: Mapped[bool]
+    is_over: Mapped[bool] = mapped_column(default=False)
+    """Superseded by newer ones: the connection is closed if it still lives."""
+
+
+class AuditEntryRow(Base):
+    """One line of the audit log. No foreign keys: it outlives what it tells of."""
+
+    __tablename__ = "audit_entry"
+    __table_args__ = (
+        Index("ix_audit_entry_organization_id_id", "organization_id", "id"),
+        Index("ix_audit_entry_action_id", "action", "id"),
+    )
+    id: Mapped[int] = mapped_column(BigInteger().with_variant(Integer, "sqlite"), primary_key=True)
+    at_ms: Mapped[int] = mapped_column(BigInteger, default=now_ms, index=True)
+    action: Mapped[str] = mapped_column(String(40))
+    organization_id: Mapped[str | None] = mapped_column(String(36), default=None)
+    actor: Mapped[str] = mapped_column(String(254), default="")
+    """The e-mail of who did it, or "command line"."""
+    account_id: Mapped[str | None] = mapped_column(String(36), default=None)
+    account: Mapped[str] = mapped_column(String(254), default="")
+    robot_id: Mapped[str | None] = mapped_column(String(36), default=None)
+    robot: Mapped[str] = mapped_column(String(200), default="")
+    role: Mapped[str] = mapped_column(String(20), default="")
+    address: Mapped[str] = mapped_column(String(64), default="")
+    detail: Mapped[str] = mapped_column(String(200), default="")
 
 
 class IceServerRow(Stamped, Base):

@@ -19,11 +19,12 @@ from mosaic_core.words.signaling import (
     UnknownMessage,
 )
 from mosaic_server.switchboard.book import Book, echo, reply
-from mosaic_server.switchboard.connection_rules import connections_requested, forget_stale
-from mosaic_server.switchboard.effects import Close, Effect, LimitFrames
+from mosaic_server.switchboard.connection_rules import connections_requested, forget_stale, refusal
+from mosaic_server.switchboard.effects import Close, ConnectionsRefused, Effect, LimitFrames
 from mosaic_server.switchboard.events import (
     AuthorizationRefused,
     ConnectionsRequested,
+    ConnectionsVoid,
     Event,
     MalformedArrived,
     MessageArrived,
@@ -41,6 +42,7 @@ from mosaic_server.switchboard.events import (
 from mosaic_server.switchboard.operator_rules import operator_says
 from mosaic_server.switchboard.parties import Robot, Socket
 from mosaic_server.switchboard.robot_rules import robot_says, status_changed
+from mosaic_server.switchboard.voiding import connections_void, heard_by_robots
 
 AUTHORIZE_WITHIN_S = 10.0
 MALFORMED_ALLOWED = 5
@@ -78,10 +80,20 @@ class Switchboard:
         """What is known of a robot; for REST routes to read."""
         return self.book.robots.get(robot_id)
 
+    def refusal(self, event: ConnectionsRequested) -> ConnectionsRefused | None:
+        """Whether the connections would be refused now; changes nothing."""
+        return refusal(self.book, event)
+
+    def heard_by_robots(self, now_s: float) -> list[str]:
+        """Connections that were void and that their robots have certainly been told of; each is named once."""
+        return heard_by_robots(self.book, now_s)
+
     def handle(self, event: Event) -> list[Effect]:
         match event:
             case ConnectionsRequested():
                 return connections_requested(self.book, event)
+            case ConnectionsVoid():
+                return connections_void(self.book, event)
             case RobotRemembered():
                 return self._remembered(event)
             case RobotRemoved():
@@ -165,7 +177,7 @@ class Switchboard:
             event.organization_id,
             event.extensions,
         )
-        robot.pending = None
+        robot.pending, robot.told_over = None, {}
         status = RobotStatus.WS_CONNECTED if socket.held_status is None else socket.held_status
         if is_renewal:
             status = robot.status  # it will not repeat what it said on this very socket

@@ -19,7 +19,7 @@ PER_ACCOUNT_AND_ROBOT = 16
 
 def connections_requested(book: Book, event: ConnectionsRequested) -> list[Effect]:
     """All of the wanted connections, or none and why, in the order of checks of the original server."""
-    refused = _refusal(book, event)
+    refused = refusal(book, event)
     if refused is not None:
         return [refused]
     effects: list[Effect] = []
@@ -31,11 +31,12 @@ def connections_requested(book: Book, event: ConnectionsRequested) -> list[Effec
     return [*effects, ConnectionsMade()]
 
 
-def _refusal(book: Book, event: ConnectionsRequested) -> ConnectionsRefused | None:
-    account_id = event.operator.id
+def refusal(book: Book, event: ConnectionsRequested) -> ConnectionsRefused | None:
+    """Why these connections can't be made now."""
+    account_id = event.account_id
     robots = [(wanted.robot_id, book.robots.get(wanted.robot_id)) for wanted in event.wanted]
     for wanted in event.wanted:
-        if not _may_use_session(book, wanted, account_id):
+        if not _may_use_session(book, wanted, account_id) or _is_over(book, wanted):
             return ConnectionsRefused(ResultCode.ACCESS_DENIED, wanted.robot_id)
     for robot_id, robot in robots:
         if robot is not None and robot.organization_id != event.organization_id:
@@ -57,8 +58,14 @@ def _may_use_session(book: Book, wanted: WantedConnection, account_id: str) -> b
     return session is None or (session.account_id, session.robot_id) == (account_id, wanted.robot_id)
 
 
+def _is_over(book: Book, wanted: WantedConnection) -> bool:
+    """Its role changed between the signing of the ticket and now."""
+    robot = book.robots.get(wanted.robot_id)
+    return robot is not None and wanted.connection_id in robot.told_over
+
+
 def _note(book: Book, robot: Robot, wanted: WantedConnection, event: ConnectionsRequested) -> None:
-    account_id = event.operator.id
+    account_id = event.account_id
     if robot.pending and not robot.pending.offered and robot.pending.connection_id in book.connections:
         # The same operator asks again: an original robot keeps only the newest id.
         book.forget_connection(book.connections[robot.pending.connection_id])
@@ -84,7 +91,7 @@ def _prepare(robot: Robot, wanted: WantedConnection, event: ConnectionsRequested
     return PrepareConnection(
         rtc_connection_id=wanted.connection_id,
         session_id=wanted.session_id,
-        operator=event.operator,
+        operator=wanted.operator,
         ticket=wanted.ticket if "tickets" in extensions else None,
         ice_servers=event.ice_servers if "iceServers" in extensions else None,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -88,23 +89,33 @@ class AuthorizationRefused:
 
 @dataclass(frozen=True, slots=True)
 class WantedConnection:
-    """One connection that an operator asked for, with fresh ids and a signed ticket."""
+    """One connection that an operator asked for, with fresh ids, a signed ticket, and the role on this robot."""
 
     robot_id: str
     connection_id: str
     session_id: str
     ticket: str
+    operator: OperatorIdentity
 
 
 @dataclass(frozen=True, slots=True)
 class ConnectionsRequested:
     """All or none. The driver checked that the robots exist and belong to the operator's organization."""
 
-    operator: OperatorIdentity
+    account_id: str
     organization_id: str
     wanted: tuple[WantedConnection, ...]
     now_s: float
     ice_servers: tuple[IceServer, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ConnectionsVoid:
+    """The driver found that these no longer hold: id → reason code. They may be older than this process."""
+
+    robot_id: str
+    codes: Mapping[str, str]
+    now_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +168,7 @@ Event = (
     | OperatorAuthorized
     | AuthorizationRefused
     | ConnectionsRequested
+    | ConnectionsVoid
     | RobotRemembered
     | RobotRemoved
     | SocketCondemned

@@ -60,6 +60,8 @@ class Robot:
     status: RobotStatus = RobotStatus.DISCONNECTED
     status_since_s: float = 0.0
     pending: Pending | None = None
+    told_over: dict[str, float] = field(default_factory=dict)
+    """Connections that it was told on this socket to close, and when."""
 
     @property
     def is_online(self) -> bool:

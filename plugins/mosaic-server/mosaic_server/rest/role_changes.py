@@ -1,0 +1,32 @@
+"""How a refused change of roles or accounts is answered, wherever it was asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from mosaic_core.words.codes import ResultCode
+from mosaic_server.rest.envelope import ApiError
+from mosaic_server.storage.grants import LastSupervisor, OwnAccount, UnknownAccount
+
+
+@contextmanager
+def role_changes() -> Iterator[None]:
+    """Turns what the storage raises into answers."""
+    try:
+        yield
+    except LastSupervisor as error:
+        message = f"robot {str(error)!r} would be left without a supervisor"
+        raise ApiError(ResultCode.ACCESS_DENIED, message, code="auth.last_supervisor", status=409) from error
+    except OwnAccount as error:
+        raise own_account() from error
+    except UnknownAccount as error:
+        raise unknown_account() from error
+
+
+def unknown_account() -> ApiError:
+    return ApiError(ResultCode.USER_NOT_FOUND, "no such account in the organization", code="auth.unknown_account")
+
+
+def own_account() -> ApiError:
+    return ApiError(ResultCode.ACCESS_DENIED, code="auth.own_account")

@@ -1,0 +1,116 @@
+"""Changing an organization: its accounts and the default role. Every change is in the audit log."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sqlalchemy.orm import Session
+
+from mosaic_server.roles import Role
+from mosaic_server.storage.accounts import Membership, Person, add_account, person_by_id
+from mosaic_server.storage.audit import AuditAction, AuditEntry, note
+from mosaic_server.storage.grants import Actor, supervised
+from mosaic_server.storage.tables import Account, Organization
+
+
+@dataclass(frozen=True, slots=True)
+class OrganizationRecord:
+    """An organization as the rest of the server sees it."""
+
+    id: str
+    name: str
+    default_role: Role
+
+
+@dataclass(frozen=True, slots=True)
+class MemberChange:
+    """What isn't given stays."""
+
+    is_active: bool | None = None
+    is_program: bool | None = None
+    is_organization_admin: bool | None = None
+
+    def __str__(self) -> str:
+        words = (("active", self.is_active), ("program", self.is_program), ("admin", self.is_organization_admin))
+        return ", ".join(f"{word}: {'yes' if value else 'no'}" for word, value in words if value is not None)
+
+
+def organization_of(session: Session, organization_id: str) -> OrganizationRecord:
+    row = session.get_one(Organization, organization_id)
+    return OrganizationRecord(row.id, row.name, Role(row.default_role))
+
+
+def set_default_role(session: Session, organization_id: str, role: Role, actor: Actor) -> None:
+    """The role of plain accounts where nothing was granted; raises :class:`LastSupervisor`."""
+    with supervised(session, organization_id):
+        organization = session.get_one(Organization, organization_id)
+        before, organization.default_role = organization.default_role, role
+        if before != role:
+            detail = f"was {before}"
+            entry = AuditEntry(AuditAction.DEFAULT_ROLE_CHANGED, organization_id, actor.name, role=role, detail=detail)
+            note(session, entry)
+
+
+def add_member(
+    session: Session,
+    email: str,
+    password: str,
+    full_name: str,
+    membership: Membership | None,
+    is_program: bool,
+    actor: Actor,
+) -> Person:
+    """A new account with its entry in the log; raises :class:`AccountExists`."""
+    person = add_account(session, email, password, full_name, membership=membership, is_program=is_program)
+    detail = str(MemberChange(is_program=is_program, is_organization_admin=person.is_organization_admin))
+    _note(session, AuditAction.ACCOUNT_ADDED, person, actor, detail)
+    return person
+
+
+def change_member(session: Session, account_id: str, change: MemberChange, actor: Actor) -> Person:
+    """Raises :class:`LastSupervisor`. A disabled account's log-ins end; a changed kind counts for new connections."""
+    account = session.get_one(Account, account_id)
+    with supervised(session, account.organization_id):
+        if change.is_active is not None and change.is_active != account.is_active:
+            account.is_active = change.is_active
+            account.login_version += 1
+        if change.is_program is not None:
+            account.is_program = change.is_program
+        if change.is_organization_admin is not None:
+            account.is_organization_admin = change.is_organization_admin
+    person = person_by_id(session, account_id)
+    assert person is not None
+    _note(session, AuditAction.ACCOUNT_CHANGED, person, actor, str(change))
+    return person
+
+
+def shut_out(session: Session, account_id: str, is_active: bool, actor: Actor) -> None:
+    """The server's administrator disables or enables any account, even the last supervisor's."""
+    account = session.get_one(Account, account_id)
+    account.is_active = is_active
+    account.login_version += 1
+    person = person_by_id(session, account_id)
+    assert person is not None
+    _note(session, AuditAction.ACCOUNT_CHANGED, person, actor, str(MemberChange(is_active=is_active)))
+
+
+def remove_member(session: Session, account_id: str, actor: Actor) -> None:
+    """The account and its grants; raises :class:`LastSupervisor`."""
+    account = session.get_one(Account, account_id)
+    person = person_by_id(session, account_id)
+    assert person is not None
+    with supervised(session, account.organization_id):
+        session.delete(account)
+    _note(session, AuditAction.ACCOUNT_REMOVED, person, actor)
+
+
+def _note(session: Session, action: AuditAction, person: Person, actor: Actor, detail: str = "") -> None:
+    entry = AuditEntry(
+        action,
+        person.organization_id,
+        actor=actor.name,
+        account_id=person.id,
+        account=person.email,
+        detail=detail,
+    )
+    note(session, entry)
