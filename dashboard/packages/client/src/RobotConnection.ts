@@ -10,6 +10,7 @@ import {
 import { isAbout, reasonIn } from './connectionWords'
 import { ControlDesk } from './control/ControlDesk'
 import { PictureReporter } from './control/PictureReporter'
+import { KnownCatalogue } from './KnownCatalogue'
 import { deskSurroundings, pictureSurroundings, type Live } from './liveSurroundings'
 import { MosaicError } from './MosaicError'
 import { PeerAttempt } from './PeerAttempt'
@@ -42,9 +43,8 @@ export class RobotConnection implements StoreHost {
   private readonly bindings: StoreBindings
   private readonly pictures: PictureReporter
   private readonly status = new Value<ConnectionState>({ phase: 'idle', roundTripMs: null })
-  private readonly known = new Value<Catalogue | null>(null)
+  private readonly known = new KnownCatalogue()
   private readonly refused = new Listeners<[Refusal]>()
-  private lastAnnounced: Catalogue | null = null
   private robotStatus: RobotStatus | null = null
   private attempt: PeerAttempt | null = null
   /** Counts attempts, so that what an abandoned one still receives is recognized. */
@@ -55,7 +55,7 @@ export class RobotConnection implements StoreHost {
   readonly control: ControlDesk
   readonly state: Readable<ConnectionState> = this.status
   /** Short form from the server, full (with message schemas) once connected. */
-  readonly catalogue: Readable<Catalogue | null> = this.known
+  readonly catalogue: Readable<Catalogue | null> = this.known.value
   /** Messages that the robot did not accept. */
   readonly refusals = { subscribe: (listener: (refusal: Refusal) => void): (() => void) => this.refused.add(listener) }
 
@@ -86,6 +86,7 @@ export class RobotConnection implements StoreHost {
     }
     this.control = new ControlDesk(deskSurroundings(platform, live), () => this.bindings.showBlocks())
     this.pictures = new PictureReporter(pictureSurroundings(platform, live))
+    this.catalogue.subscribe(() => this.bindings.setCatalogue(this.catalogue.get()))
     platform.onVisibilityChange(() => {
       this.bindings.setVisible(platform.isVisible())
       this.control.visibilityChanged(platform.isVisible())
@@ -108,7 +109,7 @@ export class RobotConnection implements StoreHost {
 
   /** What the robot's catalogue says of this label; null while unknown. */
   entryOf(label: string): CatalogueEntry | null {
-    return this.known.get()?.entries.find((entry) => entry.label === label) ?? null
+    return this.known.entryOf(label)
   }
 
   /**
@@ -131,25 +132,13 @@ export class RobotConnection implements StoreHost {
 
   /** Called by the client: the short catalogue from the server. A live robot's own word counts more. */
   announced(catalogue: Catalogue): void {
-    this.lastAnnounced = catalogue
-    if (this.session.phase !== 'up') this.learnAnnounced()
+    this.known.announced(catalogue, this.session.phase === 'up')
   }
 
   private watch(label: string, on: boolean): boolean {
     const isSaid = this.attempt?.control.send('media.watch', { label, on }) ?? false
     if (isSaid) this.pictures.watching(label, on)
     return isSaid
-  }
-
-  private learnAnnounced(): void {
-    const announced = this.lastAnnounced
-    // With the same hash the full form that we may have says more.
-    if (announced && announced.hash !== this.known.get()?.hash) this.learn(announced)
-  }
-
-  private learn(catalogue: Catalogue): void {
-    this.known.set(catalogue)
-    this.bindings.setCatalogue(catalogue)
   }
 
   private handle(event: PeerEvent): void {
@@ -224,7 +213,7 @@ export class RobotConnection implements StoreHost {
         api.createConnection(this.robotId, sessionIds.of(this.robotId)),
         api.iceServers().catch((): IceServer[] => []),
         // Toward an original server there is none to be had.
-        this.known.get() === null ? api.catalogue(this.robotId).catch(() => null) : null,
+        this.catalogue.get() === null ? api.catalogue(this.robotId).catch(() => null) : null,
       ])
       if (number !== this.attemptNumber) return
       if (grant.sessionId !== undefined) sessionIds.remember(this.robotId, grant.sessionId)
@@ -237,7 +226,7 @@ export class RobotConnection implements StoreHost {
 
   private begin(rtcConnectionId: string, iceServers: readonly IceServer[]): void {
     const { platform, socket } = this.around
-    const options = { rtcConnectionId, iceServers, holdCandidates: this.known.get() === null }
+    const options = { rtcConnectionId, iceServers, holdCandidates: this.catalogue.get() === null }
     this.attempt = new PeerAttempt(platform, socket, options, {
       happened: (event) => this.handle(event),
       controlHeard: (message) => this.controlHeard(message),
@@ -271,10 +260,11 @@ export class RobotConnection implements StoreHost {
     switch (message?.type) {
       case 'hello':
         this.handle({ type: 'helloHeard' })
-        this.control.greeted(message.data.extensions)
+        // Too late: both sides take each other for originals by now.
+        if (this.session.isGreeted) this.control.greeted(message.data.extensions)
         return this.bindings.greeted()
       case 'catalogue':
-        return this.learn(message.data.catalogue)
+        return this.known.learn(message.data.catalogue)
       case 'bye':
         return this.handle({ type: 'broken', ...reasonIn(message.data), code: message.data.code })
       case 'media.origin':
@@ -301,12 +291,12 @@ export class RobotConnection implements StoreHost {
       this.bindings.dropLink()
       attempt.close(bye)
     }
-    this.learnAnnounced()
+    this.known.fallBack()
   }
 
+  // Nothing that we know of throws anything else than our own; a browser without WebRTC does.
   private broken(error: unknown): void {
-    if (error instanceof MosaicError) this.handle({ type: 'broken', code: error.code, message: error.message })
-    // Nothing that we know of throws anything else; a browser without WebRTC does.
-    else this.handle({ type: 'broken', code: 'sdp.invalid', message: String(error) })
+    const code = error instanceof MosaicError ? error.code : 'sdp.invalid'
+    this.handle({ type: 'broken', code, message: error instanceof MosaicError ? error.message : String(error) })
   }
 }

@@ -9,6 +9,10 @@ interface Inbound {
   framesPerSecond?: number
   framesDropped?: number
   packetsLost?: number
+  packetsReceived?: number
+  freezeCount?: number
+  jitterBufferDelay?: number
+  jitterBufferEmittedCount?: number
   jitter?: number
   codecId?: string
 }
@@ -30,7 +34,7 @@ export function inboundOf(report: ReadonlyMap<string, unknown>): StatisticsSampl
   return null
 }
 
-/** What two reports say together: the bit rate lies between them. */
+/** What two reports say together: bit rate, loss and buffering lie between them. */
 export function mediaStatistics(sample: StatisticsSample, previous: StatisticsSample | null): MediaStatistics {
   const { inbound } = sample
   return {
@@ -40,6 +44,9 @@ export function mediaStatistics(sample: StatisticsSample, previous: StatisticsSa
     bitrateBps: bitrateBps(inbound, previous?.inbound),
     framesDropped: inbound.framesDropped ?? 0,
     packetsLost: inbound.packetsLost ?? 0,
+    lossShare: lossShare(inbound, previous?.inbound),
+    freezes: inbound.freezeCount ?? null,
+    bufferMs: bufferMs(inbound, previous?.inbound),
     jitterMs: inbound.jitter === undefined ? null : inbound.jitter * 1000,
     codec: sample.codec,
   }
@@ -49,4 +56,19 @@ function bitrateBps(now: Inbound, before: Inbound | undefined): number | null {
   if (before?.bytesReceived === undefined || before.timestamp === undefined) return null
   const elapsedS = ((now.timestamp ?? 0) - before.timestamp) / 1000
   return elapsedS > 0 ? (((now.bytesReceived ?? 0) - before.bytesReceived) * 8) / elapsedS : null
+}
+
+/** Of the packets that were due between the two reports. */
+function lossShare(now: Inbound, before: Inbound | undefined): number | null {
+  if (before === undefined) return null
+  const lost = Math.max(0, (now.packetsLost ?? 0) - (before.packetsLost ?? 0))
+  const due = lost + (now.packetsReceived ?? 0) - (before.packetsReceived ?? 0)
+  return due > 0 ? lost / due : null
+}
+
+/** How long a picture waited in the browser's jitter buffer, on average between the two reports. */
+function bufferMs(now: Inbound, before: Inbound | undefined): number | null {
+  const count = (now.jitterBufferEmittedCount ?? 0) - (before?.jitterBufferEmittedCount ?? 0)
+  const delayS = (now.jitterBufferDelay ?? 0) - (before?.jitterBufferDelay ?? 0)
+  return count > 0 ? (delayS / count) * 1000 : null
 }

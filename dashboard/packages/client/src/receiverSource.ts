@@ -23,5 +23,9 @@ export function receiverSource(receiver: RTCRtpReceiver, { now, control, shown }
     pictureAgeMs: (rtpTimestamp, atMs, origin) => control()?.pictureAgeMs(rtpTimestamp, atMs, origin) ?? null,
     now,
     shown,
+    setBufferTarget: (targetMs) => {
+      // Only Chromium and Safari have it.
+      if ('jitterBufferTarget' in receiver) receiver.jitterBufferTarget = targetMs
+    },
   }
 }

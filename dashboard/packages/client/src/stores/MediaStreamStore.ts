@@ -11,6 +11,12 @@ export interface MediaStatistics {
   bitrateBps: number | null
   framesDropped: number
   packetsLost: number
+  /** Over the last second. */
+  lossShare: number | null
+  /** Since the picture began, as the browser counts them; null where it does not. */
+  freezes: number | null
+  /** Time in the jitter buffer over the last second. */
+  bufferMs: number | null
   jitterMs: number | null
   codec: string | null
 }
@@ -24,6 +30,8 @@ export interface MediaSource {
   now(): number
   /** The picture with this RTP timestamp is on the screen. */
   shown(rtpTimestamp: number, atMs: number): void
+  /** How long pictures wait so that late ones don't show; null: as the browser likes. */
+  setBufferTarget(targetMs: number | null): void
 }
 
 const STATISTICS_PERIOD_MS = 1000
@@ -41,6 +49,7 @@ export class MediaStreamStore extends MosaicStore {
   private source: MediaSource | null = null
   private mediaOrigin: MediaOrigin | null = null
   private measuring: ReturnType<typeof setInterval> | null = null
+  private bufferTargetMs: number | null = null
 
   readonly mediaStream: Readable<MediaStream | null>
   /** Measured while somebody listens. */
@@ -68,7 +77,17 @@ export class MediaStreamStore extends MosaicStore {
       this.measured.set(null)
       this.displayedAge.set(null)
     }
+    this.source?.setBufferTarget(this.bufferTargetMs)
     this.stream.set(stream)
+  }
+
+  /**
+   * How long the browser holds pictures back to even out the network: 0 for the newest picture at any price, more for
+   * a smooth one, null as the browser likes. It lasts over reconnects; a browser that can't ignores it.
+   */
+  setBufferTarget(targetMs: number | null): void {
+    this.bufferTargetMs = targetMs
+    this.source?.setBufferTarget(targetMs)
   }
 
   /** Called by the connection: how the RTP clock of this picture relates to the robot's. */
