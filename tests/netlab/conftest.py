@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
+from httpx import AsyncClient
 
 from mosaic_core.operator import MosaicOperator, RobotConnection
 from mosaic_core.testing.distributions import write_distribution
@@ -227,12 +228,28 @@ class Site:
         self.lab.operator.run(lambda: asyncio.run(body()))
 
     @asynccontextmanager
-    async def connected(self, **options: Any) -> AsyncIterator[RobotConnection]:
-        """A person at the robot."""
-        async with await MosaicOperator.login(self.url, self.account["email"], self.account["password"]) as signed_in:
-            token = signed_in.access_token
-        async with MosaicOperator(self.url, token, is_person=True, **options) as operator:
+    async def connected(
+        self, email: str | None = None, password: str | None = None, *, is_person: bool = True, **options: Any
+    ) -> AsyncIterator[RobotConnection]:
+        """Somebody at the robot; without an account its owner, who is a supervisor."""
+        token = await self._token(email or self.account["email"], password or self.account["password"])
+        async with MosaicOperator(self.url, token, is_person=is_person, **options) as operator:
             yield await operator.connect(self.account["robotId"], timeout_s=20)
+
+    async def colleague(self, role: str) -> tuple[str, str]:
+        """E-mail and password of a new account that has this role on the robot."""
+        token = await self._token(self.account["email"], self.account["password"])
+        email = f"{role}-{next(_numbers)}@example.org"
+        async with AsyncClient(base_url=self.url, headers={"Authorization": f"Bearer {token}"}) as http:
+            made = await http.post("/api/v1/users", json={"email": email, "fullName": role.title()})
+            account = made.raise_for_status().json()["resultData"]
+            path = f"/api/v1/robots/{self.account['robotId']}/grants/{account['id']}"
+            (await http.put(path, json={"role": role})).raise_for_status()
+        return email, account["password"]
+
+    async def _token(self, email: str, password: str) -> str:
+        async with await MosaicOperator.login(self.url, email, password) as signed_in:
+            return signed_in.access_token
 
     @asynccontextmanager
     async def driving(self, connection: RobotConnection, label: str = "cmd_vel") -> AsyncIterator[None]:
