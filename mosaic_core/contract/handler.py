@@ -163,12 +163,21 @@ class DataChannelSendable(_Sends, Generic[T]):
 class DataChannelReceivable(Handler, Generic[T]):
     """Operators → robot. Data that does not validate as ``T`` is refused and never gets here.
 
-    A receiver that moves something is ``def``, sets :attr:`timeout_s` and implements :meth:`make_safe`.
+    A receiver that moves something is ``def``, sets :attr:`timeout_s` and implements :meth:`make_safe`; the framework
+    then stops it on silence, when its commander is gone, and when anybody says stop.
     """
 
     timeout_s: float | None = None
     """Seconds without a valid message after which :meth:`make_safe` runs; ``None``: never. ``safety.timeout_s`` in
     the YAML file overrides it."""
+    requires_lease: bool = False
+    """Take messages only from the operator who holds the lease of ``safety.resource``; ``safety.requires_lease`` in
+    the YAML file overrides it."""
+    motion_fields: ClassVar[tuple[str, ...]] = ()
+    """Dotted paths of the numbers in its JSON message that mean motion and are 0 at a standstill (``"linear.x"``). The
+    framework slows them down on a bad link, and sends zeros nobody needs no further."""
+    takes_observers: ClassVar[bool] = False
+    """Messages of operators who may only observe are refused, unless this is true."""
 
     def handle_data(self, data: T, *sender: Any, **_: Any) -> Awaitable[None] | None:
         """Act on one message. Write ``handle_data(self, data)`` or ``handle_data(self, data, sender)``, ``def`` or

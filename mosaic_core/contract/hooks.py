@@ -55,3 +55,14 @@ def mosaic_connector_failed(label: str, error: BaseException, restart_in_s: floa
 @hookspec
 def mosaic_command_received(label: str, sender: Sender, accepted: bool, code: str) -> None:
     """A message for a receiver arrived; ``code`` says why it was refused, or is empty."""
+
+
+@hookspec
+def mosaic_lease_changed(resource: str, holder: Sender | None, epoch: int, cause: str) -> None:
+    """``holder`` commands ``resource`` from now on, ``None``: nobody does. ``cause`` says why the one before lost
+    it, or is empty if it was free."""
+
+
+@hookspec
+def mosaic_stop_changed(is_stopped: bool, by: str, reason: str) -> None:
+    """An operator said stop, or it was cleared; ``by`` is the name of whoever did."""

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from mosaic_core.words import signaling as wire
+from mosaic_core.words.control import Role
 from mosaic_core.words.errors import AuthError
 from mosaic_core.words.ice import IceServer
 
@@ -20,12 +21,13 @@ MAX_EARLY_CANDIDATES = 64
 
 @dataclass(frozen=True, slots=True)
 class PeerIdentity:
-    """Who is at the other end, as far as known."""
+    """Who is at the other end, as far as known. ``is_program``: its server says that no person signed in there."""
 
     session_id: str
     operator_id: str = ""
     name: str = ""
-    role: str = "operator"
+    role: Role = "operator"
+    is_program: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,14 +11,20 @@ from mosaic_core.contract.handler import DataChannelReceivable, Handler, message
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.data_type import Direction, MosaicDataType
+from mosaic_core.words.safety_config import SlowDown
 
 
 def effective_safety(safety: SafetyConfig, handlers: Sequence[Handler]) -> SafetyConfig:
-    """The file's limits; where it says no ``timeout_s``, the handler's own counts."""
+    """The file's limits; where it says nothing, the handlers' own count."""
     own = [handler.timeout_s for handler in receivers(handlers) if handler.timeout_s is not None]
+    more: dict[str, Any] = {}
     if safety.timeout_s is None and own:
-        return safety.model_copy(update={"timeout_s": min(own)})
-    return safety
+        more["timeout_s"] = min(own)
+    if safety.requires_lease is None and any(handler.requires_lease for handler in receivers(handlers)):
+        more["requires_lease"] = True
+    if safety.slow_down is None and any(handler.motion_fields for handler in receivers(handlers)):
+        more["slow_down"] = SlowDown()
+    return safety.model_copy(update=more)
 
 
 def catalogue_entry(label: str, connector_type: str, handlers: Sequence[Handler]) -> CatalogueEntry:
@@ -58,5 +64,13 @@ def receivers(handlers: Sequence[Handler]) -> list[DataChannelReceivable[Any]]:
 
 def safety_limits(safety: SafetyConfig, handlers: Sequence[Handler]) -> dict[str, Any] | None:
     """The limits as the catalogue shows them; ``None`` where nothing is received or limited."""
-    limits = safety.model_dump(mode="json", exclude_none=True) if receivers(handlers) else {}
+    if not receivers(handlers):
+        return None
+    limits = safety.model_dump(mode="json", exclude_none=True)
+    if not limits["limits"]:
+        del limits["limits"]
+    if not safety.requires_lease:
+        del limits["resource"]
+    if safety.timeout_s is None or safety.on_timeout == "callback":
+        del limits["on_timeout"]
     return limits or None

@@ -6,6 +6,7 @@ Its channels are those of the original MOSAIC: ``L-receiver`` takes, ``L-sender`
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelSendable, DataChannelStringReceivable, Handler
@@ -19,6 +20,8 @@ class EchoSender(DataChannelSendable[str]):
 
 class EchoReceiver(DataChannelStringReceivable):
     """Takes on ``L-receiver``; the answer goes to the operator that asked, and to no other."""
+
+    takes_observers: ClassVar[bool] = True
 
     def __init__(self, label: str, answers: EchoSender) -> None:
         super().__init__(label)

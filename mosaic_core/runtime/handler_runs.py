@@ -6,16 +6,22 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import random
 import time
 from collections.abc import Sequence
 from typing import Protocol
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler
+from mosaic_core.machines.lease import LeaseDesk
+from mosaic_core.machines.stop_latch import StopLatch
 from mosaic_core.runtime.connector import Connector
+from mosaic_core.runtime.control_desk import ControlDesk
 from mosaic_core.runtime.counters import ConnectorCounters, ConnectorSnapshot
 from mosaic_core.runtime.failures import Failures
+from mosaic_core.runtime.fence import Fence
 from mosaic_core.runtime.handler_host import RuntimeHost
 from mosaic_core.runtime.handover import Handover
+from mosaic_core.runtime.link_watch import LinkWatch
 from mosaic_core.runtime.media_hub import MediaHub
 from mosaic_core.runtime.outbox import Outbox
 from mosaic_core.runtime.receiver import Outcome, Receiver
@@ -23,9 +29,12 @@ from mosaic_core.runtime.routes import Route, data_routes, media_handlers
 from mosaic_core.runtime.runner import Runner, runner_of
 from mosaic_core.runtime.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.transport import PictureStreamFactory
+from mosaic_core.words.config import ControlConfig
 
 logger = logging.getLogger(__name__)
 
+MOTION = "motion"
+"""The resource that every robot has."""
 _SAFE_PATIENCE_S = 0.4
 """For the safe actions at the end; they are meant to be quick."""
 _WORST_FIRST = ("failed", "running", "waiting", "ended", "stopped")
@@ -42,11 +51,16 @@ class HandlerRuns:
     """Built on the event loop when the robot starts."""
 
     def __init__(
-        self, connectors: Sequence[Connector], open_stream: PictureStreamFactory, listener: RunsListener
+        self,
+        connectors: Sequence[Connector],
+        open_stream: PictureStreamFactory,
+        listener: RunsListener,
+        links: LinkWatch,
     ) -> None:
         loop = asyncio.get_running_loop()
         self._connectors = tuple(connectors)
         self._listener = listener
+        self._links = links
         self.counters = {connector.config.label: ConnectorCounters() for connector in connectors}
         self.routes = data_routes(connectors, self.counters)
         self.outbox = Outbox(loop, self._watched)
@@ -80,7 +94,7 @@ class HandlerRuns:
             self._always.add(handler.label)
 
     def _receiver(self, route: Route, handler: DataChannelReceivable[object]) -> Receiver:
-        watch = self.safety.guard(route.label, route.timeout_s, handler.make_safe, handler.peer_left)
+        watch = self.safety.guard(route.label, route.safety, handler.make_safe, handler.peer_left)
         return Receiver(
             handler,
             watch,
@@ -88,6 +102,7 @@ class HandlerRuns:
             self._outcomes.put,
             newest_only=route.is_latest,
             max_age_s=route.max_age_s,
+            factor=self._links.factor_for(route.safety.curves),
         )
 
     # -- life ----------------------------------------------------------------------------------------------------
@@ -172,3 +187,13 @@ class HandlerRuns:
             return "failed"
         runner = self._runners.get(label)
         return runner.state if runner is not None else "running"
+
+
+def fence_of(config: ControlConfig, runs: HandlerRuns, desk: ControlDesk) -> Fence:
+    """The fence around all receivers. Epochs begin anywhere: none of before a restart fits a lease of after it."""
+    named = (route.safety.resource for route in runs.routes.values())
+    resources = dict.fromkeys([MOTION, *sorted(name for name in named if name is not None)])
+    leases = LeaseDesk(
+        resources, expiry_s=config.lease_expiry_s, first_epoch=random.getrandbits(32), legacy=config.legacy_peers
+    )
+    return Fence(runs.safety, leases, StopLatch(), desk.pass_on)

@@ -18,13 +18,17 @@ MAX_BYTES = 32 * 1024 * 1024
 
 @dataclass(frozen=True, slots=True)
 class Incoming:
-    """One message for a receiver. ``seq`` is ``None`` on the bare channels of original operators."""
+    """One message for a receiver. ``seq`` and ``epoch`` are ``None`` on the bare channels of original operators;
+    ``opening`` and ``generation`` are its watch's when it arrived."""
 
     channel: str
     payload: bytes
     sender: Sender
     seq: int | None
     arrived_at_s: float
+    epoch: int | None = None
+    opening: int = 0
+    generation: int = 0
 
 
 class Inbox:
@@ -37,6 +41,7 @@ class Inbox:
         self._queue: deque[Incoming] = deque()
         self._size_bytes = 0
         self._is_closed = False
+        self._is_poked = False
         self.replaced = 0
 
     def put(self, item: Incoming) -> bool:
@@ -59,11 +64,22 @@ class Inbox:
         with self._filled:
             return self._pop()
 
-    def wait(self) -> Incoming | None:
-        """Block this thread until there is one; ``None``: closed."""
+    def wait(self, timeout_s: float | None = None) -> Incoming | None:
+        """Block this thread until there is one; ``None``: closed, :meth:`poked <poke>`, or none within the time."""
         with self._filled:
-            self._filled.wait_for(lambda: self._is_closed or self._slots or self._queue)
+            self._filled.wait_for(lambda: self._is_closed or self._is_poked or self._slots or self._queue, timeout_s)
+            self._is_poked = False
             return None if self._is_closed else self._pop()
+
+    def poke(self) -> None:
+        """Wake whoever waits, without a message."""
+        with self._filled:
+            self._is_poked = True
+            self._filled.notify_all()
+
+    @property
+    def is_closed(self) -> bool:
+        return self._is_closed
 
     def _pop(self) -> Incoming | None:
         if self._slots:
@@ -74,9 +90,14 @@ class Inbox:
         self._size_bytes -= len(item.payload)
         return item
 
-    def forget(self, peer_id: str) -> None:
-        """Drop what this peer still wanted."""
+    def forget(self, peer_id: str | None) -> None:
+        """Drop what this peer still wanted; ``None``: what anybody wanted."""
         with self._filled:
+            if peer_id is None:
+                self._slots.clear()
+                self._queue.clear()
+                self._size_bytes = 0
+                return
             self._slots.pop(peer_id, None)
             kept = [item for item in self._queue if item.sender.peer_id != peer_id]
             self._queue = deque(kept)

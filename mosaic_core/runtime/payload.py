@@ -32,6 +32,10 @@ class PayloadReader:
 
     def read(self, payload: bytes) -> Any:
         """The value; raises :class:`Refused` with ``channel.invalid`` or ``safety.not_finite``."""
+        return self.validated(self.parsed(payload))
+
+    def parsed(self, payload: bytes) -> Any:
+        """What the JSON says, before it is known to be a ``T``; text and bytes are what they are."""
         if self._type is bytes:
             return payload
         try:
@@ -46,6 +50,12 @@ class PayloadReader:
                 _check_unicode(value)
         except (ValueError, RecursionError):
             raise Refused("channel.invalid", "not JSON") from None
+        return value
+
+    def validated(self, value: Any) -> Any:
+        """``value`` as a ``T``."""
+        if self._adapter is None:
+            return value
         try:
             return self._adapter.validate_python(value)
         except ValidationError as error:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Sequence
+from dataclasses import replace
 from typing import Any
 
 from mosaic_core.contract.host import Outgoing, Sender
@@ -14,13 +15,15 @@ from mosaic_core.machines.command_gate import ArrivalBaseline
 from mosaic_core.machines.peer_admission import StartPeer
 from mosaic_core.machines.send_scheduler import Offered
 from mosaic_core.runtime.control_link import ControlLink
+from mosaic_core.runtime.link_watch import PeerLink
 from mosaic_core.runtime.peer_channels import PeerChannels
 from mosaic_core.runtime.plain_stream import NewestFeed
 from mosaic_core.runtime.send_queue import SendQueue
 from mosaic_core.runtime.site import Site
+from mosaic_core.runtime.stop_link import StopLink
 from mosaic_core.runtime.transport import Answerer, AnswererFactory, Channel, PictureFeed
 from mosaic_core.words import control
-from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL
+from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, STOP_LABEL
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.signaling import ExchangeIceCandidate, IceCandidate, SdpAnswer
 
@@ -36,6 +39,8 @@ class OperatorPeer:
     def __init__(self, start: StartPeer, site: Site, make_answerer: AnswererFactory) -> None:
         who = start.identity
         self.sender = Sender(start.peer_id, who.session_id, who.operator_id, who.name, who.role)
+        self._is_program = who.is_program
+        self._knows_leases = False
         self.connected_at_s: float | None = None
         self._start = start
         self._site = site
@@ -44,7 +49,8 @@ class OperatorPeer:
         self._baseline = ArrivalBaseline()
         self._queue = SendQueue(lambda label: site.outbox.has_room(label, start.peer_id))
         self._control: ControlLink | None = None
-        self._channels = PeerChannels(self.sender, site, self._queue, self._baseline, self.refuse)
+        self._link: PeerLink | None = None
+        self._channels = PeerChannels(lambda: self.sender, site, self._queue, self._baseline, self.refuse)
         self._unbound: list[str] = []
         self._origins: list[control.MediaOrigin] = []
         self._early: list[IceCandidate] | None = []
@@ -124,6 +130,7 @@ class OperatorPeer:
                 case session.TreatAsOurs():
                     self._treat_as_ours()
                 case session.TreatAsOriginal():
+                    self._treat_as_original()
                     for label in self._site.media.labels():
                         if self._site.media.is_bound(self.peer_id, label):
                             self._site.media.watch(self.peer_id, label, True)
@@ -148,12 +155,28 @@ class OperatorPeer:
             self._control.send(origin)
         for label in self._unbound:
             self._control.send(control.MediaUnavailable(label=label, code="media.no_line"))
+        self._site.desk.joined(self)
+
+    def _treat_as_original(self) -> None:
+        """It knows no leases: it commands while nobody else does, watches, or goes, as the robot is configured."""
+        self.sender = replace(self.sender, is_original=True)
+        if self._site.legacy_peers == "refuse":
+            self._loop.call_soon(self.close, "peer.not_allowed")
+        elif self.phase != "closed":
+            self._site.desk.joined(self)
+
+    def tell(self, message: control.ControlMessage) -> None:
+        """A message about control, for those who know such."""
+        if self._control is not None and self._knows_leases:
+            self._control.send(message)
 
     def _end(self, code: str, message: str, say_bye: bool) -> None:
         if say_bye and self._control is not None:
             self._control.send(control.Bye(code=code, message=message or None))
         self._site.media.leave(self.peer_id)
         self._channels.close_all()
+        self._site.links.remove(self.peer_id)
+        self._site.desk.left(self, code)
         self._site.listener.peer_closed(self, code, message)
         self._spawn(self._close_transport(_BYE_FLUSH_S if say_bye else 0.0))
 
@@ -191,7 +214,11 @@ class OperatorPeer:
             if self._control is None and channel.protocol == CHANNEL_PROTOCOL:
                 self._control = ControlLink(channel, self._queue, self._baseline, self._heard)
                 self._control.greet(self._site.software, self._site.boot_id)
+        elif channel.label == STOP_LABEL and channel.protocol == CHANNEL_PROTOCOL:
+            StopLink(channel, self._stop)
         else:
+            if channel.protocol != CHANNEL_PROTOCOL and not self.sender.is_original and self.phase != "open":
+                self._treat_as_original()  # ours frame everything: no need to wait for a hello that will not come
             self._channels.opened(channel)
 
     def track_bound(self, label: str) -> PictureFeed:
@@ -216,14 +243,56 @@ class OperatorPeer:
     def _heard(self, message: control.ControlMessage | None) -> None:
         match message:
             case control.Hello():
+                self._greeted(message)
                 self._handle(session.HelloReceived())
             case control.Bye():
                 self._handle(session.ByeReceived(message.code, message.message or ""))
             case control.MediaWatch():
                 self._handle(session.ControlReceived())
                 self._watch(message.label, message.on)
+            case control.Stop():
+                self._handle(session.ControlReceived())
+                self._stop(message, self.answer)
+            case control.Pong(t0=t0):
+                self._handle(session.ControlReceived())
+                if self._link is not None:
+                    self._link.ponged(t0)
+            case control.MediaSeen():
+                self._handle(session.ControlReceived())
+                self._seen(message)
+            case None:
+                self._handle(session.ControlReceived())
             case _:
                 self._handle(session.ControlReceived())
+                self._site.desk.heard(self, message, time.monotonic())
+
+    def _greeted(self, hello: control.Hello) -> None:
+        """The first hello says who is there."""
+        if self.phase in ("open", "closed"):
+            return
+        self._knows_leases = "lease" in hello.extensions
+        is_person = hello.is_person and not self._is_program
+        self.sender = replace(self.sender, is_person=is_person, is_original=not self._knows_leases)
+        if self._knows_leases:
+            self._link = self._site.links.add(self.peer_id)
+
+    def _stop(self, stop: control.Stop, answer: Callable[[control.ControlMessage], None]) -> None:
+        if self.phase != "closed":
+            self._site.desk.stop(self, stop, answer, time.monotonic())
+
+    def answer(self, message: control.ControlMessage) -> None:
+        """Say it on the control channel, whatever the operator knows."""
+        if self._control is not None:
+            self._control.send(message)
+
+    def ping(self) -> None:
+        """Learn how old its commands are when they act."""
+        if self._link is not None and self._control is not None and self.phase == "open":
+            self._control.send(self._link.pinged())
+
+    def _seen(self, seen: control.MediaSeen) -> None:
+        if self._link is not None and seen.label in self._site.media.watched_by(self.peer_id):
+            self._link.picture_seen(seen.label, seen.capture_us)
 
     def _watch(self, label: str, on: bool) -> None:
         media = self._site.media
@@ -232,3 +301,5 @@ class OperatorPeer:
             self._control.send(control.MediaUnavailable(label=label, code=code))
         elif label in media.labels() and self.phase != "closed":
             media.watch(self.peer_id, label, on)
+            if not on and self._link is not None:
+                self._link.picture_unwatched(label)

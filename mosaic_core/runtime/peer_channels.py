@@ -8,9 +8,11 @@ from collections.abc import Callable
 from mosaic_core.contract.host import Outgoing, Sender
 from mosaic_core.machines.command_gate import ArrivalBaseline
 from mosaic_core.machines.framing import Frame, FrameFlag
+from mosaic_core.machines.rate_gate import RateGate
 from mosaic_core.machines.send_scheduler import Offered
 from mosaic_core.runtime.channel_link import ChannelLink
 from mosaic_core.runtime.inbox import Incoming
+from mosaic_core.runtime.receiver import Receiver
 from mosaic_core.runtime.routes import Route
 from mosaic_core.runtime.send_queue import SendQueue
 from mosaic_core.runtime.site import Site
@@ -25,13 +27,17 @@ Refuse = Callable[[str, int | None, str, str], None]
 class PeerChannels:
     """Event loop only."""
 
-    def __init__(self, sender: Sender, site: Site, queue: SendQueue, baseline: ArrivalBaseline, refuse: Refuse) -> None:
+    def __init__(
+        self, sender: Callable[[], Sender], site: Site, queue: SendQueue, baseline: ArrivalBaseline, refuse: Refuse
+    ) -> None:
+        self._peer_id = sender().peer_id
         self._sender = sender
         self._site = site
         self._queue = queue
         self._baseline = baseline
         self._refuse = refuse
         self._links: dict[str, ChannelLink] = {}
+        self._rates: dict[str, RateGate] = {}
 
     def labels(self) -> tuple[str, ...]:
         return tuple(self._links)
@@ -49,9 +55,11 @@ class PeerChannels:
         # a late command must not act, whoever promised to deliver it in order; a late request may
         link = ChannelLink(channel, self._baseline, route.max_age_s)
         self._links[channel.label] = link
+        opening = 0
         if route.receiver is not None:
-            route.receiver.channel_opened(self._sender)
-        channel.on_message = lambda data: self._received(route, link, data)
+            opening = route.receiver.channel_opened(self._sender())
+            self._rates.setdefault(route.label, RateGate(route.safety.max_rate_hz))
+        channel.on_message = lambda data: self._received(route, link, opening, data)
         channel.on_close = lambda: self._closed(link)
         if channel.is_open:
             self._join(route, link)
@@ -62,7 +70,7 @@ class PeerChannels:
         if self._links.get(route.label) is not link:
             return
         self._queue.open(link.channel, route.lane)
-        latched = self._site.outbox.join(route.label, self._sender.peer_id, self)
+        latched = self._site.outbox.join(route.label, self._peer_id, self)
         if latched is not None and link.is_framed:  # a bare payload could not say that it is old
             self._queue.offer(link.outgoing(latched, FrameFlag.LATCHED))
 
@@ -89,7 +97,7 @@ class PeerChannels:
     def _leave(self, label: str) -> None:
         receiver = self._site.routes[label].receiver
         if receiver is not None:
-            receiver.channel_closed(self._sender)
+            receiver.channel_closed(self._sender())
 
     def _detach(self, label: str) -> None:
         link = self._links.pop(label, None)
@@ -97,9 +105,12 @@ class PeerChannels:
             return
         link.channel.on_message = link.channel.on_open = link.channel.on_close = link.channel.on_drained = None
         self._queue.close(label)
-        self._site.outbox.leave(label, self._sender.peer_id)
+        self._site.outbox.leave(label, self._peer_id)
+        measured = self._site.links.get(self._peer_id)
+        if measured is not None:
+            measured.channel_closed(label)
 
-    def _received(self, route: Route, link: ChannelLink, data: bytes | str) -> None:
+    def _received(self, route: Route, link: ChannelLink, opening: int, data: bytes | str) -> None:
         try:
             frame = link.incoming(data)
         except WireError as error:
@@ -110,17 +121,42 @@ class PeerChannels:
         if route.receiver is None:
             self._reject(route, frame.seq, "channel.invalid", "this connector takes no messages")
             return
-        code = link.refusal(frame)
+        if link.is_framed and route.safety.is_slowed:
+            measured = self._site.links.get(self._peer_id)
+            if measured is not None:
+                measured.command_seen(route.label, frame.seq)
+        item = self._incoming(route.receiver, link, frame, opening)
+        code = link.refusal(frame) or self._refusal(route, item)
         if code is not None:
             self._reject(route, frame.seq, code, "")
             return
-        route.receiver.accept(self._incoming(route, link, frame))
+        route.receiver.accept(item)
 
-    def _incoming(self, route: Route, link: ChannelLink, frame: Frame) -> Incoming:
-        seq = frame.seq if link.is_framed else None
-        return Incoming(route.label, frame.payload, self._sender, seq, time.monotonic())
+    def _incoming(self, receiver: Receiver, link: ChannelLink, frame: Frame, opening: int) -> Incoming:
+        return Incoming(
+            receiver.label,
+            frame.payload,
+            self._sender(),
+            frame.seq if link.is_framed else None,
+            time.monotonic(),
+            frame.epoch if link.is_framed else None,
+            opening,
+            receiver.watch.generation,
+        )
+
+    def _refusal(self, route: Route, item: Incoming) -> str | None:
+        """Whether it may wait at all: what is refused here costs no place in the inbox. Its thread asks again."""
+        safety, sender = route.safety, item.sender
+        if not safety.takes_observers:
+            if sender.role not in ("operator", "supervisor"):
+                return "lease.forbidden"
+            if sender.is_original and self._site.legacy_peers != "allow":
+                return "lease.original_observes"
+        if not self._rates[route.label].admits(item.arrived_at_s):
+            return "safety.too_fast"
+        return self._site.desk.fence.refusal(safety, sender.peer_id, item.epoch)
 
     def _reject(self, route: Route, seq: int | None, code: str, message: str) -> None:
         route.counters.refused += 1
         self._refuse(route.label, seq, code, message)
-        self._site.listener.command_refused(route.label, self._sender, code)
+        self._site.listener.command_refused(route.label, self._sender(), code)

@@ -5,6 +5,7 @@ a time. What is refused is reported; an error is a failure of the handler, which
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import inspect
 import logging
 import threading
@@ -16,12 +17,15 @@ from typing import Any
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
 from mosaic_core.runtime.body import STOP_PATIENCE_S
+from mosaic_core.runtime.command_shaper import CommandShaper
 from mosaic_core.runtime.failures import Failures
 from mosaic_core.runtime.inbox import Inbox, Incoming
-from mosaic_core.runtime.payload import PayloadReader
-from mosaic_core.runtime.safety_watchdog import SafetyWatch
+from mosaic_core.runtime.safety_watch import GONE, OVERTAKEN, SafetyWatch
 
 logger = logging.getLogger(__name__)
+
+ZERO_PERIOD_S = 0.1
+"""Between two zeros of the policy ``zero``: the rate of the slowest usual command loop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +49,7 @@ class Receiver:
         *,
         newest_only: bool,
         max_age_s: float | None,
+        factor: Callable[[str], float] = lambda peer_id: 1.0,
     ) -> None:
         self.label = handler.label
         self.max_age_s = max_age_s
@@ -52,7 +57,8 @@ class Receiver:
         self._handle = handler.handle_data
         self._is_async = inspect.iscoroutinefunction(handler.handle_data)
         self._takes_sender = _takes_sender(handler)
-        self._reader = PayloadReader(handler)
+        self._shaper = CommandShaper(handler, watch.safety, lambda: watch.fired, factor)
+        self._last_sender: Sender | None = None
         self._failures = failures
         self._tell = tell
         self.inbox = Inbox(newest_only=newest_only)
@@ -62,6 +68,8 @@ class Receiver:
         self._done = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._thread: threading.Thread | None = None
+        watch.dropped = self.inbox.forget
+        watch.woken = self._wake
 
     @property
     def state(self) -> str:
@@ -81,9 +89,9 @@ class Receiver:
         else:
             self._tell(Outcome(item, "channel.queue_full"))
 
-    def channel_opened(self, sender: Sender) -> None:
-        """A peer may command from now on."""
-        self.watch.peer_joined(sender.peer_id)
+    def channel_opened(self, sender: Sender) -> int:
+        """A peer may command from now on; what its messages must carry as ``opening``."""
+        return self.watch.peer_joined(sender.peer_id)
 
     def channel_closed(self, sender: Sender) -> None:
         """A peer is gone, or has closed the channel: forget what it still wanted, make safe what it moved."""
@@ -113,9 +121,17 @@ class Receiver:
 
     # -- the receiver's own thread, or its task ------------------------------------------------------------------
 
+    def _wake(self) -> None:
+        """There are zeros to send. Any thread."""
+        self.inbox.poke()
+        if self._is_async:
+            with contextlib.suppress(RuntimeError):  # the loop is closed: the robot has stopped
+                self._loop.call_soon_threadsafe(self._arrived.set)
+
     def _live(self) -> None:
-        while (item := self.inbox.wait()) is not None:
-            arguments = self._admitted(item)
+        while not self.inbox.is_closed:
+            item = self.inbox.wait(self._pause_s())
+            arguments = self._zeros() if item is None else self._admitted(item)
             if arguments is None:
                 continue
             try:
@@ -131,13 +147,14 @@ class Receiver:
 
     async def _live_async(self) -> None:
         while True:
-            await self._arrived.wait()
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._arrived.wait(), self._pause_s())
             self._arrived.clear()
             while (item := self.inbox.take()) is not None:
-                await self._handle_async(item)
+                await self._handle_async(item, self._admitted(item))
+            await self._handle_async(None, self._zeros())
 
-    async def _handle_async(self, item: Incoming) -> None:
-        arguments = self._admitted(item)
+    async def _handle_async(self, item: Incoming | None, arguments: tuple[Any, ...] | None) -> None:
         if arguments is None:
             return
         try:
@@ -162,33 +179,66 @@ class Receiver:
             self._tell(Outcome(item, "safety.stale", "it waited behind a slow handle_data"))
             return None
         try:
-            value = self._reader.read(item.payload)
+            return self._begun(item)
         except Refused as refused:
             self._tell(Outcome(item, refused.code, refused.message))
-            return None
         except Exception as error:  # noqa: BLE001 (a validator of the plugin's own message model may raise anything)
             self._failed(item, error)
-            return None
-        if not self.watch.begin(item.sender.peer_id):
-            return None
-        return (value, item.sender) if self._takes_sender else (value,)
+        return None
 
-    def _succeeded(self, item: Incoming) -> None:
+    def _begun(self, item: Incoming) -> tuple[Any, ...] | None:
+        """Shape the command and pass the fence; a safe action between the two means shaping it anew."""
+        refusal: str | None = OVERTAKEN
+        while refusal == OVERTAKEN:
+            command = self._shaper.read(item.payload, item.sender.peer_id)
+            refusal = self.watch.begin(item, fired=command.fired, is_idle=command.is_idle)
+            if refusal is not None:
+                self._shaper.undone()
+        if refusal is not None:
+            if refusal != GONE:
+                self._tell(Outcome(item, refusal))
+            return None
+        if command.is_idle:
+            self._tell(Outcome(item))
+            return None
+        self._last_sender = item.sender
+        return (command.value, item.sender) if self._takes_sender else (command.value,)
+
+    def _pause_s(self) -> float | None:
+        return None if self.watch.zeros_until_s is None else ZERO_PERIOD_S
+
+    def _zeros(self) -> tuple[Any, ...] | None:
+        """The arguments of a ``handle_data`` of the framework's own."""
+        if self.watch.zeros_until_s is None or self._last_sender is None:
+            return None
+        value = self._shaper.zeros()
+        if value is None or not self.watch.begin_zero():
+            return None
+        return (value, self._last_sender) if self._takes_sender else (value,)
+
+    def _succeeded(self, item: Incoming | None) -> None:
         self.watch.finish(accepted=True)
         self._failures.alive()
-        self._tell(Outcome(item))
+        self._tell_of(item)
 
-    def _raised(self, item: Incoming, error: BaseException) -> None:
+    def _raised(self, item: Incoming | None, error: BaseException) -> None:
         self.watch.finish(accepted=False, failed=not isinstance(error, Refused))
         if isinstance(error, Refused):
-            self._tell(Outcome(item, error.code, error.message))
+            if item is not None:
+                self._shaper.undone()
+            self._tell_of(item, error.code, error.message)
         else:
             self._failed(item, error)
 
-    def _failed(self, item: Incoming, error: BaseException) -> None:
+    def _failed(self, item: Incoming | None, error: BaseException) -> None:
         now_s = time.monotonic()
         self._resting_until_s = now_s + self._failures.failed(error, now_s - self._resting_until_s)
-        self._tell(Outcome(item, "plugin.failed", self._failures.last_error))
+        self._tell_of(item, "plugin.failed", self._failures.last_error)
+
+    def _tell_of(self, item: Incoming | None, code: str = "", message: str = "") -> None:
+        """What became of it; nobody waits for news of the framework's own zeros (``None``)."""
+        if item is not None:
+            self._tell(Outcome(item, code, message))
 
 
 def _takes_sender(handler: DataChannelReceivable[Any]) -> bool:

@@ -16,9 +16,12 @@ from mosaic_core.machines import signaling_events as session
 from mosaic_core.machines.peer_admission import AddCandidate, RefusePeer, StartPeer, StopPeer
 from mosaic_core.machines.signaling_session import SignalingSession
 from mosaic_core.runtime.connector import Connector
+from mosaic_core.runtime.control_desk import ControlDesk
 from mosaic_core.runtime.counters import PeerSnapshot, RobotSnapshot
-from mosaic_core.runtime.handler_runs import HandlerRuns
+from mosaic_core.runtime.handler_runs import HandlerRuns, fence_of
 from mosaic_core.runtime.hook_calls import call_hook
+from mosaic_core.runtime.journal import Journal
+from mosaic_core.runtime.link_watch import LinkWatch
 from mosaic_core.runtime.peer import OperatorPeer
 from mosaic_core.runtime.receiver import Outcome
 from mosaic_core.runtime.signaling_client import SignalingClient
@@ -67,6 +70,8 @@ class Robot:
         self._closing: set[OperatorPeer] = set()
         self._runs: HandlerRuns | None = None
         self._site: Site | None = None
+        self._desk: ControlDesk | None = None
+        self._journal = Journal()
         self._signaling: SignalingClient | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stop_wanted = False
@@ -106,9 +111,23 @@ class Robot:
             raise self._error
 
     async def _run(self) -> None:
-        self._runs = HandlerRuns(self._connectors, self._open_stream, self)
+        links = LinkWatch()
+        self._runs = HandlerRuns(self._connectors, self._open_stream, self, links)
         runs = self._runs
-        self._site = Site(runs.routes, runs.outbox, runs.media, self._catalogue, uuid.uuid4().hex, self._software, self)
+        desk = self._desk = ControlDesk(self._journal, self)
+        desk.attach(fence_of(self._config.control, runs, desk))
+        self._site = Site(
+            routes=runs.routes,
+            outbox=runs.outbox,
+            media=runs.media,
+            desk=desk,
+            links=links,
+            legacy_peers=self._config.control.legacy_peers,
+            catalogue=self._catalogue,
+            boot_id=uuid.uuid4().hex,
+            software=self._software,
+            listener=self,
+        )
         machine = SignalingSession(self._facts(), TicketVerifier(self.robot_id))
         url = f"{self._config.server.ws_url.rstrip('/')}/ws/robot"
         self._signaling = SignalingClient(url, machine, self._connect_socket, self._carry_out)
@@ -215,6 +234,7 @@ class Robot:
             if other is not peer and other.sender.session_id == peer.sender.session_id:
                 other.close("peer.replaced")
         self._signaling.tell(session.PeerConnected(peer.peer_id))
+        self._journal.note("peer.connected", who=peer.sender.name or peer.peer_id)
         call_hook(self._plugins, "mosaic_peer_connected", sender=peer.sender)
 
     def peer_closed(self, peer: OperatorPeer, code: str, message: str) -> None:
@@ -230,9 +250,18 @@ class Robot:
         if is_known:
             self._signaling.tell(session.PeerEnded(peer.peer_id, code, message))
         if peer.connected_at_s is not None:
+            self._journal.note("peer.closed", who=peer.sender.name or peer.peer_id, code=code, message=message)
             call_hook(self._plugins, "mosaic_peer_closed", sender=peer.sender, code=code)
 
+    def lease_changed(self, resource: str, holder: Sender | None, epoch: int, cause: str) -> None:
+        arguments = {"resource": resource, "holder": holder, "epoch": epoch, "cause": cause}
+        call_hook(self._plugins, "mosaic_lease_changed", **arguments)
+
+    def stop_changed(self, is_stopped: bool, by: str, reason: str) -> None:
+        call_hook(self._plugins, "mosaic_stop_changed", is_stopped=is_stopped, by=by, reason=reason)
+
     def command_refused(self, label: str, sender: Sender, code: str) -> None:
+        self._journal.refused(label, sender, code)
         call_hook(self._plugins, "mosaic_command_received", label=label, sender=sender, accepted=False, code=code)
 
     # -- what handlers tell --------------------------------------------------------------------------------------
@@ -243,6 +272,9 @@ class Robot:
             peer = self._peers.get(item.sender.peer_id)
             if peer is not None:
                 peer.refuse(item.channel, item.seq, outcome.code, outcome.message)
+            self._journal.refused(item.channel, item.sender, outcome.code)
+        else:
+            self._journal.accepted(item.channel, item.sender)
         arguments = {"label": item.channel, "sender": item.sender, "accepted": not outcome.code, "code": outcome.code}
         call_hook(self._plugins, "mosaic_command_received", **arguments)
 

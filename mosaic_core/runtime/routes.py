@@ -11,6 +11,7 @@ from mosaic_core.machines.send_scheduler import Lane
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.receiver import Receiver
+from mosaic_core.runtime.receiver_safety import ReceiverSafety
 from mosaic_core.words.data_type import Delivery
 
 LANES = {Delivery.RELIABLE: Lane.RELIABLE, Delivery.LATEST: Lane.LATEST, Delivery.BULK: Lane.BULK}
@@ -26,6 +27,7 @@ class Route:
     connector: Connector
     handler: Handler
     counters: ConnectorCounters
+    safety: ReceiverSafety
     receiver: Receiver | None = None
 
     @property
@@ -37,28 +39,30 @@ class Route:
         return self.connector.delivery is Delivery.LATEST
 
     @property
-    def timeout_s(self) -> float | None:
-        """The effective time-out of a receiver: the YAML file's, or the handler's own."""
-        own: float | None = getattr(self.handler, "timeout_s", None)
-        return own if self.connector.safety.timeout_s is None else self.connector.safety.timeout_s
-
-    @property
     def max_age_s(self) -> float | None:
         """How late a framed message may be; ``None``: it is not judged by age."""
         if not isinstance(self.handler, DataChannelReceivable):
             return None
-        if self.timeout_s is not None:
-            return self.timeout_s
+        if self.safety.timeout_s is not None:
+            return self.safety.timeout_s
         return LATEST_MAX_AGE_S if self.is_latest else None
 
 
 def data_routes(connectors: Sequence[Connector], counters: dict[str, ConnectorCounters]) -> dict[str, Route]:
     """Every data channel by its label. ``counters``: by the connector's label."""
     return {
-        handler.label: Route(handler.label, connector, handler, counters[connector.config.label])
+        handler.label: Route(
+            handler.label, connector, handler, counters[connector.config.label], _safety(connector, handler)
+        )
         for connector, handler in _pairs(connectors)
         if not isinstance(handler, MediaTrackHandler)
     }
+
+
+def _safety(connector: Connector, handler: Handler) -> ReceiverSafety:
+    if isinstance(handler, DataChannelReceivable):
+        return ReceiverSafety.of(connector.safety, handler)
+    return ReceiverSafety()
 
 
 def media_handlers(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, Any]]:

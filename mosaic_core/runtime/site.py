@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from mosaic_core.contract.host import Sender
+from mosaic_core.machines.lease_events import LegacyPeers
+from mosaic_core.runtime.control_desk import ControlDesk
+from mosaic_core.runtime.link_watch import LinkWatch
 from mosaic_core.runtime.media_hub import MediaHub
 from mosaic_core.runtime.outbox import Outbox
 from mosaic_core.runtime.routes import Route
@@ -37,6 +40,9 @@ class Site:
     routes: dict[str, Route]
     outbox: Outbox
     media: MediaHub
+    desk: ControlDesk
+    links: LinkWatch
+    legacy_peers: LegacyPeers
     catalogue: Catalogue
     boot_id: str
     software: str

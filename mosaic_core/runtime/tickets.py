@@ -5,19 +5,20 @@ from __future__ import annotations
 import base64
 import binascii
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, get_args
 
 import jwt
 from cryptography.exceptions import UnsupportedAlgorithm
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
 from mosaic_core.machines.peer_admission import PeerIdentity
+from mosaic_core.words.control import Role
 from mosaic_core.words.errors import AuthError
 from mosaic_core.words.signaling import PrepareConnection, TicketKey
 
 LEEWAY_S = 60
 """Robots without a battery-backed clock drift; a ticket names one connection and is used once, so a minute is safe."""
-ROLES = ("observer", "operator", "supervisor")
+ROLES: tuple[Role, ...] = get_args(Role)
 
 
 class TicketVerifier:
@@ -35,10 +36,16 @@ class TicketVerifier:
         for name, value in expected.items():
             if str(claims[name]).lower() != value.lower():
                 raise _bad(f"the ticket is for another {name}")
-        role = str(claims["role"])
-        if role not in ROLES:
-            raise _bad(f"the ticket names an unknown role {role!r}")
-        return PeerIdentity(str(claims["sessionId"]), str(claims["sub"]), str(claims.get("name", "")), role)
+        role = next((known for known in ROLES if known == claims["role"]), None)
+        if role is None:
+            raise _bad(f"the ticket names an unknown role {str(claims['role'])!r}")
+        return PeerIdentity(
+            str(claims["sessionId"]),
+            str(claims["sub"]),
+            str(claims.get("name", "")),
+            role,
+            is_program=claims.get("program") is True,
+        )
 
     @staticmethod
     def _claims(ticket: str, keys: Sequence[TicketKey]) -> dict[str, Any]:

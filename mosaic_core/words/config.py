@@ -7,23 +7,27 @@ from typing import Annotated, Any, Literal
 from urllib.parse import urlsplit
 from uuid import UUID
 
-from pydantic import AliasChoices, BaseModel, ConfigDict, Field, SecretStr, field_validator, model_validator
+from pydantic import AliasChoices, Field, SecretStr, field_validator, model_validator
 
+from mosaic_core.words.config_model import ConfigModel
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.ice import IceServer
+from mosaic_core.words.safety_config import ControlConfig, SafetyConfig
+
+__all__ = [
+    "LABEL",
+    "AuthConfig",
+    "AuthParams",
+    "ConfigModel",
+    "ConnectorConfig",
+    "ControlConfig",
+    "RobotConfig",
+    "SafetyConfig",
+    "ServerConfig",
+    "WebrtcConfig",
+]
 
 LABEL = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_.:/-]{0,63}$")
-
-
-class ConfigModel(BaseModel):
-    """Unknown keys are errors; a key without a value (``params:``) counts as absent, as in original robots."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _nothing_is_absent(cls, data: object) -> object:
-        return {key: value for key, value in data.items() if value is not None} if isinstance(data, dict) else data
 
 
 class AuthParams(ConfigModel):
@@ -73,12 +77,6 @@ class ServerConfig(ConfigModel):
         raise ValueError(f"{url!r} names no host, or a port that doesn't exist")
 
 
-class SafetyConfig(ConfigModel):
-    """Limits that the framework enforces for a receiver, whatever its plugin does."""
-
-    timeout_s: float | None = Field(default=None, gt=0, le=60, description="Silence after which the safe action runs.")
-
-
 Label = Annotated[str, Field(pattern=LABEL.pattern, description="Name of the data channel or track; unique.")]
 
 
@@ -97,4 +95,5 @@ class RobotConfig(ConfigModel):
 
     version: Literal[1] = 1
     server: ServerConfig
+    control: ControlConfig = ControlConfig()
     connectors: tuple[ConnectorConfig, ...] = ()

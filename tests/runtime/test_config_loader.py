@@ -54,7 +54,7 @@ connectors:
     assert config.server.auth.params.token.get_secret_value() == "s3cret: { } #"
     assert config.connectors[1].delivery is Delivery.LATEST
     assert validation.checked is not None
-    assert validation.checked.connectors[1].safety.model_dump() == {"timeout_s": 0.3, "max_mps": 0.8}
+    assert validation.checked.connectors[1].safety.model_dump(exclude_unset=True) == {"timeout_s": 0.3, "max_mps": 0.8}
 
 
 def test_all_mistakes_are_told_at_once_in_the_order_of_the_file(problems: Problems) -> None:

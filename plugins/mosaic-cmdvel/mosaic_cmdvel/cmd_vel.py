@@ -1,4 +1,6 @@
-"""The ``cmd-vel`` connector: an operator's velocity, clamped, to a drive; silence or a lost operator is a stop."""
+"""The ``cmd-vel`` connector: an operator's velocity to a drive; silence or a lost operator is a stop. The framework
+keeps it within the limits of ``safety`` before it gets here.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +9,7 @@ from typing import Any, ClassVar
 
 from mosaic_cmdvel.drive_registry import load_drive
 from mosaic_cmdvel.kept_drive import KeptDrive
-from mosaic_cmdvel.params import CmdVelParams, CmdVelSafety
-from mosaic_cmdvel.twist import limited
+from mosaic_cmdvel.params import ANGULAR, LINEAR, CmdVelParams, CmdVelSafety
 from mosaic_cmdvel.twist_message import TwistMessage
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelReceivable
@@ -21,12 +22,13 @@ class CmdVel(DataChannelReceivable[TwistMessage]):
 
     delivery: ClassVar[Delivery] = Delivery.LATEST
     widget: ClassVar[str | None] = "drive-pad"
+    motion_fields: ClassVar[tuple[str, ...]] = (*LINEAR, *ANGULAR)
 
     def __init__(self, label: str, drive: KeptDrive, safety: CmdVelSafety) -> None:
         super().__init__(label)
         self.timeout_s = safety.timeout_s
+        self.requires_lease = safety.requires_lease
         self._drive = drive
-        self._safety = safety
         self._lock = threading.Lock()
         self._commander: str | None = None
 
@@ -34,13 +36,7 @@ class CmdVel(DataChannelReceivable[TwistMessage]):
         """Receiver's thread."""
         with self._lock:
             self._commander = sender.peer_id
-        self._drive.apply(
-            limited(
-                data.twist(),
-                max_linear_mps=self._safety.max_linear_mps,
-                max_angular_radps=self._safety.max_angular_radps,
-            )
-        )
+        self._drive.apply(data.twist())
 
     def make_safe(self, cause: str) -> None:
         """Safety thread."""

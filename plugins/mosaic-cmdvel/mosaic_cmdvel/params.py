@@ -13,6 +13,7 @@ from mosaic_cmdvel.drive import DriveParams
 from mosaic_cmdvel.drive_registry import DriveNotFound, installed_drives, load_drive
 from mosaic_core.contract.params import Params
 from mosaic_core.words.config import SafetyConfig
+from mosaic_core.words.limits import FieldLimit
 
 
 def _params_of_its_drive(value: Any, _handler: Any) -> DriveParams:
@@ -59,9 +60,39 @@ class CmdVelParams(Params):
     drive: AnyDriveParams = Field(description="What moves: a drive's type and its own params.")
 
 
+LINEAR = ("linear.x", "linear.y", "linear.z")
+ANGULAR = ("angular.x", "angular.y", "angular.z")
+
+
+def _rate(unit: str, what: str) -> Any:
+    return Field(default=None, gt=0, le=1000, description=f"Fastest {what}, in {unit}; none: as commanded.")
+
+
 class CmdVelSafety(SafetyConfig):
     """The limits of a base. There is no way to switch the time-out off."""
 
     timeout_s: float = Field(default=0.3, gt=0, le=5, description="Silence after which the base stands still.")
     max_linear_mps: float = Field(default=1.0, gt=0, le=100, description="Longest linear velocity, in m/s.")
     max_angular_radps: float = Field(default=1.5, gt=0, le=100, description="Longest angular velocity, in rad/s.")
+    max_linear_accel_mps2: float | None = _rate("m/s²", "gain of linear velocity")
+    max_linear_decel_mps2: float | None = _rate("m/s²", "loss of linear velocity on command (a stop is always at once)")
+    max_angular_accel_radps2: float | None = _rate("rad/s²", "gain of angular velocity")
+    max_angular_decel_radps2: float | None = _rate("rad/s²", "loss of angular velocity on command")
+    requires_lease: bool = Field(default=True, description="Take commands only from the lease's holder.")
+
+    def field_limits(self) -> tuple[FieldLimit, ...]:
+        """Both parts as vectors: a base that is told to go too fast keeps its direction."""
+        return (
+            FieldLimit(
+                LINEAR,
+                max_norm=self.max_linear_mps,
+                max_rise_per_s=self.max_linear_accel_mps2,
+                max_fall_per_s=self.max_linear_decel_mps2,
+            ),
+            FieldLimit(
+                ANGULAR,
+                max_norm=self.max_angular_radps,
+                max_rise_per_s=self.max_angular_accel_radps2,
+                max_fall_per_s=self.max_angular_decel_radps2,
+            ),
+        )

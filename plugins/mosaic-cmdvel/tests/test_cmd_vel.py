@@ -49,10 +49,12 @@ def test_a_command_moves_the_drive(base: CmdVel, drive: ScriptedDrive, alice: Se
     assert drive.velocity == Twist(linear_x_mps=0.5, angular_z_radps=-0.3)
 
 
-def test_a_command_beyond_the_limits_is_clamped(base: CmdVel, drive: ScriptedDrive, alice: Sender) -> None:
-    base.handle_data(message(1e300, -7.0), alice)
+def test_its_limits_are_vectors_that_the_framework_keeps_and_its_lease_is_required(base: CmdVel) -> None:
+    linear, angular = CmdVelSafety(max_linear_mps=0.8, max_angular_radps=1.0).field_limits()
 
-    assert drive.velocity == Twist(linear_x_mps=0.8, angular_z_radps=-1.0)
+    assert (linear.fields, linear.max_norm, linear.max_rise_per_s) == (LINEAR, 0.8, None)
+    assert (angular.fields, angular.max_norm, angular.max_fall_per_s) == (ANGULAR, 1.0, None)
+    assert base.requires_lease
 
 
 def test_silence_stops_and_a_newer_command_moves_again(base: CmdVel, drive: ScriptedDrive, alice: Sender) -> None:

@@ -9,7 +9,10 @@ from collections.abc import Iterator
 import pytest
 
 from mosaic_core import Sender
-from mosaic_core.runtime.safety_watchdog import SafetyWatch, SafetyWatchdog
+from mosaic_core.runtime.inbox import Incoming
+from mosaic_core.runtime.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.safety_watch import SafetyWatch
+from mosaic_core.runtime.safety_watchdog import SafetyWatchdog
 
 ANN = Sender("ann", "s")
 PATIENCE_S = 2.0
@@ -48,8 +51,15 @@ def safety() -> Iterator[SafetyWatchdog]:
     it.close()
 
 
+def begins(watch: SafetyWatch, peer_id: str = "ann") -> bool:
+    """A command of this peer, on the channel that it opened last, is about to act."""
+    opening = watch._openings.get(peer_id, 0)
+    item = Incoming("drive", b"", Sender(peer_id, "s"), 1, 0.0, opening=opening, generation=watch.generation)
+    return watch.begin(item) is None
+
+
 def guarded(safety: SafetyWatchdog, motor: Motor, timeout_s: float | None = 0.1) -> SafetyWatch:
-    watch = safety.guard("drive", timeout_s, motor.make_safe, motor.peer_left)
+    watch = safety.guard("drive", ReceiverSafety(timeout_s=timeout_s), motor.make_safe, motor.peer_left)
     watch.peer_joined("ann")
     return watch
 
@@ -59,7 +69,7 @@ def test_it_fires_in_time_and_once(safety: SafetyWatchdog) -> None:
     watch = guarded(safety, motor)
     late_s = []
     for _ in range(5):
-        assert watch.begin("ann")
+        assert begins(watch)
         fed_s = time.monotonic()
         watch.finish(accepted=True)
         assert motor.called.acquire(timeout=PATIENCE_S)
@@ -73,7 +83,7 @@ def test_commands_keep_it_quiet(safety: SafetyWatchdog) -> None:
     motor = Motor()
     watch = guarded(safety, motor)
     for _ in range(20):
-        watch.begin("ann")
+        begins(watch)
         watch.finish(accepted=True)
         assert not motor.called.acquire(timeout=0.02)
 
@@ -81,7 +91,7 @@ def test_commands_keep_it_quiet(safety: SafetyWatchdog) -> None:
 def test_a_hanging_handler_is_made_safe_in_time_and_again_when_it_returns(safety: SafetyWatchdog) -> None:
     motor = Motor()
     watch = guarded(safety, motor)
-    watch.begin("ann")
+    begins(watch)
     assert motor.called.acquire(timeout=PATIENCE_S), "while handle_data still runs"
     watch.finish(accepted=True)
     assert motor.called.acquire(timeout=PATIENCE_S), "it may have set the motor after the safe action"
@@ -93,7 +103,7 @@ def test_a_slow_safe_action_of_one_receiver_does_not_delay_the_others(safety: Sa
     quick = Motor()
     watches = [guarded(safety, motor, 0.05) for motor in slow] + [guarded(safety, quick, 0.1)]
     for watch in watches:
-        watch.begin("ann")
+        begins(watch)
         watch.finish(accepted=True)
     fed_s = time.monotonic()
     assert quick.called.acquire(timeout=PATIENCE_S)
@@ -108,13 +118,13 @@ def test_an_error_in_a_safe_action_is_logged_and_the_thread_lives(
     def broken(_cause: str) -> None:
         raise RuntimeError("valve stuck")
 
-    bad = safety.guard("valve", 0.02, broken, lambda _: None)
+    bad = safety.guard("valve", ReceiverSafety(timeout_s=0.02), broken, lambda _: None)
     bad.peer_joined("ann")
-    bad.begin("ann")
+    begins(bad)
     bad.finish(accepted=True)
     motor = Motor()
     watch = guarded(safety, motor)
-    watch.begin("ann")
+    begins(watch)
     watch.finish(accepted=True)
     assert motor.called.acquire(timeout=PATIENCE_S)
     assert "valve stuck" in caplog.text
@@ -136,7 +146,7 @@ class Stuck(Motor):
 def test_a_safe_action_that_failed_is_repeated_until_it_works(safety: SafetyWatchdog) -> None:
     motor = Stuck()
     watch = guarded(safety, motor, None)
-    watch.begin("ann")
+    begins(watch)
     watch.finish(accepted=True)
     watch.peer_left(ANN)
     for _ in range(3):
@@ -172,10 +182,10 @@ def test_a_newer_command_ends_the_repetition(safety: SafetyWatchdog) -> None:
         assert motor.called.acquire(timeout=PATIENCE_S)
     with safety.changed:
         assert safety.changed.wait_for(lambda: watch.due_at_s is not None, PATIENCE_S)
-    watch.begin("ann")
+    begins(watch)
     watch.finish(accepted=False)
     assert watch.due_at_s is not None, "a refused command ends nothing"
-    watch.begin("ann")
+    begins(watch)
     watch.finish(accepted=True)
     assert watch.due_at_s is None
 
@@ -185,23 +195,23 @@ def test_a_safe_action_that_exits_leaves_the_threads_to_the_others(safety: Safet
         raise SystemExit(1)
 
     for _ in range(3):  # more often than there are threads to spare
-        bad = safety.guard("valve", None, exits, lambda _: None)
+        bad = safety.guard("valve", ReceiverSafety(), exits, lambda _: None)
         bad.make_safe("safety.shutdown")
     motor = Motor()
     watch = guarded(safety, motor)
-    watch.begin("ann")
+    begins(watch)
     watch.finish(accepted=True)
     assert motor.called.acquire(timeout=PATIENCE_S)
 
 
 def test_an_endless_time_out_of_one_receiver_leaves_the_others_guarded(safety: SafetyWatchdog) -> None:
     endless = guarded(safety, Motor(), float("inf"))
-    endless.begin("ann")
+    begins(endless)
     endless.finish(accepted=True)
     endless.peer_left(Sender("bob", "s"))  # every safety thread looks at the deadlines
     motor = Motor()
     watch = guarded(safety, motor)
-    watch.begin("ann")
+    begins(watch)
     watch.finish(accepted=True)
     assert motor.called.acquire(timeout=PATIENCE_S)
 
@@ -210,9 +220,9 @@ def test_a_commander_who_left_while_another_ones_command_was_refused_is_stopped(
     motor = Motor()
     watch = guarded(safety, motor, None)
     watch.peer_joined("bob")
-    watch.begin("ann")
+    begins(watch)
     watch.finish(accepted=True)
-    watch.begin("bob")
+    begins(watch, "bob")
     watch.peer_left(ANN)
     assert motor.called.acquire(timeout=PATIENCE_S)
     watch.finish(accepted=False)
@@ -223,25 +233,25 @@ def test_a_commander_who_left_while_another_ones_command_was_refused_is_stopped(
 def test_the_commander_leaving_stops_at_once_and_its_late_commands_do_not_act(safety: SafetyWatchdog) -> None:
     motor = Motor()
     watch = guarded(safety, motor, 5.0)
-    watch.begin("ann")
+    begins(watch)
     watch.finish(accepted=True)
     watch.peer_left(ANN)
     for _ in range(2):
         assert motor.called.acquire(timeout=PATIENCE_S)
     assert motor.causes() == ["safety.peer_left", "left ann"]
-    assert not watch.begin("ann")
+    assert not begins(watch)
     watch.peer_joined("ann")
-    assert watch.begin("ann")
+    assert begins(watch)
 
 
 def test_a_refused_command_does_not_prolong_motion(safety: SafetyWatchdog) -> None:
     motor = Motor()
     watch = guarded(safety, motor, 0.15)
-    watch.begin("ann")
+    begins(watch)
     watch.finish(accepted=True)
     fed_s = time.monotonic()
     while not motor.called.acquire(timeout=0.01):
-        watch.begin("ann")
+        begins(watch)
         watch.finish(accepted=False)
         assert time.monotonic() - fed_s < PATIENCE_S
     assert motor.calls[0][1] - fed_s < 0.15 + 3 * TOLERANCE_S
@@ -276,7 +286,7 @@ def test_a_busy_processor_does_not_delay_it(safety: SafetyWatchdog) -> None:
     watch = guarded(safety, motor)
     late_s = []
     for _ in range(7):
-        watch.begin("ann")
+        begins(watch)
         fed_s = time.monotonic()
         watch.finish(accepted=True)
         assert motor.called.acquire(timeout=PATIENCE_S)

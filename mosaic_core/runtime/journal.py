@@ -1,0 +1,94 @@
+"""Who did what on this robot: the newest entries, bounded, and repeated refusals merged into one entry."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from mosaic_core.contract.host import Sender
+from mosaic_core.words.control import JournalEntry
+
+MAX_ENTRIES = 2000
+MERGE_S = 5.0
+"""The same refusal is written at once, and then once per this long with how often it happened."""
+MAX_MERGED = 256
+PAUSE_S = 5.0
+"""A command after so long a silence is worth an entry."""
+
+
+@dataclass(slots=True)
+class _Merged:
+    since_s: float
+    count: int
+    subject: str
+    code: str
+    who: str
+
+
+class Journal:
+    """Event loop only. ``written``: gets every entry too."""
+
+    def __init__(self, written: Callable[[JournalEntry], object] = lambda entry: None) -> None:
+        self._entries: deque[JournalEntry] = deque(maxlen=MAX_ENTRIES)
+        self._number = 0
+        self._written = written
+        self._refused: dict[tuple[str, str, str], _Merged] = {}
+        self._commanded: dict[str, tuple[str, float]] = {}
+
+    def note(self, what: str, *, who: str = "", subject: str = "", code: str = "", message: str = "") -> None:
+        """One thing that happened now."""
+        self._number += 1
+        at = datetime.now(UTC).isoformat(timespec="milliseconds")
+        entry = JournalEntry(
+            number=self._number, at=at, what=what, who=who, subject=subject, code=code, message=message[:200]
+        )
+        self._entries.append(entry)
+        self._written(entry)
+
+    def refused(self, label: str, sender: Sender, code: str) -> None:
+        """A message was refused. Many alike make few entries."""
+        now_s, key = time.monotonic(), (sender.peer_id, label, code)
+        merged = self._refused.get(key)
+        if merged is not None:
+            merged.count += 1
+            return
+        self.flush(now_s)
+        if len(self._refused) < MAX_MERGED:
+            self._refused[key] = _Merged(now_s, 0, label, code, _name(sender))
+            self.note("command.refused", who=_name(sender), subject=label, code=code)
+
+    def accepted(self, label: str, sender: Sender) -> None:
+        """A command was accepted: the first one of a peer, or after a pause, is written."""
+        now_s = time.monotonic()
+        peer_id, at_s = self._commanded.get(label, ("", 0.0))
+        self._commanded[label] = (sender.peer_id, now_s)
+        if peer_id != sender.peer_id or now_s - at_s > PAUSE_S:
+            self.note("command.accepted", who=_name(sender), subject=label)
+
+    def lease_changed(self) -> None:
+        """The next accepted command of every receiver is the first one again."""
+        self._commanded.clear()
+
+    def flush(self, now_s: float) -> None:
+        """Write what was merged long enough."""
+        for key, merged in list(self._refused.items()):
+            if now_s - merged.since_s < MERGE_S:
+                continue
+            if merged.count == 0:
+                del self._refused[key]
+                continue
+            message = f"{merged.count} more in {now_s - merged.since_s:.0f} s"
+            self.note("command.refused", who=merged.who, subject=merged.subject, code=merged.code, message=message)
+            merged.since_s, merged.count = now_s, 0
+
+    def newest(self, limit: int, before: int | None = None) -> tuple[JournalEntry, ...]:
+        """At most ``limit`` entries older than number ``before``, newest first."""
+        fitting = (entry for entry in reversed(self._entries) if before is None or entry.number < before)
+        return tuple(entry for _, entry in zip(range(limit), fitting, strict=False))
+
+
+def _name(sender: Sender) -> str:
+    return sender.name or sender.peer_id

@@ -1,0 +1,119 @@
+"""What ``safety:`` of a connector and ``control:`` of a robot may say in the YAML file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from mosaic_core.words.config_model import ConfigModel
+from mosaic_core.words.control import ResourceName
+from mosaic_core.words.limits import Curve, FieldLimit, PictureRule, SlowDownCurves
+
+SafePolicy = Literal["callback", "zero", "hold"]
+FieldPath = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z0-9_-]+)*$")]
+CurveInFile = Annotated[
+    Curve | None, Field(description="Points [value, factor]: values rise, factors fall from 1; `off` for none.")
+]
+_CURVES = ("rtt_ms", "loss", "picture_ms")
+_DEFAULTS = SlowDownCurves()
+
+
+class FieldBounds(ConfigModel):
+    """How far and how fast one number of the message may go, in the message's own unit."""
+
+    min: float | None = Field(default=None, le=0, description="Least value.")
+    max: float | None = Field(default=None, ge=0, description="Greatest value.")
+    max_rise_per_s: float | None = Field(default=None, gt=0, description="Fastest change away from zero, per second.")
+    max_fall_per_s: float | None = Field(default=None, gt=0, description="Fastest change towards zero, per second.")
+
+    def limit(self, field: str) -> FieldLimit:
+        return FieldLimit((field,), self.min, self.max, None, self.max_rise_per_s, self.max_fall_per_s)
+
+
+class SlowDown(ConfigModel):
+    """How much of the speed is left on a bad link; the least of all curves counts. `off` switches one off."""
+
+    rtt_ms: CurveInFile = _DEFAULTS.rtt_ms
+    loss: CurveInFile = _DEFAULTS.loss
+    picture_ms: CurveInFile = _DEFAULTS.picture_ms
+    picture: PictureRule = Field(
+        default=_DEFAULTS.picture,
+        description="`if_watching`: the age of the picture counts once one is shown; `required`: no picture, no speed.",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _nothing_is_absent(cls, data: object) -> object:
+        """YAML reads a bare ``off`` as false; here it is a word, and nothing at all means the same for a curve."""
+        if not isinstance(data, dict):
+            return data
+        read = {key: None if key in _CURVES and value in (False, "off") else value for key, value in data.items()}
+        if read.get("picture") is False:
+            read["picture"] = "off"
+        return {key: value for key, value in read.items() if value is not None or key in _CURVES}
+
+    @model_validator(mode="after")
+    def _curves_are_curves(self) -> SlowDown:
+        self.curves()
+        return self
+
+    def curves(self) -> SlowDownCurves:
+        return SlowDownCurves(self.rtt_ms, self.loss, self.picture_ms, self.picture)
+
+
+_ALL_OFF: dict[str, Any] = {"rtt_ms": None, "loss": None, "picture_ms": None, "picture": "off"}
+
+
+class SafetyConfig(ConfigModel):
+    """Limits that the framework enforces for a receiver, whatever its plugin does."""
+
+    timeout_s: float | None = Field(default=None, gt=0, le=60, description="Silence after which the safe action runs.")
+    on_timeout: SafePolicy = Field(
+        default="callback",
+        description="On silence: `callback` runs the connector's safe action, `zero` then also sends it zeros for 1 s, "
+        "`hold` does nothing.",
+    )
+    on_loss: SafePolicy | None = Field(
+        default=None, description="The same when the commanding operator's link is lost; default: as `on_timeout`."
+    )
+    requires_lease: bool | None = Field(
+        default=None, description="Take commands only from the lease's holder; default: the connector's own."
+    )
+    resource: ResourceName = Field(default="motion", description="Whose lease: a name of your own separates an arm.")
+    max_rate_hz: float | None = Field(default=None, gt=0, le=1000, description="Commands per second and operator.")
+    limits: dict[FieldPath, FieldBounds] = Field(
+        default_factory=dict, description="By dotted path of the JSON message (`linear.x`)."
+    )
+    slow_down: SlowDown | None = Field(
+        default=None, description="Less speed on a bad link; default: on where the connector names motion fields."
+    )
+
+    @field_validator("slow_down", mode="before")
+    @classmethod
+    def _off_is_a_word(cls, value: Any) -> Any:
+        return _ALL_OFF if value is False or value == "off" else value
+
+    def field_limits(self) -> tuple[FieldLimit, ...]:
+        """A connector's own limits; a subclass overrides it to turn its own keys into limits of fields or vectors."""
+        return ()
+
+    def every_limit(self) -> tuple[FieldLimit, ...]:
+        """The connector's own limits and those of ``limits``: all of them hold."""
+        return (*self.field_limits(), *(bounds.limit(field) for field, bounds in self.limits.items()))
+
+
+class ControlConfig(ConfigModel):
+    """Who may command, for the whole robot."""
+
+    legacy_peers: Literal["allow", "observe", "refuse"] = Field(
+        default="allow",
+        description="Original dashboards, which know no lease: they may command while nobody else does, watch, or not "
+        "connect.",
+    )
+    lease_expiry_s: float = Field(
+        default=2.0, ge=0.5, le=60, description="Silence of the holder after which its lease ends."
+    )
+    journal_file: str | None = Field(
+        default=None, description="Also write who did what to this file, as JSON lines; it is rotated."
+    )
