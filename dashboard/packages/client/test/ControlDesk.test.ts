@@ -112,6 +112,13 @@ describe('who is there', () => {
     await expect(control.stop()).resolves.toMatchObject({ phase: 'unavailable' })
   })
 
+  test('that greets too late stays one', async () => {
+    const { client, peer } = await linked({ catalogue: null })
+    await vi.advanceTimersByTimeAsync(2000)
+    new FakeRobot().greets(peer, { peerId: 'me' })
+    expect(client.connection(ROBOT).control.availability.get()).toBe('unavailable')
+  })
+
   test('a robot of ours that does not know leases yet takes commands without', async () => {
     const { client, peer } = await linked({ catalogue })
     greet(peer, catalogue)
