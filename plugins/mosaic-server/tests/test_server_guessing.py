@@ -5,7 +5,7 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-from mosaic_server.security.login_limits import FAILURES_PER_ADDRESS, FAILURES_PER_EMAIL
+from mosaic_server.security.login_limits import PER_ADDRESS, PER_EMAIL_AND_ADDRESS
 
 PASSWORD = "correct horse battery"  # noqa: S105 - of throw-away accounts
 
@@ -13,13 +13,15 @@ PASSWORD = "correct horse battery"  # noqa: S105 - of throw-away accounts
 def test_guesses_side_by_side_count_like_guesses_one_after_another(server: Any) -> None:
     server.account()
     body = {"username": "ada@example.org", "password": "wrong"}
-    with ThreadPoolExecutor(3 * FAILURES_PER_EMAIL) as guessers:
+    with ThreadPoolExecutor(3 * PER_EMAIL_AND_ADDRESS.failures) as guessers:
         answers = guessers.map(
             lambda _: server.http.post("/api/v1/account/login/access-token", json=body).status_code,
-            range(3 * FAILURES_PER_EMAIL),
+            range(3 * PER_EMAIL_AND_ADDRESS.failures),
         )
         wrong = list(answers).count(401)
-    assert FAILURES_PER_EMAIL <= wrong <= FAILURES_PER_EMAIL + 1  # two passwords are checked at once
+    assert (
+        PER_EMAIL_AND_ADDRESS.failures <= wrong <= PER_EMAIL_AND_ADDRESS.failures + 1
+    )  # two passwords are checked at once
 
 
 def test_a_stolen_log_in_is_no_way_to_guess_the_password(server: Any) -> None:
@@ -28,9 +30,9 @@ def test_a_stolen_log_in_is_no_way_to_guess_the_password(server: Any) -> None:
     body = {"currentPassword": "wrong", "newPassword": "something else"}
     answers = [
         server.http.put("/api/v1/users/me/password", json=body, headers=headers).status_code
-        for _ in range(FAILURES_PER_EMAIL + 1)
+        for _ in range(PER_EMAIL_AND_ADDRESS.failures + 1)
     ]
-    assert answers == [400] * FAILURES_PER_EMAIL + [429]
+    assert answers == [400] * PER_EMAIL_AND_ADDRESS.failures + [429]
 
 
 def test_wrong_sign_in_codes_lock_out_their_sender_and_nobody_else(server: Any) -> None:
@@ -41,9 +43,22 @@ def test_wrong_sign_in_codes_lock_out_their_sender_and_nobody_else(server: Any) 
         headers = {"X-Forwarded-For": address}
         return int(server.http.post("/api/v1/account/login/one-time", json={"code": code}, headers=headers).status_code)
 
-    answers = [sign_in("wrong", "192.0.2.1") for _ in range(FAILURES_PER_ADDRESS + 1)]
-    assert answers == [401] * FAILURES_PER_ADDRESS + [429]
+    answers = [sign_in("wrong", "192.0.2.1") for _ in range(PER_ADDRESS.failures + 1)]
+    assert answers == [401] * PER_ADDRESS.failures + [429]
     assert sign_in(code, "192.0.2.2") == 200
+
+
+def test_a_stranger_can_not_lock_the_owner_out(server: Any) -> None:
+    server.account()
+
+    def log_in(password: str, address: str) -> int:
+        body, headers = {"username": "ada@example.org", "password": password}, {"X-Forwarded-For": address}
+        return int(server.http.post("/api/v1/account/login/access-token", json=body, headers=headers).status_code)
+
+    guesses = [log_in("wrong", f"2001:db8::{number:x}") for number in range(1, PER_EMAIL_AND_ADDRESS.failures + 2)]
+    assert guesses == [401] * PER_EMAIL_AND_ADDRESS.failures + [429]
+    assert log_in(PASSWORD, "2001:db8::9") == 429, "the right one is no better guess from there"
+    assert log_in(PASSWORD, "192.0.2.2") == 200
 
 
 def test_a_new_password_ends_the_sign_in_codes_that_were_issued_before(server: Any) -> None:

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from mosaic_core.words.codes import ResultCode
 from mosaic_server.ids import is_uuid
 from mosaic_server.security.access_tokens import AccessTokenRefused, AccessTokens
-from mosaic_server.security.login_limits import FAILURES_PER_ADDRESS, FAILURES_PER_EMAIL, WINDOW_S, LoginLimits
 from mosaic_server.security.one_time_codes import OneTimeCodes, OneTimeLogin
 from mosaic_server.security.passwords import check_password, hash_password, new_password
 from mosaic_server.security.robot_tokens import hash_of_token, new_robot_token, token_matches
@@ -81,28 +80,6 @@ def test_a_code_expires_and_works_once() -> None:
     for _ in range(1000):
         codes.issue(OneTimeLogin("more", 1), 0.0)
     assert codes.redeem(first, 0.0) is None, "open codes are bounded"
-
-
-def test_failures_block_an_email_and_an_address_for_a_while() -> None:
-    limits = LoginLimits()
-    for _ in range(FAILURES_PER_EMAIL):
-        assert limits.wait_s("ada", "a", 0.0) == 0
-        limits.failed("ada", "a", 0.0)
-    assert limits.wait_s("ada", "b", 1.0) == WINDOW_S - 1
-    assert limits.wait_s("bob", "a", 1.0) == 0
-    assert limits.wait_s("ada", "b", WINDOW_S) == 0
-    for number in range(FAILURES_PER_ADDRESS):
-        limits.failed(str(number), "a", 0.0)
-    assert limits.wait_s("new", "a", 1.0) > 0
-    limits.succeeded("ada", "a")
-    assert limits.wait_s("ada", "b", 1.0) == 0
-
-
-def test_the_memory_of_failures_is_bounded() -> None:
-    limits = LoginLimits()
-    for number in range(60_000):
-        limits.failed(str(number), str(number), 0.0)
-    assert len(limits._failures) <= 20_002
 
 
 def test_access_tokens_are_refused_with_the_original_codes() -> None:

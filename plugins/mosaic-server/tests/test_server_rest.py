@@ -17,7 +17,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from mosaic_core.words.ice import IceServer
-from mosaic_server.security.login_limits import FAILURES_PER_EMAIL
+from mosaic_server.security.login_limits import PER_EMAIL_AND_ADDRESS
 from mosaic_server.storage.accounts import add_account
 from mosaic_server.storage.ice_servers import add_ice_server
 from mosaic_server.storage.tables import Account, Robot
@@ -49,7 +49,7 @@ def test_wrong_passwords_look_alike_and_are_slowed_down(server: Any, email: str)
     server.account()
     answers = [
         server.http.post("/api/v1/account/login/access-token", json={"username": email, "password": "wrong"})
-        for _ in range(FAILURES_PER_EMAIL + 1)
+        for _ in range(PER_EMAIL_AND_ADDRESS.failures + 1)
     ]
     assert answers[0].status_code == 401
     assert answers[0].json() == {

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -13,9 +14,10 @@ import typer
 from sqlalchemy.exc import ArgumentError, NoSuchModuleError, SQLAlchemyError
 
 from mosaic_server.security.passwords import MIN_PASSWORD_LENGTH, new_password
+from mosaic_server.storage.accounts import Person, all_people, person_by_email
 from mosaic_server.storage.audit import COMMAND_LINE
 from mosaic_server.storage.database import Database, default_data_dir
-from mosaic_server.storage.grants import Actor
+from mosaic_server.storage.grants import Actor, LastSupervisor, UnknownAccount
 
 DataDir = Annotated[
     Path | None,
@@ -77,7 +79,59 @@ def show_table(rows: Sequence[Mapping[str, Any]], *, as_json: bool) -> None:
     if not rows:
         typer.echo("none")
         return
-    lines = [list(rows[0]), *([str(value) for value in row.values()] for row in rows)]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
-    for line in lines:
-        typer.echo("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for name in rows[0]:
+        table.add_column(name, overflow="fold", no_wrap=True)  # ids and names are pasted: never cut
+    for row in rows:
+        table.add_row(*(Text(_cell(value)) for value in row.values()))
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = 200  # one row per line, for grep
+    console.print(table)
+
+
+def _cell(value: Any) -> str:
+    return "" if value is None else ("yes" if value else "no") if isinstance(value, bool) else str(value)
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """``; did you mean 'x'?`` for an error about a name that isn't known, or nothing."""
+    by_lower = {name.lower(): name for name in known}
+    found = get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
+    return f"; did you mean {by_lower[found[0]]!r}?" if found else ""
+
+
+def known_person(db: Database, email: str) -> Person:
+    """The account, or the end with the nearest e-mail."""
+    person = db.work(person_by_email, email)
+    if person is None:
+        guess = nearest(email, [one.email for one in db.work(all_people)])
+        fail(f"no account {email!r}{guess or '; see `mosaic server user list`'}")
+    return person
+
+
+def chosen_organization(db: Database, email: str, option: str) -> str:
+    """The id of the organization of that account; without one, of the only organization there is."""
+    if email:
+        return known_person(db, email).organization_id
+    organizations = {person.organization_id for person in db.work(all_people)}
+    if not organizations:
+        fail("there is no account yet; make one with `mosaic server init`", exit_code=2)
+    if len(organizations) > 1:
+        fail(f"there are several organizations; name an account of the one you mean with {option} EMAIL", exit_code=2)
+    return organizations.pop()
+
+
+@contextmanager
+def role_refusals() -> Iterator[None]:
+    """Ends with a sentence where a change of roles is refused."""
+    try:
+        yield
+    except LastSupervisor as error:
+        fail(f"robot {str(error)!r} would be left without a supervisor; make somebody else one first")
+    except UnknownAccount:
+        fail("the account belongs to another organization than the robot; add one with `--organization-of`")

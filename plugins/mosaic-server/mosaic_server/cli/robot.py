@@ -6,8 +6,17 @@ from typing import Annotated
 
 import typer
 
-from mosaic_server.cli.options import AsJson, DatabaseUrl, DataDir, fail, opened, show, show_table
-from mosaic_server.storage.accounts import all_people, person_by_email
+from mosaic_server.cli.options import (
+    AsJson,
+    DatabaseUrl,
+    DataDir,
+    chosen_organization,
+    fail,
+    nearest,
+    opened,
+    show,
+    show_table,
+)
 from mosaic_server.storage.database import Database
 from mosaic_server.storage.robots import (
     RobotAuthType,
@@ -45,7 +54,7 @@ def add(
     """Add a robot; prints what belongs into its YAML file, with the token shown once."""
     auth_type = RobotAuthType.NO_AUTHORIZATION if no_authorization else RobotAuthType.SIMPLE_TOKEN
     with opened(data_dir, database) as db:
-        robot = db.work(add_robot, _organization(db, owner), name, description, auth_type)
+        robot = db.work(add_robot, chosen_organization(db, owner, "--owner"), name, description, auth_type)
         token = None if no_authorization else db.work(renew_token, robot.id)
     _show_robot(robot, token, ws_url, as_json)
 
@@ -72,7 +81,7 @@ def token(
 ) -> None:
     """Make a new token; the old one is refused from now on."""
     with opened(data_dir, database) as db:
-        known = _known(db, robot)
+        known = known_robot(db, robot)
         if known.auth_type is not RobotAuthType.SIMPLE_TOKEN:
             fail(f"robot {known.name!r} needs no token", exit_code=2)
         new = db.work(renew_token, known.id)
@@ -83,34 +92,23 @@ def token(
 def remove(robot: RobotIdOrName, data_dir: DataDir = None, database: DatabaseUrl = None) -> None:
     """Remove a robot and its token."""
     with opened(data_dir, database) as db:
-        known = _known(db, robot)
+        known = known_robot(db, robot)
         db.work(remove_robot, known.id)
     typer.echo(f"removed {known.name} ({known.id})")
 
 
-def _organization(db: Database, owner: str) -> str:
-    if owner:
-        person = db.work(person_by_email, owner)
-        if person is None:
-            fail(f"no account {owner!r}; see `mosaic server user list`")
-        return person.organization_id
-    organizations = {person.organization_id for person in db.work(all_people)}
-    if not organizations:
-        fail("there is no account yet; make one with `mosaic server init`", exit_code=2)
-    if len(organizations) > 1:
-        fail("there are several accounts; say whose robot it is with --owner EMAIL", exit_code=2)
-    return organizations.pop()
-
-
-def _known(db: Database, id_or_name: str) -> RobotRecord:
+def known_robot(db: Database, id_or_name: str) -> RobotRecord:
+    """The robot, or the end with the nearest name."""
     by_id = db.work(robot_by_id, id_or_name.lower())
     if by_id is not None:
         return by_id
-    named = [robot for robot in db.work(all_robots) if robot.name == id_or_name]
+    robots = db.work(all_robots)
+    named = [robot for robot in robots if robot.name == id_or_name]
     if len(named) > 1:
         fail(f"{len(named)} robots are called {id_or_name!r}; use the id", exit_code=2)
     if not named:
-        fail(f"no robot {id_or_name!r}; see `mosaic server robot list`")
+        guess = nearest(id_or_name, [robot.name for robot in robots])
+        fail(f"no robot {id_or_name!r}{guess or '; see `mosaic server robot list`'}")
     return named[0]
 
 

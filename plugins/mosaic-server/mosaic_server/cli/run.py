@@ -36,6 +36,7 @@ def run(
     allow_origin: Annotated[
         list[str] | None, typer.Option(help="Pages from here may connect too, e.g. http://localhost:5173; repeatable.")
     ] = None,
+    audit_days: Annotated[float, typer.Option(min=1, help="How long entries of the audit log are kept.")] = 90.0,
     ready_file: Annotated[Path | None, typer.Option(help='Write {"port": …} here once listening.')] = None,
     announce_fd: Annotated[int | None, typer.Option(help="Write the same to this file descriptor.")] = None,
     log_level: Annotated[Literal["debug", "info", "warning", "error"], typer.Option(help="How much to log.")] = "info",
@@ -55,6 +56,7 @@ def run(
         allowed_hosts=frozenset(allow_host or (LOOPBACK_HOSTS if is_local else ())),
         allowed_origins=frozenset(origin.rstrip("/") for origin in allow_origin or ()),
         uses_tls=ssl_certfile is not None,
+        audit_days=audit_days,
     )
     _check_database(settings)
     server = make_server(

@@ -14,21 +14,21 @@ from mosaic_server.cli.options import (
     PasswordStdin,
     chosen_password,
     fail,
+    known_person,
     opened,
+    role_refusals,
     show,
     show_table,
 )
 from mosaic_server.rest.envelope import iso_time
 from mosaic_server.storage.accounts import (
     AccountExists,
+    Membership,
     Person,
-    add_account,
     all_people,
     change_password,
-    person_by_email,
 )
-from mosaic_server.storage.database import Database
-from mosaic_server.storage.members import shut_out
+from mosaic_server.storage.members import MemberChange, add_member, change_member, remove_member, shut_out
 
 app = typer.Typer(help="Accounts of operators.", no_args_is_help=True)
 Email = Annotated[str, typer.Argument(help="The account's e-mail.")]
@@ -38,16 +38,28 @@ Email = Annotated[str, typer.Argument(help="The account's e-mail.")]
 def add(
     email: Email,
     full_name: Annotated[str, typer.Option(help="What robots and other operators see.")] = "",
+    organization_of: Annotated[
+        str, typer.Option(help="E-mail of an account whose organization it joins; otherwise it gets one of its own.")
+    ] = "",
+    admin: Annotated[
+        bool, typer.Option("--admin", help="With --organization-of: it administers that organization.")
+    ] = False,
+    program: Annotated[
+        bool, typer.Option("--program", help="A program's account: it can never pass for a person on a robot.")
+    ] = False,
     password_stdin: PasswordStdin = False,
     data_dir: DataDir = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
 ) -> None:
-    """Add an account with an organization of its own; a generated password is shown once."""
+    """Add an account; a generated password is shown once."""
     password, generated = chosen_password(password_stdin)
     with opened(data_dir, database) as db:
+        membership = None
+        if organization_of:
+            membership = Membership(known_person(db, organization_of).organization_id, admin)
         try:
-            person = db.work(add_account, email, password, full_name)
+            person = db.work(add_member, email, password, full_name, membership, program, BY_COMMAND)
         except AccountExists as error:
             fail(str(error))
     _show_password(person, password if generated else None, as_json)
@@ -64,6 +76,7 @@ def show_all(data_dir: DataDir = None, database: DatabaseUrl = None, as_json: As
             "id": person.id,
             "active": person.is_active,
             "admin": person.is_organization_admin,
+            "program": person.is_program,
             "created": iso_time(person.created_at_ms),
         }
         for person in people
@@ -82,7 +95,7 @@ def password(
     """Set a new password; the account is logged out everywhere."""
     new, generated = chosen_password(password_stdin)
     with opened(data_dir, database) as db:
-        person = _known(db, email)
+        person = known_person(db, email)
         db.work(change_password, person.id, new)
     _show_password(person, new if generated else None, as_json)
 
@@ -94,17 +107,31 @@ def disable(
     data_dir: DataDir = None,
     database: DatabaseUrl = None,
 ) -> None:
-    """Shut an account out; a running server closes its sockets within seconds."""
+    """Shut an account out, be it the last supervisor; a running server closes its sockets and connections."""
     with opened(data_dir, database) as db:
-        db.work(shut_out, _known(db, email).id, undo, BY_COMMAND)
+        db.work(shut_out, known_person(db, email).id, undo, BY_COMMAND)
     typer.echo(f"{email} is {'enabled' if undo else 'disabled'}")
 
 
-def _known(db: Database, email: str) -> Person:
-    person = db.work(person_by_email, email)
-    if person is None:
-        fail(f"no account {email!r}; see `mosaic server user list`")
-    return person
+@app.command("program")
+def program(
+    email: Email,
+    undo: Annotated[bool, typer.Option("--undo", help="It is a person's again.")] = False,
+    data_dir: DataDir = None,
+    database: DatabaseUrl = None,
+) -> None:
+    """Mark an account as a program's: it can never pass for a person on a robot."""
+    with opened(data_dir, database) as db, role_refusals():
+        db.work(change_member, known_person(db, email).id, MemberChange(is_program=not undo), BY_COMMAND)
+    typer.echo(f"{email} is a {'person' if undo else 'program'}'s account")
+
+
+@app.command("remove")
+def remove(email: Email, data_dir: DataDir = None, database: DatabaseUrl = None) -> None:
+    """Remove an account and its grants; a running server closes its sockets and connections within seconds."""
+    with opened(data_dir, database) as db, role_refusals():
+        db.work(remove_member, known_person(db, email).id, BY_COMMAND)
+    typer.echo(f"removed {email}")
 
 
 def _show_password(person: Person, generated: str | None, as_json: bool) -> None:

@@ -20,6 +20,7 @@ from mosaic_server.storage.accounts import (
     Person,
     add_account,
     normalised_email,
+    note_failed_login,
     person_by_id,
 )
 
@@ -56,7 +57,7 @@ async def log_in(login: Login, request: Request, services: ServicesDep) -> Envel
     person = await person_with_password(services, request, normalised_email(login.username), login.password)
     if person is None:
         raise ApiError(ResultCode.INVALID_PASSWORD, "e-mail or password is wrong", status=401)
-    return _access(services, person)
+    return await _access(services, person, request)
 
 
 @router.post("/login/one-time")
@@ -68,8 +69,9 @@ async def log_in_with_code(code: OneTimeCode, request: Request, services: Servic
     person = None if login is None else await services.database.run(person_by_id, login.account_id)
     if login is None or person is None or person.login_version != login.login_version:
         services.login_limits.failed(None, address, time.monotonic())
+        await services.database.run(note_failed_login, None, address, "wrong sign-in code")
         raise ApiError(ResultCode.AUTHENTICATION_FAILED, "this sign-in code was used already or is too old")
-    return _access(services, person)
+    return await _access(services, person, request)
 
 
 @router.post("/one-time-code")
@@ -98,8 +100,9 @@ async def disconnect(_: PersonDep) -> Envelope[Message]:
     return Envelope(resultData=Message(message="disconnected"))
 
 
-def _access(services: Services, person: Person) -> Envelope[AccessToken]:
+async def _access(services: Services, person: Person, request: Request) -> Envelope[AccessToken]:
     if not person.is_active:
+        await services.database.run(note_failed_login, person.email, address_of(request), "the account is disabled")
         raise ApiError(ResultCode.USER_NOT_ACTIVE, "this account is disabled", status=403)
     token = services.access_tokens.make(person.id, person.organization_id, _role(person), person.login_version)
     return Envelope(resultData=AccessToken(access_token=token))

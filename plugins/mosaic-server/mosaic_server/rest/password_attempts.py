@@ -11,7 +11,7 @@ from fastapi import Request
 from mosaic_core.words.codes import ResultCode
 from mosaic_server.rest.envelope import ApiError
 from mosaic_server.services import Services
-from mosaic_server.storage.accounts import Person, person_by_password
+from mosaic_server.storage.accounts import Person, note_failed_login, person_by_password
 
 _log = logging.getLogger(__name__)
 
@@ -27,8 +27,9 @@ async def person_with_password(services: Services, request: Request, email: str,
             services.login_limits.failed(email, address, time.monotonic())
     if person is None:
         _log.warning("a password from %s was wrong", address)
+        await services.database.run(note_failed_login, email, address, "wrong password")
     else:
-        services.login_limits.succeeded(email, address)
+        services.login_limits.succeeded(email, address, time.monotonic())
     return person
 
 

@@ -9,6 +9,7 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from mosaic_server.security.passwords import check_password, hash_password
+from mosaic_server.storage.audit import AuditAction, AuditEntry, note
 from mosaic_server.storage.tables import Account, Organization
 
 
@@ -123,6 +124,20 @@ def person_by_password(session: Session, email: str, password: str) -> Person | 
 
 def all_people(session: Session) -> list[Person]:
     return [_person(account) for account in session.scalars(select(Account).order_by(Account.email))]
+
+
+def note_failed_login(session: Session, email: str | None, address: str, why: str) -> None:
+    """What was typed is only kept if it is an account's e-mail: people type passwords into the wrong field."""
+    account = None if email is None else _find(session, email)
+    entry = AuditEntry(
+        AuditAction.LOGIN_FAILED,
+        None if account is None else account.organization_id,
+        account_id=None if account is None else account.id,
+        account="" if account is None else account.email,
+        address=address,
+        detail=why if account or email is None else "unknown e-mail",
+    )
+    note(session, entry)
 
 
 def people_of(session: Session, organization_id: str, skip: int, limit: int) -> tuple[list[Person], int]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from mosaic_server.roles import Role
 from mosaic_server.storage.accounts import Membership, Person, add_account, person_by_id
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
 from mosaic_server.storage.grants import Actor, supervised
-from mosaic_server.storage.tables import Account, Organization
+from mosaic_server.storage.tables import Account, Organization, Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +102,16 @@ def remove_member(session: Session, account_id: str, actor: Actor) -> None:
     assert person is not None
     with supervised(session, account.organization_id):
         session.delete(account)
+    _drop_if_empty(session, person.organization_id)
     _note(session, AuditAction.ACCOUNT_REMOVED, person, actor)
+
+
+def _drop_if_empty(session: Session, organization_id: str) -> None:
+    """An organization without accounts and robots would only keep its name from being used again."""
+    for table in (Account, Robot):
+        if session.scalar(select(table.id).where(table.organization_id == organization_id).limit(1)) is not None:
+            return
+    session.execute(delete(Organization).where(Organization.id == organization_id))
 
 
 def _note(session: Session, action: AuditAction, person: Person, actor: Actor, detail: str = "") -> None:
