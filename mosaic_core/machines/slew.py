@@ -14,6 +14,7 @@ from mosaic_core.words.limits import FieldLimit
 
 MAX_RISE_STEP_S = 0.1
 """The longest time for which one command may rise: the period of the slowest usual command loop (10 Hz)."""
+ROUNDING = 1e-9
 
 
 def clamped(values: list[float], limit: FieldLimit, places: tuple[int, ...]) -> None:
@@ -44,6 +45,8 @@ def reach(
         return 1.0
     towards_zero = -sum(last[at] * (step / length) for at, step in zip(places, way, strict=True))
     fall = min(length, max(0.0, towards_zero))
+    if length - fall <= ROUNDING * length:
+        fall = length  # straight to zero: a rounding error is no rise
     left_s = elapsed_s
     if limit.max_fall_per_s is not None and fall > 0.0:
         if elapsed_s * limit.max_fall_per_s < fall:

@@ -357,6 +357,13 @@ def test_a_stranger_with_the_peer_id_of_a_lost_holder_inherits_nothing() -> None
     assert desk.refusal("a", "motion", 100, 0.7) == "lease.old_epoch"
 
 
+def test_a_peer_that_becomes_another_session_keeps_nothing_of_the_old_one() -> None:
+    desk = desk_with(ANNA, BEN, holder=ANNA)
+    desk.handle(Requested("b", "motion"), 0.1)
+    assert desk.handle(Joined(Party("b", "another", is_person=True)), 0.2) == [QueueChanged("motion")]
+    assert change(desk.handle(Joined(Party("a", "another", is_person=True)), 0.3)).holder is None
+
+
 def test_who_becomes_an_observer_loses_its_lease() -> None:
     desk = desk_with(ANNA, holder=ANNA)
     effects = desk.handle(Joined(Party("a", "sa", "Anna", role="observer", is_person=True)), 0.5)

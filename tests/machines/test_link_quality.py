@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.link_quality import LOSS_WINDOW_S, MIN_COMMANDS, LinkQuality
+from mosaic_core.machines.link_quality import LOSS_WINDOW_S, MAX_GAP, MIN_COMMANDS, LinkQuality
 from mosaic_core.machines.slow_down import Measures
 
 # -- round-trip time
@@ -145,6 +145,9 @@ def test_a_leap_of_numbers_is_heavy_loss_and_nothing_worse() -> None:
     loss = link.measures(0.1).loss
     assert loss is not None
     assert 0.99 < loss <= 1.0
+    for number in range(MAX_GAP):
+        link.command_seen(2**31 + number, 0.1)
+    assert link.measures(0.1).loss == pytest.approx(0.5, abs=0.01)
 
 
 @given(st.lists(st.tuples(st.integers(-(2**70), 2**70), st.floats(0, 0.5)), max_size=100))

@@ -338,6 +338,16 @@ def test_zero_stays_zero_without_a_limit_of_falling(commands: list[Any]) -> None
         assert str(shaped.message) == "{'v': {'x': 0.0, 'y': 0.0}}", "and it is no -0.0"
 
 
+@given(st.floats(-1, 1), st.floats(-1, 1), st.floats(0.01, 20))
+def test_the_way_to_zero_holds_no_rise(x: float, y: float, fall: float) -> None:
+    """However the vector lies, rounding must not keep the last bit of it moving."""
+    envelope = SafetyEnvelope([FieldLimit(("v.x", "v.y"), None, None, None, 0.01, fall)])
+    for tick in range(3):
+        envelope.shaped({"v": {"x": x, "y": y}}, 1.0, tick * 0.1)
+    length = math.hypot(*envelope.state.output)
+    assert envelope.shaped({"v": {"x": 0.0, "y": 0.0}}, 1.0, 0.2 + length / fall + 1e-6).is_zero
+
+
 @given(st.floats(-100, 100), st.floats(-100, 100), st.floats(0.01, 5), FACTORS)
 def test_a_clamped_vector_keeps_its_direction(x: float, y: float, norm: float, factor: float) -> None:
     envelope = SafetyEnvelope([FieldLimit(("v.x", "v.y"), None, None, norm)])
