@@ -262,6 +262,14 @@ describe('the lease between two operators', () => {
     expect(robot.holder()).toBeNull()
   })
 
+  test('is given up where the keep-alives no longer leave the page', async () => {
+    const { control, peer, events } = await meet()
+    control.requestLease()
+    peer.channel('_mosaic').bufferedAmount = 2_000_000
+    await live(peer, 3000)
+    expect(events.at(-1)).toEqual({ type: 'lost', resource: 'motion', code: 'lease.expired' })
+  })
+
   test('a hidden page gives it back after ten seconds', async () => {
     const { robot, control, peer, platform } = await meet()
     control.requestLease()
@@ -495,6 +503,18 @@ describe('the stop', () => {
     const { control, me } = await meet()
     me.isSilenced = true
     expect(await withTime(control.clearStop(), 6000)).toMatchObject({ isCleared: false })
+  })
+
+  test('is not acknowledged by the answer to another', async () => {
+    const { control, robot, peer } = await meet()
+    robot.safeUs = null
+    const outcome = control.stop()
+    peer.channel('_stop').control('stop.ack', { id: 'other', receivedUs: 1, safeUs: 1 })
+    expect(control.stopState.get().mine?.phase).toBe('sending')
+    const count = robot.stopsHeard.length
+    robot.safeUs = 0
+    await withTime(outcome, 100)
+    expect(robot.stopsHeard.length).toBeGreaterThan(count)
   })
 
   test('an answer to another stop, or after the end, changes nothing', async () => {

@@ -370,6 +370,12 @@ describe('a lost link', () => {
     expect(back(page).state().said).toEqual([])
   })
 
+  test('takes what was not confirmed along: the new link answers what is asked on it', () => {
+    const page = new Page().holds().give({ type: 'released', resource: 'motion' }).give(lost)
+    back(page).state().asks().reply('granted', { epoch: 9 })
+    expect(page.epoch).toBe(9)
+  })
+
   test('releasing in the meantime forgets the wish', () => {
     const page = new Page().holds().give(lost).give({ type: 'released', resource: 'motion' })
     expect(back(page).state().said).toEqual([])
