@@ -36,6 +36,7 @@ class Controlled(Protocol):
 
     @property
     def sender(self) -> Sender: ...
+    def ping(self) -> None: ...
     def tell(self, message: ControlMessage) -> None:
         """Say it on the control channel, if the operator knows such messages."""
         ...
@@ -113,6 +114,25 @@ class ControlDesk:
 
     def _peers(self) -> Iterator[Controlled]:
         return iter([one.peer for one in self._present.values()])
+
+    def ping_all(self) -> None:
+        for peer in self._peers():
+            peer.ping()
+
+    def limited(self, peer_id: str, limit: control.SafetyLimit) -> None:
+        """Tell whoever commands what is left of its speed."""
+        present = self._present.get(peer_id)
+        if present is not None:
+            present.peer.tell(limit)
+
+    def time_passed(self, now_s: float) -> None:
+        self._journal.flush(now_s)
+
+    def holder_id(self, resource: str) -> str | None:
+        """The peer that commands ``resource``."""
+        with self.fence.lock:
+            holder = self.fence.desk.holder(resource)
+        return holder.peer_id if holder is not None else None
 
     # -- what peers say ------------------------------------------------------------------------------------------
 

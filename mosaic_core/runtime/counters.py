@@ -73,6 +73,8 @@ class ConnectorSnapshot:
     last_error: str
     age_s: float | None
     """Seconds since the last message; ``None``: there was none."""
+    limit_factor: float | None = None
+    """What is left of the speed of whoever commands, 0 to 1; ``None``: nobody does, or nothing limits it here."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +90,29 @@ class PeerSnapshot:
     connected_s: float | None
     channels: tuple[str, ...]
     watches: tuple[str, ...]
+    is_person: bool = False
+    is_original: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseSnapshot:
+    """Who commands one resource. ``holder_id``: its peer; ``None``: it is free. ``waiting``: names, the next first."""
+
+    resource: str
+    epoch: int
+    holder_id: str | None
+    holder: str
+    is_person: bool
+    waiting: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StopSnapshot:
+    """The robot was stopped and takes no commands. ``for_s``: for so long already."""
+
+    by: str
+    reason: str
+    for_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,3 +124,6 @@ class RobotSnapshot:
     uptime_s: float
     connectors: tuple[ConnectorSnapshot, ...]
     peers: tuple[PeerSnapshot, ...]
+    leases: tuple[LeaseSnapshot, ...] = ()
+    stop: StopSnapshot | None = None
+    """``None``: it is not stopped."""

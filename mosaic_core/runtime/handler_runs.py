@@ -6,19 +6,14 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import random
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler
-from mosaic_core.machines.lease import LeaseDesk
-from mosaic_core.machines.stop_latch import StopLatch
 from mosaic_core.runtime.connector import Connector
-from mosaic_core.runtime.control_desk import ControlDesk
 from mosaic_core.runtime.counters import ConnectorCounters, ConnectorSnapshot
 from mosaic_core.runtime.failures import Failures
-from mosaic_core.runtime.fence import Fence
 from mosaic_core.runtime.handler_host import RuntimeHost
 from mosaic_core.runtime.handover import Handover
 from mosaic_core.runtime.link_watch import LinkWatch
@@ -29,12 +24,9 @@ from mosaic_core.runtime.routes import Route, data_routes, media_handlers
 from mosaic_core.runtime.runner import Runner, runner_of
 from mosaic_core.runtime.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.transport import PictureStreamFactory
-from mosaic_core.words.config import ControlConfig
 
 logger = logging.getLogger(__name__)
 
-MOTION = "motion"
-"""The resource that every robot has."""
 _SAFE_PATIENCE_S = 0.4
 """For the safe actions at the end; they are meant to be quick."""
 _WORST_FIRST = ("failed", "running", "waiting", "ended", "stopped")
@@ -153,11 +145,12 @@ class HandlerRuns:
     def _tell_failed(self, failure: tuple[str, BaseException, float]) -> None:
         self._listener.connector_failed(*failure)
 
-    def snapshot(self) -> tuple[ConnectorSnapshot, ...]:
-        """One row per connector, in the order of the YAML file."""
-        return tuple(self._row(connector) for connector in self._connectors)
+    def snapshot(self, limit_factors: Mapping[str, float]) -> tuple[ConnectorSnapshot, ...]:
+        """One row per connector, in the order of the YAML file. ``limit_factors``: what is left of the speed, by label
+        of the receiver."""
+        return tuple(self._row(connector, limit_factors) for connector in self._connectors)
 
-    def _row(self, connector: Connector) -> ConnectorSnapshot:
+    def _row(self, connector: Connector, limit_factors: Mapping[str, float]) -> ConnectorSnapshot:
         now_s, counters = time.monotonic(), self.counters[connector.config.label]
         rate_hz, bytes_per_s = counters.meter.rates(now_s)
         labels = [handler.label for handler in connector.handlers]
@@ -180,6 +173,7 @@ class HandlerRuns:
             failures=sum(failures.count for failures in failing),
             last_error=next((failures.last_error for failures in failing if failures.last_error), ""),
             age_s=None if counters.last_at_s is None else now_s - counters.last_at_s,
+            limit_factor=min((limit_factors[label] for label in labels if label in limit_factors), default=None),
         )
 
     def _state(self, label: str) -> str:
@@ -187,13 +181,3 @@ class HandlerRuns:
             return "failed"
         runner = self._runners.get(label)
         return runner.state if runner is not None else "running"
-
-
-def fence_of(config: ControlConfig, runs: HandlerRuns, desk: ControlDesk) -> Fence:
-    """The fence around all receivers. Epochs begin anywhere: none of before a restart fits a lease of after it."""
-    named = (route.safety.resource for route in runs.routes.values())
-    resources = dict.fromkeys([MOTION, *sorted(name for name in named if name is not None)])
-    leases = LeaseDesk(
-        resources, expiry_s=config.lease_expiry_s, first_epoch=random.getrandbits(32), legacy=config.legacy_peers
-    )
-    return Fence(runs.safety, leases, StopLatch(), desk.pass_on)

@@ -80,7 +80,7 @@ class Journal:
             if merged.count == 0:
                 del self._refused[key]
                 continue
-            message = f"{merged.count} more in {now_s - merged.since_s:.0f} s"
+            message = f"{merged.count} more"
             self.note("command.refused", who=merged.who, subject=merged.subject, code=merged.code, message=message)
             merged.since_s, merged.count = now_s, 0
 

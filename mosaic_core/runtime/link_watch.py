@@ -62,10 +62,17 @@ class LinkWatch:
 
     def __init__(self) -> None:
         self._links: dict[str, PeerLink] = {}
+        self.added: Callable[[], object] = lambda: None
+        """Called when there is one more."""
+
+    @property
+    def peer_ids(self) -> tuple[str, ...]:
+        return tuple(self._links)
 
     def add(self, peer_id: str) -> PeerLink:
         link = PeerLink()
         self._links = {**self._links, peer_id: link}  # replaced as a whole: receivers' threads read it
+        self.added()
         return link
 
     def remove(self, peer_id: str) -> None:

@@ -16,14 +16,13 @@ from mosaic_core.machines import signaling_events as session
 from mosaic_core.machines.peer_admission import AddCandidate, RefusePeer, StartPeer, StopPeer
 from mosaic_core.machines.signaling_session import SignalingSession
 from mosaic_core.runtime.connector import Connector
-from mosaic_core.runtime.control_desk import ControlDesk
 from mosaic_core.runtime.counters import PeerSnapshot, RobotSnapshot
-from mosaic_core.runtime.handler_runs import HandlerRuns, fence_of
+from mosaic_core.runtime.handler_runs import HandlerRuns
 from mosaic_core.runtime.hook_calls import call_hook
-from mosaic_core.runtime.journal import Journal
 from mosaic_core.runtime.link_watch import LinkWatch
 from mosaic_core.runtime.peer import OperatorPeer
 from mosaic_core.runtime.receiver import Outcome
+from mosaic_core.runtime.robot_control import RobotControl
 from mosaic_core.runtime.signaling_client import SignalingClient
 from mosaic_core.runtime.site import Site
 from mosaic_core.runtime.tickets import TicketVerifier
@@ -70,8 +69,7 @@ class Robot:
         self._closing: set[OperatorPeer] = set()
         self._runs: HandlerRuns | None = None
         self._site: Site | None = None
-        self._desk: ControlDesk | None = None
-        self._journal = Journal()
+        self._control: RobotControl | None = None
         self._signaling: SignalingClient | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stop_wanted = False
@@ -112,15 +110,13 @@ class Robot:
 
     async def _run(self) -> None:
         links = LinkWatch()
-        self._runs = HandlerRuns(self._connectors, self._open_stream, self, links)
-        runs = self._runs
-        desk = self._desk = ControlDesk(self._journal, self)
-        desk.attach(fence_of(self._config.control, runs, desk))
+        self._runs = runs = HandlerRuns(self._connectors, self._open_stream, self, links)
+        self._control = RobotControl(self._config.control, runs.routes, runs.safety, links, self)
         self._site = Site(
             routes=runs.routes,
             outbox=runs.outbox,
             media=runs.media,
-            desk=desk,
+            desk=self._control.desk,
             links=links,
             legacy_peers=self._config.control.legacy_peers,
             catalogue=self._catalogue,
@@ -176,6 +172,8 @@ class Robot:
             task.cancel()
         await asyncio.gather(*late, return_exceptions=True)
         await handlers
+        if self._control is not None:
+            await self._control.close()
 
     # -- effects of the signaling session ------------------------------------------------------------------------
 
@@ -234,7 +232,8 @@ class Robot:
             if other is not peer and other.sender.session_id == peer.sender.session_id:
                 other.close("peer.replaced")
         self._signaling.tell(session.PeerConnected(peer.peer_id))
-        self._journal.note("peer.connected", who=peer.sender.name or peer.peer_id)
+        if self._control is not None:
+            self._control.peer_connected(peer)
         call_hook(self._plugins, "mosaic_peer_connected", sender=peer.sender)
 
     def peer_closed(self, peer: OperatorPeer, code: str, message: str) -> None:
@@ -250,7 +249,8 @@ class Robot:
         if is_known:
             self._signaling.tell(session.PeerEnded(peer.peer_id, code, message))
         if peer.connected_at_s is not None:
-            self._journal.note("peer.closed", who=peer.sender.name or peer.peer_id, code=code, message=message)
+            if self._control is not None:
+                self._control.peer_closed(peer, code, message)
             call_hook(self._plugins, "mosaic_peer_closed", sender=peer.sender, code=code)
 
     def lease_changed(self, resource: str, holder: Sender | None, epoch: int, cause: str) -> None:
@@ -261,7 +261,8 @@ class Robot:
         call_hook(self._plugins, "mosaic_stop_changed", is_stopped=is_stopped, by=by, reason=reason)
 
     def command_refused(self, label: str, sender: Sender, code: str) -> None:
-        self._journal.refused(label, sender, code)
+        if self._control is not None:
+            self._control.journal.refused(label, sender, code)
         call_hook(self._plugins, "mosaic_command_received", label=label, sender=sender, accepted=False, code=code)
 
     # -- what handlers tell --------------------------------------------------------------------------------------
@@ -272,9 +273,8 @@ class Robot:
             peer = self._peers.get(item.sender.peer_id)
             if peer is not None:
                 peer.refuse(item.channel, item.seq, outcome.code, outcome.message)
-            self._journal.refused(item.channel, item.sender, outcome.code)
-        else:
-            self._journal.accepted(item.channel, item.sender)
+        if self._control is not None:
+            self._control.command_done(outcome)
         arguments = {"label": item.channel, "sender": item.sender, "accepted": not outcome.code, "code": outcome.code}
         call_hook(self._plugins, "mosaic_command_received", **arguments)
 
@@ -285,13 +285,16 @@ class Robot:
 
     def snapshot(self) -> RobotSnapshot:
         """The robot now. Event loop."""
-        now_s = time.monotonic()
+        now_s, control = time.monotonic(), self._control
+        factors = control.limit_factors if control is not None else {}
         return RobotSnapshot(
             robot_id=self.robot_id,
             state=self._state,
             uptime_s=now_s - self._started_at_s,
-            connectors=self._runs.snapshot() if self._runs is not None else (),
+            connectors=self._runs.snapshot(factors) if self._runs is not None else (),
             peers=tuple(self._peer_row(peer, now_s) for peer in self._peers.values()),
+            leases=control.leases() if control is not None else (),
+            stop=control.stop_snapshot() if control is not None else None,
         )
 
     def _peer_row(self, peer: OperatorPeer, now_s: float) -> PeerSnapshot:
@@ -306,4 +309,6 @@ class Robot:
             connected_s=None if peer.connected_at_s is None else now_s - peer.connected_at_s,
             channels=peer.channels,
             watches=self._site.media.watched_by(sender.peer_id) if self._site is not None else (),
+            is_person=sender.is_person,
+            is_original=sender.is_original,
         )

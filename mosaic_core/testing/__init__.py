@@ -26,17 +26,21 @@ if TYPE_CHECKING:
     from mosaic_core.testing.building import build
     from mosaic_core.testing.collecting import collect, take_frames
     from mosaic_core.testing.fake_hosts import FakeClock, FakeHost, fake_host
-    from mosaic_core.testing.feeding import (
+    from mosaic_core.testing.feed_steps import (
         ANOTHER_OPERATOR,
         OPERATOR,
+        Cleared,
         Fed,
         From,
         Leaves,
+        LosesLease,
         MadeSafe,
         RefusedMessage,
         Silence,
-        feed,
+        SlowedTo,
+        Stopped,
     )
+    from mosaic_core.testing.feeding import feed
     from mosaic_core.testing.joining import Joined, connector, joined, until
     from mosaic_core.testing.memory_network import MemoryFrame
 
@@ -47,14 +51,18 @@ _HOME = {
     "FakeClock": "fake_hosts",
     "FakeHost": "fake_hosts",
     "fake_host": "fake_hosts",
-    "ANOTHER_OPERATOR": "feeding",
-    "OPERATOR": "feeding",
-    "Fed": "feeding",
-    "From": "feeding",
-    "Leaves": "feeding",
-    "MadeSafe": "feeding",
-    "RefusedMessage": "feeding",
-    "Silence": "feeding",
+    "ANOTHER_OPERATOR": "feed_steps",
+    "OPERATOR": "feed_steps",
+    "Cleared": "feed_steps",
+    "Fed": "feed_steps",
+    "From": "feed_steps",
+    "Leaves": "feed_steps",
+    "LosesLease": "feed_steps",
+    "MadeSafe": "feed_steps",
+    "RefusedMessage": "feed_steps",
+    "Silence": "feed_steps",
+    "SlowedTo": "feed_steps",
+    "Stopped": "feed_steps",
     "feed": "feeding",
     "Joined": "joining",
     "connector": "joining",
@@ -73,16 +81,20 @@ def __getattr__(name: str) -> Any:
 __all__ = [
     "ANOTHER_OPERATOR",
     "OPERATOR",
+    "Cleared",
     "FakeClock",
     "FakeHost",
     "Fed",
     "From",
     "Joined",
     "Leaves",
+    "LosesLease",
     "MadeSafe",
     "MemoryFrame",
     "RefusedMessage",
     "Silence",
+    "SlowedTo",
+    "Stopped",
     "build",
     "collect",
     "connector",

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, TypeVar, cast
 
 from mosaic_core.contract.configurer import Configurer, Shared
-from mosaic_core.contract.handler import Handler
-from mosaic_core.runtime.catalogue_entry import effective_safety
+from mosaic_core.contract.handler import DataChannelReceivable, Handler
 from mosaic_core.runtime.config_problems import validated
+from mosaic_core.runtime.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.yaml_document import YamlDocument
 from mosaic_core.testing.fake_hosts import FakeClock, FakeHost
 from mosaic_core.words.errors import ConfigError
@@ -47,6 +47,7 @@ def build(
     clock = clock or FakeClock()
     for handler in handlers:
         host = FakeHost(clock)
-        host.timeout_s = effective_safety(valid_safety, [handler]).timeout_s
+        if isinstance(handler, DataChannelReceivable):
+            host.safety = ReceiverSafety.of(valid_safety, handler)
         handler.bind(host)
     return cast("Made", made)

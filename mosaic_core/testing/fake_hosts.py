@@ -10,6 +10,7 @@ from mosaic_core.contract.handler import Handler
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.contract.media import Picture
 from mosaic_core.machines.framing import PayloadKind
+from mosaic_core.runtime.receiver_safety import ReceiverSafety
 
 
 class Alarm(Protocol):
@@ -58,8 +59,8 @@ class FakeHost:
         self.sent: list[Outgoing] = []
         self.pictures: list[Picture] = []
         self.accepts = True
-        self.timeout_s: float | None = None
-        """The receiver's time-out in force; ``build`` sets it."""
+        self.safety: ReceiverSafety | None = None
+        """The receiver's limits in force; ``build`` sets them."""
         self.stop_at_s = float("inf")
         self._is_stopping = False
 

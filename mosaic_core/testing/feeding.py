@@ -1,5 +1,5 @@
-"""Feeds a receiver a script: messages, silence, operators who leave. What the robot enforces is enforced here too:
-validation before ``handle_data``, the time-out, the safe action.
+"""Feeds a receiver a script: messages, silence, stops, operators who leave. What the robot enforces is enforced here
+too: validation before ``handle_data``, limits, the time-out, the lease, the stop, the safe action.
 """
 
 from __future__ import annotations
@@ -8,73 +8,35 @@ import asyncio
 import inspect
 import json
 from collections.abc import Generator, Iterable
-from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any
 
 from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
+from mosaic_core.machines.rate_gate import RateGate
 from mosaic_core.machines.watchdog import Watchdog
-from mosaic_core.runtime.payload import PayloadReader
-from mosaic_core.runtime.receiver import _takes_sender
+from mosaic_core.runtime.command_shaper import Command, CommandShaper
+from mosaic_core.runtime.receiver import ZERO_PERIOD_S, _takes_sender
+from mosaic_core.runtime.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.safety_watch import ZEROS_FOR_S
 from mosaic_core.testing.fake_hosts import FakeHost, fake_host
-
-OPERATOR = Sender(peer_id="peer-1", session_id="session-1", operator_id="operator-1", name="Alice")
-"""Who sends what a script does not attribute to somebody."""
-ANOTHER_OPERATOR = Sender(peer_id="peer-2", session_id="session-2", operator_id="operator-2", name="Bob")
-
-
-@dataclass(frozen=True, slots=True)
-class Silence:
-    """Nothing arrives for ``seconds``."""
-
-    seconds: float
-
-
-@dataclass(frozen=True, slots=True)
-class Leaves:
-    """This operator's connection ends."""
-
-    sender: Sender = OPERATOR
-
-
-@dataclass(frozen=True, slots=True)
-class From:
-    """A message of ``sender``."""
-
-    sender: Sender
-    data: Any
-
-
-Step: TypeAlias = "Silence | Leaves | From | BaseModel | dict[str, Any] | list[Any] | str | bytes"
-
-
-@dataclass(frozen=True, slots=True)
-class MadeSafe:
-    """``make_safe`` ran: seconds since the script began, and why."""
-
-    at_s: float
-    cause: str
-
-
-@dataclass(frozen=True, slots=True)
-class RefusedMessage:
-    """A message that was refused: before ``handle_data`` or by it."""
-
-    at_s: float
-    code: str
-    message: str
-
-
-@dataclass(slots=True)
-class Fed:
-    """What became of a script."""
-
-    accepted: list[Any] = field(default_factory=list)
-    """The messages that ``handle_data`` took, as it got them."""
-    refused: list[RefusedMessage] = field(default_factory=list)
-    made_safe: list[MadeSafe] = field(default_factory=list)
+from mosaic_core.testing.feed_steps import (
+    OPERATOR,
+    Cleared,
+    Fed,
+    From,
+    Leaves,
+    LosesLease,
+    MadeSafe,
+    RefusedMessage,
+    Silence,
+    SlowedTo,
+    Step,
+    Stopped,
+)
+from mosaic_core.words.config import SafetyConfig
+from mosaic_core.words.safety_config import SafePolicy
 
 
 def feed(handler: DataChannelReceivable[Any], script: Iterable[Step]) -> Fed:
@@ -116,27 +78,42 @@ async def _play_async(feeder: _Feeder, script: Iterable[Step]) -> None:
 
 
 class _Feeder:
-    """Plays the steps; also the alarm that rings at the time-out."""
+    """Plays the steps; also the alarm that rings at the time-out, and when the framework's own zeros are due."""
 
     def __init__(self, handler: DataChannelReceivable[Any], host: FakeHost) -> None:
         self.host = host
         self.fed = Fed()
         self._handler = handler
-        timeout_s = host.timeout_s if host.timeout_s is not None else handler.timeout_s
-        self._watchdog = Watchdog(timeout_s)
-        self._reader = PayloadReader(handler)
+        self._safety = host.safety or ReceiverSafety.of(SafetyConfig(), handler)
+        self._watchdog = Watchdog(self._safety.timeout_s)
+        self._shaper = CommandShaper(
+            handler, self._safety, lambda: len(self.fed.made_safe), lambda _: self._factor, lambda: host.clock.now_s
+        )
         self._takes_sender = _takes_sender(handler)
         self._start_s = host.clock.now_s
+        self._factor = 1.0
+        self._is_stopped = False
+        self._mover: Sender | None = None
+        self._without_lease: set[str] = set()
+        self._rates: dict[str, RateGate] = {}
+        self._zeros_at_s: list[float] = []
+        self._last_sender = OPERATOR
         self._is_handling = False
         self._overtaken_cause: str | None = None
 
     @property
     def due_at_s(self) -> float | None:
-        return self._watchdog.due_at_s
+        due = [due_s for due_s in (self._watchdog.due_at_s, *self._zeros_at_s[:1]) if due_s is not None]
+        return min(due, default=None)
 
     def ring(self, now_s: float) -> None:
         if self._watchdog.expire(now_s):
-            self._make_safe("safety.timeout")
+            self._follow(self._safety.on_timeout, "safety.timeout")
+        elif self._zeros_at_s and now_s >= self._zeros_at_s[0]:
+            del self._zeros_at_s[0]
+            value = self._shaper.zeros()
+            if value is not None and not self._is_handling:
+                self._handler.handle_data(*((value, self._last_sender) if self._takes_sender else (value,)))
 
     def steps(self, step: Step) -> Generator[Any, None, None]:
         """Play one step; yields what ``async def handle_data`` returned, to be awaited."""
@@ -144,36 +121,87 @@ class _Feeder:
             case Silence(seconds):
                 self.host.clock.advance(seconds)
             case Leaves(sender):
-                if self._watchdog.peer_left(sender.peer_id):
-                    self._make_safe("safety.peer_left")
+                if self._mover is not None and self._mover.peer_id == sender.peer_id:
+                    self._follow(self._safety.on_loss, "safety.peer_left")
                 self._handler.peer_left(sender)
+            case Stopped():
+                if self._safety.is_motion and not self._is_stopped:
+                    self._make_safe("safety.stop")
+                self._is_stopped = True
+            case Cleared():
+                self._is_stopped = False
+            case LosesLease(sender):
+                self._lease_lost(sender)
+            case SlowedTo(factor):
+                self._factor = factor
             case From(sender, data):
                 yield from self._message(sender, data)
             case _:
                 yield from self._message(OPERATOR, step)
 
+    def _lease_lost(self, sender: Sender) -> None:
+        self._without_lease.add(sender.peer_id)
+        if self._safety.resource and self._mover is not None and self._mover.peer_id == sender.peer_id:
+            self._make_safe("safety.lease_lost")
+
+    def _refusal(self, sender: Sender) -> str | None:
+        """As the robot's fence refuses, but for epochs."""
+        safety = self._safety
+        rate = self._rates.setdefault(sender.peer_id, RateGate(safety.max_rate_hz))
+        if sender.role not in ("operator", "supervisor") and not safety.takes_observers:
+            return "lease.forbidden"
+        if not rate.admits(self.host.clock.now_s):
+            return "safety.too_fast"
+        if safety.is_motion and self._is_stopped:
+            return "safety.stopped"
+        return "lease.required" if safety.resource and sender.peer_id in self._without_lease else None
+
     def _message(self, sender: Sender, data: Any) -> Generator[Any, None, None]:
         try:
-            value = self._reader.read(_payload(data))
+            command = self._admitted(sender, data)
+            if command.is_idle:
+                self._watchdog.disarm()
+                self._mover = None
+                self.fed.idle += 1
+                return
             self._watchdog.feed(sender.peer_id, self.host.clock.now_s)
+            self._mover = self._last_sender = sender
+            self._zeros_at_s.clear()
             self._is_handling, self._overtaken_cause = True, None
-            arguments = (value, sender) if self._takes_sender else (value,)
+            arguments = (command.value, sender) if self._takes_sender else (command.value,)
             waiting = self._handler.handle_data(*arguments)
             if waiting is not None:
                 yield waiting
         except Refused as refused:
             self.fed.refused.append(RefusedMessage(self._elapsed_s(), refused.code, refused.message))
         else:
-            self.fed.accepted.append(value)
+            self.fed.accepted.append(command.value)
         finally:
             self._is_handling = False
         if self._overtaken_cause is not None:
             # The command may have undone the safe action that ran in its middle.
             self._make_safe(self._overtaken_cause)
 
+    def _admitted(self, sender: Sender, data: Any) -> Command:
+        code = self._refusal(sender)
+        if code is not None:
+            raise Refused(code)
+        return self._shaper.read(_payload(data), sender.peer_id)
+
+    def _follow(self, policy: SafePolicy, cause: str) -> None:
+        if policy == "hold":
+            return
+        self._make_safe(cause)
+        if policy == "zero":
+            count = round(ZEROS_FOR_S / ZERO_PERIOD_S)
+            self._zeros_at_s = [self.host.clock.now_s + number * ZERO_PERIOD_S for number in range(count)]
+
     def _make_safe(self, cause: str) -> None:
         if self._is_handling:
             self._overtaken_cause = cause
+        self._watchdog.disarm()
+        self._mover = None
+        self._zeros_at_s.clear()
         self.fed.made_safe.append(MadeSafe(self._elapsed_s(), cause))
         self._handler.make_safe(cause)
 

@@ -29,7 +29,7 @@ from mosaic_core.runtime.robot import Robot
 from mosaic_core.runtime.yaml_document import YamlDocument
 from mosaic_core.testing.memory_network import MemoryNetwork, memory_picture
 from mosaic_core.testing.memory_server import BASE_URL, MemoryServer
-from mosaic_core.words.config import AuthConfig, ConnectorConfig, RobotConfig, ServerConfig
+from mosaic_core.words.config import AuthConfig, ConnectorConfig, ControlConfig, RobotConfig, ServerConfig
 from mosaic_core.words.errors import ConfigError
 from mosaic_core.words.signaling import RobotStatus
 
@@ -72,9 +72,13 @@ class Joined:
     _server: MemoryServer
     _stack: contextlib.AsyncExitStack
 
-    async def another_operator(self, name: str = "Bob") -> RobotConnection:
-        """A second person connects; signed off when the test ends."""
-        _, connection = await _signed_in(self._stack, self._server, self._network, name)
+    async def another_operator(
+        self, name: str = "Bob", *, role: str = "operator", is_person: bool = True
+    ) -> RobotConnection:
+        """A second operator connects, without any lease; signed off when the test ends. ``role``: ``observer``,
+        ``operator`` or ``supervisor``."""
+        self._server.roles[name] = role
+        _, connection = await _signed_in(self._stack, self._server, self._network, name, is_person)
         return connection
 
     def cut(self) -> None:
@@ -83,15 +87,22 @@ class Joined:
 
 
 @asynccontextmanager
-async def joined(*entries: ConnectorEntry, plugins: pluggy.PluginManager | None = None) -> AsyncIterator[Joined]:
+async def joined(
+    *entries: ConnectorEntry,
+    plugins: pluggy.PluginManager | None = None,
+    takes_leases: bool = True,
+    control: Mapping[str, Any] | None = None,
+) -> AsyncIterator[Joined]:
     """``async with joined(connector(BatteryConfigurer, label="battery")) as link:`` a robot and its operator Alice,
     connected. ``link.connection.receivable("battery")`` and the other stores work as with a real robot.
 
+    Alice is a person and, with ``takes_leases``, holds the lease of everything that needs one. ``control`` is written
+    as in the YAML file.
     Pictures arrive as :class:`MemoryFrame`, unconverted. Raises :class:`ConfigError` for mistakes in params. Hook
     plugins that are installed are not loaded; give your own in ``plugins``.
     """
     configured = AutoConfigurer(resolver=ConnectorResolver([]), plugins=plugins or hook_plugins([])).configure(
-        _checked(entries)
+        _checked(entries, control or {})
     )
     server, network = MemoryServer(ROBOT_ID), MemoryNetwork()
     robot = Robot(
@@ -107,7 +118,9 @@ async def joined(*entries: ConnectorEntry, plugins: pluggy.PluginManager | None 
     running = [asyncio.create_task(robot.run()), asyncio.create_task(server.keep_alive())]
     try:
         async with contextlib.AsyncExitStack() as stack:
-            operator, connection = await _signed_in(stack, server, network, "Alice")
+            operator, connection = await _signed_in(stack, server, network, "Alice", True)
+            if takes_leases:
+                await _take_leases(connection, configured)
             yield Joined(robot, configured, operator, connection, network, server, stack)
     finally:
         robot.stop()
@@ -116,23 +129,35 @@ async def joined(*entries: ConnectorEntry, plugins: pluggy.PluginManager | None 
     running[0].result()
 
 
+async def _take_leases(connection: RobotConnection, configured: Configured) -> None:
+    needed = [one.safety.resource for one in configured.connectors if one.safety.requires_lease]
+    for resource in dict.fromkeys(needed):
+        await connection.control.take(resource)
+
+
 async def _signed_in(
-    stack: contextlib.AsyncExitStack, server: MemoryServer, network: MemoryNetwork, name: str
+    stack: contextlib.AsyncExitStack, server: MemoryServer, network: MemoryNetwork, name: str, is_person: bool
 ) -> tuple[MosaicOperator, RobotConnection]:
     operator = MosaicOperator(
-        BASE_URL, name, open_socket=server.connect, make_offerer=network.offerer, http=server.http()
+        BASE_URL,
+        name,
+        open_socket=server.connect,
+        make_offerer=network.offerer,
+        http=server.http(),
+        is_person=is_person,
     )
     await stack.enter_async_context(operator)
     await operator.wait_status(ROBOT_ID, RobotStatus.READY_TO_CONNECT, PATIENCE_S)
     return operator, await operator.connect(ROBOT_ID, timeout_s=PATIENCE_S)
 
 
-def _checked(entries: tuple[ConnectorEntry, ...]) -> CheckedConfig:
+def _checked(entries: tuple[ConnectorEntry, ...], control: Mapping[str, Any]) -> CheckedConfig:
     tree = {"connectors": [entry.config.model_dump(mode="python") for entry in entries]}
     document = YamlDocument(tree)
     auth = AuthConfig.model_validate({"type": "no-authorization", "robot_id": ROBOT_ID})
     config = RobotConfig(
         server=ServerConfig(ws_url="ws://memory.invalid", auth=auth),
+        control=ControlConfig.model_validate(control),
         connectors=tuple(entry.config for entry in entries),
     )
     checked, problems = [], []

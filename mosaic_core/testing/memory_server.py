@@ -62,6 +62,8 @@ class MemoryServer:
         self.robot_id = robot_id
         self.status = RobotStatus.DISCONNECTED
         self.catalogue: Catalogue | None = None
+        self.roles: dict[str, str] = {}
+        """What the tickets of these operators say; ``operator`` for all others."""
         self._robot: MemorySocket | None = None
         self._operators: list[MemorySocket] = []
         self._peers: dict[str, MemorySocket] = {}
@@ -161,7 +163,7 @@ class MemoryServer:
     def _ticket(self, name: str, peer_id: str, session_id: str) -> str:
         now = int(time.time())
         claims = {
-            "sub": name, "name": name, "role": "operator", "robotId": self.robot_id, "peerId": peer_id,
-            "sessionId": session_id, "iat": now, "exp": now + TICKET_LIFE_S,
+            "sub": name, "name": name, "role": self.roles.get(name, "operator"), "robotId": self.robot_id,
+            "peerId": peer_id, "sessionId": session_id, "iat": now, "exp": now + TICKET_LIFE_S,
         }  # fmt: skip
         return jwt.encode(claims, self._key, algorithm="EdDSA", headers={"kid": KEY_ID})

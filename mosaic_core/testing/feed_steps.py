@@ -1,0 +1,97 @@
+"""The steps of a script for a receiver, and what became of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from pydantic import BaseModel
+
+from mosaic_core.contract.host import Sender
+
+OPERATOR = Sender(peer_id="peer-1", session_id="session-1", operator_id="operator-1", name="Alice")
+"""Who sends what a script does not attribute to somebody."""
+ANOTHER_OPERATOR = Sender(peer_id="peer-2", session_id="session-2", operator_id="operator-2", name="Bob")
+
+
+@dataclass(frozen=True, slots=True)
+class Silence:
+    """Nothing arrives for ``seconds``."""
+
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Leaves:
+    """This operator's connection ends."""
+
+    sender: Sender = OPERATOR
+
+
+@dataclass(frozen=True, slots=True)
+class From:
+    """A message of ``sender``."""
+
+    sender: Sender
+    data: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Stopped:
+    """Somebody says stop; it holds until :class:`Cleared`."""
+
+    by: Sender = ANOTHER_OPERATOR
+
+
+@dataclass(frozen=True, slots=True)
+class Cleared:
+    """The stop is cleared."""
+
+
+@dataclass(frozen=True, slots=True)
+class LosesLease:
+    """The lease of this operator ends. Until then every sender of a script holds the one it needs."""
+
+    sender: Sender = OPERATOR
+
+
+@dataclass(frozen=True, slots=True)
+class SlowedTo:
+    """From now on the link leaves this share of the speed, 0 to 1."""
+
+    factor: float
+
+
+Step: TypeAlias = (
+    "Silence | Leaves | From | Stopped | Cleared | LosesLease | SlowedTo | BaseModel | dict[str, Any] | list[Any] | str"
+    " | bytes"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class MadeSafe:
+    """``make_safe`` ran: seconds since the script began, and why."""
+
+    at_s: float
+    cause: str
+
+
+@dataclass(frozen=True, slots=True)
+class RefusedMessage:
+    """A message that was refused: before ``handle_data`` or by it."""
+
+    at_s: float
+    code: str
+    message: str
+
+
+@dataclass(slots=True)
+class Fed:
+    """What became of a script."""
+
+    accepted: list[Any] = field(default_factory=list)
+    """The messages that ``handle_data`` took, as it got them."""
+    refused: list[RefusedMessage] = field(default_factory=list)
+    made_safe: list[MadeSafe] = field(default_factory=list)
+    idle: int = 0
+    """Zeros that were accepted and not handed over: the robot stood for a second already."""
