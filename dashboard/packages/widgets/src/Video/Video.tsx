@@ -1,11 +1,19 @@
-import { ActionIcon } from '@mantine/core'
 import { useReadable, useRobotConnection } from '@mosaic/react'
-import { IconMaximize } from '@tabler/icons-react'
 import { useEffect, useEffectEvent, useRef, useState } from 'react'
+import { StopButton } from '../control/StopButton'
+import { download, fileName } from '../frame/download'
 import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { showsMedia, type ShowsMedia } from '../stores/storeKinds'
 import type { PictureState } from './frameMeter'
+import { bufferTargetMs, readPictureChoices, writePictureChoices, type PictureChoices } from './pictureChoices'
+import { canRecord, saveStill, snapshot } from './pictureFiles'
+import { PictureLog } from './PictureLog'
+import { csvOf, jsonOf } from './pictureRecords'
+import { PictureTools } from './PictureTools'
+import { useFullscreen } from './useFullscreen'
+import { useOnScreen } from './useOnScreen'
+import { useRecording } from './useRecording'
 import classes from './Video.module.css'
 import { playPicture } from './VideoPlayer'
 
@@ -18,13 +26,94 @@ export function Video({ store, ...props }: WidgetProps) {
 function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store: ShowsMedia }) {
   const root = useRef<HTMLDivElement>(null)
   const video = useRef<HTMLVideoElement>(null)
+  const { choices, choose } = usePictureChoices(robotId, entry.label)
+  const isOnScreen = useOnScreen(root)
+  // Whoever doesn't look doesn't listen: the robot then sends, encodes and captures nothing.
+  const stream = useReadable(isOnScreen ? store.mediaStream : NO_STREAM)
+  const recording = useRecording(entry.label, stream)
+  const [log] = useState(() => new PictureLog())
+  const [failure, setFailure] = useState('')
+  const isFullscreen = useFullscreen(root)
+  const { state, facts, alarm } = usePlayer({ store, robotId, video, stream, log, showsDetails: choices.showsDetails })
+  useEffect(() => store.setBufferTarget(bufferTargetMs(choices.buffering)), [store, choices.buffering])
+  const saveSnapshot = async () => {
+    try {
+      if (video.current !== null) saveStill(entry.label, await snapshot(video.current))
+      setFailure('')
+    } catch (error) {
+      setFailure(`No picture was saved: ${error instanceof Error ? error.message : String(error)}`)
+    }
+  }
+  return (
+    <div ref={root} className={classes.root} data-state={state} data-testid="video">
+      <video ref={video} className={classes.video} autoPlay muted playsInline aria-label={`Picture of ${entry.label}`} />
+      {state === 'none' && <NoPicture hasStream={stream !== null} isOnScreen={isOnScreen} />}
+      <div ref={alarm} className={classes.alarm} role="alert" />
+      <div ref={facts} className={classes.facts} data-details={choices.showsDetails} data-testid="picture-facts" />
+      {isFullscreen && (
+        <div className={classes.stop}>
+          <StopButton robotId={robotId} hasKey={false} />
+        </div>
+      )}
+      {recording.isRecording && <div className={classes.recording}>Recording</div>}
+      {failure !== '' && (
+        <div className={classes.failure} role="alert">
+          {failure}
+        </div>
+      )}
+      <PictureTools
+        label={entry.label}
+        hasPicture={state !== 'none'}
+        choices={choices}
+        onChoose={choose}
+        isRecording={recording.isRecording}
+        onRecord={canRecord() ? recording.toggle : null}
+        onStill={() => void saveSnapshot()}
+        onExport={(format) => exportFigures(entry.label, log, format)}
+        onFullscreen={() => toggleFullscreen(root.current, video.current)}
+      />
+    </div>
+  )
+}
+
+const NO_STREAM = { get: () => null, subscribe: () => () => {} }
+
+function NoPicture({ hasStream, isOnScreen }: { hasStream: boolean; isOnScreen: boolean }) {
+  return (
+    <div className={classes.empty}>
+      <Notice tone="wait" title={hasStream ? 'No picture yet' : isOnScreen ? 'No picture' : 'Paused'}>
+        {hasStream ? 'Connected; waiting for the first frame.' : isOnScreen ? 'Waiting for the connection.' : 'It is not on the screen.'}
+      </Notice>
+    </div>
+  )
+}
+
+function usePictureChoices(robotId: string, label: string) {
+  const [choices, setChoices] = useState(() => readPictureChoices(localStorage, robotId, label))
+  const choose = (next: PictureChoices) => {
+    writePictureChoices(localStorage, robotId, label, next)
+    setChoices(next)
+  }
+  return { choices, choose }
+}
+
+interface PlayerSurroundings {
+  store: ShowsMedia
+  robotId: string
+  video: React.RefObject<HTMLVideoElement | null>
+  stream: MediaStream | null
+  log: PictureLog
+  showsDetails: boolean
+}
+
+function usePlayer({ store, robotId, video, stream, log, showsDetails }: PlayerSurroundings) {
   const facts = useRef<HTMLDivElement>(null)
   const alarm = useRef<HTMLDivElement>(null)
   const [state, setState] = useState<PictureState>('none')
-  const stream = useReadable(store.mediaStream)
   const connection = useRobotConnection(robotId)
   const statistics = useReadable(store.statistics)
   const measured = useEffectEvent(() => ({ statistics, roundTripMs: connection.state.get().roundTripMs }))
+  const wantsDetails = useEffectEvent(() => showsDetails)
   useEffect(() => {
     if (video.current === null || facts.current === null || alarm.current === null) return undefined
     return playPicture(
@@ -32,34 +121,22 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
       {
         stream,
         measured: () => measured(),
-        pictureAgeMs: (rtpTimestamp, atMs) => store.pictureAgeMs(rtpTimestamp, atMs),
+        pictureShown: (rtpTimestamp, atMs) => {
+          store.pictureShown(rtpTimestamp, atMs)
+          return store.displayedAgeMs.get()
+        },
+        showsDetails: () => wantsDetails(),
         onState: setState,
+        onRecord: (record) => log.add(record),
       },
     )
-  }, [store, stream])
-  return (
-    <div ref={root} className={classes.root} data-state={state} data-testid="video">
-      <video ref={video} className={classes.video} autoPlay muted playsInline aria-label={`Picture of ${entry.label}`} />
-      {state === 'none' && (
-        <div className={classes.empty}>
-          <Notice tone="wait" title={stream === null ? 'No picture' : 'No picture yet'}>
-            {stream === null ? 'Waiting for the connection.' : 'Connected; waiting for the first frame.'}
-          </Notice>
-        </div>
-      )}
-      <div ref={alarm} className={classes.alarm} role="alert" />
-      <div ref={facts} className={classes.facts} data-testid="picture-facts" />
-      <ActionIcon
-        className={classes.fullscreen}
-        variant="filled"
-        color="dark.5"
-        aria-label={`Show ${entry.label} on the whole screen`}
-        onClick={() => toggleFullscreen(root.current, video.current)}
-      >
-        <IconMaximize size={16} color="#e7ecf2" />
-      </ActionIcon>
-    </div>
-  )
+  }, [store, stream, video, log])
+  return { state, facts, alarm }
+}
+
+function exportFigures(label: string, log: PictureLog, format: 'csv' | 'json'): void {
+  const text = format === 'csv' ? csvOf(log.records) : jsonOf(label, log.records)
+  download(`${fileName('picture', label)}.${format}`, new Blob([text], { type: format === 'csv' ? 'text/csv' : 'application/json' }))
 }
 
 function toggleFullscreen(root: HTMLElement | null, video: HTMLVideoElement | null): void {

@@ -1,8 +1,11 @@
 /** Plays a stream in a `<video>` and writes what is measured about it over the picture, without React. */
 import { FrameMeter, type PictureState } from './frameMeter'
-import { pictureText, type PictureFacts } from './pictureText'
+import { PictureAges } from './pictureAges'
+import { recordOf, type Measured, type PictureRecord } from './pictureRecords'
+import { detailsText, pictureText } from './pictureText'
 
 const PERIOD_MS = 250
+const RECORD_EVERY = 1000 / PERIOD_MS
 
 export interface PlayerElements {
   video: HTMLVideoElement
@@ -12,38 +15,39 @@ export interface PlayerElements {
 
 export interface PlayerOptions {
   stream: MediaStream | null
-  /** Age of the picture with this RTP timestamp when it is displayed; null while unknown. */
-  pictureAgeMs: (rtpTimestamp: number, atMs: number) => number | null
-  measured: () => Pick<PictureFacts, 'roundTripMs' | 'statistics'>
+  /** Tells the store of a picture on the screen; its age then, null while unknown. */
+  pictureShown: (rtpTimestamp: number, atMs: number) => number | null
+  measured: () => Pick<Measured, 'roundTripMs' | 'statistics'>
+  /** Everything that is known, or just the line. */
+  showsDetails: () => boolean
   onState: (state: PictureState) => void
+  onRecord: (record: PictureRecord) => void
 }
 
 /** Plays until the result is called. */
 export function playPicture({ video, facts, alarm }: PlayerElements, options: PlayerOptions): () => void {
   const { stream } = options
   const meter = new FrameMeter()
-  let pictureAgeMs: number | null = null
+  const ages = new PictureAges()
+  const beganMs = performance.now()
+  let looks = 0
   video.srcObject = stream
   if (stream !== null) playMuted(video)
   const stopCounting = onEveryFrame(video, (nowMs, frame) => {
     meter.add(nowMs)
-    pictureAgeMs =
-      frame?.rtpTimestamp === undefined
-        ? null
-        : options.pictureAgeMs(frame.rtpTimestamp, frame.expectedDisplayTime + performance.timeOrigin)
+    if (frame?.rtpTimestamp === undefined) return
+    const ageMs = options.pictureShown(frame.rtpTimestamp, frame.expectedDisplayTime + performance.timeOrigin)
+    if (ageMs !== null) ages.add(nowMs, ageMs)
   })
   const show = () => {
     const now = performance.now()
     const state = stream === null ? 'none' : meter.state(now)
+    const measured: Measured = { ...options.measured(), state, ages: ages.summary(now), framesPerSecond: meter.framesPerSecond(now) }
     options.onState(state)
     alarm.textContent = state === 'stale' ? frozenText(meter.ageMs(now) ?? 0) : ''
-    facts.textContent = pictureText({
-      ...options.measured(),
-      framesPerSecond: meter.framesPerSecond(now),
-      widthPx: video.videoWidth,
-      heightPx: video.videoHeight,
-      pictureAgeMs: state === 'live' ? pictureAgeMs : null,
-    })
+    const size = { widthPx: video.videoWidth, heightPx: video.videoHeight }
+    facts.textContent = options.showsDetails() ? detailsText({ ...measured, ...size }) : pictureText({ ...measured, ...size })
+    if (stream !== null && looks++ % RECORD_EVERY === 0) options.onRecord(recordOf((now - beganMs) / 1000, measured))
   }
   const timer = setInterval(show, PERIOD_MS)
   return () => {

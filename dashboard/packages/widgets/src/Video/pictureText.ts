@@ -1,26 +1,51 @@
-/** The line over a picture. */
-import type { MediaStatistics } from '@mosaic/client'
+/** What stands over a picture: a line that never disturbs, or everything that is known. */
+import type { Measured } from './pictureRecords'
 
-export interface PictureFacts {
-  framesPerSecond: number | null
+export interface PictureFacts extends Measured {
   widthPx: number
   heightPx: number
-  roundTripMs: number | null
-  pictureAgeMs: number | null
-  statistics: MediaStatistics | null
+}
+
+const known = (parts: readonly (string | null)[], separator: string) => parts.filter((part) => part !== null).join(separator)
+
+/** An age is only said of a live picture: of a frozen one it would be the age that it once had. */
+function ageMs({ state, ages }: PictureFacts): number | null {
+  return state === 'live' && ages !== null ? Math.round(ages.p50Ms) : null
 }
 
 export function pictureText(facts: PictureFacts): string {
-  const { statistics } = facts
-  const parts = [
-    facts.framesPerSecond === null ? null : `${Math.round(facts.framesPerSecond)} fps`,
-    facts.widthPx > 0 ? `${facts.widthPx}×${facts.heightPx}` : null,
-    facts.pictureAgeMs === null ? null : `age ${Math.round(facts.pictureAgeMs)} ms`,
-    facts.roundTripMs === null ? null : `rtt ${Math.round(facts.roundTripMs)} ms`,
-    statistics?.bitrateBps == null ? null : formattedBitrate(statistics.bitrateBps),
-    statistics !== null && statistics.packetsLost > 0 ? `${statistics.packetsLost} lost` : null,
-  ]
-  return parts.filter((part) => part !== null).join(' · ')
+  const age = ageMs(facts)
+  return known(
+    [
+      age === null ? null : `${age} ms old`,
+      facts.framesPerSecond === null ? null : `${Math.round(facts.framesPerSecond)} fps`,
+      facts.widthPx > 0 ? `${facts.widthPx}×${facts.heightPx}` : null,
+      facts.statistics?.bitrateBps == null ? null : formattedBitrate(facts.statistics.bitrateBps),
+    ],
+    ' · ',
+  )
+}
+
+/** One line per fact. */
+export function detailsText(facts: PictureFacts): string {
+  const { statistics, ages } = facts
+  const age = ageMs(facts)
+  return known(
+    [
+      age === null || ages === null ? 'Age (glass to glass): not known' : `Age (glass to glass): ${age} ms, 95 % below ${Math.round(ages.p95Ms)} ms`,
+      facts.widthPx > 0 ? `Picture: ${facts.widthPx}×${facts.heightPx}, ${facts.framesPerSecond === null ? '–' : facts.framesPerSecond.toFixed(1)} fps` : null,
+      statistics?.bitrateBps == null ? null : `Bit rate: ${formattedBitrate(statistics.bitrateBps)}${codecText(statistics.codec)}`,
+      statistics === null ? null : `Loss: ${statistics.lossShare === null ? '–' : `${(statistics.lossShare * 100).toFixed(1)} %`}, ${statistics.packetsLost} packets in all`,
+      statistics === null ? null : `Freezes: ${statistics.freezes ?? '–'}, dropped: ${statistics.framesDropped}`,
+      statistics?.bufferMs == null ? null : `Buffered: ${Math.round(statistics.bufferMs)} ms, jitter ${statistics.jitterMs === null ? '–' : statistics.jitterMs.toFixed(1)} ms`,
+      facts.roundTripMs === null ? null : `Round trip: ${Math.round(facts.roundTripMs)} ms`,
+    ],
+    '\n',
+  )
+}
+
+function codecText(codec: string | null): string {
+  return codec === null ? '' : `, ${codec.replace(/^video\//i, '')}`
 }
 
 export function formattedBitrate(bitrateBps: number): string {

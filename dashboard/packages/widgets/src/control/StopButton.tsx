@@ -8,13 +8,19 @@ import { STOP_KEY_TEXT } from './stopKey'
 import { useStopKey } from './useStopKey'
 import { useStopRobot } from './useStopRobot'
 
+export interface StopButtonProps {
+  robotId: string
+  /** False for a second button on the same page: one press of the stop key is one stop. */
+  hasKey?: boolean
+}
+
 /** Stops the robot, for everybody, at once: at the touch, not at its end. Anybody who is connected may. */
-export function StopButton({ robotId }: { robotId: string }) {
+export function StopButton({ robotId, hasKey = true }: StopButtonProps) {
   const { availability } = useControl(robotId)
   const { isStopped, mine } = useStop(robotId)
   const stopRobot = useStopRobot(robotId)
   const stop = () => void stopRobot()
-  useStopKey(stop)
+  useStopKey(stop, hasKey)
   const state = mine?.phase === 'sending' ? 'stopping' : isStopped ? 'stopped' : 'ready'
   const what = availability === 'unavailable' ? 'Sends zeros to the drive: this robot knows no stop.' : 'The robot stands still until somebody clears it.'
   return (

@@ -2,9 +2,10 @@ import { useEffect, useEffectEvent } from 'react'
 import { escapePressed, type LastEscape } from './stopKey'
 
 /** Calls `stop` for the stop key, wherever the focus is: in a field, a dialog or nowhere. */
-export function useStopKey(stop: () => void): void {
+export function useStopKey(stop: () => void, isOn = true): void {
   const onStop = useEffectEvent(stop)
   useEffect(() => {
+    if (!isOn) return undefined
     let last: LastEscape = null
     const listen = (event: KeyboardEvent) => {
       if (event.code !== 'Escape') return
@@ -15,5 +16,5 @@ export function useStopKey(stop: () => void): void {
     // Before anybody else: a dialog that keeps Escape to itself must not keep the stop.
     window.addEventListener('keydown', listen, { capture: true })
     return () => window.removeEventListener('keydown', listen, { capture: true })
-  }, [])
+  }, [isOn])
 }

@@ -18,7 +18,9 @@ export interface Sends {
 export interface ShowsMedia {
   readonly mediaStream: Readable<MediaStream | null>
   readonly statistics: Readable<MediaStatistics | null>
-  pictureAgeMs(rtpTimestamp: number, atMs: number): number | null
+  readonly displayedAgeMs: Readable<number | null>
+  pictureShown(rtpTimestamp: number, atMs: number): void
+  setBufferTarget(targetMs: number | null): void
 }
 
 export interface MeasuresRoundTrip {

@@ -1,0 +1,15 @@
+import { MAX_RECORDS, type PictureRecord } from './pictureRecords'
+
+/** The records of one picture since it is watched, the oldest forgotten first. */
+export class PictureLog {
+  private readonly kept: PictureRecord[] = []
+
+  add(record: PictureRecord): void {
+    this.kept.push(record)
+    if (this.kept.length > MAX_RECORDS) this.kept.shift()
+  }
+
+  get records(): readonly PictureRecord[] {
+    return this.kept
+  }
+}

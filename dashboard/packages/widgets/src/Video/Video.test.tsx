@@ -1,0 +1,122 @@
+import { Value, type CatalogueEntry, type MediaStatistics, type StoreState } from '@mosaic/client'
+import { act, cleanup, render, screen } from '@testing-library/react'
+import userEvent from '@testing-library/user-event'
+import { afterEach, beforeEach, expect, test, vi } from 'vitest'
+import { FakeConnection, WithRobot } from '../../test/fakeRobot'
+import type { AnyStore } from '../stores/storeKinds'
+import { Video } from './Video'
+
+const ENTRY: CatalogueEntry = {
+  label: 'front',
+  type: 'camera',
+  kind: 'video',
+  dataType: 'media',
+  direction: 'to-operator',
+  channels: [],
+  delivery: 'reliable',
+}
+
+class FakeMedia {
+  readonly state = new Value<StoreState>({ phase: 'open' })
+  readonly mediaStream = new Value<MediaStream | null>(null)
+  readonly statistics = new Value<MediaStatistics | null>(null)
+  readonly displayedAgeMs = new Value<number | null>(42)
+  readonly shown: number[] = []
+  readonly targets: (number | null)[] = []
+  pictureShown(rtpTimestamp: number): void {
+    this.shown.push(rtpTimestamp)
+  }
+  setBufferTarget(targetMs: number | null): void {
+    this.targets.push(targetMs)
+  }
+}
+
+let store: FakeMedia
+let look: (isIntersecting: boolean) => void
+let frame: (() => void) | null
+
+beforeEach(() => {
+  localStorage.clear()
+  store = new FakeMedia()
+  frame = null
+  class Observer {
+    constructor(listener: (entries: { isIntersecting: boolean }[]) => void) {
+      look = (isIntersecting) => act(() => listener([{ isIntersecting }]))
+    }
+    observe(): void {}
+    disconnect(): void {}
+  }
+  vi.stubGlobal('IntersectionObserver', Observer)
+  const video = HTMLVideoElement.prototype as unknown as Record<string, unknown>
+  video['requestVideoFrameCallback'] = (callback: (now: number, data: object) => void) => {
+    frame = () => callback(0, { rtpTimestamp: 90_000, expectedDisplayTime: 5 })
+    return 1
+  }
+  video['cancelVideoFrameCallback'] = () => {}
+  video['play'] = () => Promise.resolve()
+})
+
+afterEach(() => {
+  cleanup()
+  vi.useRealTimers()
+  vi.unstubAllGlobals()
+})
+
+function shown(): void {
+  render(
+    <WithRobot connection={new FakeConnection()}>
+      <Video robotId="r" entry={ENTRY} store={store as unknown as AnyStore} />
+    </WithRobot>,
+  )
+}
+
+test('a picture that is not on the screen is not asked for', () => {
+  shown()
+  expect(store.mediaStream.listenerCount).toBe(1)
+  look(false)
+  expect(store.mediaStream.listenerCount).toBe(0)
+  expect(screen.getByText('Paused')).toBeTruthy()
+  look(true)
+  expect(store.mediaStream.listenerCount).toBe(1)
+})
+
+test('the store hears of every displayed picture, and its age stands over it', () => {
+  vi.useFakeTimers()
+  act(() => store.mediaStream.set(new MediaStream()))
+  shown()
+  act(() => {
+    frame?.()
+    frame?.()
+    vi.advanceTimersByTime(300)
+  })
+  expect(store.shown).toEqual([90_000, 90_000])
+  expect(screen.getByTestId('picture-facts').textContent).toContain('42 ms old')
+})
+
+test('a frozen picture is marked and says since when', () => {
+  vi.useFakeTimers()
+  act(() => store.mediaStream.set(new MediaStream()))
+  shown()
+  act(() => {
+    frame?.()
+    vi.advanceTimersByTime(2000)
+  })
+  expect(screen.getByTestId('video').dataset['state']).toBe('stale')
+  expect(screen.getByRole('alert').textContent).toMatch(/Picture frozen for [12]\.\d s/)
+})
+
+test('pictures are buffered for driving unless somebody chooses otherwise', async () => {
+  shown()
+  expect(store.targets).toEqual([0])
+  await userEvent.click(screen.getByRole('button', { name: 'More for front' }))
+  await userEvent.click(await screen.findByRole('menuitem', { name: /^Inspect/ }))
+  expect(store.targets.at(-1)).toBe(250)
+})
+
+test('all figures are shown on demand', async () => {
+  act(() => store.mediaStream.set(new MediaStream()))
+  shown()
+  await userEvent.click(screen.getByRole('button', { name: 'Show all figures' }))
+  expect(screen.getByRole('button', { name: 'Hide the figures' }).getAttribute('aria-pressed')).toBe('true')
+  expect(screen.getByTestId('picture-facts').dataset['details']).toBe('true')
+})
