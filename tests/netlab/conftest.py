@@ -39,6 +39,15 @@ CLONE_NEWNET = 0x40000000
 ROBOT_IP, ROUTER_ROBOT_IP = "10.77.1.2", "10.77.1.1"
 OPERATOR_IP, ROUTER_OPERATOR_IP = "10.77.2.2", "10.77.2.1"
 """Inside the namespaces only: two runs at the same time don't see each other."""
+CONNECTORS = """\
+  - type: cmd-vel
+    label: cmd_vel
+    params: { drive: { type: callback, function: "drive_recorder:record_base" } }
+    safety: { timeout_s: 0.3 }
+  - { type: sim-pose, label: pose, params: { period_s: 0.05 } }
+  - { type: blocker, label: blocker }
+  - { type: bulk-source, label: bulk, params: { rate_mbyteps: 10 } }
+"""
 TWIST = {"linear": {"x": 0.4}, "angular": {"z": 0.2}}
 _numbers = count()
 T = TypeVar("T")
@@ -129,7 +138,7 @@ class Lab:
             ip("-n", self.router.name, "route", "del", "blackhole", f"{self._cut.pop()}/32")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def lab() -> Iterator[Lab]:
     """Skipped (in CI: fails) where networks can't be made."""
     if shutil.which("ip") is None:
@@ -204,13 +213,16 @@ class Track:
         return not self.lines()[-1:] or not self.lines()[-1][1]
 
     def stopped_s(self, since_s: float) -> float:
-        """When it was first told to stand after ``since_s``."""
-        return next(at_s for at_s, is_move in self.lines(since_s) if not is_move)
+        """When it was first told to stand after ``since_s``, which it was: wait for that before."""
+        return min(at_s for at_s, is_move in self.lines(since_s) if not is_move)
 
-    def silence_s(self, since_s: float) -> float:
-        """From the last command that moved it to the standstill after ``since_s``."""
-        stopped_s = self.stopped_s(since_s)
-        return stopped_s - max(at_s for at_s in self.moves() if at_s <= stopped_s)
+    def has_stopped(self, since_s: float) -> bool:
+        return any(not is_move for _, is_move in self.lines(since_s))
+
+    def silence_s(self) -> float:
+        """From the last command that moved it to the standstill after it."""
+        last_s = self.moves()[-1]
+        return self.stopped_s(last_s) - last_s
 
 
 @dataclass
@@ -289,14 +301,13 @@ def _start_server(lab: Lab, folder: Path, stack: ExitStack, wait_for: Callable[.
     return json.loads(ready.read_text())["port"], json.loads(done.stdout)
 
 
-@pytest.fixture(scope="module")
-def site(
-    request: pytest.FixtureRequest,
+@pytest.fixture(scope="session")
+def whole_site(
     lab: Lab,
     tmp_path_factory: pytest.TempPathFactory,
     wait_for: Callable[..., float],
 ) -> Iterator[Site]:
-    """A running site; the module says in ``CONNECTORS`` what its robot has."""
+    """One for all tests: what one of them does to the robot, it must survive for the next."""
     folder = tmp_path_factory.mktemp("lab")
     write_distribution(
         folder,
@@ -320,7 +331,7 @@ server:
   ws_url: ws://{ROUTER_ROBOT_IP}:{port}
   auth: {{ type: simple-token, robot_id: {account["robotId"]}, params: {{ token: {account["robotToken"]} }} }}
 connectors:
-{request.module.CONNECTORS}"""
+{CONNECTORS}"""
         )
         path = os.pathsep.join(filter(None, (str(folder), str(ROBOT_SIDE), os.environ.get("PYTHONPATH"))))
         environment = {"PYTHONPATH": path, "DRIVE_RECORD": str(record)}
@@ -337,10 +348,11 @@ connectors:
 
 
 @pytest.fixture
-def healed(site: Site) -> Iterator[Site]:
-    """The site; whatever the test cut is whole again afterwards."""
-    yield site
-    site.lab.heal()
+def site(whole_site: Site, wait_for: Callable[..., float]) -> Iterator[Site]:
+    """The robot stands; whatever the test cut is whole again afterwards."""
+    wait_for(whole_site.track.stands, "the robot stands before the test")
+    yield whole_site
+    whole_site.lab.heal()
 
 
 async def until(condition: Callable[[], bool], what: str, timeout_s: float = 10.0) -> None:

@@ -13,14 +13,7 @@ from playwright.sync_api import Page, expect, sync_playwright
 pytestmark = [pytest.mark.e2e, pytest.mark.netlab, pytest.mark.timeout(120)]
 
 TIMEOUT_S = 0.3
-MARGIN_S = 0.25
-CONNECTORS = """\
-  - type: cmd-vel
-    label: cmd_vel
-    params: { drive: { type: callback, function: "drive_recorder:record_base" } }
-    safety: { timeout_s: 0.3 }
-  - { type: sim-pose, label: pose, params: { period_s: 0.05 } }
-"""
+MARGIN_S = 0.5
 QUIET = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 
 
@@ -34,36 +27,36 @@ def open_robot(page: Page, site: Any) -> None:
     page.get_by_text("Connected", exact=True).wait_for()
 
 
-def drive_until_cut(page: Page, site: Any, wait_for: Callable[..., float]) -> float:
+def drive_until_cut(page: Page, site: Any, wait_for: Callable[..., float]) -> None:
     start_s = time.monotonic()
     page.keyboard.down("w")
     wait_for(lambda: len(site.track.moves(start_s)) > 5, "the robot moves", 10)
     site.lab.cut()
-    return time.monotonic()
 
 
 def test_a_key_held_through_a_black_hole_moves_nothing_afterwards(
-    healed: Any, chromium: str, wait_for: Callable[..., float]
+    site: Any, chromium: str, wait_for: Callable[..., float]
 ) -> None:
     def person() -> None:
         with sync_playwright() as playwright:
             page = playwright.chromium.launch(executable_path=chromium, args=QUIET).new_page()
             page.set_default_timeout(20_000)
-            open_robot(page, healed)
+            open_robot(page, site)
             lease = page.get_by_test_id("lease-motion")
             lease.click()
             expect(lease).to_have_attribute("data-state", "mine")
-            cut_s = drive_until_cut(page, healed, wait_for)
-            wait_for(healed.track.stands, "the robot stands", 10)
-            assert healed.track.silence_s(cut_s) < TIMEOUT_S + MARGIN_S
+            drive_until_cut(page, site, wait_for)
+            wait_for(site.track.stands, "the robot stands", 10)
+            assert site.track.silence_s() < TIMEOUT_S + MARGIN_S
             page.get_by_text("Connected", exact=True).wait_for(state="hidden")
-            healed.lab.heal()
+            healing_s = time.monotonic()
+            site.lab.heal()
             page.get_by_text("Connected", exact=True).wait_for()
             back_s = time.monotonic()
             wait_for(lambda: time.monotonic() > back_s + 1.0, "time passes, the key is still held")
-            assert healed.track.moves(healed.track.stopped_s(cut_s)) == []
+            assert site.track.moves(healing_s) == []
             page.keyboard.up("w")
             expect(lease).to_have_attribute("data-state", "mine")
-            drive_until_cut(page, healed, wait_for)
+            drive_until_cut(page, site, wait_for)
 
-    healed.lab.operator.run(person)
+    site.lab.operator.run(person)

@@ -31,12 +31,6 @@ NASTY: tuple[Any, ...] = (
     None, True, -1, 0, 2**31, 2**32, 2**63, 2**200, 1.5, 1e308, float("nan"), float("inf"),
     "", "\0", "\ud800", "x" * 5000, [], {}, [[]] * 50, {"": {}}, "motion", "arm", "__proto__", "../..",
 )  # fmt: skip
-CONNECTORS = """\
-  - type: cmd-vel
-    label: cmd_vel
-    params: { drive: { type: callback, function: "drive_recorder:record_base" } }
-    safety: { timeout_s: 0.3 }
-"""
 
 
 def seeds() -> list[Any]:

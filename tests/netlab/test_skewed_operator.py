@@ -12,14 +12,7 @@ from mosaic_core.operator.channel_port import now_us
 pytestmark = [pytest.mark.netlab, pytest.mark.timeout(60)]
 
 TIMEOUT_S = 0.3
-MARGIN_S = 0.25
-CONNECTORS = """\
-  - type: cmd-vel
-    label: cmd_vel
-    params: { drive: { type: callback, function: "drive_recorder:record_base" } }
-    safety: { timeout_s: 0.3 }
-  - { type: sim-pose, label: pose, params: { period_s: 0.05 } }
-"""
+MARGIN_S = 0.5
 
 
 @pytest.mark.parametrize("skew_s", [3600, -3600], ids=["ahead", "behind"])
@@ -34,11 +27,10 @@ def test_an_hour_of_clock_skew_changes_nothing(
             await connection.control.take()
             async with site.driving(connection):
                 message = await connection.receivable("pose").next_message()
-            silent_s = time.monotonic()
             assert message.info.age_s is not None
             assert message.info.age_s < 0.5
             await until(site.track.stands, "the robot stands")
-            assert site.track.silence_s(silent_s) < TIMEOUT_S + MARGIN_S
+            assert site.track.silence_s() < TIMEOUT_S + MARGIN_S
             assert not connection.control.limits.get("cmd_vel") or connection.control.limits["cmd_vel"].factor == 1
             async with site.driving(connection):
                 said_s = time.monotonic()
