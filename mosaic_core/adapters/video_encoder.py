@@ -110,13 +110,15 @@ class VideoEncoder:
         context.pix_fmt = self.kind.pix_fmt
         context.time_base = VIDEO_TIME_BASE
         context.framerate = Fraction(self._fps).limit_denominator(1000)
-        context.bit_rate = self._bitrate_bps
+        # x264 follows another bit rate only if it began at a constant one, and never beyond that: begin at the top.
+        opened_bps = settings.ceiling_bps if self.kind.follows_rate else self._bitrate_bps
+        context.bit_rate = opened_bps
         context.gop_size = _NEVER
         context.max_b_frames = 0
         context.thread_count = _threads(settings.width * settings.height)
-        ceiling_bps = settings.ceiling_bps if self.kind.follows_rate else self._bitrate_bps
-        context.options = dict(encoder_options(self.kind, settings.preset, ceiling_bps))
+        context.options = dict(encoder_options(self.kind, settings.preset, opened_bps))
         context.open()
+        context.bit_rate = self._bitrate_bps
         return context
 
 
@@ -129,7 +131,7 @@ def encoder_options(kind: EncoderKind, preset: str, ceiling_bps: int) -> Mapping
     """The options of libav for least latency: no look-ahead, no reordering, and a small rate buffer, which also caps
     key frames: what is larger than the link takes in a picture's time arrives late."""
     drives = preset == "drive"
-    buffer_bits = ceiling_bps // 4 if drives else ceiling_bps // 2
+    buffer_bits = ceiling_bps // 5 if drives else ceiling_bps // 2
     rate = {"maxrate": str(ceiling_bps), "bufsize": str(buffer_bits)}
     match kind.name:
         case "libx264":

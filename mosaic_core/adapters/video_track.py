@@ -9,7 +9,7 @@ import av
 from aiortc import RTCRtpSender
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
-from mosaic_core.adapters.aiortc_private import RtpOriginLearner, SenderFeedback
+from mosaic_core.adapters.aiortc_private import PacedTransport, RtpOriginLearner, SenderFeedback
 from mosaic_core.adapters.picture import VIDEO_TIME_BASE
 from mosaic_core.runtime.transport import PictureFeed
 
@@ -28,6 +28,7 @@ class VideoTrack(MediaStreamTrack):
         self._feed = feed
         self._origin: RtpOriginLearner | None = RtpOriginLearner(sender)
         self._feedback = SenderFeedback(sender, feed.heard, feed.may_repeat)
+        self._pacing = PacedTransport(sender, feed.pause_s)
         self._on_origin = on_origin
         self._last_pts = -1
 

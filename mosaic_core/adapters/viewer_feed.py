@@ -11,6 +11,7 @@ from typing import Any
 import av
 
 from mosaic_core.adapters.video_encoder import CodecName
+from mosaic_core.machines.packet_pacer import PacketPacer
 from mosaic_core.machines.rate_control import Feedback, PictureLost, RateControl
 from mosaic_core.machines.retransmissions import Retransmissions
 from mosaic_core.machines.rung_choice import RungChoice
@@ -48,6 +49,7 @@ class ViewerFeed:
         self._changed = changed
         self._told: str | None = None
         self._repeats = Retransmissions()
+        self._pacer = PacketPacer()
         self._items: deque[av.Packet[Any]] = deque()
         self._arrived = asyncio.Event()
 
@@ -83,6 +85,9 @@ class ViewerFeed:
         elif self._repeats.is_exhausted:
             self._wants_key(self)  # that picture is lost, and all that build on it
         return is_wise
+
+    def pause_s(self, size_bytes: int) -> float:
+        return self._pacer.wait_s(size_bytes, self.budget_bps, time.monotonic())
 
     # -- what the stream calls -----------------------------------------------------------------------------------
 

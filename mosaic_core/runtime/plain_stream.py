@@ -48,6 +48,9 @@ class NewestFeed:
     def may_repeat(self, sequence_number: int) -> bool:
         return True
 
+    def pause_s(self, size_bytes: int) -> float:
+        return 0.0
+
 
 class PlainStream:
     """Implements ``runtime.transport.PictureStream``: ``prepare`` runs on the handler's thread, once per picture."""

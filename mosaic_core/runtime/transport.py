@@ -73,6 +73,10 @@ class PictureFeed(Protocol):
         """Whether a packet that the operator's side misses is sent again."""
         ...
 
+    def pause_s(self, size_bytes: int) -> float:
+        """A packet of a picture has left: how long the next one waits, so that a large picture is no burst."""
+        ...
+
 
 TellUnavailable: TypeAlias = Callable[[str], None]
 """Called with a ``media.*`` code when a viewer can't be sent any picture."""

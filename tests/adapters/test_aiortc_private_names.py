@@ -24,7 +24,13 @@ from aiortc.rtcrtpsender import RTCRtpSender
 from aiortc.rtcsctptransport import DataChunk, RTCSctpTransport
 from aiortc.rtp import RTCP_PSFB_APP, RTCP_PSFB_PLI, RtcpPsfbPacket, pack_remb_fci
 
-from mosaic_core.adapters.aiortc_private import SenderFeedback, prefer_codecs, sent_codec, widen_udp_buffer
+from mosaic_core.adapters.aiortc_private import (
+    PacedTransport,
+    SenderFeedback,
+    prefer_codecs,
+    sent_codec,
+    widen_udp_buffer,
+)
 from mosaic_core.machines.rate_control import BandwidthEstimate, PictureLost
 
 
@@ -199,6 +205,29 @@ def test_packets_from_a_track_are_packed_as_they_are() -> None:
         payloads, timestamp = encoder.pack(packet)
         assert len(payloads) == 3
         assert timestamp == 9000
+
+
+def test_a_sender_sends_its_pictures_through_its_transport_from_a_task_of_its_own() -> None:
+    assert "await self.transport._send_rtp(packet_bytes)" in source_of(RTCRtpSender._run_rtp)
+    assert "self.__rtp_task = asyncio.ensure_future(self._run_rtp(" in source_of(RTCRtpSender.send)
+
+    async def check(pc: RTCPeerConnection) -> None:
+        sender, sizes, real = pc.addTransceiver("video").sender, [], []
+
+        class Transport:
+            async def _send_rtp(self, data: bytes) -> None:
+                real.append(data)
+
+        sender.setTransport(Transport())  # type: ignore[arg-type]
+        PacedTransport(sender, lambda size: sizes.append(size) or 0.0)  # type: ignore[func-returns-value]
+        await sender.transport._send_rtp(b"repeat")
+        sender._RTCRtpSender__rtp_task = asyncio.current_task()  # type: ignore[attr-defined]
+        await sender.transport._send_rtp(b"picture")
+        sender._RTCRtpSender__rtp_task = None  # type: ignore[attr-defined]
+        assert real == [b"repeat", b"picture"]
+        assert sizes == [len(b"picture")]
+
+    with_peer(check)
 
 
 def test_an_association_has_the_queues_that_we_measure() -> None:

@@ -32,11 +32,18 @@ class Feed:
 
     def codec_agreed(self, mime_type: str) -> None: ...
 
+    def pause_s(self, size_bytes: int) -> float:
+        return 0.0
+
     def may_repeat(self, sequence_number: int) -> bool:
         return sequence_number % 2 == 0
 
     def heard(self, feedback: Any) -> None:
         self.reports.append(feedback)
+
+
+class Transport:
+    async def _send_rtp(self, data: bytes) -> None: ...
 
 
 class Sender(SimpleNamespace):
@@ -46,12 +53,16 @@ class Sender(SimpleNamespace):
         super().__init__(_RTCRtpSender__rtp_timestamp=timestamp, _ssrc=SSRC)
         self._RTCRtpSender__lsr, self._RTCRtpSender__lsr_time = 4, time.time() - 1.0
         self.handled: list[Any] = []
+        self.transport: Any = Transport()
         self.repeated: list[int] = []
 
     async def _handle_rtcp_packet(self, packet: Any) -> None:
         self.handled.append(packet)
         if getattr(packet, "fmt", None) == RTCP_PSFB_PLI and isinstance(packet, RtcpPsfbPacket):
             self._send_keyframe()
+
+    def setTransport(self, transport: Any) -> None:
+        self.transport = transport
 
     async def _retransmit(self, sequence_number: int) -> None:
         self.repeated.append(sequence_number)

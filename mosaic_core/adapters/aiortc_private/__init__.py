@@ -7,6 +7,7 @@ from aiortc.sdp import MediaDescription, SessionDescription, candidate_from_sdp,
 
 from mosaic_core.adapters.aiortc_private.codecs import has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.gathering import EarlyGathering, ice_transports, widen_udp_buffer
+from mosaic_core.adapters.aiortc_private.pacing import PacedTransport
 from mosaic_core.adapters.aiortc_private.quick_sctp import quicken
 from mosaic_core.adapters.aiortc_private.sctp import SctpQueue
 from mosaic_core.adapters.aiortc_private.senders import RtpOriginLearner, SenderFeedback, name_stream, ssrc_of
@@ -14,6 +15,7 @@ from mosaic_core.adapters.aiortc_private.senders import RtpOriginLearner, Sender
 __all__ = [
     "EarlyGathering",
     "MediaDescription",
+    "PacedTransport",
     "RtpOriginLearner",
     "SctpQueue",
     "SenderFeedback",

@@ -101,4 +101,4 @@ class SenderFeedback:
         sender: Any = self._sender
         if not report.dlsr or report.lsr != sender._RTCRtpSender__lsr:
             return None
-        return max(0.0, time.time() - sender._RTCRtpSender__lsr_time - report.dlsr / 65536)
+        return max(0.0, time.time() - float(sender._RTCRtpSender__lsr_time) - report.dlsr / 65536)
