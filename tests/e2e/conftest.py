@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, Playwright, sync_playwright
+from playwright.sync_api import Browser, Locator, Page, Playwright, expect, sync_playwright
 
 from mosaic_core.operator import MosaicOperator
 
@@ -109,6 +109,12 @@ class PoseObserver:
         fresh = now_s - self.now[0] < 0.15
         return fresh and self.poses[0][0] < now_s - 0.2 and self.way_m(now_s - 0.2) < REST_M
 
+    def stays(self, wait_for: Callable[..., float]) -> bool:
+        """For the time of 40 poses, 0.8 s: enough for a command to act if it did."""
+        looks, start_s = len(self.poses), time.monotonic()
+        wait_for(lambda: len(self.poses) > looks + 40, "time passes")
+        return self.way_m(start_s) < 2 * REST_M
+
     def last_moved_s(self, since_s: float) -> float:
         """When the robot last moved after `since_s`."""
         points = [pose for pose in self.poses if pose[0] >= since_s]
@@ -157,6 +163,36 @@ class Driver:
         self.page.locator("input[type=password]").fill(self.seed.password)
         self.page.keyboard.press("Enter")
         self.page.get_by_role("heading", name="Robots").wait_for()
+
+    @property
+    def lease(self) -> Locator:
+        return self.page.get_by_test_id("lease-motion")
+
+    def take_control(self) -> None:
+        expect(self.lease).to_have_attribute("data-state", "free", timeout=10_000)
+        self.lease.click()
+        self.expect_control()
+
+    def expect_control(self) -> None:
+        expect(self.lease).to_have_attribute("data-state", "mine", timeout=10_000)
+
+    def expect_no_control(self) -> None:
+        expect(self.lease).not_to_have_attribute("data-state", "mine", timeout=10_000)
+
+    def hold_keys(self) -> None:
+        """Turning in place at the same time keeps the robot off the walls."""
+        self.page.keyboard.down("a")
+        self.page.keyboard.down("w")
+
+    def release_keys(self) -> None:
+        self.page.keyboard.up("w")
+        self.page.keyboard.up("a")
+
+    def drive_off(self, observer: PoseObserver, wait_for: Callable[..., float]) -> None:
+        """Hold the keys until the robot moves."""
+        start_s = time.monotonic()
+        self.hold_keys()
+        wait_for(lambda: observer.way_m(start_s) > 0.05, "the robot moves while the key is held", 10)
 
     def open_robot(self) -> None:
         self.page.goto(f"{self.url}/robots/{self.seed.robot_id}")
@@ -209,6 +245,20 @@ def new_page(browser: Browser) -> Iterator[Page]:
 def driver(browser: Browser, driver_of: Any, observer: PoseObserver, wait_for: Any) -> Iterator[Driver]:
     """A signed-in person on the robot's page; the robot stands still."""
     wait_for(observer.rests, "the robot rests before the test")
+    with new_page(browser) as page:
+        yield driver_of(page)
+
+
+@pytest.fixture
+def ann(driver: Driver) -> Driver:
+    """Who takes control first."""
+    driver.take_control()
+    return driver
+
+
+@pytest.fixture
+def bob(ann: Driver, browser: Browser, driver_of: Any) -> Iterator[Driver]:
+    """Who comes second."""
     with new_page(browser) as page:
         yield driver_of(page)
 

@@ -1,0 +1,110 @@
+"""Two people in Chromium at one robot: one drives, the other one asks, takes over, or waits for somebody who froze."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
+
+STOPPED_WITHIN_S = 1.3
+"""0.3 s of `safety.timeout_s`, 0.5 s of braking, and our own looking on a busy machine."""
+LEASE_EXPIRY_S = 2.0
+
+
+def ask(person: Any, button: str) -> None:
+    """Open the form of the lease's button, and press one of its buttons."""
+    person.lease.click()
+    form = person.page.get_by_role("form", name="Ask for control")
+    form.get_by_label("Reason").fill("my turn")
+    form.get_by_role("button", name=re.compile(button)).click()
+
+
+def expect_keys_do_nothing(person: Any, observer: Any, wait_for: Callable[..., float]) -> None:
+    wait_for(observer.rests, "the robot rests", 10)
+    person.hold_keys()
+    assert observer.stays(wait_for)
+    person.release_keys()
+
+
+def expect_rest(observer: Any, wait_for: Callable[..., float], since_s: float) -> None:
+    wait_for(observer.rests, "the robot rests", 10)
+    assert observer.last_moved_s(since_s) - since_s < STOPPED_WITHIN_S
+
+
+def test_one_drives_and_the_keys_of_the_other_do_nothing(
+    ann: Any, bob: Any, observer: Any, wait_for: Callable[..., float]
+) -> None:
+    expect(bob.lease).to_have_attribute("data-state", "other")
+    expect_keys_do_nothing(bob, observer, wait_for)
+    ann.drive_off(observer, wait_for)
+    bob.hold_keys()
+    ann.release_keys()
+    expect_rest(observer, wait_for, time.monotonic())
+
+
+def test_who_asks_gets_control_when_the_other_hands_over(
+    ann: Any, bob: Any, observer: Any, wait_for: Callable[..., float]
+) -> None:
+    ask(bob, "^Ask ")
+    request = ann.page.get_by_test_id("lease-requests")
+    expect(request).to_contain_text("my turn")
+    request.get_by_role("button", name="Hand over").click()
+    bob.expect_control()
+    ann.expect_no_control()
+    expect_keys_do_nothing(ann, observer, wait_for)
+    bob.drive_off(observer, wait_for)
+    bob.release_keys()
+    expect_rest(observer, wait_for, time.monotonic())
+
+
+def test_who_asks_is_told_when_the_other_refuses(ann: Any, bob: Any) -> None:
+    ask(bob, "^Ask ")
+    ann.page.get_by_role("button", name="Not now").click()
+    expect(bob.page.get_by_test_id("control-news")).to_contain_text("Not granted")
+    ann.expect_control()
+    bob.expect_no_control()
+
+
+def test_a_supervisor_takes_over_from_who_is_driving(
+    ann: Any, bob: Any, observer: Any, wait_for: Callable[..., float]
+) -> None:
+    ann.drive_off(observer, wait_for)
+    ask(bob, "^Take over now$")
+    bob.expect_control()
+    expect_rest(observer, wait_for, time.monotonic())
+    expect(ann.page.get_by_test_id("control-news")).to_contain_text("no longer have control")
+    ann.release_keys()
+    expect_keys_do_nothing(ann, observer, wait_for)
+    bob.drive_off(observer, wait_for)
+
+
+def test_who_freezes_while_driving_stops_and_loses_control_to_who_waits(
+    own_browser: Any,
+    driver_of: Any,
+    browser: Any,
+    robot: Any,
+    observer: Any,
+    wait_for: Callable[..., float],
+) -> None:
+    wait_for(observer.rests, "the robot rests before the test")
+    frozen = driver_of(own_browser.browser.contexts[0].pages[0])
+    frozen.take_control()
+    context = browser.new_context()
+    waiting = driver_of(context.new_page())
+    frozen.drive_off(observer, wait_for)
+    os.killpg(own_browser.process.pid, signal.SIGSTOP)
+    froze_s = time.monotonic()
+    expect_rest(observer, wait_for, froze_s)
+    expect(waiting.lease).to_have_attribute("data-state", "free", timeout=10_000)
+    assert time.monotonic() - froze_s < LEASE_EXPIRY_S + STOPPED_WITHIN_S
+    waiting.take_control()
+    waiting.drive_off(observer, wait_for)
+    context.close()
