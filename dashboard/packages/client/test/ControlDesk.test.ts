@@ -281,6 +281,17 @@ describe('the lease between two operators', () => {
     expect(robot.holder()).toBeNull()
   })
 
+  test('a request that the robot does not consider is denied, a command that it refuses is not the desk\'s business', async () => {
+    const { robot, me, control, events } = await meet()
+    me.isSilenced = true
+    control.requestLease()
+    me.isSilenced = false
+    robot.say(me, 'refusal', { label: 'cmd_vel', code: 'safety.stale' })
+    expect(control.leases.get().motion?.request).toMatchObject({ phase: 'asked' })
+    robot.say(me, 'refusal', { label: '_mosaic', code: 'signal.too_slow' })
+    expect(events.at(-1)).toEqual({ type: 'denied', resource: 'motion', code: 'signal.too_slow' })
+  })
+
   test('reasons longer than the wire takes are cut, not refused', async () => {
     const { robot, control } = await meet()
     control.requestLease('motion', { reason: '🤖'.repeat(300) })

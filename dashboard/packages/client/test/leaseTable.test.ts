@@ -107,6 +107,13 @@ describe('asking', () => {
     expect(page.told).toEqual([{ type: 'denied', resource: 'motion', code: 'lease.denied', message: 'not now' }])
   })
 
+  test('may not even be considered', () => {
+    const page = new Page().holds().asks('arm').give({ type: 'refused', why: { code: 'signal.too_slow' } })
+    expect(page.table.view('arm')).toMatchObject({ request: null, ended: { code: 'signal.too_slow' } })
+    expect(page.told.at(-1)).toEqual({ type: 'denied', resource: 'arm', code: 'signal.too_slow' })
+    expect(page.epoch).toBe(7)
+  })
+
   test('is forgotten when the robot has forgotten it', () => {
     const page = new Page().asks().reply('queued', { code: 'lease.queued' })
     page.state({ holder: person('ada'), epoch: 3, queue: [waiting(ME)] }).state({ holder: person('ada'), epoch: 3 })
@@ -405,6 +412,7 @@ const events = fc.oneof(
     }),
   ),
   fc.constant<LeaseEvent>({ type: 'ticked' }),
+  fc.constant<LeaseEvent>({ type: 'refused', why: { code: 'signal.too_slow' } }),
   fc.boolean().map((isVisible): LeaseEvent => ({ type: 'visibilityChanged', isVisible })),
   fc.boolean().map((onPurpose): LeaseEvent => ({ type: 'linkLost', onPurpose })),
 )

@@ -1,4 +1,4 @@
-import { CONTROL_LABEL, STOP_LABEL, type JournalEntry, type JournalRead, type Refusal } from '@mosaic/protocol'
+import type { JournalEntry, JournalRead, Refusal } from '@mosaic/protocol'
 import { MosaicError } from '../MosaicError'
 import { whyOf, type ClearReport, type Why } from './views'
 
@@ -82,12 +82,16 @@ export class Answers {
     this.clears.answer(true)
   }
 
-  /** A refusal on the control channel does not name the question; only the journal asks for a permission. */
-  refused(refusal: Refusal): void {
-    if (refusal.label !== CONTROL_LABEL && refusal.label !== STOP_LABEL) return
+  /**
+   * A refusal on the control channel does not name the question; only the journal asks for a permission. True if it
+   * answered one.
+   */
+  refused(refusal: Refusal): boolean {
     const isOfJournal = !this.journals.isEmpty && (this.clears.isEmpty || refusal.code === 'auth.forbidden')
+    if (!isOfJournal && this.clears.isEmpty) return false
     if (isOfJournal) this.journals.answer(whyOf(refusal))
     else this.clears.answer(whyOf(refusal))
+    return true
   }
 
   linkLost(): void {

@@ -1,10 +1,13 @@
 import {
+  CONTROL_LABEL,
   LEASE_KEEP_PERIOD_MS,
+  STOP_LABEL,
   type CatalogueEntry,
   type ControlMessage,
   type ControlMessages,
   type JournalEntry,
   type Peers,
+  type Refusal,
   type SafetyLimit,
   type Stop,
   type StopState,
@@ -15,7 +18,17 @@ import { clearanceFor, resourceOf, type Clearance } from './clearance'
 import type { LeaseEffect } from './leaseEntry'
 import { LeaseTable, type LeaseEvent } from './leaseTable'
 import { StopSender } from './StopSender'
-import type { Availability, ClearReport, ControlEvent, LeaseView, PeerView, StopReport, StopView, Why } from './views'
+import {
+  whyOf,
+  type Availability,
+  type ClearReport,
+  type ControlEvent,
+  type LeaseView,
+  type PeerView,
+  type StopReport,
+  type StopView,
+  type Why,
+} from './views'
 
 /** What the desk needs of the live connection. */
 export interface DeskSurroundings {
@@ -197,10 +210,16 @@ export class ControlDesk {
       case 'journal':
         return this.answers.journalHeard(message.data.entries)
       case 'refusal':
-        return this.answers.refused(message.data)
+        return this.refused(message.data)
       default:
         return
     }
+  }
+
+  // Of a connector's message: that is the store's business. Of a question: there is only one at a time of each.
+  private refused(refusal: Refusal): void {
+    if (refusal.label !== CONTROL_LABEL && refusal.label !== STOP_LABEL) return
+    if (!this.answers.refused(refusal)) this.handle({ type: 'refused', why: whyOf(refusal) })
   }
 
   private peersHeard({ you, peers }: Peers): void {

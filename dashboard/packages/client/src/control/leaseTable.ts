@@ -31,6 +31,8 @@ export type LeaseEvent =
   | { type: 'released'; resource: string }
   | { type: 'replied'; reply: LeaseReply }
   | { type: 'stateHeard'; state: LeaseState }
+  /** A message of ours was not even considered, a request above all: too many of them. */
+  | { type: 'refused'; why: Why }
   | { type: 'ticked' }
   | { type: 'visibilityChanged'; isVisible: boolean }
   /** `onPurpose`: this page said goodbye. */
@@ -58,6 +60,8 @@ export class LeaseTable {
         return this.replied(event.reply, nowMs)
       case 'stateHeard':
         return this.stateHeard(event.state)
+      case 'refused':
+        return this.refused(event.why, nowMs)
       case 'ticked':
         return this.ticked(nowMs)
       case 'visibilityChanged':
@@ -141,6 +145,12 @@ export class LeaseTable {
     if (outcome === 'denied') return denied(reply, entry)
     if (entry.request) entry.request = { phase: 'queued', ...whyOf(reply) }
     return entry.request ? [tell({ type: 'queued', resource, ...whyOf(reply) })] : []
+  }
+
+  private refused(why: Why, nowMs: number): LeaseEffect[] {
+    const asked = this.resources.filter(([, { request }]) => request?.phase === 'asked')
+    const replies = asked.map(([resource]): LeaseReply => ({ resource, outcome: 'denied', epoch: 0, ...why }))
+    return replies.flatMap((reply) => this.replied(reply, nowMs))
   }
 
   private stateHeard({ resource, epoch, holder, queue, expiryS }: LeaseState): LeaseEffect[] {
