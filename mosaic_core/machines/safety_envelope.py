@@ -79,9 +79,9 @@ class SafetyEnvelope:
         """The command was refused after all: the base does what it did before."""
         self._state = state
 
-    def stand_still(self, now_s: float) -> None:
-        """A safe action has run: whatever comes next starts from zero."""
-        self._state = EnvelopeState((0.0,) * len(self.fields), now_s, None, None)
+    def stand_still(self) -> None:
+        """A safe action has run: whatever comes next starts from zero, and like a first command acts at once."""
+        self._state = EnvelopeState((0.0,) * len(self.fields), None, None, None)
 
     def shaped(self, message: Mapping[str, Any], factor: float, now_s: float) -> Shaped:
         """``message`` as it may act now, with ``factor`` (0 to 1) of its speed. Raises :class:`OutOfRange`."""

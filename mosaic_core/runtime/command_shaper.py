@@ -59,7 +59,7 @@ class CommandShaper:
         if not isinstance(value, dict):
             raise Refused("channel.invalid", "a JSON object is wanted")
         if fired != self._shaped_after:
-            self._envelope.stand_still(self._now_s())
+            self._envelope.stand_still()
             self._shaped_after = fired
         self._before = self._envelope.state
         factor = self._factor(peer_id) if self._is_slowed else 1.0

@@ -14,6 +14,9 @@ from mosaic_core.machines.slow_down import Cause, slow_down
 from mosaic_core.words.control import Ping
 from mosaic_core.words.limits import SlowDownCurves
 
+_LAST_US = 2**63
+"""No clock goes that far; a number of hundreds of digits would not fit a float."""
+
 
 class PeerLink:
     """One operator's link. Any thread."""
@@ -43,7 +46,7 @@ class PeerLink:
 
     def picture_seen(self, label: str, capture_us: int | None) -> None:
         with self._lock:
-            capture_s = None if capture_us is None else capture_us / 1e6
+            capture_s = None if capture_us is None else max(0, min(capture_us, _LAST_US)) / 1e6
             self._quality.picture_seen(label, capture_s, time.monotonic())
 
     def picture_unwatched(self, label: str) -> None:

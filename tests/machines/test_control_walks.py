@@ -77,8 +77,8 @@ class Receiver:
 
     def make_safe(self, now_s: float) -> None:
         self.watchdog.disarm()
-        self.envelope.stand_still(now_s)
-        self.set_velocity(0.0, 0.0, "", now_s)
+        self.envelope.stand_still()
+        self.set_velocity(0.0, 0.0, "", -math.inf)
 
     @property
     def is_moving(self) -> bool:
@@ -777,7 +777,7 @@ GUARDS: dict[str, Patch] = {
     "the link's factor": around(
         SafetyEnvelope, "shaped", lambda right, self, message, factor, now_s: right(self, message, 1.0, now_s)
     ),
-    "after a safe action everything begins at zero": instead(SafetyEnvelope, "stand_still", lambda self, now_s: None),
+    "after a safe action everything begins at zero": instead(SafetyEnvelope, "stand_still", lambda self: None),
 }
 
 

@@ -107,8 +107,9 @@ def test_after_a_safe_action_everything_begins_at_zero() -> None:
     envelope = SafetyEnvelope([FieldLimit(("v",), None, None, None, 1.0, 1.0)])
     for tick in range(11):
         envelope.shaped({"v": 1.0}, 1.0, tick * 0.1)
-    envelope.stand_still(1.05)
-    assert envelope.shaped({"v": 1.0}, 1.0, 1.1).message["v"] == pytest.approx(0.05)
+    envelope.stand_still()
+    assert envelope.shaped({"v": 1.0}, 1.0, 1.1).message["v"] == pytest.approx(0.1), "it acts at once"
+    assert envelope.shaped({"v": 1.0}, 1.0, 1.15).message["v"] == pytest.approx(0.15)
 
 
 def test_a_command_that_was_refused_after_all_did_not_move_the_envelope() -> None:
@@ -249,7 +250,7 @@ def test_without_motion_fields_nothing_is_ever_idle() -> None:
 def test_after_a_safe_action_a_rest_is_told_again_for_a_second() -> None:
     envelope = SafetyEnvelope((), TWIST)
     rest(envelope, 0.0, 8)
-    envelope.stand_still(2.0)
+    envelope.stand_still()
     assert rest(envelope, 2.0, 5) == [False] * 4 + [True]
 
 
