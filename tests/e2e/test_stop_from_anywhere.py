@@ -1,0 +1,98 @@
+"""Anybody stops the robot: a watching page, the keyboard, Python, the command line. It stands until that is cleared."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from mosaic_core.operator import MosaicOperator
+
+pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
+
+STOPPED_WITHIN_S = 1.3
+"""Braking takes 0.5 s; the rest is our own looking on a busy machine."""
+HOLD_S = 1.3
+"""Longer than the second for which "Hold to clear" has to be held."""
+
+
+def expect_rest(observer: Any, wait_for: Callable[..., float], since_s: float) -> None:
+    wait_for(observer.rests, "the robot rests", 10)
+    assert observer.last_moved_s(since_s) - since_s < STOPPED_WITHIN_S
+
+
+def clear(person: Any) -> None:
+    """Hold the button as long as it wants to be held."""
+    banner = person.page.get_by_test_id("stopped-banner")
+    banner.get_by_role("button", name="Hold to clear").click(delay=1000 * HOLD_S)
+    expect(banner).to_have_count(0)
+
+
+def by_python(server: Any, seed: Any) -> None:
+    async def body() -> None:
+        async with await MosaicOperator.login(server.url, seed.email, seed.password) as operator:
+            connection = await operator.connect(seed.robot_id)
+            report = await connection.control.stop("by a program")
+            assert report.is_safe
+
+    with ThreadPoolExecutor(1) as elsewhere:  # Playwright has a loop on this thread
+        elsewhere.submit(lambda: asyncio.run(body())).result()
+
+
+def by_command_line(server: Any, seed: Any) -> None:
+    words = ["operator", "stop", seed.robot_id, "--server", server.url, "--email", seed.email, "--reason", "by hand"]
+    environment = {**os.environ, "MOSAIC_PASSWORD": seed.password}
+    done = subprocess.run(
+        [sys.executable, "-m", "mosaic_core.cli.main", *words], env=environment, capture_output=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_who_only_watches_stops_the_robot_and_it_stands_until_cleared(
+    ann: Any, bob: Any, observer: Any, wait_for: Callable[..., float]
+) -> None:
+    ann.drive_off(observer, wait_for)
+    bob.page.get_by_test_id("stop").click()
+    expect_rest(observer, wait_for, time.monotonic())
+    expect(ann.page.get_by_test_id("stopped-banner")).to_be_visible()
+    assert observer.stays(wait_for)
+    clear(ann)
+    assert observer.stays(wait_for)
+    ann.release_keys()
+    ann.drive_off(observer, wait_for)
+
+
+def test_escape_twice_stops_wherever_the_focus_is(ann: Any, observer: Any, wait_for: Callable[..., float]) -> None:
+    ann.drive_off(observer, wait_for)
+    ann.page.keyboard.press("Escape")
+    ann.page.keyboard.press("Escape")
+    expect_rest(observer, wait_for, time.monotonic())
+    expect(ann.page.get_by_test_id("stopped-banner")).to_be_visible()
+    ann.release_keys()
+    clear(ann)
+
+
+@pytest.mark.parametrize("stop", [by_python, by_command_line])
+def test_a_program_and_the_command_line_stop_who_drives_in_the_browser(
+    stop: Callable[[Any, Any], None],
+    ann: Any,
+    server: Any,
+    seed: Any,
+    observer: Any,
+    wait_for: Callable[..., float],
+) -> None:
+    ann.drive_off(observer, wait_for)
+    stop(server, seed)
+    expect_rest(observer, wait_for, time.monotonic())
+    assert observer.stays(wait_for)
+    ann.release_keys()
+    clear(ann)
+    ann.drive_off(observer, wait_for)
