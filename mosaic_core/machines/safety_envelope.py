@@ -91,14 +91,14 @@ class SafetyEnvelope:
         for limit, places in self._limits:
             clamped(target, limit, places)
         output = self._slewed(target, now_s)
-        changed = [(wished or 0.0) != value for wished, value in zip(wish, output, strict=True)]
-        shaped = dict(message)
+        shaped, was_limited = dict(message), False
         for path, value, wished in zip(self._paths, output, wish, strict=True):
-            if wished is not None or value != 0.0:
+            if value != (wished or 0.0):  # what isn't limited stays the number it was, also an integer
+                was_limited = True
                 _put(shaped, message, path, value)
         is_zero = not any(output) and any(value is not None for value in wish)
         is_idle = self._note(output, shaped, is_zero, now_s)
-        return Shaped(shaped, is_zero, is_idle, any(changed))
+        return Shaped(shaped, is_zero, is_idle, was_limited)
 
     def zero(self, message: Mapping[str, Any]) -> dict[str, Any]:
         """``message`` with every motion field at 0, for receivers that are told to stand by a command."""

@@ -75,7 +75,7 @@ class Receiver:
     def set_velocity(self, x: float, y: float, by: str, now_s: float) -> None:
         self.velocity, self.set_at_s, self.by = (x, y), now_s, by
 
-    def make_safe(self, now_s: float) -> None:
+    def make_safe(self) -> None:
         self.watchdog.disarm()
         self.envelope.stand_still()
         self.set_velocity(0.0, 0.0, "", -math.inf)
@@ -101,7 +101,7 @@ class Robot:
             if isinstance(effect, Changed) and effect.before is not None:
                 receiver = self.receivers[effect.resource]
                 if receiver.watchdog.peer_left(effect.before.peer_id):
-                    receiver.make_safe(now_s)
+                    receiver.make_safe()
         return effects
 
     def join(self, party: Party, now_s: float) -> list[Effect]:
@@ -114,12 +114,12 @@ class Robot:
         for resource, receiver in self.receivers.items():
             self.gates.pop((peer_id, resource), None)
             if receiver.watchdog.peer_left(peer_id):
-                receiver.make_safe(now_s)
+                receiver.make_safe()
         return self.handle(Left(peer_id, on_purpose), now_s)
 
     def expire(self, receiver: Receiver, now_s: float) -> None:
         if receiver.watchdog.expire(now_s):
-            receiver.make_safe(now_s)
+            receiver.make_safe()
 
     def command(self, peer_id: str, resource: str, packet: Packet, factor: float, now_s: float) -> str | list[Effect]:
         """The code of its refusal, or what follows from accepting it."""
@@ -149,7 +149,7 @@ class Robot:
     def stop(self, by: str, id: str, now_s: float) -> None:
         if self.latch.stop(by, "", id, now_s):
             for receiver in self.receivers.values():
-                receiver.make_safe(now_s)
+                receiver.make_safe()
             self.latch.made_safe(now_s)
 
 
