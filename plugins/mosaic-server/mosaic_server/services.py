@@ -66,11 +66,12 @@ class Services:
         heard = self.exchange.switchboard.heard_by_robots(time.monotonic())
         if heard:
             await self.database.run(forget_tickets, heard)
-        by_robot: dict[str, dict[str, str]] = {}
-        for void in await self.database.run(void_tickets, robot_id):
-            by_robot.setdefault(void.robot_id, {})[void.connection_id] = void.code
-        for one, codes in by_robot.items():
-            self.exchange.handle(ConnectionsVoid(one, codes, time.monotonic()))
+        void = await self.database.run(void_tickets, robot_id)
+        for one in {ticket.robot_id for ticket in void}:
+            mine = [ticket for ticket in void if ticket.robot_id == one]
+            codes = {ticket.connection_id: ticket.code for ticket in mine}
+            newest = next((ticket.connection_id for ticket in mine if ticket.is_newest), None)
+            self.exchange.handle(ConnectionsVoid(one, codes, time.monotonic(), newest))
 
     async def prune(self) -> None:
         await self.database.run(prune_audit, self.settings.audit_days)

@@ -118,6 +118,97 @@ def test_a_public_address_without_tls_has_to_be_insisted_on() -> None:
     run("run", "--database", "nonsense://", code=2)
 
 
+@pytest.fixture
+def lab(data_dir: Path) -> None:
+    run("init", "--email", "ada@example.org")
+    run("user", "add", "bob@example.org", "--organization-of", "ada@example.org")
+    run("robot", "add", "rover")
+
+
+def roles(robot: str = "rover") -> dict[str, str]:
+    return {one["email"]: one["role"] for one in as_json("robot", "grants", robot)}
+
+
+@pytest.mark.usefixtures("lab")
+def test_roles_are_granted_listed_and_revoked() -> None:
+    assert roles() == {"ada@example.org": "supervisor", "bob@example.org": "operator"}
+    granted = as_json("robot", "grant", "rover", "BOB@example.org", "observer")
+    assert (granted["robot"], granted["role"], granted["granted"]) == ("rover", "observer", True)
+    assert roles()["bob@example.org"] == "observer"
+    table = run("robot", "grants", "rover").splitlines()
+    assert table[0].split() == ["email", "role", "granted", "program", "admin", "active", "accountId"]
+    assert table[2].split()[:4] == ["bob@example.org", "observer", "yes", "no"]
+    said = run("robot", "revoke", "rover", "bob@example.org")
+    assert said == "bob@example.org is operator on rover by default\n"
+
+
+@pytest.mark.usefixtures("lab")
+def test_wrong_names_are_answered_with_the_nearest() -> None:
+    assert "did you mean 'rover'?" in run("robot", "grant", "rovr", "bob@example.org", "observer", code=1)
+    assert "did you mean 'bob@example.org'?" in run("robot", "grant", "rover", "bop@example.org", "observer", code=1)
+    assert "did you mean 'observer'?" in run("robot", "grant", "rover", "bob@example.org", "observr", code=2)
+    assert "observer, operator, supervisor" in run("robot", "grant", "rover", "bob@example.org", "god", code=2)
+    assert "see `mosaic server robot list`" in run("robot", "grants", "x", code=1)
+    assert "see `mosaic server user list`" in run("robot", "revoke", "rover", "x", code=1)
+    assert "did you mean 'role.granted'?" in run("audit", "--action", "role.grant", code=2)
+
+
+@pytest.mark.usefixtures("lab")
+def test_the_last_supervisor_and_strangers_are_refused() -> None:
+    assert "without a supervisor" in run("robot", "grant", "rover", "ada@example.org", "observer", code=1)
+    assert "without a supervisor" in run("user", "program", "ada@example.org", code=1)
+    assert "without a supervisor" in run("user", "remove", "ada@example.org", code=1)
+    run("user", "add", "eve@example.org")
+    assert "another organization" in run("robot", "grant", "rover", "eve@example.org", "observer", code=1)
+
+
+@pytest.mark.usefixtures("lab")
+def test_a_public_lab_makes_everyone_an_observer() -> None:
+    assert as_json("organization")["defaultRole"] == "operator"
+    assert as_json("organization", "--default-role", "observer")["defaultRole"] == "observer"
+    assert roles() == {"ada@example.org": "supervisor", "bob@example.org": "observer"}
+    run("user", "add", "eve@example.org")
+    assert "--organization-of EMAIL" in run("organization", code=2)
+    assert as_json("organization", "--organization-of", "eve@example.org")["defaultRole"] == "operator"
+
+
+@pytest.mark.usefixtures("lab")
+def test_accounts_of_programs_are_marked_and_accounts_removed() -> None:
+    run("user", "add", "bot@example.org", "--program", "--organization-of", "ada@example.org")
+    run("user", "add", "cleo@example.org", "--admin", "--organization-of", "ada@example.org")
+    listed = {one["email"]: (one["admin"], one["program"]) for one in as_json("user", "list")}
+    assert listed == {
+        "ada@example.org": (True, False),
+        "bob@example.org": (False, False),
+        "bot@example.org": (False, True),
+        "cleo@example.org": (True, False),
+    }
+    run("user", "program", "bot@example.org", "--undo")
+    run("user", "remove", "cleo@example.org")
+    assert roles() == {"ada@example.org": "supervisor", "bob@example.org": "operator", "bot@example.org": "operator"}
+    run("user", "add", "eve@example.org")
+    run("user", "remove", "eve@example.org")
+    run("user", "add", "eve@example.org")
+
+
+@pytest.mark.usefixtures("lab")
+def test_the_audit_log_is_shown_newest_first() -> None:
+    run("robot", "grant", "rover", "bob@example.org", "observer")
+    run("robot", "grant", "rover", "bob@example.org", "observer")
+    run("organization", "--default-role", "observer")
+    lines = as_json("audit")
+    assert [(one["action"], one["actor"]) for one in lines] == [
+        ("default-role.changed", "command line"),
+        ("role.granted", "command line"),
+        ("account.added", "command line"),
+    ]
+    assert as_json("audit", "--limit", "1", "--before", str(lines[0]["id"])) == lines[1:2]
+    assert as_json("audit", "--action", "role.granted", "--organization-of", "ada@example.org") == lines[1:2]
+    table = run("audit").splitlines()
+    assert table[0].split()[:4] == ["id", "at", "action", "actor"]
+    assert "was operator" in table[2]
+
+
 class Child:
     """The server as its own process, as a supervisor starts it."""
 

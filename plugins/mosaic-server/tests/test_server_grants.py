@@ -9,8 +9,12 @@ import jwt
 import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from jwt.utils import base64url_decode
+from sqlalchemy import select
+from sqlalchemy.orm import Session
 
 from mosaic_server.storage.accounts import Person
+from mosaic_server.storage.audit import audit_page
+from mosaic_server.storage.tables import RobotGrant
 
 OURS = {"catalogue": 1, "multiPeer": 1, "tickets": 1, "iceServers": 1, "closeReasons": 1}
 CONNECTION = "/api/v1/webrtc/connection"
@@ -226,3 +230,69 @@ def test_an_old_access_token_gets_tickets_of_the_new_role(lab: Lab) -> None:
     assert robot.expect("signaling.close_peer_connection")["code"] == "auth.role_changed"
     lab.made(lab.plain)
     assert lab.prepared(robot)[0]["role"] == "supervisor"
+
+
+def test_deleting_a_robot_or_an_account_removes_its_grants(lab: Lab) -> None:
+    other, _ = lab.server.robot(lab.ada, "other")
+    for person, robot_id in ((lab.bob, lab.robot_id), (lab.bob, other), (lab.bot, lab.robot_id)):
+        lab.server.put(f"/api/v1/robots/{robot_id}/grants/{person.id}", lab.admin, {"role": "observer"})
+    lab.server.delete(f"/api/v1/robots/{other}", lab.admin)
+    lab.server.delete(f"/api/v1/users/{lab.bob.id}", lab.admin)
+
+    def left(session: Session) -> list[tuple[str, str]]:
+        return [(grant.robot_id, grant.account_id) for grant in session.scalars(select(RobotGrant))]
+
+    assert lab.server.work(left) == [(lab.robot_id, lab.bot.id)]
+
+
+def test_the_audit_log_tells_who_did_what_and_only_to_the_own_admins(lab: Lab) -> None:
+    robot = lab.connect_robot()
+    lab.server.connect_operator(lab.plain)
+    lab.grant(lab.bob, "observer")
+    lab.made(lab.plain)
+    lab.prepared(robot)
+    lab.server.delete(f"{lab.grants}/{lab.bob.id}", lab.admin)
+    for email, password in (("bob@example.org", "wrong"), ("my-password", "wrong")):
+        lab.server.http.post("/api/v1/account/login/access-token", json={"username": email, "password": password})
+    page = lab.server.get("/api/v1/audit", lab.admin).json()["resultData"]
+    told = [(one["action"], one["actor"], one["account"], one["robot"], one["role"]) for one in page["data"]]
+    assert told == [
+        ("login.failed", "", "bob@example.org", "", ""),
+        ("role.revoked", "ada@example.org", "bob@example.org", "rover", "operator"),
+        ("connection.made", "bob@example.org", "bob@example.org", "rover", "observer"),
+        ("role.granted", "ada@example.org", "bob@example.org", "rover", "observer"),
+    ]
+    assert page["data"][0]["address"] == "127.0.0.1"
+    assert page["next"] is None
+    assert "my-password" not in str(lab.server.work(audit_page, None, limit=100)), "it may be a password"
+    lab.server.account("eve@example.org")
+    stranger = lab.server.log_in("eve@example.org")
+    assert lab.server.get("/api/v1/audit", stranger).json()["resultData"] == {"data": [], "next": None}
+
+
+def test_the_audit_log_is_read_page_by_page(lab: Lab) -> None:
+    for role in ("observer", "supervisor", "operator", "observer", "supervisor"):
+        lab.grant(lab.bob, role)
+    roles: list[str] = []
+    path: str | None = "/api/v1/audit?limit=2&action=role.granted"
+    while path is not None:
+        page = lab.server.get(path, lab.admin).json()["resultData"]
+        roles += [one["role"] for one in page["data"]]
+        path = None if page["next"] is None else f"/api/v1/audit?limit=2&action=role.granted&before={page['next']}"
+    assert roles == ["supervisor", "observer", "operator", "supervisor", "observer"]
+    for method in ("PUT", "POST", "DELETE"):
+        assert lab.server.http.request(method, "/api/v1/audit").status_code == 405
+
+
+def test_openapi_describes_grants_accounts_organization_and_audit(server: Any) -> None:
+    described = server.http.get("/openapi.json").json()
+    for path, methods in {
+        "/api/v1/robots/{robot_id}/grants": {"get"},
+        "/api/v1/robots/{robot_id}/grants/{account_id}": {"put", "delete"},
+        "/api/v1/users": {"get", "post"},
+        "/api/v1/users/{account_id}": {"put", "delete"},
+        "/api/v1/organization": {"get", "put"},
+        "/api/v1/audit": {"get"},
+    }.items():
+        assert described["paths"][path].keys() == methods
+    assert described["components"]["schemas"]["Role"]["enum"] == ["observer", "operator", "supervisor"]

@@ -30,6 +30,7 @@ from mosaic_server.switchboard.effects import Close, ConnectionsMade, Connection
 from mosaic_server.switchboard.events import (
     AuthorizationRefused,
     ConnectionsRequested,
+    ConnectionsVoid,
     MalformedArrived,
     MessageArrived,
     OperatorAuthorized,
@@ -44,6 +45,7 @@ from mosaic_server.switchboard.events import (
     Ticked,
     WantedConnection,
 )
+from mosaic_server.switchboard.voiding import HEARD_AFTER_S
 
 ROBOT = "00000000-0000-4000-8000-000000000001"
 ADA = OperatorIdentity(id="ada", name="Ada")
@@ -99,6 +101,10 @@ class Scene:
         assert ConnectionsMade() in self.asks(connection_id, who)
         assert to(self.says(operator, SdpOffer(rtc_connection_id=connection_id, sdp_offer="o"))) != [operator]
         return connection_id
+
+    def void(self, *connection_ids: str, newest: str | None = None) -> list[Any]:
+        codes = dict.fromkeys(connection_ids, "auth.role_changed")
+        return self.board.handle(ConnectionsVoid(ROBOT, codes, self.now_s, newest))
 
     def closed(self, socket: int) -> list[Any]:
         return self.board.handle(SocketClosed(socket, self.now_s))
@@ -515,3 +521,64 @@ def test_another_account_on_the_same_socket_inherits_nothing(scene: Scene) -> No
     assert scene.says(robot, StatusUpdate(status=1)) == []
     assert echoed(scene.says(socket, candidate())) == 10020
     assert scene.says(robot, candidate()) == []
+
+
+# --- connections that no longer hold
+
+
+def test_a_void_connection_is_closed_at_both_ends_once(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator(ours=True)
+    scene.connected(operator)
+    told = {"type": "signaling.close_peer_connection", "data": {"rtcConnectionId": "c", "code": "auth.role_changed"}}
+    assert texts(scene.void("c")) == [(robot, told), (operator, told)]
+    assert scene.void("c") == []
+    assert echoed(scene.says(operator, candidate())) == 10053, "nothing is said in it any more"
+
+
+def test_a_robot_is_told_of_connections_that_the_server_forgot_and_again_when_it_comes_back(scene: Scene) -> None:
+    robot = scene.robot(ours=True)
+    assert to(scene.void("older than this process")) == [robot]
+    scene.closed(robot)
+    assert scene.void("older than this process") == [], "it is away"
+    again = scene.robot(ours=True)
+    assert to(scene.void("older than this process")) == [again]
+    assert scene.board.handle(ConnectionsVoid("unknown robot", {"c": "auth.role_changed"}, scene.now_s)) == []
+
+
+def test_an_original_robot_is_only_told_of_its_newest_connection(scene: Scene) -> None:
+    """It would close the one it has, whichever is named."""
+    robot = scene.robot()
+    close_newest = {"type": "signaling.close_peer_connection", "data": {"rtcConnectionId": "new"}}
+    assert scene.void("old", newest=None) == []
+    assert texts(scene.void("old", "new", newest="new")) == [(robot, close_newest)]
+
+
+def test_a_connection_whose_role_changed_while_it_was_made_is_refused(scene: Scene) -> None:
+    scene.robot(ours=True)
+    scene.operator(ours=True)
+    scene.void("c")
+    assert scene.asks("c") == [ConnectionsRefused(ResultCode.ACCESS_DENIED, ROBOT)]
+
+
+def test_what_a_robot_was_told_a_minute_ago_on_the_same_socket_it_has_heard(scene: Scene) -> None:
+    robot = scene.robot(ours=True)
+    scene.void("a")
+    scene.passes(HEARD_AFTER_S - 1)
+    scene.void("b")
+    assert scene.board.heard_by_robots(scene.now_s) == []
+    scene.passes(1)
+    assert scene.board.heard_by_robots(scene.now_s) == ["a"]
+    assert scene.board.heard_by_robots(scene.now_s) == []
+    scene.closed(robot)
+    scene.passes(HEARD_AFTER_S)
+    assert scene.board.heard_by_robots(scene.now_s) == [], "the socket ended before that is certain"
+
+
+def test_asking_whether_connections_would_be_refused_changes_nothing(scene: Scene) -> None:
+    scene.robot()
+    operator = scene.operator()
+    asked = ConnectionsRequested("ada", "org", (WantedConnection(ROBOT, "c", "s", "", ADA),), scene.now_s)
+    assert scene.board.refusal(asked) is None
+    assert scene.board.book.connections == {}
+    scene.closed(operator)
+    assert scene.board.refusal(asked) == ConnectionsRefused(ResultCode.USER_WS_SESSION_NOT_EXIST)

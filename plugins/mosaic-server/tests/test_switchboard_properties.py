@@ -27,6 +27,7 @@ from mosaic_server.switchboard import Switchboard
 from mosaic_server.switchboard.effects import Close, ConnectionsMade, Send
 from mosaic_server.switchboard.events import (
     ConnectionsRequested,
+    ConnectionsVoid,
     MessageArrived,
     OperatorAuthorized,
     RobotAuthorized,
@@ -57,6 +58,7 @@ class Parties(RuleBasedStateMachine):
         self.live: set[int] = set()
         self.owners: dict[str, tuple[str, str]] = {}
         self.delivered: dict[tuple[int, int], list[int]] = {}
+        self.void: set[str] = set()
         self.count = 0
         self.relayed = 0
 
@@ -136,7 +138,18 @@ class Parties(RuleBasedStateMachine):
         effects = self._handle(MessageArrived(socket, message, message.type, self.now_s))
         for effect in effects:
             if isinstance(effect, Send) and not isinstance(effect.message, ErrorEcho | StatusUpdate):
+                assert connection_id not in self.void, "nothing is relayed in it any more"
                 self._check_relay(socket, connection_id, effect)
+
+    @precondition(lambda self: self.owners)
+    @rule(connection=pick)
+    def a_role_changes(self, connection: int) -> None:
+        connection_id = list(self.owners)[connection % len(self.owners)]
+        robot_id = self.owners[connection_id][1]
+        self.void.add(connection_id)
+        event = ConnectionsVoid(robot_id, {connection_id: "auth.role_changed"}, self.now_s, connection_id)
+        self._handle(event)
+        assert self._handle(event) == [], "said once"
 
     @precondition(lambda self: self.live)
     @rule(which=pick, status=st.integers(0, 6))
@@ -176,6 +189,7 @@ class Parties(RuleBasedStateMachine):
             assert robot.is_online or robot.status == 5
         for connection in book.connections.values():
             assert self.owners[connection.connection_id] == (connection.account_id, connection.robot_id)
+            assert connection.connection_id not in self.void
 
     def _handle(self, event: Any) -> list[Any]:
         effects = self.board.handle(event)

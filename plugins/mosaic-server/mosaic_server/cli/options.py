@@ -29,6 +29,8 @@ DatabaseUrl = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for programs.")]
 PasswordStdin = Annotated[bool, typer.Option(help="Read the password from standard input instead of making one.")]
 
+_WIDE = 1000
+"""Ids and names are pasted and rows are searched: a narrow terminal may wrap lines, nothing is cut."""
 BY_COMMAND = Actor(COMMAND_LINE)
 """Who does what the commands do, in the audit log."""
 
@@ -85,13 +87,10 @@ def show_table(rows: Sequence[Mapping[str, Any]], *, as_json: bool) -> None:
 
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     for name in rows[0]:
-        table.add_column(name, overflow="fold", no_wrap=True)  # ids and names are pasted: never cut
+        table.add_column(name, no_wrap=True)
     for row in rows:
         table.add_row(*(Text(_cell(value)) for value in row.values()))
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console.width = 200  # one row per line, for grep
-    console.print(table)
+    Console(highlight=False, width=_WIDE).print(table)
 
 
 def _cell(value: Any) -> str:
@@ -102,7 +101,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
     """``; did you mean 'x'?`` for an error about a name that isn't known, or nothing."""
     by_lower = {name.lower(): name for name in known}
     found = get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
-    return f"; did you mean {by_lower[found[0]]!r}?" if found else ""
+    return f"; did you mean '{by_lower[found[0]]}'?" if found else ""
 
 
 def known_person(db: Database, email: str) -> Person:

@@ -40,11 +40,12 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class VoidTicket:
-    """``code``: why its connection has to be closed."""
+    """``code``: why its connection has to be closed. ``is_newest`` of all tickets for this robot."""
 
     robot_id: str
     connection_id: str
     code: str
+    is_newest: bool
 
 
 def record_tickets(session: Session, account_id: str, wanted: Sequence[Wanted], address: str) -> list[RoleOnRobot]:
@@ -82,15 +83,17 @@ def void_tickets(session: Session, robot_id: str | None = None) -> list[VoidTick
     which = select(IssuedTicket).order_by(IssuedTicket.created_at_ms)
     if robot_id is not None:
         which = which.where(IssuedTicket.robot_id == robot_id)
+    tickets = list(session.scalars(which))
+    newest = {ticket.robot_id: ticket.id for ticket in tickets}
     known: dict[tuple[str, str], RoleOnRobot | None] = {}
     void = []
-    for ticket in session.scalars(which):
+    for ticket in tickets:
         pair = (ticket.account_id, ticket.robot_id)
         if pair not in known:
             known[pair] = role_on(session, *pair)
         code = _void_because(ticket, known[pair])
         if code is not None:
-            void.append(VoidTicket(ticket.robot_id, ticket.id, code))
+            void.append(VoidTicket(ticket.robot_id, ticket.id, code, newest[ticket.robot_id] == ticket.id))
     return void
 
 

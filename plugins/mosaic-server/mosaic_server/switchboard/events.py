@@ -111,11 +111,15 @@ class ConnectionsRequested:
 
 @dataclass(frozen=True, slots=True)
 class ConnectionsVoid:
-    """The driver found that these no longer hold: id → reason code. They may be older than this process."""
+    """The driver found that these no longer hold: id → reason code. They may be older than this process.
+
+    ``newest``: the one of them that is the newest of all connections of this robot, if it is among them.
+    """
 
     robot_id: str
     codes: Mapping[str, str]
     now_s: float
+    newest: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

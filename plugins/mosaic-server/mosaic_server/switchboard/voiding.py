@@ -20,7 +20,7 @@ def connections_void(book: Book, event: ConnectionsVoid) -> list[Effect]:
     effects: list[Effect] = []
     for connection_id, code in event.codes.items():
         close = ClosePeerConnection(rtc_connection_id=connection_id, code=code)
-        effects += _to_robot(book, robot, close, event.now_s) + _to_operator(book, robot, close)
+        effects += _to_robot(book, robot, close, event) + _to_operator(book, robot, close)
     return effects
 
 
@@ -35,11 +35,13 @@ def heard_by_robots(book: Book, now_s: float) -> list[str]:
     return heard
 
 
-def _to_robot(book: Book, robot: Robot, close: ClosePeerConnection, now_s: float) -> list[Effect]:
+def _to_robot(book: Book, robot: Robot, close: ClosePeerConnection, event: ConnectionsVoid) -> list[Effect]:
     socket = book.robot_socket(robot.robot_id)
     if socket is None or close.rtc_connection_id in robot.told_over:
         return []
-    robot.told_over[close.rtc_connection_id] = now_s
+    robot.told_over[close.rtc_connection_id] = event.now_s
+    if not robot.takes_several and close.rtc_connection_id != event.newest:
+        return []  # originals close the connection they have, whichever is named; the newest one ended this one
     return [Send(socket.number, _as_known_to(socket, close))]
 
 
