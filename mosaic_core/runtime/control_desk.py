@@ -21,8 +21,8 @@ from mosaic_core.words.control import CONTROL_LABEL, STOP_LABEL, ControlMessage
 
 logger = logging.getLogger(__name__)
 
-REQUESTS_PER_S = 20.0
-"""Of one peer; more than a person or a sensible program asks."""
+REQUESTS_PER_S = 50.0
+"""Of one peer; a program that takes a dozen resources at once is still within it."""
 STOPS_PER_S = 200.0
 """Copies of a stop that are acknowledged; every copy stops."""
 LOST = frozenset({"peer.lost", "peer.replaced", "ice.failed", "ice.timeout", "dtls.timeout"})

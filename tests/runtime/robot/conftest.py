@@ -16,13 +16,25 @@ from mosaic_core.contract import hooks
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Handler
 from mosaic_core.machines.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
+from mosaic_core.machines.peer_admission import PeerIdentity, StartPeer
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.plain_stream import plain_streams
 from mosaic_core.runtime.robot import Robot
 from mosaic_core.runtime.transport import AnswererListener
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
 from mosaic_core.words.config import ConnectorConfig, RobotConfig, SafetyConfig
-from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, ControlMessage, Hello, parse_control
+from mosaic_core.words.control import (
+    CHANNEL_PROTOCOL,
+    CONTROL_EXTENSIONS,
+    CONTROL_LABEL,
+    STOP_LABEL,
+    Bye,
+    ControlMessage,
+    Hello,
+    LeaseRequest,
+    Stop,
+    parse_control,
+)
 from mosaic_core.words.data_type import Delivery, Kind
 from mosaic_core.words.errors import ConnectionFailed, SignalingError
 from mosaic_core.words.ice import IceServer
@@ -68,7 +80,7 @@ class FakeChannel:
             self.on_close()
 
     # the operator's end
-    def say(self, value: Any, *, seq: int | None = None, age_s: float = 0.0) -> int:
+    def say(self, value: Any, *, seq: int | None = None, age_s: float = 0.0, epoch: int = 0) -> int:
         """Send JSON as an operator of ours does (or bare text to an original channel)."""
         text = value if isinstance(value, str) else json.dumps(value)
         assert self.on_message is not None
@@ -77,7 +89,8 @@ class FakeChannel:
             return 0
         self._seq = self._seq + 1 if seq is None else seq
         stamp_us = int((time.monotonic() + self.stamp_offset_s - age_s) * 1e6)
-        for piece in encode_frame(Frame(PayloadKind.JSON, text.encode(), seq=self._seq, stamp_us=stamp_us)):
+        frame = Frame(PayloadKind.JSON, text.encode(), seq=self._seq, epoch=epoch, stamp_us=stamp_us)
+        for piece in encode_frame(frame):
             self.on_message(piece)
         return self._seq
 
@@ -104,6 +117,7 @@ class FakeAnswerer:
         self.candidates: list[IceCandidate] = []
         self.feeds: dict[str, Any] = {}
         self.is_closed = False
+        self.peer_id = ""
 
     async def answer(self, offer_sdp: str, media_labels: Sequence[str], tracks: Mapping[str, str] | None) -> str:
         if offer_sdp == "bad":
@@ -150,6 +164,54 @@ class Control:
     def heard(self, kind: str) -> list[Any]:
         messages = [parse_control(frame.payload.decode()) for frame in self.channel.frames()]
         return [message for message in messages if message is not None and message.type == kind]
+
+
+class Operator:
+    """An operator of ours beside the robot, with the channels that it opens first; ``epoch``: of the lease it holds."""
+
+    def __init__(self, end: FakeAnswerer, peer_id: str) -> None:
+        self.end = end
+        self.peer_id = peer_id
+        self.epoch = 0
+        self.control = Control(end.open(CONTROL_LABEL))
+        self.stops = Control(end.open(STOP_LABEL))
+
+    def say(self, message: ControlMessage) -> None:
+        self.control.say(message)
+
+    def heard(self, kind: str) -> list[Any]:
+        return self.control.heard(kind)
+
+    def codes(self, kind: str = "refusal") -> list[str]:
+        return [message.code for message in self.heard(kind)]
+
+    async def hears(self, kind: str, count: int = 1) -> Any:
+        """The ``count``-th message of this kind."""
+        await until(lambda: len(self.heard(kind)) >= count)
+        return self.heard(kind)[count - 1]
+
+    def open(self, label: str, protocol: str = CHANNEL_PROTOCOL) -> FakeChannel:
+        return self.end.open(label, protocol)
+
+    async def take(self, resource: str = "motion", **more: Any) -> int:
+        """Ask for the lease; its epoch, which :attr:`epoch` remembers."""
+        before = len(self.heard("lease.reply"))
+        self.say(LeaseRequest(resource=resource, **more))
+        reply = await self.hears("lease.reply", before + 1)
+        assert reply.outcome == "granted", reply
+        self.epoch = reply.epoch
+        return self.epoch
+
+    def stop(self, stop_id: str = "s1", reason: str = "") -> None:
+        self.stops.say(Stop(id=stop_id, reason=reason))
+
+    async def stops_ack(self) -> Any:
+        """The first acknowledgement on the stop channel."""
+        await until(lambda: self.stops.heard("stop.ack"))
+        return self.stops.heard("stop.ack")[0]
+
+    def leave(self, code: str = "peer.closed") -> None:
+        self.say(Bye(code=code))
 
 
 class FakeSocket:
@@ -237,6 +299,7 @@ def connector_of(
     label: str | None = None,
     delivery: Delivery | None = None,
     timeout_s: float | None = None,
+    safety: Mapping[str, Any] | None = None,
 ) -> Connector:
     """A built connector without a YAML file."""
     first = handlers[0]
@@ -252,7 +315,7 @@ def connector_of(
         delivery=effective,
     )
     config = ConnectorConfig(type="test", label=name)
-    return Connector(config, tuple(handlers), entry, SafetyConfig(timeout_s=timeout_s), effective)
+    return Connector(config, tuple(handlers), entry, SafetyConfig.model_validate({"timeout_s": timeout_s, **(safety or {})}), effective)
 
 
 class Hooks:
@@ -281,6 +344,15 @@ class Hooks:
         self.calls.append(("failed", {"label": label, "error": error, "restart_in_s": restart_in_s}))
 
     @hooks.hookimpl
+    def mosaic_lease_changed(self, resource: str, holder: Any, epoch: int, cause: str) -> None:
+        who = holder.name if holder else None
+        self.calls.append(("lease", {"resource": resource, "holder": who, "epoch": epoch, "cause": cause}))
+
+    @hooks.hookimpl
+    def mosaic_stop_changed(self, is_stopped: bool, by: str, reason: str) -> None:
+        self.calls.append(("stop", {"is_stopped": is_stopped, "by": by, "reason": reason}))
+
+    @hooks.hookimpl
     def mosaic_command_received(self, label: str, sender: Any, accepted: bool, code: str) -> None:
         self.calls.append(("command", {"label": label, "accepted": accepted, "code": code}))
 
@@ -293,9 +365,37 @@ class Scene:
         self.network = network
         self.hooks = hooks_seen
 
+    async def connects(
+        self, name: str, *, role: Any = "operator", session_id: str = "", is_program: bool = False
+    ) -> FakeAnswerer:
+        """Somebody's peer connection, as the server's ticket describes its owner; it has said nothing yet."""
+        await until(lambda: self.robot._site is not None)
+        before = len(self.network.order)
+        who = PeerIdentity(session_id or name, f"account of {name}", name, role, is_program)
+        peer_id = f"peer {before} of {name}"
+        self.robot._carry_out(StartPeer(peer_id, who, "offer", None, ()))
+        await until(lambda: len(self.network.order) > before)
+        end = self.network.order[-1]
+        end.peer_id = peer_id
+        end.listener.state_changed("connected")
+        return end
+
+    async def enters(self, name: str, *, is_person: bool = True, **who: Any) -> Operator:
+        """An operator of ours connects and greets."""
+        end = await self.connects(name, **who)
+        operator = Operator(end, end.peer_id)
+        operator.say(Hello(software="test", boot_id=name, extensions=CONTROL_EXTENSIONS, is_person=is_person))
+        await operator.hears("stop.state")
+        return operator
+
 
 @asynccontextmanager
-async def _running(*connectors: Connector, shared: Shared | None = None, down: bool = False) -> AsyncIterator[Scene]:
+async def _running(
+    *connectors: Connector,
+    shared: Shared | None = None,
+    down: bool = False,
+    control: Mapping[str, Any] | None = None,
+) -> AsyncIterator[Scene]:
     network, seen = FakeNetwork(), Hooks()
     network.is_down = down
     plugins = pluggy.PluginManager(hooks.PROJECT)
@@ -306,7 +406,8 @@ async def _running(*connectors: Connector, shared: Shared | None = None, down: b
             "server": {
                 "ws_url": "ws://127.0.0.1:1/",
                 "auth": {"type": "simple-token", "robot_id": ROBOT_ID, "params": {"token": "secret"}},
-            }
+            },
+            "control": dict(control or {}),
         }
     )
     robot = Robot(
