@@ -26,11 +26,8 @@ def mean_difference(a: list[int], b: list[int]) -> float:
 
 
 def drive_off(driver: Any, observer: Any, wait_for: Callable[..., float]) -> None:
-    """Hold a key until the robot moves. Turning in place at the same time keeps it off the walls."""
-    start_s = time.monotonic()
-    driver.page.keyboard.down("a")
-    driver.page.keyboard.down("w")
-    wait_for(lambda: observer.way_m(start_s) > 0.05, "the robot moves while the key is held", 10)
+    driver.take_control()
+    driver.drive_off(observer, wait_for)
 
 
 def expect_rest(observer: Any, wait_for: Callable[..., float], since_s: float) -> None:
@@ -41,6 +38,7 @@ def expect_rest(observer: Any, wait_for: Callable[..., float], since_s: float) -
 def test_the_picture_moves_when_the_robot_turns(driver: Any, observer: Any, wait_for: Callable[..., float]) -> None:
     before = driver.picture()
     start_yaw_rad = observer.now[3]
+    driver.take_control()
     driver.page.keyboard.down("a")
     wait_for(lambda: abs(observer.now[3] - start_yaw_rad) > 0.5, "the robot turns")
     driver.page.keyboard.up("a")
@@ -60,6 +58,7 @@ def test_holding_a_key_drives_and_releasing_it_stops(
 def test_the_stick_drives_and_letting_go_stops(driver: Any, observer: Any, wait_for: Callable[..., float]) -> None:
     pad = driver.page.get_by_role("application", name="Drive pad").bounding_box()
     x, y = pad["x"] + pad["width"] / 2, pad["y"] + pad["height"] / 2
+    driver.take_control()
     start_s = time.monotonic()
     driver.page.mouse.move(x, y)
     driver.page.mouse.down()
