@@ -5,6 +5,7 @@ drivers, devices and permissions.
 from __future__ import annotations
 
 import logging
+import threading
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -40,6 +41,16 @@ KINDS = (
 
 _PROBE = EncoderSettings(width=640, height=480, fps=30.0, bitrate_bps=1_000_000, ceiling_bps=1_000_000)
 _PROBE_PICTURES = 5
+_WARM_UP = 5
+"""The first pictures are slower: a key frame, and memory touched for the first time."""
+_NEEDS = {
+    "h264_nvenc": "an NVIDIA GPU and its driver (libcuda, libnvidia-encode)",
+    "h264_qsv": "an Intel GPU and its oneVPL runtime",
+    "h264_amf": "an AMD GPU and its AMF runtime",
+    "h264_v4l2m2m": "a V4L2 encoder under /dev/video* that this account may open",
+    "vp8_v4l2m2m": "a V4L2 encoder under /dev/video* that this account may open",
+}
+_probe_lock = threading.Lock()
 
 
 class EncoderUnavailable(MosaicError):
@@ -58,9 +69,14 @@ class Probe:
         return not self.problem
 
 
-@cache
 def probed(kind: EncoderKind) -> Probe:
     """Open ``kind`` and encode with it, once per process. Takes milliseconds; any thread but the event loop's."""
+    with _probe_lock:
+        return _probed(kind)
+
+
+@cache
+def _probed(kind: EncoderKind) -> Probe:
     if kind.name not in av.codecs_available:
         return Probe(kind, "not in this build of PyAV")
     try:
@@ -68,10 +84,24 @@ def probed(kind: EncoderKind) -> Probe:
         pictures = [_test_picture(step, _PROBE.width, _PROBE.height) for step in range(_PROBE_PICTURES)]
         made = [encoder.encode(picture, pts=picture.pts or 0, as_key=False) for picture in pictures]
     except (av.FFmpegError, ValueError, MemoryError) as error:
-        return Probe(kind, _cause(error))
+        return Probe(kind, _cause(kind, error))
     if sum(map(len, made)) < _PROBE_PICTURES - 1:
         return Probe(kind, "it holds pictures back: too late for driving")
     return Probe(kind)
+
+
+def probe_in_background() -> None:
+    """Find the encoders before the first picture has to wait for that."""
+    threading.Thread(target=_probe_all, name="probe encoders", daemon=True).start()
+
+
+@cache
+def _probe_all() -> None:
+    for codec in ("VP8", "H264"):
+        try:
+            announce(chosen_kind(codec))
+        except EncoderUnavailable as error:
+            _log.error("%s", error)
 
 
 def chosen_kind(codec: CodecName, wanted: str = "auto", *, broken: Iterable[str] = ()) -> EncoderKind:
@@ -93,35 +123,41 @@ def chosen_kind(codec: CodecName, wanted: str = "auto", *, broken: Iterable[str]
 
 
 @cache
-def announced(kind: EncoderKind) -> None:
+def announce(kind: EncoderKind) -> None:
     """One log line per process and encoder."""
-    passed_over = [
-        f"{other.name} ({probed(other).problem})"
-        for other in KINDS
-        if other.codec == kind.codec and other.is_hardware and other is not kind and not probed(other).works
-    ]
-    where = "hardware" if kind.is_hardware else "software"
-    rest = f"; not usable here: {', '.join(passed_over)}" if passed_over and not kind.is_hardware else ""
-    _log.info("%s is encoded by %s (%s)%s", kind.codec, kind.name, where, rest)
+    if kind.is_hardware:
+        _log.info("%s is encoded in hardware, by %s", kind.codec, kind.name)
+    else:
+        _log.info("%s is encoded in software, by %s (`mosaic doctor encoders` says why)", kind.codec, kind.name)
 
 
 @cache
 def _warn_of_forced(wanted: str, problem: str) -> None:
-    _log.warning("encoder %s does not work here (%s); another one is used", wanted, problem)
+    _log.warning("encoder %s does not work here: %s; another one is used", wanted, problem)
 
 
-def measured_fps(kind: EncoderKind, width: int = 1280, height: int = 720, pictures: int = 60) -> tuple[float, float]:
-    """``(pictures per second, milliseconds of the slowest tenth)`` at this size. Blocks for up to seconds."""
-    settings = EncoderSettings(width, height, 30.0, 2_000_000, 2_500_000)
-    encoder = VideoEncoder(kind, settings)
+@dataclass(frozen=True, slots=True)
+class EncoderSpeed:
+    """Pictures per second that one core's worth of calls gives, and milliseconds from a picture to its packet: the
+    median, and what nine of ten stay below."""
+
+    fps: float
+    median_ms: float
+    slow_ms: float
+
+
+def measured_speed(kind: EncoderKind, width: int = 1280, height: int = 720, pictures: int = 60) -> EncoderSpeed:
+    """How fast a working encoder is at this size. Blocks, for seconds if it is slow."""
+    encoder = VideoEncoder(kind, EncoderSettings(width, height, 30.0, 2_000_000, 2_500_000))
     frames = [_test_picture(step, width, height) for step in range(pictures)]
     took_s = []
     for frame in frames:
         began_s = time.perf_counter()
         encoder.encode(frame, pts=frame.pts or 0, as_key=False)
         took_s.append(time.perf_counter() - began_s)
-    settled = sorted(took_s[5:])
-    return len(settled) / sum(settled), settled[len(settled) * 9 // 10] * 1000
+    settled = sorted(took_s[_WARM_UP:])
+    median_s, slow_s = settled[len(settled) // 2], settled[len(settled) * 9 // 10]
+    return EncoderSpeed(len(settled) / sum(settled), median_s * 1000, slow_s * 1000)
 
 
 def _test_picture(step: int, width: int, height: int) -> av.VideoFrame:
@@ -132,6 +168,6 @@ def _test_picture(step: int, width: int, height: int) -> av.VideoFrame:
     return cast(av.VideoFrame, prepared_picture(texture, step / 30))
 
 
-def _cause(error: Exception) -> str:
-    text = getattr(error, "strerror", "") or str(error) or type(error).__name__
-    return str(text)
+def _cause(kind: EncoderKind, error: Exception) -> str:
+    text = str(getattr(error, "strerror", "") or error or type(error).__name__)
+    return f"it needs {_NEEDS[kind.name]} ({text})" if kind.name in _NEEDS else text

@@ -12,7 +12,7 @@ from typing import Any
 
 import av
 
-from mosaic_core.adapters.encoder_choice import EncoderUnavailable
+from mosaic_core.adapters.encoder_choice import EncoderUnavailable, probe_in_background
 from mosaic_core.adapters.encoder_set import EncodedRung, EncoderSet
 from mosaic_core.adapters.packet_source import PacketSource, SourceState
 from mosaic_core.adapters.picture import prepared_picture
@@ -114,6 +114,7 @@ class SharedVideo:
 
     def bind(self, viewer_id: str, unavailable: TellUnavailable) -> ViewerFeed:
         if viewer_id not in self._viewers:
+            probe_in_background()
             order = _CODEC_ORDERS[self._encoding.codec]
             self._viewers[viewer_id] = ViewerFeed(order, unavailable, self._wants_key, self._reconsider)
         return self._viewers[viewer_id]

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from mosaic_core import __version__
-from mosaic_core.cli import config_commands, connectors_commands, control_commands
+from mosaic_core.cli import config_commands, connectors_commands, control_commands, doctor_commands, safety_commands
 from mosaic_core.cli.error_report import FAILED, FINE, USAGE, as_json, exit_code_of, report, report_problems
 from mosaic_core.cli.log_output import LogFormat, LogLevel
 from mosaic_core.cli.plugin_commands import GroupWithPlugins
@@ -29,6 +29,8 @@ app = typer.Typer(
 app.add_typer(connectors_commands.app, name="connectors")
 app.add_typer(config_commands.app, name="config")
 app.add_typer(control_commands.app, name="operator")
+app.add_typer(safety_commands.app, name="safety")
+app.add_typer(doctor_commands.app, name="doctor")
 
 
 def _show_version(wanted: bool) -> None:

@@ -1,0 +1,82 @@
+"""``mosaic doctor``: what works on this machine, how fast, and what is missing."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from mosaic_core.adapters.encoder_choice import EncoderSpeed, Probe
+
+app = typer.Typer(no_args_is_help=True, help="What works on this machine, and what is missing.")
+
+WIDTH, HEIGHT = 1280, 720
+
+
+@app.callback()
+def doctor() -> None:
+    """What works on this machine, and what is missing."""
+
+
+@app.command()
+def encoders(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+    """Try every video encoder: which ones work, how fast they are at 720p, and why the others don't."""
+    from mosaic_core.adapters.encoder_choice import KINDS, EncoderUnavailable, chosen_kind, measured_speed, probed
+
+    chosen = set()
+    for codec in ("VP8", "H264"):
+        try:
+            chosen.add(chosen_kind(codec).name)
+        except EncoderUnavailable:
+            continue  # the table shows why
+    rows = []
+    for kind in KINDS:
+        probe = probed(kind)
+        rows.append((probe, measured_speed(kind, WIDTH, HEIGHT) if probe.works else None, kind.name in chosen))
+    if as_json:
+        typer.echo(json.dumps([_as_json(*row) for row in rows]))
+    else:
+        _print_table(rows)
+    if not chosen:
+        raise typer.Exit(1)
+
+
+def _as_json(probe: Probe, speed: EncoderSpeed | None, is_chosen: bool) -> dict[str, Any]:
+    return {
+        "encoder": probe.kind.name,
+        "codec": probe.kind.codec,
+        "hardware": probe.kind.is_hardware,
+        "works": probe.works,
+        "chosen": is_chosen,
+        "problem": probe.problem or None,
+        "width": WIDTH,
+        "height": HEIGHT,
+        **(asdict(speed) if speed is not None else {"fps": None, "median_ms": None, "slow_ms": None}),
+    }
+
+
+def _print_table(rows: list[tuple[Probe, EncoderSpeed | None, bool]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("codec", "encoder", "in", f"fps at {HEIGHT}p", "ms per picture", "90 % below", "used", box=None)
+    for column in (3, 4, 5):
+        table.columns[column].justify = "right"
+    missing = Table("encoder", "why it does not work here", box=None)
+    for probe, speed, is_chosen in rows:
+        kind = probe.kind
+        if speed is None:
+            missing.add_row(kind.name, probe.problem)
+            continue
+        figures = (f"{speed.fps:.0f}", f"{speed.median_ms:.1f}", f"{speed.slow_ms:.1f}")
+        table.add_row(
+            kind.codec, kind.name, "hardware" if kind.is_hardware else "software", *figures, "yes" if is_chosen else ""
+        )
+    console = Console(width=None if Console().is_terminal else 160)
+    console.print(table)
+    if missing.row_count:
+        console.print()
+        console.print(missing)
