@@ -7,15 +7,17 @@ with back-off: that is the reconnect.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Literal, cast
 
 from pydantic import Field
 
 from mosaic_camera.grabber import Grabber
+from mosaic_camera.packet_source import may_have_packets
 from mosaic_camera.source import Grabbed, Wanted, is_device, open_source, shown
 from mosaic_camera.source_error import SourceError
 from mosaic_camera.thinning import Thinning
 from mosaic_camera.transform import Flip, Rotation, scaled, turned
-from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, Params, unit
+from mosaic_core import Captured, EncodingParams, MediaTrackConfigurer, MediaTrackHandler, unit
 from mosaic_core.contract.media import Image
 
 WAKE_S = 0.2
@@ -29,7 +31,7 @@ LATE_S = 0.5
 """A recording that is further behind than this goes on from here instead of catching up."""
 
 
-class CameraParams(Params):
+class CameraParams(EncodingParams):
     source: int | str = Field(
         default="/dev/video0", description="Device path or number, video file, or URL (rtsp://, http://, https://)."
     )
@@ -55,6 +57,11 @@ class CameraParams(Params):
         default=0, description="Degrees clockwise, after flipping.", json_schema_extra=unit("deg")
     )
     loop: bool = Field(default=True, description="Start a video file again when it ends.")
+    passthrough: Literal["auto", "never"] = Field(
+        default="auto",
+        description="`auto`: H.264 of network streams and files is sent as it is, where neither size, rate, flip nor "
+        "rotation is asked for; operators without H.264 get it encoded anew. `never`: always encode.",
+    )
 
 
 class Camera(MediaTrackHandler):
@@ -63,13 +70,18 @@ class Camera(MediaTrackHandler):
     def __init__(self, label: str, params: CameraParams) -> None:
         super().__init__(label)
         self._params = params
+        self._passes_packets = _passes_packets(params)
+        self.encoding = params
+        if params.codec == "auto" and self._passes_packets:
+            self.encoding = params.model_copy(update={"codec": "h264"})
 
     def frames(self) -> Iterator[Captured]:
         params = self._params
-        wanted = Wanted(params.source, params.width, params.height, params.fps)
+        wanted = Wanted(params.source, params.width, params.height, params.fps, self._passes_packets)
         with Grabber(lambda: open_source(wanted), is_looping=params.loop, name=self.label) as grabber:
             for grabbed, captured_at_s in self._paced(grabber):
-                yield Captured(self._presented(grabbed.image), captured_at_s)
+                image = grabbed.image if grabber.keeps_order else self._presented(cast(Image, grabbed.image))
+                yield Captured(image, captured_at_s)
 
     def _paced(self, grabber: Grabber) -> Iterator[tuple[Grabbed, float]]:
         """Pictures at their time: live ones as they come, those of a recording by its time stamps; thinned to fps."""
@@ -128,6 +140,12 @@ class Camera(MediaTrackHandler):
         return turned(image, params.flip, params.rotation)
 
 
+def _passes_packets(params: CameraParams) -> bool:
+    """Whether the source's own packets would show what is asked for."""
+    is_changed = any((params.width, params.height, params.fps, params.rotation, params.flip != "none"))
+    return params.passthrough == "auto" and not is_changed and may_have_packets(str(params.source))
+
+
 class CameraConfigurer(MediaTrackConfigurer[CameraParams]):
     """A camera, a video file (looped or once), or a network stream (RTSP, HTTP)."""
 
@@ -138,7 +156,7 @@ class CameraConfigurer(MediaTrackConfigurer[CameraParams]):
         return Camera(self.label, self.params)
 
 
-class OpencvSenderCameraParams(Params):
+class OpencvSenderCameraParams(EncodingParams):
     """MOSAIC's own names; numbers may be strings, as its files have them."""
 
     camera_id: int = Field(default=0, ge=0, description="The N of /dev/videoN.")
@@ -154,7 +172,8 @@ class OpencvSenderCameraConfigurer(MediaTrackConfigurer[OpencvSenderCameraParams
 
     def configure(self) -> Camera:
         params = self.params
+        encoding = {name: getattr(params, name) for name in EncodingParams.model_fields}
         return Camera(
             self.label,
-            CameraParams(source=params.camera_id, width=params.width, height=params.height, fps=params.fps),
+            CameraParams(source=params.camera_id, width=params.width, height=params.height, fps=params.fps, **encoding),
         )

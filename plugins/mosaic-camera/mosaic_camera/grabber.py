@@ -1,11 +1,13 @@
 """A thread that reads a source, so that a read that hangs for seconds never holds up the handler.
 
-Of a live source only the newest picture is kept: latency can't accumulate. A recording waits until each is taken.
+Of a live source only the newest picture is kept: latency can't accumulate. A recording waits until each is taken. Live
+packets build on each other and queue; if nobody takes them, they begin anew at a key frame.
 """
 
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable
 from types import TracebackType
 
@@ -13,6 +15,8 @@ from mosaic_camera.source import Grabbed, Source
 
 JOIN_S = 0.5
 """A read may hang in a driver. The thread is then left to close the source by itself when the read returns."""
+MAX_WAITING = 60
+"""Live packets: two seconds."""
 
 
 class Grabber:
@@ -22,7 +26,9 @@ class Grabber:
         self._open_source = open_source
         self._is_looping = is_looping
         self._changed = threading.Condition()
-        self._waiting: Grabbed | None = None
+        self._waiting: deque[Grabbed] = deque()
+        self._keeps_order = False
+        self._is_torn = False
         self._error: BaseException | None = None
         self._is_live = True
         self._count = 0
@@ -33,7 +39,12 @@ class Grabber:
     @property
     def has_ended(self) -> bool:
         """A recording is over, or a live source is lost; pictures may still wait."""
-        return self._has_ended and self._waiting is None
+        return self._has_ended and not self._waiting
+
+    @property
+    def keeps_order(self) -> bool:
+        """Its pictures are packets; known once the first one came."""
+        return self._keeps_order
 
     @property
     def count(self) -> int:
@@ -60,8 +71,8 @@ class Grabber:
     def next(self, timeout_s: float) -> Grabbed | None:
         """The picture that waits, or comes within ``timeout_s``; raises what the source raised."""
         with self._changed:
-            self._changed.wait_for(lambda: self._waiting is not None or self._has_ended, timeout_s)
-            grabbed, self._waiting = self._waiting, None
+            self._changed.wait_for(lambda: self._waiting or self._has_ended, timeout_s)
+            grabbed = self._waiting.popleft() if self._waiting else None
             self._changed.notify_all()
             if grabbed is None and self._error is not None:
                 raise self._error
@@ -71,7 +82,7 @@ class Grabber:
         try:
             source = self._open_source()
             try:
-                self._is_live = source.is_live
+                self._is_live, self._keeps_order = source.is_live, source.keeps_order
                 self._read_all(source)
             finally:
                 source.close()
@@ -99,6 +110,13 @@ class Grabber:
     def _hand_over(self, grabbed: Grabbed) -> None:
         with self._changed:
             if not self._is_live:
-                self._changed.wait_for(lambda: self._waiting is None or self._is_stopping)
-            self._waiting = grabbed
+                self._changed.wait_for(lambda: not self._waiting or self._is_stopping)
+            elif not self._keeps_order:
+                self._waiting.clear()
+            elif len(self._waiting) >= MAX_WAITING:
+                self._waiting.clear()
+                self._is_torn = True
+            self._is_torn = self._is_torn and not grabbed.is_key
+            if not self._is_torn:
+                self._waiting.append(grabbed)
             self._changed.notify_all()

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from mosaic_camera.marks import ROWS, block_height, draw_marks
-from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, Params, unit
+from mosaic_core import Captured, EncodingParams, MediaTrackConfigurer, MediaTrackHandler, unit
 from mosaic_core.contract.media import Image
 
 BARS_BGR = (
@@ -21,7 +21,7 @@ TURN_S = 4.0
 """Seconds that the clock hand takes for one turn."""
 
 
-class TestPatternParams(Params):
+class TestPatternParams(EncodingParams):
     __test__ = False
 
     width: int = Field(default=640, ge=160, le=3840, multiple_of=2, description="Pixels.", json_schema_extra=unit("px"))
@@ -91,6 +91,7 @@ class TestPattern(MediaTrackHandler):
     def __init__(self, label: str, params: TestPatternParams) -> None:
         super().__init__(label)
         self._params = params
+        self.encoding = params
 
     def frames(self) -> Iterator[Captured]:
         params = self._params

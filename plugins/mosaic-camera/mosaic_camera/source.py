@@ -12,11 +12,14 @@ import re
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from mosaic_camera.devices import check_device, found_devices
 from mosaic_camera.source_error import SourceError
 from mosaic_core.contract.media import Image
+
+if TYPE_CHECKING:
+    import av
 
 logger = logging.getLogger(__name__)
 
@@ -33,15 +36,19 @@ class Wanted:
     width: int | None = None
     height: int | None = None
     fps: float | None = None
+    passes_packets: bool = False
+    """H.264 that the source has already may come as packets."""
 
 
 @dataclass(frozen=True, slots=True)
 class Grabbed:
-    """One picture. ``captured_at_s``: monotonic clock; ``position_s``: place in the recording, 0 for live sources."""
+    """One picture, or one packet that holds one. ``captured_at_s``: monotonic clock; ``position_s``: place in the
+    recording, 0 for live sources; ``is_key``: it needs no other picture."""
 
-    image: Image
+    image: Image | av.Packet[Any]
     captured_at_s: float
     position_s: float = 0.0
+    is_key: bool = True
 
 
 class Source(Protocol):
@@ -50,6 +57,11 @@ class Source(Protocol):
     @property
     def is_live(self) -> bool:
         """Live sources set the pace themselves; a recording waits for whoever reads it."""
+        ...
+
+    @property
+    def keeps_order(self) -> bool:
+        """Its pictures build on each other: none may be left out."""
         ...
 
     def read(self) -> Grabbed | None:
@@ -73,11 +85,19 @@ def is_device(source: int | str) -> bool:
 def open_source(wanted: Wanted) -> Source:
     """Open what ``wanted.source`` names; raises :class:`SourceError`. May block for seconds."""
     text = str(wanted.source)
+    if wanted.passes_packets and not is_device(text) and (packets := _packets_of(text)) is not None:
+        return packets
     if is_device(text):
         return _opened_device(Path(f"/dev/video{text}" if text.isdecimal() else text), wanted)
     if "://" in text and not text.startswith("file://"):
         return _opened_url(text)
     return _opened_file(Path(text.removeprefix("file://")).expanduser())
+
+
+def _packets_of(text: str) -> Source | None:
+    from mosaic_camera.packet_source import may_have_packets, open_packets
+
+    return open_packets(text) if may_have_packets(text) else None
 
 
 def _opened_device(path: Path, wanted: Wanted) -> Source:
@@ -137,6 +157,8 @@ def _opened_file(path: Path) -> Source:
 
 class CaptureSource:
     """A :class:`Source` over an open ``cv2.VideoCapture``."""
+
+    keeps_order = False
 
     def __init__(self, capture: Any, *, is_live: bool) -> None:
         import cv2

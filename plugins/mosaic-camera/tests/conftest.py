@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -33,8 +34,9 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
 class ScriptedSource:
     """Yields what it is given; ``None`` ends it. A live one can be held, as a driver that hangs holds its reader."""
 
-    def __init__(self, pictures: list[Grabbed | None], *, is_live: bool) -> None:
+    def __init__(self, pictures: list[Grabbed | None], *, is_live: bool, keeps_order: bool = False) -> None:
         self.is_live = is_live
+        self.keeps_order = keeps_order
         self.rewound = 0
         self.is_closed = threading.Event()
         self.may_read = threading.Event()
@@ -63,8 +65,12 @@ def scripted() -> Iterator[Callable[..., ScriptedSource]]:
     """Makes scripted sources of n pictures, and lets every reader go at the end."""
     made: list[ScriptedSource] = []
 
-    def make(count: int, *, is_live: bool) -> ScriptedSource:
-        made.append(ScriptedSource([picture(number) for number in range(count)], is_live=is_live))
+    def make(count: int, *, is_live: bool, key_every: int = 0) -> ScriptedSource:
+        """With ``key_every`` its pictures build on each other."""
+        pictures: list[Grabbed | None] = [
+            replace(picture(number), is_key=not key_every or number % key_every == 0) for number in range(count)
+        ]
+        made.append(ScriptedSource(pictures, is_live=is_live, keeps_order=bool(key_every)))
         return made[-1]
 
     yield make

@@ -105,6 +105,7 @@ class Lost:
     """A camera that is unplugged after two pictures."""
 
     is_live = True
+    keeps_order = False
 
     def __init__(self) -> None:
         self._left = 2

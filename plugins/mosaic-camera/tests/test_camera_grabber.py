@@ -50,6 +50,20 @@ def test_of_a_live_source_a_late_reader_gets_the_newest_picture(scripted: Make) 
         assert numbers(grabber, 99) == [49]
 
 
+def test_live_packets_are_all_handed_over_in_order(scripted: Make) -> None:
+    source = scripted(50, is_live=True, key_every=10)
+    with Grabber(lambda: source, is_looping=False, name="x") as grabber:
+        assert source.is_closed.wait(2)
+        assert numbers(grabber, 99) == list(range(50))
+
+
+def test_live_packets_that_nobody_takes_begin_anew_at_a_key_frame(scripted: Make) -> None:
+    source = scripted(75, is_live=True, key_every=8)
+    with Grabber(lambda: source, is_looping=False, name="x") as grabber:
+        assert source.is_closed.wait(2)
+        assert numbers(grabber, 99) == list(range(64, 75))
+
+
 def test_an_error_of_the_source_reaches_the_reader(scripted: Make) -> None:
     def broken() -> Source:
         raise SourceError("it is gone", "plug it in")

@@ -1,0 +1,112 @@
+"""Sources whose H.264 is passed on as it is: network cameras and video files, without decoding and encoding again."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import PurePosixPath
+from typing import Any
+from urllib.parse import urlsplit
+
+import av
+from av.bitstream import BitStreamFilterContext
+
+from mosaic_camera.source import Grabbed
+from mosaic_camera.source_error import SourceError
+
+NETWORK_TIMEOUT_S = 5.0
+_CONTAINERS = {".mp4", ".m4v", ".mov", ".mkv", ".ts", ".m2ts", ".flv", ".h264", ".264", ".m3u8"}
+_STREAM_SCHEMES = {"rtsp", "rtsps", "rtmp", "srt"}
+_NETWORK_OPTIONS = {"rtsp_transport": "tcp", "analyzeduration": "500000"}
+"""TCP, because a packet lost on the way from the camera can't be asked for again by the operator. Half a second (in µs)
+is enough to see what a stream holds."""
+_AVCC_VERSION = 1
+"""First byte of an MP4's codec data; start codes (Annex B) begin with zeros."""
+
+
+def may_have_packets(source: str) -> bool:
+    """Whether it is worth looking for H.264: not in a device, nor in a web camera's series of JPEGs."""
+    parts = urlsplit(source)
+    return parts.scheme in _STREAM_SCHEMES or PurePosixPath(parts.path or source).suffix.lower() in _CONTAINERS
+
+
+def open_packets(source: str) -> PacketSource | None:
+    """``source``, if it holds H.264 that a browser can take as it is; ``None`` if it must be decoded.
+
+    Raises :class:`SourceError` if it is gone. May block for seconds.
+    """
+    is_network = "://" in source and not source.startswith("file://")
+    options = _NETWORK_OPTIONS if is_network else {}
+    timeout = (NETWORK_TIMEOUT_S, NETWORK_TIMEOUT_S) if is_network else None
+    try:
+        container = av.open(source.removeprefix("file://"), options=options, timeout=timeout)
+    except (av.FFmpegError, OSError, ValueError):
+        return None  # whoever opens it next, to decode it, knows the right words
+    stream = next(iter(container.streams.video), None)
+    if stream is None or stream.codec_context.name != "h264" or stream.codec_context.has_b_frames:
+        # Pictures that refer to later ones would be shown late, and browsers don't take them from a live stream.
+        container.close()
+        return None
+    return PacketSource(container, stream, is_live=is_network and not stream.duration and not container.duration)
+
+
+class PacketSource:
+    """A :class:`~mosaic_camera.source.Source` whose pictures are packets, with start codes and parameter sets."""
+
+    keeps_order = True
+
+    def __init__(self, container: Any, stream: Any, *, is_live: bool) -> None:
+        self._container = container
+        self._stream = stream
+        self._is_live = is_live
+        self._filter = _filter_of(stream)
+        self._packets = self._demuxed()
+        self._began_s: float | None = None
+        self._position_s = 0.0
+        self._turn_began_s = 0.0
+
+    @property
+    def is_live(self) -> bool:
+        return self._is_live
+
+    def read(self) -> Grabbed | None:
+        try:
+            packet = next(self._packets, None)
+        except (av.FFmpegError, OSError) as error:
+            raise SourceError(f"the stream broke off: {error}", "check cable, power and network") from error
+        if packet is None:
+            return None
+        if packet.pts is not None and packet.time_base is not None:
+            stamp_s = float(packet.pts * packet.time_base)
+            self._began_s = stamp_s if self._began_s is None else self._began_s
+            self._position_s = self._turn_began_s + stamp_s - self._began_s
+        return Grabbed(packet, time.monotonic(), self._position_s, bool(packet.is_keyframe))
+
+    def rewind(self) -> None:
+        """Back to the first picture; positions go on rising."""
+        self._turn_began_s = self._position_s + 1.0 / float(self._stream.average_rate or 30)
+        self._began_s = None
+        self._container.seek(0)
+        self._filter = _filter_of(self._stream)
+        self._packets = self._demuxed()
+
+    def close(self) -> None:
+        self._container.close()
+
+    def _demuxed(self) -> Iterator[Any]:
+        for packet in self._container.demux(self._stream):
+            if packet.size == 0:
+                return  # the demuxer's sign that the recording is over
+            key, pts, time_base = packet.is_keyframe, packet.pts, packet.time_base
+            for whole in self._filter.filter(packet) if self._filter is not None else (packet,):
+                whole.is_keyframe, whole.pts, whole.time_base = key, pts, time_base
+                yield whole
+
+
+def _filter_of(stream: Any) -> BitStreamFilterContext | None:
+    """What makes packets stand by themselves: whoever joins at a key frame needs the parameter sets with it."""
+    codec_data = stream.codec_context.extradata
+    if not codec_data:
+        return None
+    name = "h264_mp4toannexb" if codec_data[0] == _AVCC_VERSION else "dump_extra=freq=keyframe"
+    return BitStreamFilterContext(name, stream)
