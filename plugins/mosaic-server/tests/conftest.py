@@ -11,12 +11,16 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from uuid import UUID
 
 import httpx
 import pytest
+from sqlalchemy import text
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
+from mosaic_server.migrations import upgrade
+from mosaic_server.security.passwords import hash_password
 from mosaic_server.serving import Listening, Server, make_server
 from mosaic_server.settings import Settings
 from mosaic_server.sockets.keep_alive import KeepAlivePeriods
@@ -190,6 +194,42 @@ def settings(tmp_path: Path) -> Settings:
 def server(settings: Settings) -> Iterator[Running]:
     with running_server(settings) as running:
         yield running
+
+
+def _old_database(database: Database) -> None:
+    """The first schema, with an admin, a plain account and a robot in it."""
+    rows = {
+        "organization": ({"id": "org", "name": "lab"},),
+        "account": tuple(
+            {
+                "id": email[:3],
+                "organization_id": "org",
+                "email": email,
+                "full_name": "",
+                "password_hash": hash_password(PASSWORD),
+                "is_active": True,
+                "is_organization_admin": email.startswith("ada"),
+                "login_version": 1,
+            }
+            for email in ("ada@example.org", "bob@example.org")
+        ),
+        "robot": (
+            {"id": str(UUID(int=1)), "organization_id": "org", "name": "rover", "description": "", "auth_type": 0},
+        ),
+    }
+    with database.engine.begin() as connection:
+        upgrade(connection, "0001")
+        for table, records in rows.items():
+            for record in records:
+                values = record | {"created_at_ms": 1, "updated_at_ms": 1}
+                names, marks = ", ".join(values), ", ".join(f":{name}" for name in values)
+                connection.execute(text(f"INSERT INTO {table} ({names}) VALUES ({marks})"), values)
+
+
+@pytest.fixture
+def old_database() -> Callable[[Database], None]:
+    """Fills an empty database as the first version of the server would have left it."""
+    return _old_database
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""The same server on a real PostgreSQL: migrations, accounts, robots, and a restart."""
+"""The same server on a real PostgreSQL: migrations, accounts, robots, roles, and a restart."""
 
 from __future__ import annotations
 
@@ -8,14 +8,26 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from uuid import UUID
 
 import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+from sqlalchemy import create_engine, func, select, text
+from sqlalchemy.orm import Session
 
+from mosaic_server.roles import Role
 from mosaic_server.settings import Settings
+from mosaic_server.storage.database import Database
+from mosaic_server.storage.grants import Actor, LastSupervisor, set_role
+from mosaic_server.storage.tables import Base, RobotGrant
 
+ROBOT = str(UUID(int=1))
+TEST = Actor("test")
 pytestmark = pytest.mark.postgresql
 
 
@@ -72,3 +84,60 @@ def test_the_server_works_on_postgresql_and_survives_a_restart(
         assert running.get("/api/v1/users/me", access).json()["resultData"]["email"] == "ada@example.org"
         running.connect_robot(robot_id, token)
     assert not list(settings.data_dir.glob("*.sqlite3"))
+
+
+def test_an_old_database_is_upgraded_and_roles_work_there_too(
+    settings: Settings, database_url: str, start_server: Callable[..., Any], old_database: Callable[[Database], None]
+) -> None:
+    engine = create_engine(database_url, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        connection.execute(text("CREATE DATABASE old"))
+    engine.dispose()
+    url = database_url.replace("/postgres?", "/old?")
+    database = Database(settings.data_dir, url)
+    old_database(database)
+    database.migrate()
+    with database.engine.connect() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
+    _demote_each_other(database)
+    database.close()
+    with start_server(replace(settings, database_url=url)) as server:
+        _a_role_is_granted_and_the_robot_hears_of_it(server)
+
+
+def _demote_each_other(database: Database) -> None:
+    def demoted(account_id: str) -> bool:
+        try:
+            database.work(set_role, ROBOT, account_id, Role.OBSERVER, TEST)
+        except LastSupervisor:
+            return False
+        return True
+
+    with ThreadPoolExecutor(2) as administrators:
+        for _ in range(10):
+            for account_id in ("ada", "bob"):
+                database.work(set_role, ROBOT, account_id, Role.SUPERVISOR, TEST)
+            assert sorted(administrators.map(demoted, ("ada", "bob"))) == [False, True]
+    database.work(set_role, ROBOT, "ada", Role.SUPERVISOR, TEST)
+    database.work(set_role, ROBOT, "bob", Role.OPERATOR, TEST)
+
+
+def _a_role_is_granted_and_the_robot_hears_of_it(server: Any) -> None:
+    extensions = {"multiPeer": 1, "tickets": 1, "closeReasons": 1}
+    robot = server.connect_robot(ROBOT, None, extensions)
+    bob = server.log_in("bob@example.org")
+    server.connect_operator(bob, extensions)
+    made = server.post("/api/v1/webrtc/connection", bob, {"robotIds": [ROBOT]}).json()["resultData"]["sessions"][0]
+    assert robot.expect("signaling.prepare_connection")["operator"]["role"] == "operator"
+    server.work(set_role, ROBOT, "bob", Role.OBSERVER, TEST)
+    told = robot.expect("signaling.close_peer_connection")
+    assert (told["rtcConnectionId"], told["code"]) == (made["rtcSessionId"], "auth.role_changed")
+    ada = server.log_in("ada@example.org")
+    actions = [one["action"] for one in server.get("/api/v1/audit?limit=3", ada).json()["resultData"]["data"]]
+    assert actions == ["role.granted", "connection.made", "role.granted"]
+    assert server.delete(f"/api/v1/robots/{ROBOT}", ada).status_code == 200
+    assert server.work(_count_grants) == 0
+
+
+def _count_grants(session: Session) -> int:
+    return session.scalar(select(func.count()).select_from(RobotGrant)) or 0
