@@ -11,14 +11,13 @@ import { isAbout, reasonIn } from './connectionWords'
 import { ControlDesk } from './control/ControlDesk'
 import { PictureReporter } from './control/PictureReporter'
 import { KnownCatalogue } from './KnownCatalogue'
-import { deskSurroundings, pictureSurroundings, type Live } from './liveSurroundings'
+import { bindingHost, deskSurroundings, pictureSurroundings, type Live } from './liveSurroundings'
 import { MosaicError } from './MosaicError'
 import { PeerAttempt } from './PeerAttempt'
 import type { PeerEffect, PeerEvent } from './peerEvents'
 import { PeerSession } from './peerSession'
 import type { Platform } from './Platform'
 import { Listeners, Value, type Readable } from './Readable'
-import { receiverSource } from './receiverSource'
 import type { RestApi } from './RestApi'
 import type { SessionIds } from './SessionIds'
 import type { SignalingSocket } from './SignalingSocket'
@@ -64,26 +63,17 @@ export class RobotConnection implements StoreHost {
     private readonly around: ConnectionSurroundings,
   ) {
     const { platform, socket } = around
-    this.bindings = new StoreBindings(
-      {
-        now: () => platform.now(),
-        ageMs: (stampUs, atMs) => this.attempt?.control.clocks.ageMs(stampUs, atMs) ?? null,
-        watch: (label, on) => this.watch(label, on),
-        mediaSource: (label, receiver) =>
-          receiverSource(receiver, {
-            now: () => platform.now(),
-            control: () => this.attempt?.control ?? null,
-            shown: (rtpTimestamp, atMs) => this.pictureSeen(label, rtpTimestamp, atMs),
-          }),
-        clearanceOf: (entry) => this.control.clearanceOf(entry),
-      },
-      platform.isVisible(),
-    )
     const live: Live = {
       attempt: () => this.attempt,
       phase: () => this.session.publicPhase,
       entryOf: (label) => this.entryOf(label),
     }
+    const host = bindingHost(platform, live, {
+      watch: (label, on) => this.watch(label, on),
+      clearanceOf: (entry) => this.control.clearanceOf(entry),
+      shown: (label, rtpTimestamp, atMs) => this.pictureSeen(label, rtpTimestamp, atMs),
+    })
+    this.bindings = new StoreBindings(host, platform.isVisible())
     this.control = new ControlDesk(deskSurroundings(platform, live), () => this.bindings.showBlocks())
     this.pictures = new PictureReporter(pictureSurroundings(platform, live))
     this.catalogue.subscribe(() => this.bindings.setCatalogue(this.catalogue.get()))

@@ -1,9 +1,11 @@
-/** What the control desk and the picture reports are given of whatever connection is live at the moment. */
+/** What the parts of a `RobotConnection` are given of whatever connection is live at the moment. */
 import type { CatalogueEntry } from '@mosaic/protocol'
 import type { DeskSurroundings } from './control/ControlDesk'
 import type { PictureSurroundings } from './control/PictureReporter'
 import type { PeerAttempt } from './PeerAttempt'
 import type { Platform } from './Platform'
+import { receiverSource } from './receiverSource'
+import type { BindingHost } from './StoreBindings'
 import type { ConnectionPhase } from './types'
 
 export interface Live {
@@ -24,6 +26,24 @@ export function deskSurroundings(platform: Platform, { attempt, phase, entryOf }
     sendStop: (stop) => attempt()?.stop.send(stop) ?? false,
     toPageMs: (robotUs) => attempt()?.control.clocks.toOursMs(robotUs) ?? null,
     entryOf,
+  }
+}
+
+export interface BindingWishes extends Pick<BindingHost, 'watch' | 'clearanceOf'> {
+  /** A picture is on the screen. */
+  readonly shown: (label: string, rtpTimestamp: number, atMs: number) => void
+}
+
+export function bindingHost(platform: Platform, { attempt }: Pick<Live, 'attempt'>, wishes: BindingWishes): BindingHost {
+  const control = () => attempt()?.control ?? null
+  const now = (): number => platform.now()
+  return {
+    now,
+    ageMs: (stampUs, atMs) => control()?.clocks.ageMs(stampUs, atMs) ?? null,
+    watch: (label, on) => wishes.watch(label, on),
+    mediaSource: (label, receiver) =>
+      receiverSource(receiver, { now, control, shown: (rtp, atMs) => wishes.shown(label, rtp, atMs) }),
+    clearanceOf: (entry) => wishes.clearanceOf(entry),
   }
 }
 

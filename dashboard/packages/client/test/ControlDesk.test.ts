@@ -511,9 +511,19 @@ describe('the stop', () => {
   })
 
   test('that the robot does not answer to clear is reported', async () => {
-    const { control, me } = await meet()
+    const { control, me, peer } = await meet()
+    await withTime(control.stop(), 100)
     me.isSilenced = true
-    expect(await withTime(control.clearStop(), 6000)).toMatchObject({ isCleared: false })
+    const cleared = control.clearStop()
+    expect(control.clearStop()).toBe(cleared)
+    await live(peer, 5000)
+    await expect(cleared).resolves.toEqual({ isCleared: false, code: 'signal.timeout' })
+  })
+
+  test('that is not there needs no clearing', async () => {
+    const { control, robot } = await meet()
+    await expect(control.clearStop()).resolves.toEqual({ isCleared: true })
+    expect(robot.sentBy('me', 'stop.clear')).toEqual([])
   })
 
   test('is not acknowledged by the answer to another', async () => {

@@ -123,6 +123,8 @@ export class ControlDesk {
 
   /** Let commands act again: the deliberate act of somebody who holds a lease, or of a supervisor. Never rejects. */
   clearStop(): Promise<ClearReport> {
+    const isClear = this.available.get() === 'available' && !this.stopView.get().isStopped
+    if (isClear) return Promise.resolve({ isCleared: true })
     return this.answers.clear()
   }
 
