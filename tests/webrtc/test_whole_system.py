@@ -97,6 +97,7 @@ async def until_it_rests(connection: RobotConnection, timeout_s: float = 5.0) ->
 async def drive_until_it_moves(connection: RobotConnection) -> None:
     pad = connection.sendable("cmd_vel")
     await pad.wait_open()
+    await connection.control.take()
     start = await pose_of(connection)
     async with asyncio.timeout(10):
         while math.dist(start, await pose_of(connection)) < 0.05:
@@ -146,6 +147,7 @@ def test_a_command_that_is_not_a_number_is_refused_with_a_reason(on_site: Any) -
         connection.on_refusal(refusals.put_nowait)
         pad = connection.sendable("cmd_vel")
         await pad.wait_open()
+        await connection.control.take()
         start = await pose_of(connection)
         for bad in ('{"linear":{"x":"fast"}}', "{}", "[1]", "not json", '{"linear":{"x":NaN}}'):
             async with asyncio.timeout(5):
