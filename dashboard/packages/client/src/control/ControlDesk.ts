@@ -12,9 +12,10 @@ import {
   type Stop,
   type StopState,
 } from '@mosaic/protocol'
-import { Listeners, Value, type Readable } from '../Readable'
+import { Listeners, type Readable } from '../Readable'
 import { Answers } from './Answers'
 import { clearanceFor, resourceOf, type Clearance } from './clearance'
+import { DeskBoard } from './DeskBoard'
 import type { LeaseEffect } from './leaseEntry'
 import { LeaseTable, type LeaseEvent } from './leaseTable'
 import { StopSender } from './StopSender'
@@ -60,24 +61,19 @@ export class ControlDesk {
   private readonly stops: StopSender
   private readonly answers: Answers
   private readonly told = new Listeners<[ControlEvent]>()
-  private readonly available = new Value<Availability>('unknown')
-  private readonly everybody = new Value<readonly PeerView[]>([])
-  private readonly myself = new Value<PeerView | null>(null)
-  private readonly leaseViews = new Value<Readonly<Record<string, LeaseView>>>({})
-  private readonly stopView = new Value<StopView>({ isStopped: false, by: '', reason: '', mine: null })
-  private readonly limiting = new Value<Readonly<Record<string, SafetyLimit>>>({})
+  private readonly board = new DeskBoard()
   private endTicks: (() => void) | null = null
 
   /** Whether the robot knows leases and the stop at all. */
-  readonly availability: Readable<Availability> = this.available
+  readonly availability: Readable<Availability> = this.board.availability
   /** Everybody who is connected to the robot. */
-  readonly peers: Readable<readonly PeerView[]> = this.everybody
-  readonly me: Readable<PeerView | null> = this.myself
+  readonly peers: Readable<readonly PeerView[]> = this.board.peers
+  readonly me: Readable<PeerView | null> = this.board.me
   /** By resource. */
-  readonly leases: Readable<Readonly<Record<string, LeaseView>>> = this.leaseViews
-  readonly stopState: Readable<StopView> = this.stopView
+  readonly leases: Readable<Readonly<Record<string, LeaseView>>> = this.board.leases
+  readonly stopState: Readable<StopView> = this.board.stop
   /** By connector label, for what this page commands: how much of the speed is left, and why. */
-  readonly limits: Readable<Readonly<Record<string, SafetyLimit>>> = this.limiting
+  readonly limits: Readable<Readonly<Record<string, SafetyLimit>>> = this.board.limits
   readonly events = { subscribe: (listener: (event: ControlEvent) => void): (() => void) => this.told.add(listener) }
 
   /** `changed`: whether messages may leave may have changed. */
@@ -86,7 +82,7 @@ export class ControlDesk {
     private readonly changed: () => void = () => {},
   ) {
     this.stops = new StopSender({ ...around, sendOnControl: (stop) => around.send('stop', stop) })
-    this.stops.report.subscribe(() => this.stopView.set({ ...this.stopView.get(), mine: this.stops.report.get() }))
+    this.stops.report.subscribe(() => this.board.showMyStop(this.stops.report.get()))
     this.answers = new Answers({
       journalRead: (question) => around.send('journal.read', question),
       stopClear: () => around.send('stop.clear', {}),
@@ -96,14 +92,14 @@ export class ControlDesk {
 
   /** Ask to command; the answer shows in `leases` and `events`. False: not connected, or the robot knows no leases. */
   requestLease(resource = MOTION, { reason = '', force = false }: { reason?: string; force?: boolean } = {}): boolean {
-    if (this.available.get() !== 'available') return false
+    if (this.availability.get() !== 'available') return false
     this.handle({ type: 'requested', resource, reason: cut(reason), force })
     return true
   }
 
   /** Give it back, or wait for it no longer. */
   releaseLease(resource = MOTION): boolean {
-    if (this.available.get() !== 'available') return false
+    if (this.availability.get() !== 'available') return false
     this.handle({ type: 'released', resource })
     return true
   }
@@ -118,12 +114,12 @@ export class ControlDesk {
    * over a reconnect too. Never rejects. This is no certified emergency stop.
    */
   stop(reason = ''): Promise<StopReport> {
-    return this.stops.say(cut(reason), this.available.get() !== 'unavailable')
+    return this.stops.say(cut(reason), this.availability.get() !== 'unavailable')
   }
 
   /** Let commands act again: the deliberate act of somebody who holds a lease, or of a supervisor. Never rejects. */
   clearStop(): Promise<ClearReport> {
-    const isClear = this.available.get() === 'available' && !this.stopView.get().isStopped
+    const isClear = this.availability.get() === 'available' && !this.stopState.get().isStopped
     if (isClear) return Promise.resolve({ isCleared: true })
     return this.answers.clear()
   }
@@ -142,9 +138,9 @@ export class ControlDesk {
     if (epoch === 0 && this.table.view(resource).isMine) this.handle({ type: 'ticked' })
     const lease = this.table.view(resource)
     return clearanceFor(entry, {
-      availability: this.available.get(),
-      isStopped: this.stopView.get().isStopped,
-      me: this.myself.get(),
+      availability: this.availability.get(),
+      isStopped: this.stopState.get().isStopped,
+      me: this.me.get(),
       lease,
       epoch,
     })
@@ -154,13 +150,13 @@ export class ControlDesk {
   greeted(extensions: Readonly<Record<string, number>>): void {
     const isKnown = (extensions.lease ?? 0) >= 1 && (extensions.stop ?? 0) >= 1
     if (!isKnown) return this.original()
-    this.available.set('available')
+    this.board.availability.set('available')
     this.changed()
   }
 
   /** Called by the connection: the robot is an original one. */
   original(): void {
-    this.available.set('unavailable')
+    this.board.availability.set('unavailable')
     this.stops.abandon('unavailable')
     this.changed()
   }
@@ -172,12 +168,7 @@ export class ControlDesk {
 
   /** Called by the connection: its channels are gone; `onPurpose` if this page said goodbye. */
   linkLost(onPurpose: boolean): void {
-    this.available.set('unknown')
-    this.everybody.set([])
-    this.myself.set(null)
-    this.limiting.set({})
-    const { mine } = this.stopView.get()
-    this.stopView.set({ isStopped: false, by: '', reason: '', mine })
+    this.board.clear()
     this.answers.linkLost()
     this.handle({ type: 'linkLost', onPurpose })
     if (onPurpose) this.stops.abandon('unconfirmed')
@@ -208,7 +199,7 @@ export class ControlDesk {
       case 'stop.state':
         return this.stopHeard(message.data)
       case 'safety.limit':
-        return this.limiting.set({ ...this.limiting.get(), [message.data.label]: message.data })
+        return this.board.showLimit(message.data)
       case 'journal':
         return this.answers.journalHeard(message.data.entries)
       case 'refusal':
@@ -224,16 +215,15 @@ export class ControlDesk {
     if (!this.answers.refused(refusal)) this.handle({ type: 'refused', why: whyOf(refusal) })
   }
 
-  private peersHeard({ you, peers }: Peers): void {
-    this.table.me = you
-    this.everybody.set(peers.map((peer) => ({ ...peer, isMe: peer.peerId === you })))
-    this.myself.set(this.everybody.get().find(({ isMe }) => isMe) ?? null)
+  private peersHeard(peers: Peers): void {
+    this.table.me = peers.you
+    this.board.showPeers(peers)
     this.publish()
   }
 
   private stopHeard(state: StopState): void {
-    const was = this.stopView.get()
-    this.stopView.set({ ...state, mine: was.mine })
+    const was = this.stopState.get()
+    this.board.showStop(state)
     if (!state.isStopped) this.answers.stopCleared()
     this.changed()
     if (state.isStopped && !was.isStopped) this.told.tell({ type: 'stopped', by: state.by, reason: state.reason })
@@ -261,24 +251,14 @@ export class ControlDesk {
     if (effect.message === 'lease.release') this.forgetLimits(effect.data.resource)
   }
 
-  // The robot tells them to whoever commands, and to nobody else.
   private forgetLimits(resource: string): void {
-    const kept = Object.entries(this.limiting.get()).filter(([label]) => resourceOf(this.around.entryOf(label)) !== resource)
-    this.limiting.set(Object.fromEntries(kept))
+    this.board.forgetLimits(resource, (label) => this.around.entryOf(label))
   }
 
   private publish(): void {
-    const before = this.leaseViews.get()
-    const views = this.table.views.map((view) => unchanged(before[view.resource], view))
-    const isNews = views.length !== Object.keys(before).length || views.some((view) => before[view.resource] !== view)
-    if (isNews) this.leaseViews.set(Object.fromEntries(views.map((view) => [view.resource, view])))
+    this.board.showLeases(this.table.views)
     this.changed()
   }
-}
-
-/** The object that listeners already have, if it says the same: whoever shows it need not draw again. */
-function unchanged<T>(before: T | undefined, now: T): T {
-  return before !== undefined && JSON.stringify(before) === JSON.stringify(now) ? before : now
 }
 
 // Python counts code points, so do we.
