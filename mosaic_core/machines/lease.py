@@ -12,7 +12,6 @@ Every arrow into *held* draws a new epoch, so an epoch names one grant of one re
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 
 from mosaic_core.machines.lease_events import (
     Answered,
@@ -32,22 +31,13 @@ from mosaic_core.machines.lease_events import (
     Requested,
     Waiting,
 )
-from mosaic_core.machines.lease_queue import LeaseQueue
+from mosaic_core.machines.resource_lease import ResourceLease
 
 LEASE_EXPIRY_S = 2.0
 """Four keep-alives (0.5 s apart): three may be late before somebody counts as gone."""
 MAX_PEERS = 1024
 """More than a robot admits by far; whoever comes after them is a stranger who may not command."""
 EPOCH_MAX = 0xFFFFFFFF
-
-
-@dataclass(slots=True)
-class _Lease:
-    resource: str
-    holder: Party | None = None
-    epoch: int = 0
-    alive_s: float = 0.0
-    queue: LeaseQueue = field(default_factory=LeaseQueue)
 
 
 class LeaseDesk:
@@ -69,7 +59,7 @@ class LeaseDesk:
         self.expiry_s = expiry_s
         self._legacy = legacy
         self._next_epoch = first_epoch % EPOCH_MAX or 1
-        self._leases = {resource: _Lease(resource) for resource in resources}
+        self._leases = {resource: ResourceLease(resource, expiry_s) for resource in resources}
         self._peers: dict[str, Party] = {}
 
     @property
@@ -79,8 +69,8 @@ class LeaseDesk:
     @property
     def deadline_s(self) -> float | None:
         """When the next lease expires; the driver says :class:`DeadlinePassed` then. ``None``: never."""
-        times = [lease.alive_s + self.expiry_s for lease in self._leases.values() if lease.holder is not None]
-        return min(times, default=None)
+        times = (lease.ends_at_s for lease in self._leases.values())
+        return min((time_s for time_s in times if time_s is not None), default=None)
 
     def holder(self, resource: str) -> Party | None:
         lease = self._leases.get(resource)
@@ -98,8 +88,7 @@ class LeaseDesk:
 
     def holds_any(self, peer_id: str, now_s: float) -> bool:
         """Whether this peer commands anything."""
-        held = [one for one in self._leases.values() if one.holder is not None and one.holder.peer_id == peer_id]
-        return any(now_s < lease.alive_s + self.expiry_s for lease in held)
+        return any(lease.is_held_by(peer_id) and not lease.has_expired(now_s) for lease in self._leases.values())
 
     def party(self, peer_id: str) -> Party | None:
         return self._peers.get(peer_id)
@@ -110,24 +99,11 @@ class LeaseDesk:
         if lease is None:
             return "lease.unknown_resource"
         party = self._peers.get(peer_id)
-        holder = lease.holder
         if party is None:
-            return "lease.required" if holder is None else "lease.not_holder"
+            return "lease.required" if lease.holder is None else "lease.not_holder"
         if not self._may_command(party):
             return "lease.forbidden" if party.role == "observer" else "lease.original_observes"
-        if holder is not None and now_s >= lease.alive_s + self.expiry_s:
-            if holder.peer_id == peer_id:
-                return "lease.expired"
-            holder = None
-        if holder is None:
-            if party.is_original and not lease.queue:
-                return None
-            return "lease.old_epoch" if epoch else "lease.required"
-        if holder.peer_id != peer_id:
-            return "lease.not_holder"
-        if party.is_original or epoch == lease.epoch:
-            return None
-        return "lease.old_epoch" if epoch else "lease.required"
+        return lease.refusal(party, epoch, now_s)
 
     def handle(self, event: Event, now_s: float) -> list[Effect]:
         """What to do now, in order. What has expired by ``now_s`` ends before the event counts."""
@@ -158,24 +134,22 @@ class LeaseDesk:
     def _expired(self, now_s: float) -> list[Effect]:
         effects: list[Effect] = []
         for lease in self._leases.values():
-            if lease.holder is not None and now_s >= lease.alive_s + self.expiry_s:
+            if lease.has_expired(now_s):
                 effects += self._end(lease, "lease.expired", "", now_s)
         return effects
 
     def _kept(self, peer_id: str, resource: str, epoch: int, now_s: float) -> None:
         lease = self._leases.get(resource)
-        if lease is not None and lease.holder is not None and lease.epoch == epoch and lease.holder.peer_id == peer_id:
-            lease.alive_s = max(lease.alive_s, now_s)
+        if lease is not None and lease.is_held_by(peer_id) and lease.epoch == epoch:
+            lease.keep(now_s)
 
     def _commanded(self, peer_id: str, resource: str, now_s: float) -> list[Effect]:
         lease, party = self._leases.get(resource), self._peers.get(peer_id)
         if lease is None or party is None:
             return []
-        if lease.holder is not None:
-            if lease.holder.peer_id == peer_id:
-                lease.alive_s = max(lease.alive_s, now_s)
-            return []
-        if party.is_original and not lease.queue and self._may_command(party):
+        if lease.is_held_by(peer_id):
+            lease.keep(now_s)
+        elif lease.holder is None and party.is_original and not lease.queue and self._may_command(party):
             return self._give(lease, party, "", _name(party), now_s)
         return []
 
@@ -190,7 +164,7 @@ class LeaseDesk:
             effects = [*self._forget(party.peer_id), *self._left(party.peer_id, now_s)]  # what it had isn't this one's
         self._peers[party.peer_id] = party
         for lease in self._leases.values():
-            if lease.holder is not None and lease.holder.peer_id == party.peer_id:
+            if lease.is_held_by(party.peer_id):
                 lease.holder = party
             if lease.queue.update(party):
                 effects.append(QueueChanged(lease.resource))
@@ -201,8 +175,9 @@ class LeaseDesk:
         known = self._peers.get(party.peer_id)
         if known is not None:
             return known.session_id == party.session_id
-        held = [one.holder for one in self._leases.values() if one.holder and one.holder.peer_id == party.peer_id]
-        return party.session_id != "" and all(holder.session_id == party.session_id for holder in held)
+        holders = [lease.holder for lease in self._leases.values() if lease.holder is not None]
+        mine = [holder for holder in holders if holder.peer_id == party.peer_id]
+        return party.session_id != "" and all(holder.session_id == party.session_id for holder in mine)
 
     def _forget(self, peer_id: str) -> list[Effect]:
         """Nothing is said or given to it any more."""
@@ -233,7 +208,7 @@ class LeaseDesk:
         if holder is None:
             return self._give(lease, party, "", _name(party), now_s)
         if holder.peer_id == party.peer_id:
-            lease.alive_s = max(lease.alive_s, now_s)
+            lease.keep(now_s)
             return [Reply(party.peer_id, lease.resource, "granted", lease.epoch)]
         if holder.is_same_session(party):
             return self._give(lease, party, "peer.replaced", _name(party), now_s)
@@ -245,7 +220,7 @@ class LeaseDesk:
             return self._give(lease, party, "lease.taken_over", _name(party), now_s, event.reason)
         return self._wait(lease, Waiting(party, event.reason, now_s))
 
-    def _wait(self, lease: _Lease, waiting: Waiting) -> list[Effect]:
+    def _wait(self, lease: ResourceLease, waiting: Waiting) -> list[Effect]:
         party = waiting.party
         displaced = lease.queue.add(waiting)
         if displaced is party:
@@ -280,7 +255,9 @@ class LeaseDesk:
 
     # -- giving and ending
 
-    def _give(self, lease: _Lease, party: Party, cause: str, by: str, now_s: float, message: str = "") -> list[Effect]:
+    def _give(
+        self, lease: ResourceLease, party: Party, cause: str, by: str, now_s: float, message: str = ""
+    ) -> list[Effect]:
         before = lease.holder
         lease.holder, lease.epoch, lease.alive_s = party, self._next_epoch, now_s
         self._next_epoch = self._next_epoch % EPOCH_MAX + 1
@@ -291,7 +268,7 @@ class LeaseDesk:
             effects.append(Reply(party.peer_id, lease.resource, "granted", lease.epoch))
         return effects
 
-    def _end(self, lease: _Lease, cause: str, by: str, now_s: float) -> list[Effect]:
+    def _end(self, lease: ResourceLease, cause: str, by: str, now_s: float) -> list[Effect]:
         following = lease.queue.first
         if following is not None:
             return self._give(lease, following, cause, by, now_s)

@@ -46,7 +46,7 @@ from mosaic_core.words.limits import FieldLimit
 TIMEOUT_S = 0.3
 EXPIRY_S = 2.0
 MAX_AGE_S = 0.5
-MAX_RATE_HZ = 20.0
+MAX_RATE_HZ = 15.0
 TOP_SPEED, RISE, FALL = 1.0, 2.0, 4.0
 RESOURCES = ("motion", "arm")
 ROUNDING = 1e-9
