@@ -146,6 +146,12 @@ class ControlDesk:
         port.send(control.StopClear())
         await self._answers.wait(cleared, ANSWER_S, "The robot does not answer; it may still be stopped.")
 
+    def picture_seen(self, label: str, capture_us: int | None) -> None:
+        """Tell the robot how old the picture is by which this operator drives: when it was captured, on the robot's
+        clock; ``None``: watching, but nothing shown yet. Its age slows commands down. Ten times a second is enough."""
+        if self._port is not None and "safetyLimit" in self._extensions:
+            self._port.send(control.MediaSeen(label=label, capture_us=capture_us))
+
     # -- who did what ------------------------------------------------------------------------------------------------
 
     async def journal(self, limit: int = 100, before: int | None = None) -> Sequence[JournalEntry]:

@@ -1,0 +1,141 @@
+"""One operator's commands to one receiver, frame by frame: honest ones at a steady rate, and any other."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from mosaic_core.drill.commands import Command, at
+from mosaic_core.drill.findings import Failed
+from mosaic_core.drill.recorder import Act
+from mosaic_core.drill.rig import DrillOperator, Rig, Subject, until
+from mosaic_core.machines.framing import SEQ_MODULUS, Frame, encode_frame
+from mosaic_core.words.control import CHANNEL_PROTOCOL
+from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.errors import ConnectionFailed
+
+PERIOD_S = 0.05
+"""Twenty commands a second, as a dashboard sends them."""
+BEGIN_S = 3.0
+"""For the first command to be carried out; a device that is opened late has its own time."""
+
+
+class CommandStream:
+    """Opened on the operator's link; :meth:`say` says anything."""
+
+    def __init__(self, who: DrillOperator, subject: Subject, command: Command) -> None:
+        is_latest = subject.delivery is Delivery.LATEST
+        self.who = who
+        self.subject = subject
+        self.command = command
+        self.seq = 0
+        self.said_at_s = 0.0
+        self._channel = who.link.create_channel(
+            subject.label,
+            protocol=CHANNEL_PROTOCOL,
+            ordered=not is_latest,
+            max_retransmits=0 if is_latest else None,
+        )
+
+    @property
+    def epoch(self) -> int:
+        """What this operator holds now."""
+        resource = self.subject.safety.resource
+        return 0 if resource is None else int(self.who.control.epoch_of(resource))
+
+    @property
+    def period_s(self) -> float:
+        safety = self.subject.safety
+        period_s = PERIOD_S if safety.timeout_s is None else min(PERIOD_S, safety.timeout_s / 3)
+        return period_s if safety.max_rate_hz is None else max(period_s, 1.2 / safety.max_rate_hz)
+
+    def say(self, payload: bytes | None = None, *, seq: int | None = None, epoch: int | None = None) -> None:
+        """Send one frame; what is not said is as it should be."""
+        if seq is None:
+            seq = self.seq = (self.seq + 1) % SEQ_MODULUS
+        frame = Frame(
+            self.command.kind,
+            self.command.payload() if payload is None else payload,
+            seq=seq,
+            epoch=self.epoch if epoch is None else epoch,
+            stamp_us=time.monotonic_ns() // 1000,
+        )
+        self.said_at_s = time.monotonic()
+        try:
+            for part in encode_frame(frame):
+                self._channel.send(part)
+        except ConnectionFailed:
+            raise Failed("the robot closed the channel") from None
+
+    async def open(self) -> None:
+        if not await until(lambda: self._channel.is_open, BEGIN_S):
+            raise Failed("its data channel did not open")
+
+    async def drive(self, for_s: float) -> None:
+        """Honest commands at a steady rate."""
+        ends_at_s = time.monotonic() + for_s
+        while time.monotonic() < ends_at_s:
+            self.say()
+            await asyncio.sleep(self.period_s)
+
+    async def until_moving(self) -> None:
+        """Drive until the receiver has carried a command out; raises :class:`Failed` if it does not."""
+        began_s = time.monotonic()
+        while not any(self.moves(act) for act in self.subject.recorder.commands_since(began_s)):
+            if time.monotonic() - began_s > BEGIN_S:
+                raise Failed(f"no command was carried out within {BEGIN_S:.0f} s{self._because(began_s)}")
+            await self.drive(self.period_s)
+
+    def moves(self, act: Act) -> bool:
+        """Whether a command that was carried out means motion."""
+        if not self.command.fields:
+            return True
+        return any(at(act.value, field) for field in self.command.fields)
+
+    def _because(self, since_s: float) -> str:
+        broken = [act.cause for act in self.subject.recorder.acts if act.kind == "failed" and act.at_s >= since_s]
+        codes = [*dict.fromkeys(self.who.refusals), *dict.fromkeys(broken)]
+        return f" ({', '.join(codes)})" if codes else ": handle_data does not return"
+
+
+@asynccontextmanager
+async def opened(
+    rig: Rig, subject: Subject, role: str = "operator", *, holds: bool = True
+) -> AsyncIterator[CommandStream]:
+    """Somebody connects, takes the lease if there is one to take, and may command; gone afterwards."""
+    assert subject.command is not None
+    who = await rig.operator(role)
+    try:
+        if holds and subject.safety.resource is not None:
+            await who.control.take(subject.safety.resource)
+        stream = CommandStream(who, subject, subject.command)
+        await stream.open()
+        yield stream
+    finally:
+        await rig.dismiss(who)
+
+
+@asynccontextmanager
+async def moving(rig: Rig, subject: Subject) -> AsyncIterator[CommandStream]:
+    """Somebody who commands, and has got it to move."""
+    async with opened(rig, subject) as stream:
+        await stream.until_moving()
+        yield stream
+
+
+@asynccontextmanager
+async def in_background(stream: CommandStream) -> AsyncIterator[None]:
+    """The operator goes on commanding meanwhile, whatever happens."""
+
+    async def drive() -> None:
+        while True:
+            await stream.drive(60.0)
+
+    driving = asyncio.create_task(drive())
+    try:
+        yield
+    finally:
+        driving.cancel()
+        await asyncio.gather(driving, return_exceptions=True)

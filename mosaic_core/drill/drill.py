@@ -1,0 +1,68 @@
+"""Runs the exercises, one after the other, receiver by receiver."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable, Collection, Mapping
+
+from mosaic_core.drill import silence, strangers
+from mosaic_core.drill.findings import Failed, Finding, NotExercised, Passed
+from mosaic_core.drill.rig import Rig, Subject, rig_of
+from mosaic_core.runtime.auto_configurer import Configured
+from mosaic_core.words.errors import MosaicError
+
+Exercise = Callable[[Rig, Subject], Awaitable[Passed]]
+EXERCISE_S = 30.0
+"""Something hangs if one exercise takes longer."""
+EXERCISES: Mapping[str, Exercise] = {
+    "safe-action": silence.safe_action,
+    "silence": silence.silence,
+    "disconnect": silence.disconnect,
+    "leaves": silence.leaves,
+    "frozen-picture": silence.frozen_picture,
+    "stop": strangers.stop,
+    "take-over": strangers.take_over,
+    "lease-expiry": silence.lease_expiry,
+    "stranger": strangers.stranger,
+    "observer": strangers.observer,
+    "old-epoch": strangers.old_epoch,
+    "replay": strangers.replay,
+    "reordered": strangers.reordered,
+    "not-a-number": strangers.not_a_number,
+    "out-of-range": strangers.out_of_range,
+    "too-fast": strangers.too_fast,
+}
+NEEDS_NO_COMMAND = frozenset({"safe-action"})
+
+
+async def drill(configured: Configured, *, live: bool = False, only: Collection[str] = ()) -> AsyncIterator[Finding]:
+    """Findings as they come. ``only``: names of :data:`EXERCISES`, all by default. ``live`` really drives.
+
+    ``configured`` is used up: its handlers are the drill's afterwards.
+    """
+    names = [name for name in EXERCISES if not only or name in only]
+    async with rig_of(configured, live=live) as rig:
+        for subject in rig.subjects:
+            if not subject.safety.is_motion:
+                why = "it moves nothing: no time-out and no lease"
+                yield Finding("–", subject.label, "skipped", why=why)
+                continue
+            for name in names:
+                yield await _exercised(rig, subject, name)
+
+
+async def _exercised(rig: Rig, subject: Subject, name: str) -> Finding:
+    if subject.command is None and name not in NEEDS_NO_COMMAND:
+        return Finding(name, subject.label, "skipped", why=subject.no_command)
+    try:
+        async with asyncio.timeout(EXERCISE_S):
+            passed = await EXERCISES[name](rig, subject)
+    except NotExercised as reason:
+        return Finding(name, subject.label, "skipped", why=str(reason))
+    except Failed as failed:
+        return Finding(name, subject.label, "failed", failed.limit, failed.measured, str(failed))
+    except MosaicError as error:
+        return Finding(name, subject.label, "failed", why=f"{error.code}: {error.message}")
+    except TimeoutError:
+        return Finding(name, subject.label, "failed", why=f"it hung for {EXERCISE_S:.0f} s")
+    return Finding(name, subject.label, "passed", passed.limit, passed.measured, passed.why, passed.measured_s)

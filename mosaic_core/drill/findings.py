@@ -1,0 +1,52 @@
+"""What a drill found out: one line per exercise and receiver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Verdict = Literal["passed", "failed", "skipped"]
+TOLERANCE_S = 0.1
+"""What threads and the event loop of a busy machine may add to a limit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """``limit`` and ``measured`` are words with units; ``why`` says what was wrong, or why it was not exercised."""
+
+    exercise: str
+    label: str
+    verdict: Verdict
+    limit: str = ""
+    measured: str = ""
+    why: str = ""
+    measured_s: float | None = None
+
+
+class NotExercised(Exception):
+    """This receiver can't be exercised this way; the text says why."""
+
+
+class Failed(Exception):
+    """It did not do what it must."""
+
+    def __init__(self, why: str, *, limit: str = "", measured: str = "") -> None:
+        super().__init__(why)
+        self.limit = limit
+        self.measured = measured
+
+
+@dataclass(frozen=True, slots=True)
+class Passed:
+    limit: str
+    measured: str
+    why: str = ""
+    measured_s: float | None = None
+
+
+def in_time(measured_s: float, limit_s: float, *, why: str = "") -> Passed:
+    """Passed if it took no longer than its limit; else raises :class:`Failed`."""
+    limit, measured = f"{limit_s * 1e3:.0f} ms", f"{measured_s * 1e3:.0f} ms"
+    if measured_s > limit_s + TOLERANCE_S:
+        raise Failed("too late", limit=limit, measured=measured)
+    return Passed(limit, measured, why, measured_s)

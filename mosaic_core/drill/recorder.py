@@ -1,0 +1,115 @@
+"""What a receiver was told to do and when: the drill's eyes. In a dry drill it stands in for the plugin's own code."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pydantic import BaseModel
+
+from mosaic_core.contract.handler import DataChannelReceivable
+from mosaic_core.contract.host import Sender
+
+
+@dataclass(frozen=True, slots=True)
+class Act:
+    """``command``: ``handle_data`` had carried out ``value``; ``safe``: the safe action had returned, for ``cause``;
+    ``failed``: one of the two raised."""
+
+    at_s: float
+    kind: Literal["command", "safe", "failed"]
+    value: Any = None
+    cause: str = ""
+
+
+class Recorder:
+    """The acts of one receiver, in their order. Any thread."""
+
+    def __init__(self) -> None:
+        self._acts: list[Act] = []
+        self._lock = threading.Lock()
+
+    @property
+    def acts(self) -> tuple[Act, ...]:
+        with self._lock:
+            return tuple(self._acts)
+
+    def add(self, kind: Literal["command", "safe", "failed"], value: Any = None, cause: str = "") -> None:
+        plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
+        with self._lock:
+            self._acts.append(Act(time.monotonic(), kind, plain, cause))
+
+    def commands_since(self, at_s: float) -> list[Act]:
+        return [act for act in self.acts if act.kind == "command" and act.at_s >= at_s]
+
+    def safe_since(self, at_s: float) -> Act | None:
+        """The first safe action that returned at or after ``at_s``."""
+        return next((act for act in self.acts if act.kind == "safe" and act.at_s >= at_s), None)
+
+    @property
+    def last_command(self) -> Act | None:
+        return next((act for act in reversed(self.acts) if act.kind == "command"), None)
+
+
+def watched(handler: DataChannelReceivable[Any], *, live: bool) -> Recorder:
+    """Record what ``handler`` does from now on; unless ``live``, nothing of the plugin's own code runs any more.
+
+    Only this one object is changed, and it is the drill's own.
+    """
+    recorder = Recorder()
+    handle, make_safe = (handler.handle_data, handler.make_safe) if live else (_nothing, _nothing)
+    is_async = live and inspect.iscoroutinefunction(handler.handle_data)
+    wrapped = _async_recorded(handle, recorder) if is_async else _recorded(handle, recorder, "command")
+    object.__setattr__(handler, "handle_data", wrapped)
+    object.__setattr__(handler, "make_safe", _recorded(make_safe, recorder, "safe"))
+    if not live:
+        object.__setattr__(handler, "peer_left", _ignore)
+    return recorder
+
+
+def acts_on_silence(handler: DataChannelReceivable[Any]) -> bool:
+    """Whether its author wrote a safe action at all: the inherited one does nothing."""
+    return type(handler).make_safe is not DataChannelReceivable.make_safe
+
+
+def _nothing(data: Any) -> None:
+    """In place of ``handle_data`` and ``make_safe``."""
+
+
+def _ignore(sender: Sender) -> None:
+    """In place of ``peer_left``."""
+
+
+def _recorded(call: Callable[..., Any], recorder: Recorder, kind: Literal["command", "safe"]) -> Callable[..., Any]:
+    @functools.wraps(call)
+    def recording(*arguments: Any) -> Any:
+        try:
+            result = call(*arguments)
+        except BaseException as error:
+            recorder.add("failed", cause=f"{type(error).__name__}: {error}")
+            raise
+        if kind == "safe":
+            recorder.add("safe", cause=str(arguments[0]))
+        else:
+            recorder.add("command", arguments[0])
+        return result
+
+    return recording
+
+
+def _async_recorded(call: Callable[..., Any], recorder: Recorder) -> Callable[..., Any]:
+    @functools.wraps(call)
+    async def recording(*arguments: Any) -> None:
+        try:
+            await call(*arguments)
+        except BaseException as error:
+            recorder.add("failed", cause=f"{type(error).__name__}: {error}")
+            raise
+        recorder.add("command", arguments[0])
+
+    return recording

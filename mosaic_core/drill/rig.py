@@ -1,0 +1,191 @@
+"""The robot of a configuration with a server and a network in memory, and operators who do what a drill tells them."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from mosaic_core.contract.configurer import Shared
+from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler
+from mosaic_core.drill.commands import Command, NoCommand, moving_command
+from mosaic_core.drill.recorder import Recorder, watched
+from mosaic_core.operator import MosaicOperator, RobotConnection
+from mosaic_core.runtime.auto_configurer import Configured
+from mosaic_core.runtime.connector import Connector
+from mosaic_core.runtime.hook_calls import hook_plugins
+from mosaic_core.runtime.operator_transport import OffererListener
+from mosaic_core.runtime.plain_stream import plain_streams
+from mosaic_core.runtime.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.robot import Robot
+from mosaic_core.testing.memory_network import MemoryLink, MemoryNetwork, memory_picture
+from mosaic_core.testing.memory_server import BASE_URL, MemoryServer
+from mosaic_core.words.config import RobotConfig
+from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import RobotStatus
+
+PATIENCE_S = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """One receiver under drill. ``command`` is ``None`` where none could be made, and ``no_command`` says why."""
+
+    label: str
+    handler: DataChannelReceivable[Any]
+    safety: ReceiverSafety
+    delivery: Delivery
+    recorder: Recorder
+    command: Command | None
+    no_command: str = ""
+
+
+class _Camera(MediaTrackHandler):
+    """In place of a camera in a dry drill: it has a label and shows nothing."""
+
+
+class DrillOperator:
+    """One operator: a connection, its link, and the right to say anything on it."""
+
+    def __init__(self, operator: MosaicOperator, connection: RobotConnection, link: MemoryLink) -> None:
+        self.operator = operator
+        self.connection = connection
+        self.link = link
+        self.refusals: list[str] = []
+        connection.on_refusal(lambda refusal: self.refusals.append(refusal.code))
+
+    @property
+    def control(self) -> Any:
+        return self.connection.control
+
+    def cut(self) -> None:
+        """From now on nothing of it arrives, and nobody is told."""
+        self.link.is_cut = True
+
+    async def until_refused(self, code: str, timeout_s: float = 1.0) -> bool:
+        """Whether the robot has said so by then."""
+        return await until(lambda: code in self.refusals, timeout_s)
+
+
+@dataclass(slots=True)
+class Rig:
+    """A running robot. ``subjects``: its receivers, ``cameras``: the labels of its cameras."""
+
+    subjects: tuple[Subject, ...]
+    cameras: tuple[str, ...]
+    lease_expiry_s: float
+    _server: MemoryServer
+    _network: MemoryNetwork
+    _robot_id: str
+    _stack: AsyncExitStack
+    _count: int = field(default=0)
+
+    async def operator(self, role: str = "operator") -> DrillOperator:
+        """Somebody new connects; a person. :meth:`dismiss` ends it."""
+        self._count += 1
+        name, links = f"{role} {self._count}", list[MemoryLink]()
+        self._server.roles[name] = role
+
+        def offerer(listener: OffererListener, ice_servers: Sequence[IceServer]) -> MemoryLink:
+            links.append(self._network.offerer(listener, ice_servers))
+            return links[-1]
+
+        operator = MosaicOperator(
+            BASE_URL, name, open_socket=self._server.connect, make_offerer=offerer, http=self._server.http(),
+            is_person=True,
+        )  # fmt: skip
+        await self._stack.enter_async_context(operator)
+        await operator.wait_status(self._robot_id, RobotStatus.READY_TO_CONNECT, PATIENCE_S)
+        connection = await operator.connect(self._robot_id, timeout_s=PATIENCE_S)
+        await connection.control.wait_for(lambda: connection.control.stop_state is not None, PATIENCE_S)
+        return DrillOperator(operator, connection, links[-1])
+
+    async def dismiss(self, *operators: DrillOperator) -> None:
+        """They are gone, and nothing of theirs is in anybody's way."""
+        for one in operators:
+            one.link.is_cut = False  # a good-bye that the robot hears, so that no lease lingers
+            await one.operator.close()
+
+
+@asynccontextmanager
+async def rig_of(configured: Configured, *, live: bool) -> AsyncIterator[Rig]:
+    """Run the robot of a configuration. Dry: no shared thing is entered, no sender or camera runs, no receiver acts."""
+    subjects, connectors, cameras = _staged(configured.connectors, live=live)
+    config = _without_journal_file(configured.config)
+    robot_id = str(config.server.auth.robot_id)
+    server, network = MemoryServer(robot_id), MemoryNetwork()
+    robot = Robot(
+        config,
+        connectors,
+        shared=configured.shared if live else Shared(),
+        plugins=configured.plugins if live else hook_plugins([]),
+        connect_socket=server.connect,
+        make_answerer=network.answerer,
+        open_stream=plain_streams(memory_picture),
+        software="mosaic-core/drill",
+    )
+    running = [asyncio.create_task(robot.run()), asyncio.create_task(server.keep_alive())]
+    try:
+        async with AsyncExitStack() as stack:
+            yield Rig(
+                subjects, cameras, config.control.lease_expiry_s, server, network, robot_id, stack
+            )  # fmt: skip
+    finally:
+        robot.stop()
+        running[1].cancel()
+        await asyncio.wait(running)
+    running[0].result()
+
+
+def _without_journal_file(config: RobotConfig) -> RobotConfig:
+    """What is only a drill must not stand in the robot's own journal."""
+    return config.model_copy(update={"control": config.control.model_copy(update={"journal_file": None})})
+
+
+def _staged(
+    connectors: Sequence[Connector], *, live: bool
+) -> tuple[tuple[Subject, ...], tuple[Connector, ...], tuple[str, ...]]:
+    subjects: list[Subject] = []
+    kept: list[Connector] = []
+    cameras: list[str] = []
+    for connector in connectors:
+        handlers = list(connector.handlers)
+        receivers = [one for one in handlers if isinstance(one, DataChannelReceivable)]
+        media = [one.label for one in handlers if isinstance(one, MediaTrackHandler)]
+        cameras += media
+        subjects += [_subject(connector, receiver, live=live) for receiver in receivers]
+        if live:
+            kept.append(connector)
+        elif receivers or media:
+            stand_ins = tuple(_Camera(label) for label in media)
+            kept.append(
+                Connector(
+                    connector.config, (*receivers, *stand_ins), connector.entry, connector.safety, connector.delivery
+                )
+            )
+    return tuple(subjects), tuple(kept), tuple(cameras)
+
+
+def _subject(connector: Connector, receiver: DataChannelReceivable[Any], *, live: bool) -> Subject:
+    safety = ReceiverSafety.of(connector.safety, receiver)
+    command, no_command = None, ""
+    try:
+        command = moving_command(receiver, safety)
+    except NoCommand as reason:
+        no_command = str(reason)
+    recorder = watched(receiver, live=live)
+    return Subject(receiver.label, receiver, safety, connector.delivery, recorder, command, no_command)
+
+
+async def until(condition: Callable[[], object], timeout_s: float) -> bool:
+    """Whether ``condition()`` became true in time; it may do so on any thread, so it is looked at every 2 ms."""
+    ends_at_s = time.monotonic() + timeout_s
+    while not condition():
+        if time.monotonic() >= ends_at_s:
+            return False
+        await asyncio.sleep(0.002)
+    return True

@@ -1,0 +1,172 @@
+"""Exercises of loss: silence, a cut link, a good-bye, a picture that stands still, a holder who is gone."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+
+from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
+from mosaic_core.drill.commands import at
+from mosaic_core.drill.findings import TOLERANCE_S, Failed, NotExercised, Passed, in_time
+from mosaic_core.drill.recorder import acts_on_silence
+from mosaic_core.drill.rig import Rig, Subject, until
+from mosaic_core.words.control import PEER_LOST_AFTER_S
+
+AT_ONCE_S = 0.05
+"""What has no limit of its own must happen within a few turns of the robot's loop."""
+DRIVE_S = 0.3
+WAIT_S = 1.0
+"""Longer than the limit, to see how late it was."""
+PICTURE_PERIOD_S = 0.1
+
+
+async def safe_action(rig: Rig, subject: Subject) -> Passed:
+    """Nothing is run: whether its author wrote a safe action at all."""
+    if subject.safety.on_timeout == "hold":
+        raise NotExercised("on_timeout: hold, so that nothing is done on purpose")
+    if acts_on_silence(subject.handler):
+        return Passed("make_safe", "make_safe")
+    if subject.safety.on_timeout == "zero" and subject.command is not None and subject.command.fields:
+        return Passed("make_safe", "zeros")
+    raise Failed(
+        "make_safe is not written: silence would be noticed, and nothing done", limit="make_safe", measured="none"
+    )
+
+
+async def silence(rig: Rig, subject: Subject) -> Passed:
+    """The operator stays, and says nothing more."""
+    limit_s = subject.safety.timeout_s
+    if limit_s is None:
+        raise NotExercised("no time-out (`safety.timeout_s`)")
+    if subject.safety.on_timeout == "hold":
+        raise NotExercised("on_timeout: hold")
+    async with moving(rig, subject) as stream:
+        await stream.drive(DRIVE_S)
+        await asyncio.sleep(AT_ONCE_S / 2)
+        last = subject.recorder.last_command
+        assert last is not None
+        return await _made_safe(stream, last.at_s, limit_s)
+
+
+async def disconnect(rig: Rig, subject: Subject) -> Passed:
+    """The link dies without a word."""
+    safety = subject.safety
+    timeout_s = safety.timeout_s if safety.on_timeout != "hold" else None
+    if timeout_s is None and safety.on_loss == "hold":
+        raise NotExercised("on_loss: hold")
+    limit_s = PEER_LOST_AFTER_S + WAIT_S / 2 if timeout_s is None else timeout_s
+    async with moving(rig, subject) as stream:
+        await stream.drive(DRIVE_S)
+        stream.who.cut()
+        return await _made_safe(stream, time.monotonic(), limit_s)
+
+
+async def leaves(rig: Rig, subject: Subject) -> Passed:
+    """The operator closes the connection."""
+    if subject.safety.on_loss == "hold":
+        raise NotExercised("on_loss: hold")
+    async with moving(rig, subject) as stream:
+        began_s = time.monotonic()
+        await stream.who.connection.close()
+        return await _made_safe(stream, began_s, AT_ONCE_S)
+
+
+async def frozen_picture(rig: Rig, subject: Subject) -> Passed:
+    """The operator drives on by a picture that no longer changes."""
+    curves, fields = subject.safety.curves, subject.command.fields if subject.command else ()
+    if not fields:
+        raise NotExercised("it has no motion fields that could be slowed down")
+    if curves.picture == "off" or curves.picture_ms is None:
+        raise NotExercised("`slow_down.picture` is off")
+    if not rig.cameras:
+        raise NotExercised("the configuration has no camera")
+    ends_ms = next((value for value, factor in curves.picture_ms if factor == 0), None)
+    if ends_ms is None:
+        raise NotExercised("its curve picture_ms never reaches 0")
+    async with opened(rig, subject) as stream:
+        watching = asyncio.create_task(_watch(stream, rig.cameras[0], freezes_after_s=None))
+        try:
+            await stream.until_moving()
+            await stream.drive(DRIVE_S)
+        finally:
+            watching.cancel()
+        return await _stands_by_the_picture(stream, rig.cameras[0], ends_ms / 1e3)
+
+
+async def lease_expiry(rig: Rig, subject: Subject) -> Passed:
+    """The holder vanishes; somebody else must be able to command."""
+    resource = subject.safety.resource
+    if resource is None:
+        raise NotExercised("it takes commands without a lease")
+    watcher = await rig.operator()
+    try:
+        async with opened(rig, subject) as stream:
+            stream.who.cut()
+            began_s = time.monotonic()
+            is_free = await until(lambda: watcher.control.leases[resource].holder is None, rig.lease_expiry_s + WAIT_S)
+            if not is_free:
+                raise Failed("the lease was not freed", limit=f"{rig.lease_expiry_s * 1e3:.0f} ms")
+            return in_time(time.monotonic() - began_s, rig.lease_expiry_s)
+    finally:
+        await rig.dismiss(watcher)
+
+
+async def _watch(stream: CommandStream, camera: str, freezes_after_s: float | None) -> None:
+    """Report fresh pictures of a camera for ever, or the last one once it is frozen."""
+    began_s = time.monotonic()
+    stream.who.connection.media(camera)
+    captured_s = began_s
+    while True:
+        if freezes_after_s is None or time.monotonic() - began_s < freezes_after_s:
+            captured_s = time.monotonic()
+        stream.who.control.picture_seen(camera, int(captured_s * 1e6))
+        await asyncio.sleep(PICTURE_PERIOD_S)
+
+
+async def _stands_by_the_picture(stream: CommandStream, camera: str, limit_s: float) -> Passed:
+    frozen_s = time.monotonic()
+    falls_s = _fall_time_s(stream.subject)
+    watching = asyncio.create_task(_watch(stream, camera, freezes_after_s=0.0))
+    try:
+        async with in_background(stream):
+            recorder = stream.subject.recorder
+
+            def stood_at_s() -> float | None:
+                acts = recorder.commands_since(frozen_s)
+                return next((act.at_s for act in acts if not stream.moves(act)), None)
+
+            await until(stood_at_s, limit_s + falls_s + WAIT_S)
+            at_s = stood_at_s()
+    finally:
+        watching.cancel()
+    if at_s is None:
+        raise Failed("it drove on", limit=f"{limit_s * 1e3:.0f} ms")
+    return in_time(at_s - frozen_s, limit_s + falls_s + stream.period_s)
+
+
+def _fall_time_s(subject: Subject) -> float:
+    """How long its slew limits let it take to stand."""
+    command = subject.command
+    if command is None or not command.moved:
+        return 0.0
+    rates = [
+        limit.max_fall_per_s
+        for limit in subject.safety.limits
+        if limit.max_fall_per_s is not None and command.moved in limit.fields
+    ]
+    return abs(at(command.message, command.moved)) / min(rates) if rates else 0.0
+
+
+async def _made_safe(stream: CommandStream, since_s: float, limit_s: float) -> Passed:
+    """How long after ``since_s`` the safe action had returned; and nothing moved it again."""
+    recorder = stream.subject.recorder
+    await until(lambda: recorder.safe_since(since_s), limit_s + WAIT_S)
+    safe = recorder.safe_since(since_s)
+    if safe is None:
+        broken = next((act.cause for act in recorder.acts if act.kind == "failed" and act.at_s >= since_s), "")
+        why = f"the safe action raised: {broken}" if broken else "the safe action did not run, or did not return"
+        raise Failed(why, limit=f"{limit_s * 1e3:.0f} ms")
+    await asyncio.sleep(TOLERANCE_S / 2)
+    if any(stream.moves(act) for act in recorder.commands_since(safe.at_s)):
+        raise Failed("it was moved again after its safe action")
+    return in_time(safe.at_s - since_s, limit_s, why=safe.cause)

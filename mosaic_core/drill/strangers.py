@@ -1,0 +1,175 @@
+"""Exercises of authority: the stop, a take-over, and commands that must not act, whoever sends them."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+
+from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
+from mosaic_core.drill.commands import at
+from mosaic_core.drill.findings import Failed, NotExercised, Passed, in_time
+from mosaic_core.drill.rig import Rig, Subject, until
+from mosaic_core.drill.silence import AT_ONCE_S, WAIT_S
+from mosaic_core.machines.framing import PayloadKind
+from mosaic_core.operator import LeaseDenied
+
+SETTLE_S = 0.15
+"""For what was said to be carried out, or not."""
+
+
+async def stop(rig: Rig, subject: Subject) -> Passed:
+    """An observer says stop while somebody drives on; afterwards a supervisor clears it."""
+    observer, supervisor = await rig.operator("observer"), await rig.operator("supervisor")
+    try:
+        async with moving(rig, subject) as stream, in_background(stream):
+            began_s = time.monotonic()
+            await observer.control.stop("safety drill")
+            recorder = subject.recorder
+            await until(lambda: recorder.safe_since(began_s), WAIT_S)
+            safe = recorder.safe_since(began_s)
+            if safe is None:
+                raise Failed("the safe action did not run, or did not return", limit=f"{AT_ONCE_S * 1e3:.0f} ms")
+            await asyncio.sleep(SETTLE_S)
+            if any(stream.moves(act) for act in recorder.commands_since(safe.at_s)):
+                raise Failed("it took commands while it was stopped")
+            await supervisor.control.clear_stop()
+            return in_time(safe.at_s - began_s, AT_ONCE_S)
+    finally:
+        await supervisor.control.clear_stop()
+        await rig.dismiss(observer, supervisor)
+
+
+async def take_over(rig: Rig, subject: Subject) -> Passed:
+    """A supervisor takes the lease from somebody who drives on; an operator may not."""
+    resource = _resource(subject)
+    supervisor, other = await rig.operator("supervisor"), await rig.operator()
+    try:
+        async with moving(rig, subject) as stream, in_background(stream):
+            try:
+                await other.control.take(resource, force=True, reason="safety drill")
+            except LeaseDenied as denied:
+                if denied.code != "lease.force_forbidden":
+                    raise Failed(f"an operator's force was refused with {denied.code}") from None
+            else:
+                raise Failed("an operator who is no supervisor took over by force")
+            began_s = time.monotonic()
+            await supervisor.control.take(resource, force=True, reason="safety drill")
+            await until(lambda: subject.recorder.safe_since(began_s), WAIT_S)
+            safe = subject.recorder.safe_since(began_s)
+            if safe is None:
+                raise Failed("the safe action did not run, or did not return")
+            await asyncio.sleep(SETTLE_S)
+            if subject.recorder.commands_since(safe.at_s):
+                raise Failed("commands of who lost the lease were carried out")
+            return in_time(safe.at_s - began_s, AT_ONCE_S)
+    finally:
+        await rig.dismiss(supervisor, other)
+
+
+async def stranger(rig: Rig, subject: Subject) -> Passed:
+    """Somebody else commands while the holder looks on."""
+    _resource(subject)
+    async with opened(rig, subject), opened(rig, subject, holds=False) as stream:
+        return await _refused(stream, "lease.not_holder", lambda: stream.say())
+
+
+async def observer(rig: Rig, subject: Subject) -> Passed:
+    """Somebody who may only watch commands."""
+    if subject.safety.takes_observers:
+        raise NotExercised("it takes messages of observers (`takes_observers`)")
+    async with opened(rig, subject, "observer", holds=False) as stream:
+        return await _refused(stream, "lease.forbidden", lambda: stream.say())
+
+
+async def old_epoch(rig: Rig, subject: Subject) -> Passed:
+    """A command of a lease that has ended, from the very operator who holds the next one."""
+    resource = _resource(subject)
+    async with opened(rig, subject) as stream:
+        before = stream.epoch
+        stream.who.control.release(resource)
+        await stream.who.control.take(resource)
+        return await _refused(stream, "lease.old_epoch", lambda: stream.say(epoch=before))
+
+
+async def replay(rig: Rig, subject: Subject) -> Passed:
+    """A command that was carried out is said again."""
+    async with moving(rig, subject) as stream:
+        return await _refused(stream, "safety.out_of_order", lambda: stream.say(seq=stream.seq))
+
+
+async def reordered(rig: Rig, subject: Subject) -> Passed:
+    """A command arrives after a newer one."""
+    async with moving(rig, subject) as stream:
+        stream.seq += 1
+        stream.say()
+        return await _refused(stream, "safety.out_of_order", lambda: stream.say(seq=stream.seq - 1))
+
+
+async def not_a_number(rig: Rig, subject: Subject) -> Passed:
+    """NaN where a number belongs."""
+    if subject.command is None or subject.command.kind is not PayloadKind.JSON:
+        raise NotExercised("its messages are no JSON")
+    moved = subject.command.moved
+    payload = subject.command.with_value(moved, "NaN") if moved else b'{"drill":NaN}'
+    async with moving(rig, subject) as stream:
+        return await _refused(stream, "safety.not_finite", lambda: stream.say(payload))
+
+
+async def out_of_range(rig: Rig, subject: Subject) -> Passed:
+    """Far more than the limits allow must arrive limited, or not at all."""
+    command = subject.command
+    limited = [one for one in subject.safety.limits if (one.max or one.max_norm or 0) > 0]
+    if command is None or not limited:
+        raise NotExercised("it has no limits (`safety.limits`)")
+    limit = limited[0]
+    field, most = limit.fields[0], min(one for one in (limit.max, limit.max_norm) if one is not None)
+    async with moving(rig, subject) as stream:
+        began_s = time.monotonic()
+        while time.monotonic() - began_s < 2 * SETTLE_S:
+            stream.say(command.with_value(field, f"{most * 100:.6g}"))
+            await asyncio.sleep(stream.period_s)
+        acts = subject.recorder.commands_since(began_s)
+        reached = max((abs(at(act.value, field)) for act in acts), default=math.nan)
+        words = f"{field} ≤ {most:g}"
+        if not acts and not stream.who.refusals:
+            raise Failed("the command was neither carried out nor refused", limit=words)
+        if reached > most * (1 + 1e-9):
+            raise Failed("more than the limit reached the connector", limit=words, measured=f"{reached:g}")
+        return Passed(words, f"{reached:g}" if acts else stream.who.refusals[-1])
+
+
+async def too_fast(rig: Rig, subject: Subject) -> Passed:
+    """A burst of commands."""
+    most_hz = subject.safety.max_rate_hz
+    if most_hz is None:
+        raise NotExercised("no `safety.max_rate_hz`")
+    async with moving(rig, subject) as stream:
+        for _ in range(int(most_hz) * 2 + 10):
+            stream.say()
+        if not await stream.who.until_refused("safety.too_fast"):
+            raise Failed("a burst was taken whole", limit=f"{most_hz:g} Hz")
+        return Passed(f"{most_hz:g} Hz", "safety.too_fast")
+
+
+async def _refused(stream: CommandStream, code: str, say: object) -> Passed:
+    """What ``say()`` sends must be refused with ``code`` and not be carried out."""
+    await asyncio.sleep(SETTLE_S)
+    began_s = time.monotonic()
+    assert callable(say)
+    say()
+    was_told = await stream.who.until_refused(code)
+    await asyncio.sleep(AT_ONCE_S)
+    moved = [act for act in stream.subject.recorder.commands_since(began_s) if stream.moves(act)]
+    told = next((one for one in reversed(stream.who.refusals)), "nothing")
+    if moved:
+        raise Failed("it was carried out", limit=code, measured="carried out")
+    if not was_told:
+        raise Failed("the sender was not told why", limit=code, measured=told)
+    return Passed(code, code)
+
+
+def _resource(subject: Subject) -> str:
+    if subject.safety.resource is None:
+        raise NotExercised("it takes commands without a lease")
+    return subject.safety.resource

@@ -1,0 +1,183 @@
+"""The drill passes on what is right, and fails on receivers that are broken in the ways that hurt."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from typing import Any, ClassVar
+
+import pytest
+
+from mosaic_cmdvel.cmd_vel import CmdVelConfigurer
+from mosaic_core import DataChannelConfigurer, DataChannelReceivable, MediaTrackConfigurer, MediaTrackHandler
+from mosaic_core.contract.params import Message, NoParams
+from mosaic_core.drill.drill import EXERCISES, drill
+from mosaic_core.drill.findings import Finding
+from mosaic_core.runtime.auto_configurer import AutoConfigurer, Configured
+from mosaic_core.runtime.hook_calls import hook_plugins
+from mosaic_core.runtime.resolver import ConnectorResolver
+from mosaic_core.testing.joining import ConnectorEntry, _checked, connector
+
+
+class Wish(Message):
+    speed_mps: float
+
+
+class Sled(DataChannelReceivable[Wish]):
+    """Somebody else's receiver: one number, a time-out, a safe action."""
+
+    timeout_s = 0.3
+    requires_lease = True
+    motion_fields: ClassVar[tuple[str, ...]] = ("speed_mps",)
+    told: ClassVar[list[Any]] = []
+
+    def handle_data(self, data: Wish) -> None:
+        self.told.append(data)
+
+    def make_safe(self, cause: str) -> None:
+        self.told.append(cause)
+
+
+class Careless(Sled):
+    make_safe = DataChannelReceivable.make_safe
+
+
+class Hanging(Sled):
+    released: ClassVar[threading.Event] = threading.Event()
+
+    def handle_data(self, data: Wish) -> None:
+        self.released.wait(20.0)
+
+
+class SafeActionHangs(Sled):
+    released: ClassVar[threading.Event] = threading.Event()
+
+    def make_safe(self, cause: str) -> None:
+        self.released.wait(20.0)
+
+
+class SafeActionRaises(Sled):
+    def make_safe(self, cause: str) -> None:
+        raise OSError("the bus is gone")
+
+
+class Text(DataChannelReceivable[str]):
+    def handle_data(self, data: str) -> None:
+        raise AssertionError("a dry drill runs no code of a plugin")
+
+
+class Still(MediaTrackHandler):
+    def frames(self) -> Any:
+        raise AssertionError("a dry drill opens no camera")
+
+
+def made_by(handler: type[Any], base: type[Any] = DataChannelConfigurer) -> type[Any]:
+    class Maker(base[NoParams]):  # type: ignore[misc]
+        connector_type = handler.__name__.lower()
+
+        def configure(self) -> Any:
+            return handler(self.label)
+
+    return Maker
+
+
+def configured(*entries: ConnectorEntry) -> Configured:
+    configurer = AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([]))
+    return configurer.configure(_checked(entries, {}))
+
+
+def findings(*entries: ConnectorEntry, live: bool = False, only: tuple[str, ...] = ()) -> dict[str, Finding]:
+    async def main() -> dict[str, Finding]:
+        found = [finding async for finding in drill(configured(*entries), live=live, only=only)]
+        return {finding.exercise: finding for finding in found}
+
+    return asyncio.run(main())
+
+
+def sled(handler: type[Any], **safety: Any) -> ConnectorEntry:
+    return connector(made_by(handler), label="sled", safety=safety or None)
+
+
+def test_a_velocity_receiver_and_its_camera_pass_every_exercise() -> None:
+    camera = connector(made_by(Still, MediaTrackConfigurer), label="front")
+    base = connector(CmdVelConfigurer, label="base", params={"drive": {"type": "log"}}, safety={"max_rate_hz": 40})
+    found = findings(base, camera)
+    assert {name: one.verdict for name, one in found.items()} == dict.fromkeys(EXERCISES, "passed"), found
+    silence = found["silence"]
+    assert silence.measured_s is not None
+    assert 0.2 < silence.measured_s < 0.45
+
+
+def test_a_dry_drill_runs_no_code_of_a_third_partys_receiver() -> None:
+    Sled.told.clear()
+    found = findings(sled(Sled), only=("silence", "stop", "out-of-range"))
+    assert (found["silence"].verdict, found["stop"].verdict) == ("passed", "passed")
+    assert Sled.told == []
+    assert found["out-of-range"].verdict == "skipped"
+    assert "safety.limits" in found["out-of-range"].why
+
+
+def test_a_live_drill_really_drives_and_really_stops() -> None:
+    Sled.told.clear()
+    found = findings(sled(Sled), live=True, only=("silence", "leaves"))
+    assert (found["silence"].verdict, found["leaves"].verdict) == ("passed", "passed")
+    assert any(isinstance(one, Wish) and one.speed_mps > 0 for one in Sled.told)
+    assert {"safety.timeout", "safety.peer_left"} <= {one for one in Sled.told if isinstance(one, str)}
+
+
+def test_a_receiver_without_a_safe_action_fails() -> None:
+    found = findings(sled(Careless), only=("safe-action",))["safe-action"]
+    assert found.verdict == "failed"
+    assert "make_safe is not written" in found.why
+
+
+def test_a_receiver_whose_handle_data_hangs_fails_when_it_is_live() -> None:
+    try:
+        found = findings(sled(Hanging), live=True, only=("silence",))["silence"]
+    finally:
+        Hanging.released.set()
+    assert found.verdict == "failed"
+    assert "handle_data does not return" in found.why
+
+
+def test_a_safe_action_that_hangs_fails_when_it_is_live() -> None:
+    try:
+        found = findings(sled(SafeActionHangs), live=True, only=("silence",))["silence"]
+    finally:
+        SafeActionHangs.released.set()
+    assert found.verdict == "failed"
+    assert "did not return" in found.why
+
+
+def test_a_safe_action_that_raises_fails_with_its_error_when_it_is_live() -> None:
+    found = findings(sled(SafeActionRaises), live=True, only=("leaves",))["leaves"]
+    assert found.verdict == "failed"
+    assert "OSError: the bus is gone" in found.why
+
+
+@pytest.mark.parametrize(
+    ("safety", "exercise", "why"),
+    [
+        ({"on_timeout": "hold"}, "silence", "hold"),
+        ({"requires_lease": False}, "take-over", "without a lease"),
+        ({"slow_down": "off"}, "frozen-picture", "off"),
+        ({"timeout_s": 0.3}, "frozen-picture", "no camera"),
+        ({"timeout_s": 0.3}, "too-fast", "max_rate_hz"),
+    ],
+)
+def test_what_cannot_be_exercised_is_said_with_its_reason(safety: Any, exercise: str, why: str) -> None:
+    found = findings(sled(Sled, **safety), only=(exercise,))[exercise]
+    assert found.verdict == "skipped"
+    assert why in found.why
+
+
+def test_a_receiver_that_moves_nothing_is_left_alone() -> None:
+    (found,) = findings(connector(made_by(Text), label="display")).values()
+    assert (found.verdict, found.label) == ("skipped", "display")
+
+
+def test_limits_of_the_file_reach_a_third_partys_receiver() -> None:
+    limits = {"speed_mps": {"min": -0.2, "max": 0.2, "max_fall_per_s": 1.0}}
+    found = findings(sled(Sled, limits=limits), only=("out-of-range",))["out-of-range"]
+    assert found.verdict == "passed"
+    assert float(found.measured) <= 0.2
