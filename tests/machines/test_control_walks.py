@@ -615,7 +615,7 @@ EVERYTHING = {
 @pytest.mark.parametrize("seed", range(8))
 def test_no_random_walk_breaks_a_promise(seed: int) -> None:
     walk = Walk(seed).run(125_000)
-    assert walk.accepted > 10_000, "it drove"
+    assert walk.accepted > 5_000, "it drove"
     assert walk.refused > 10_000, "it was refused"
     missing = EVERYTHING - walk.codes
     assert not missing, "it came everywhere"
