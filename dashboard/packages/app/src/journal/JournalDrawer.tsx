@@ -1,12 +1,18 @@
-import { Alert, Button, Drawer, Group, TextInput } from '@mantine/core'
+import { Alert, Button, Drawer, Group, SegmentedControl, TextInput } from '@mantine/core'
 import type { JournalEntry } from '@mosaic/client'
 import { useControl } from '@mosaic/react'
 import { download, fileName } from '@mosaic/widgets'
 import { IconAlertTriangle, IconDownload, IconSearch } from '@tabler/icons-react'
 import { Fragment, useState } from 'react'
 import classes from './JournalDrawer.module.css'
-import { dayOf, explained, found, timeOf, toneOf, whatText } from './journalEntries'
+import { about, dayOf, explained, found, timeOf, toneOf, whatText, type JournalTopic } from './journalEntries'
 import { useJournal } from './useJournal'
+
+const TOPICS: { value: JournalTopic; label: string }[] = [
+  { value: 'everything', label: 'Everything' },
+  { value: 'control', label: 'Control and stops' },
+  { value: 'refusals', label: 'Refusals' },
+]
 
 export interface JournalDrawerProps {
   robotId: string
@@ -18,7 +24,17 @@ export interface JournalDrawerProps {
 export default function JournalDrawer({ robotId, name, onClose }: JournalDrawerProps) {
   return (
     // No veil over the page: a supervisor reads this while somebody drives.
-    <Drawer opened onClose={onClose} position="right" size="lg" title={`Journal of ${name}`} withOverlay={false} lockScroll={false} trapFocus={false}>
+    <Drawer
+      opened
+      onClose={onClose}
+      position="right"
+      size="lg"
+      title={`Journal of ${name}`}
+      withOverlay={false}
+      lockScroll={false}
+      trapFocus={false}
+      classNames={{ inner: classes.inner }}
+    >
       <Journal robotId={robotId} name={name} />
     </Drawer>
   )
@@ -28,7 +44,8 @@ function Journal({ robotId, name }: { robotId: string; name: string }) {
   const { desk } = useControl(robotId)
   const { entries, failure, isLoading, hasOlder, readOlder } = useJournal(desk)
   const [search, setSearch] = useState('')
-  const shown = found(entries, search)
+  const [topic, setTopic] = useState<JournalTopic>('everything')
+  const shown = found(about(entries, topic), search)
   return (
     <div className={classes.root}>
       <Group gap="sm" wrap="nowrap">
@@ -44,13 +61,19 @@ function Journal({ robotId, name }: { robotId: string; name: string }) {
           Export
         </Button>
       </Group>
+      <SegmentedControl
+        aria-label="What to show"
+        data={TOPICS}
+        value={topic}
+        onChange={setTopic}
+      />
       {failure !== null && (
         <Alert color="red" icon={<IconAlertTriangle size={18} />} title={failure.message} role="alert">
           {failure.cure}
         </Alert>
       )}
       <Entries entries={shown} />
-      {shown.length === 0 && !isLoading && failure === null && <p className={classes.none}>{search === '' ? 'Nothing has happened yet.' : 'No entry fits the filter.'}</p>}
+      {shown.length === 0 && !isLoading && failure === null && <p className={classes.none}>{entries.length === 0 ? 'Nothing has happened yet.' : 'No entry fits the filter.'}</p>}
       {hasOlder && entries.length > 0 && (
         <Button variant="default" loading={isLoading} onClick={() => void readOlder()}>
           Older entries

@@ -1,7 +1,7 @@
 import type { JournalEntry } from '@mosaic/client'
 import fc from 'fast-check'
 import { expect, test } from 'vitest'
-import { dayOf, explained, found, joined, timeOf, toneOf, whatText } from './journalEntries'
+import { about, dayOf, explained, found, joined, timeOf, toneOf, whatText } from './journalEntries'
 
 const entry = (number: number, rest: Partial<JournalEntry> = {}): JournalEntry => ({
   number,
@@ -28,6 +28,13 @@ test('a search finds every word, also in the sentence of a code', () => {
   expect(found(entries, 'bob somebody ELSE').map(({ number }) => number)).toEqual([1])
   expect(found(entries, 'motion')).toHaveLength(2)
   expect(found(entries, 'carol')).toEqual([])
+})
+
+test('a topic leaves out the rest', () => {
+  const entries = [entry(3, { what: 'command.refused' }), entry(2, { what: 'stop' }), entry(1, { what: 'command.accepted' })]
+  expect(about(entries, 'control').map(({ number }) => number)).toEqual([2])
+  expect(about(entries, 'refusals').map(({ number }) => number)).toEqual([3])
+  expect(about(entries, 'everything')).toHaveLength(3)
 })
 
 test('what happened reads as words', () => {

@@ -7,6 +7,16 @@ export function joined(known: readonly JournalEntry[], read: readonly JournalEnt
   return [...byNumber.values()].sort((one, other) => other.number - one.number)
 }
 
+/** What a reader may want to see only. */
+export type JournalTopic = 'everything' | 'control' | 'refusals'
+
+/** Of leases and stops; of what was refused; or all. */
+export function about(entries: readonly JournalEntry[], topic: JournalTopic): readonly JournalEntry[] {
+  if (topic === 'everything') return entries
+  const pattern = topic === 'control' ? /^(lease|stop)/ : /refus|deni/
+  return entries.filter(({ what }) => pattern.test(what))
+}
+
 /** Entries that hold every word of the search, in whatever place. */
 export function found(entries: readonly JournalEntry[], search: string): JournalEntry[] {
   const words = search.toLowerCase().split(/\s+/).filter(Boolean)
@@ -31,6 +41,7 @@ export type EntryTone = 'plain' | 'good' | 'warn' | 'bad'
 
 /** How an entry is marked: stops and refusals must be found at a glance. */
 export function toneOf({ what, code }: Pick<JournalEntry, 'what' | 'code'>): EntryTone {
+  if (/forbidden/.test(code)) return 'warn'
   if (/clear|grant/.test(what)) return 'good'
   if (/stop/.test(what)) return 'bad'
   return /refus|deni|taken|preempt|expire|lost|fail/.test(`${what} ${code}`) ? 'warn' : 'plain'

@@ -25,15 +25,17 @@ export function Shell({ header, menu, notice, children }: ShellProps) {
       <a className={classes.skip} href="#main">
         Skip to content
       </a>
-      <header className={classes.header}>
-        <Link to="/" className={classes.home} data-compact={header !== undefined} aria-label="MOSAIC: all robots">
+      <header className={classes.header} data-compact={header !== undefined}>
+        <Link to="/" className={classes.home} aria-label="MOSAIC: all robots">
           <Brand />
         </Link>
         <div className={classes.slot}>{header}</div>
         {menu}
         <Account />
-        <ColorSchemeToggle />
-        <SignOut />
+        <span className={classes.global}>
+          <ColorSchemeToggle />
+          <SignOut />
+        </span>
       </header>
       <div className={classes.notices}>
         <ServerBanner />

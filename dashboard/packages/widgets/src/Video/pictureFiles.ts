@@ -18,7 +18,8 @@ export function saveStill(label: string, png: Blob): void {
   download(`${fileName(label, stamp())}.png`, png)
 }
 
-const TYPES = ['video/mp4;codecs=avc1.42E01E', 'video/webm;codecs=vp9', 'video/webm;codecs=vp8', 'video/webm']
+/** The robot changes the resolution with the network: not every container survives that (`avc1` in MP4 does not). */
+const TYPES = ['video/webm;codecs=vp9', 'video/webm;codecs=vp8', 'video/webm', 'video/mp4;codecs=avc3.42E01E', 'video/mp4']
 /** Blocks this long reach memory at once: what was recorded survives a broken stream. */
 const BLOCK_MS = 1000
 

@@ -2,6 +2,9 @@ import { useControl, useReadable, useStop } from '@mosaic/react'
 import classes from './control.module.css'
 import { limitText, type LimitText } from './controlText'
 
+/** Less than this is said beside the pad alone: a frame that comes and goes around the page tires the eye. */
+const FRAMED_BELOW = 0.9
+
 /** A frame around the whole page, seen from the corner of an eye: red while stopped, amber while the robot slows down. */
 export function ControlFrame({ robotId }: { robotId: string }) {
   const { isStopped } = useStop(robotId)
@@ -22,5 +25,6 @@ export function ControlFrame({ robotId }: { robotId: string }) {
 function useWorstLimit(robotId: string): LimitText | null {
   const { desk } = useControl(robotId)
   const limits = Object.values(useReadable(desk.limits)).sort((one, other) => one.factor - other.factor)
-  return limitText(limits[0] ?? null)
+  const worst = limits[0]
+  return worst === undefined || worst.factor >= FRAMED_BELOW ? null : limitText(worst)
 }

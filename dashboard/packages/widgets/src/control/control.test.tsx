@@ -278,6 +278,7 @@ describe('the frame around the page', () => {
 
   test('shows how the speed is limited, and why', () => {
     show(<ControlFrame robotId="r" />)
+    act(() => desk().limits.set({ cmd_vel: { label: 'cmd_vel', factor: 0.95, causes: [{ cause: 'rtt', value: 180, factor: 0.95 }] } }))
     expect(tone()).toBe('none')
     act(() => desk().limits.set({ cmd_vel: { label: 'cmd_vel', factor: 0.25, causes: [{ cause: 'rtt', value: 640, factor: 0.25 }] } }))
     expect(tone()).toBe('slowed')

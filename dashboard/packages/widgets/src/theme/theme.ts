@@ -1,5 +1,5 @@
 /** Mantine in the dashboard's tokens. Colours that change with the scheme live in `tokens.css`. */
-import { createTheme, type CSSVariablesResolver, type MantineColorsTuple } from '@mantine/core'
+import { createTheme, Modal, type CSSVariablesResolver, type MantineColorsTuple } from '@mantine/core'
 
 const signal: MantineColorsTuple = [
   '#edf4ff',
@@ -39,6 +39,10 @@ export const theme = createTheme({
   fontFamilyMonospace: 'var(--m-mono)',
   fontSizes: { xs: '0.75rem', sm: '0.8125rem', md: '0.875rem', lg: '1rem', xl: '1.25rem' },
   headings: { fontWeight: '600' },
+  components: {
+    // Between the header of a page and the bar of a phone, where a robot's stop is.
+    Modal: Modal.extend({ defaultProps: { yOffset: 'calc(var(--m-bar) + 8px)' } }),
+  },
 })
 
 /** Mantine's own surfaces follow our tokens. */
