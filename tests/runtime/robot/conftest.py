@@ -315,7 +315,13 @@ def connector_of(
         delivery=effective,
     )
     config = ConnectorConfig(type="test", label=name)
-    return Connector(config, tuple(handlers), entry, SafetyConfig.model_validate({"timeout_s": timeout_s, **(safety or {})}), effective)
+    return Connector(
+        config,
+        tuple(handlers),
+        entry,
+        SafetyConfig.model_validate({"timeout_s": timeout_s, **(safety or {})}),
+        effective,
+    )
 
 
 class Hooks:

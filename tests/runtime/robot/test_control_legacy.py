@@ -1,0 +1,149 @@
+"""Original dashboards, which know no lease: allowed while nobody else commands, watching only, or refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+from mosaic_core import DataChannelJsonReceivable
+from mosaic_core.words import control
+from mosaic_core.words.control import CONTROL_LABEL, Hello
+
+
+class Motor(DataChannelJsonReceivable):
+    timeout_s = 30.0
+    requires_lease = True
+
+    def __init__(self, label: str = "drive") -> None:
+        super().__init__(label)
+        self.log: list[Any] = []
+
+    def handle_data(self, data: dict[str, Any]) -> None:
+        self.log.append(data["v"])
+
+    def make_safe(self, cause: str) -> None:
+        self.log.append(cause)
+
+
+def played(kit: Any, body: Callable[[Any, Motor], Coroutine[Any, Any, None]], mode: str, expiry_s: float = 2.0) -> None:
+    async def play() -> None:
+        motor = Motor()
+        config = {"legacy_peers": mode, "lease_expiry_s": expiry_s}
+        async with kit.running(kit.connector_of(motor), control=config) as scene:
+            await body(scene, motor)
+
+    kit.play(play)
+
+
+def test_it_holds_the_lease_while_it_commands_and_loses_it_by_silence(kit: Any) -> None:
+    async def body(scene: Any, motor: Motor) -> None:
+        ann = await scene.enters("ann")
+        end = await scene.connects("old")
+        drive = end.open("drive", "")
+        drive.say({"v": 1})
+        await kit.until(lambda: motor.log == [1])
+        await kit.until(lambda: ann.heard("lease.state")[-1].holder is not None)
+        holder = ann.heard("lease.state")[-1].holder
+        assert (holder.name, holder.is_original) == ("old", True)
+        await kit.until(lambda: motor.log == [1, "safety.lease_lost"])
+        await kit.until(lambda: ann.heard("lease.state")[-1].holder is None)
+        drive.say({"v": 2})
+        await kit.until(lambda: motor.log[-1] == 2)
+
+    played(kit, body, "allow", expiry_s=0.5)
+
+
+def test_it_does_not_command_while_somebody_holds_the_lease(kit: Any) -> None:
+    async def body(scene: Any, motor: Motor) -> None:
+        ann = await scene.enters("ann")
+        await ann.take()
+        drive = (await scene.connects("old")).open("drive", "")
+        drive.say({"v": "original"})
+        await kit.until(lambda: scene.hooks.of("command"))
+        assert scene.hooks.of("command")[-1]["code"] == "lease.not_holder"
+        ann.say(control.LeaseRelease())
+        await kit.until(lambda: ann.heard("lease.state")[-1].holder is None)
+        drive.say({"v": 1})
+        await kit.until(lambda: motor.log == [1])
+
+    played(kit, body, "allow")
+
+
+def test_a_person_of_ours_waits_for_it_like_for_anybody(kit: Any) -> None:
+    async def body(scene: Any, motor: Motor) -> None:
+        drive = (await scene.connects("old")).open("drive", "")
+        drive.say({"v": 1})
+        await kit.until(lambda: motor.log == [1])
+        ann, boss = await scene.enters("ann"), await scene.enters("boss", role="supervisor")
+        await boss.take(force=True, reason="enough")
+        await kit.until(lambda: motor.log == [1, "safety.lease_lost"])
+        drive.say({"v": "original"})
+        await kit.until(lambda: scene.hooks.of("command")[-1]["code"] == "lease.not_holder")
+        assert ann.heard("lease.state")[-1].holder.name == "boss"
+
+    played(kit, body, "allow")
+
+
+def test_it_watches_where_the_robot_says_so(kit: Any) -> None:
+    async def body(scene: Any, motor: Motor) -> None:
+        drive = (await scene.connects("old")).open("drive", "")
+        drive.say({"v": 1})
+        await kit.until(lambda: scene.hooks.of("command"))
+        assert scene.hooks.of("command")[-1] == {
+            "label": "drive", "accepted": False, "code": "lease.original_observes",
+        }  # fmt: skip
+        assert motor.log == []
+
+    played(kit, body, "observe")
+
+
+def test_it_is_refused_where_the_robot_says_so(kit: Any) -> None:
+    async def body(scene: Any, motor: Motor) -> None:
+        end = await scene.connects("old")
+        end.open("drive", "").say({"v": 1})
+        await kit.until(lambda: end.is_closed)
+        assert scene.hooks.of("closed")[-1]["code"] == "peer.not_allowed"
+        assert motor.log == []
+
+    played(kit, body, "refuse")
+
+
+def test_silence_instead_of_a_hello_is_an_original_too(kit: Any) -> None:
+    async def body(scene: Any, motor: Motor) -> None:
+        end = await scene.connects("old")
+        await kit.until(lambda: end.is_closed)
+        assert scene.hooks.of("closed")[-1]["code"] == "peer.not_allowed"
+
+    played(kit, body, "refuse")
+
+
+def test_a_hello_without_leases_is_that_of_an_original(kit: Any) -> None:
+    async def body(scene: Any, motor: Motor) -> None:
+        ann = await scene.enters("ann")
+        end = await scene.connects("older")
+        channel = end.open(CONTROL_LABEL)
+        channel.say({"type": "hello", "data": Hello(software="older", boot_id="b").wire()})
+        await kit.until(lambda: len(ann.heard("peers")[-1].peers) == 2)
+        assert [info.is_original for info in ann.heard("peers")[-1].peers] == [False, True]
+        end.open("drive").say({"v": 1})
+        await kit.until(lambda: motor.log == [1])
+        assert "lease.state" not in [value["type"] for value in channel.values()]
+
+    played(kit, body, "allow")
+
+
+def test_a_late_hello_makes_it_one_of_ours(kit: Any) -> None:
+    async def body(scene: Any, motor: Motor) -> None:
+        end = await scene.connects("late")
+        drive = end.open("drive", "")
+        drive.say({"v": 1})
+        await kit.until(lambda: motor.log == [1])
+        channel = end.open(CONTROL_LABEL)
+        hello = Hello(software="late", boot_id="b", extensions={"lease": 1}, is_person=True)
+        channel.say({"type": "hello", "data": hello.wire()})
+        await kit.until(lambda: [value for value in channel.values() if value["type"] == "stop.state"])
+        drive.say({"v": "no epoch"})
+        await kit.until(lambda: scene.hooks.of("command")[-1]["code"] == "lease.required")
+        assert motor.log == [1]
+
+    played(kit, body, "allow")
