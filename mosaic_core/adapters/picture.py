@@ -85,10 +85,20 @@ def _planes(pixels: Pixels, width: int, height: int) -> tuple[Pixels, Pixels, Pi
 
 
 def _frame_around(pixels: Pixels, pts: int) -> av.VideoFrame:
-    frame = av.VideoFrame.from_numpy_buffer(pixels, format="yuv420p")
+    height = pixels.shape[0] * 2 // 3
+    # PyAV takes a buffer of 45 rows for a picture 28 high, not 30: it divides by 6 first.
+    frame = _copied_frame(pixels, height) if height % 4 else av.VideoFrame.from_numpy_buffer(pixels, format="yuv420p")
     frame.pts = pts
     frame.time_base = VIDEO_TIME_BASE
     frame.opaque = pixels
+    return frame
+
+
+def _copied_frame(pixels: Pixels, height: int) -> av.VideoFrame:
+    frame = av.VideoFrame(pixels.shape[1], height, "yuv420p")
+    for plane, source in zip(frame.planes, _planes(pixels, pixels.shape[1], height), strict=True):
+        rows = np.frombuffer(plane, np.uint8).reshape(plane.height, plane.line_size)
+        rows[:, : plane.width] = source
     return frame
 
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_core import Captured
-from mosaic_core.adapters.picture import VIDEO_TIME_BASE, own_frame, prepared_picture, pts_of
+from mosaic_core.adapters.picture import VIDEO_TIME_BASE, own_frame, prepared_picture, pts_of, scaled_picture
 
 
 def colours(height: int = 48, width: int = 64) -> np.ndarray[Any, Any]:
@@ -37,6 +37,15 @@ def test_a_gray_image_stays_gray() -> None:
     gray = np.tile(np.arange(0, 256, 4, dtype=np.uint8), (32, 1))
     frame = prepared_picture(gray, 0.0)
     assert distance(frame, np.repeat(gray[:, :, None], 3, axis=2)) < 3
+
+
+@pytest.mark.parametrize("height", [46, 48, 50, 2, 30])
+def test_every_even_height_keeps_its_rows_and_colours(height: int) -> None:
+    shared = prepared_picture(colours(height), 1.0)
+    for frame in (shared, own_frame(shared)):
+        assert isinstance(frame, av.VideoFrame)
+        assert (frame.width, frame.height) == (64, height)
+        assert distance(frame, colours(height)) < 4
 
 
 @pytest.mark.parametrize(("height", "width"), [(49, 65), (49, 64), (48, 65)])
@@ -108,3 +117,15 @@ def test_timestamps_are_exact_in_ticks_and_in_microseconds(captured_at_s: float)
     pts = pts_of(captured_at_s)
     assert abs(pts / 90_000 - captured_at_s) <= 51e-6
     assert (pts * 1_000_000) % 90_000 == 0
+
+
+@pytest.mark.parametrize("size", [(32, 24), (64, 48), (128, 96), (42, 30)])
+def test_a_scaled_picture_keeps_its_colours_and_its_time(size: tuple[int, int]) -> None:
+    shared = prepared_picture(colours(), 7.0)
+    assert isinstance(shared, av.VideoFrame)
+    scaled = scaled_picture(shared, *size)
+    assert (scaled.width, scaled.height, scaled.pts) == (*size, pts_of(7.0))
+    left, right = scaled.to_ndarray(format="bgr24")[2, 2], scaled.to_ndarray(format="bgr24")[2, -3]
+    assert np.abs(left.astype(int) - (200, 40, 90)).max() < 12
+    assert np.abs(right.astype(int) - (30, 180, 220)).max() < 12
+    assert distance(shared, colours()) < 4

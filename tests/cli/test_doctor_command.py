@@ -1,0 +1,30 @@
+"""`mosaic doctor encoders`: what works, how fast, what is missing and why."""
+
+from __future__ import annotations
+
+import json
+
+from typer.testing import CliRunner
+
+from mosaic_core.cli.main import app
+
+ENCODERS = {"libx264", "libvpx", "h264_nvenc", "h264_v4l2m2m", "h264_vaapi"}
+
+
+def test_the_table_names_every_encoder_and_what_is_used() -> None:
+    done = CliRunner().invoke(app, ["doctor", "encoders"])
+    assert done.exit_code == 0
+    assert all(name in done.output for name in ENCODERS)
+    assert "software" in done.output
+
+
+def test_as_json_it_has_figures_or_a_reason_for_each() -> None:
+    done = CliRunner().invoke(app, ["doctor", "encoders", "--json"])
+    rows = {row["encoder"]: row for row in json.loads(done.output)}
+    assert set(rows) >= ENCODERS
+    for row in rows.values():
+        assert row["works"] is (row["problem"] is None)
+        assert row["works"] is (row["fps"] is not None)
+    assert rows["libvpx"]["works"]
+    assert rows["libvpx"]["fps"] > 1
+    assert [row["codec"] for row in rows.values() if row["chosen"]] in (["H264", "VP8"], ["VP8", "H264"])
