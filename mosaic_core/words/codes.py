@@ -54,6 +54,16 @@ REASONS: dict[str, Reason] = {
             "A robot would be left without anybody who supervises it.",
             "Make somebody else a supervisor first.",
         ),
+        Reason(
+            "auth.last_admin",
+            "The organization would be left without an administrator.",
+            "Make somebody else an administrator first.",
+        ),
+        Reason(
+            "auth.roles_unknown",
+            "This robot knows no roles, so that an observer could drive it.",
+            "Give the account the role operator, or update the robot.",
+        ),
         # signal.*: the server in the middle
         Reason("signal.bad_message", "A message could not be understood."),
         Reason("signal.too_large", "A message was larger than allowed."),

@@ -16,7 +16,15 @@ from sqlalchemy.orm import Session
 from mosaic_core.words.signaling import OperatorIdentity
 from mosaic_server.roles import Role
 from mosaic_server.security.tickets import TicketOffice
-from mosaic_server.storage.grants import Actor, LastSupervisor, OwnAccount, UnknownAccount, roles_of_account, set_role
+from mosaic_server.storage.grants import (
+    Actor,
+    LastAdministrator,
+    LastSupervisor,
+    OwnAccount,
+    UnknownAccount,
+    roles_of_account,
+    set_role,
+)
 from mosaic_server.storage.issued_tickets import NoAccess, Wanted, record_tickets, void_tickets
 from mosaic_server.storage.members import MemberChange, change_member, remove_member, set_default_role, shut_out
 from mosaic_server.storage.robots import add_robot, remove_robot
@@ -213,15 +221,21 @@ class Organizations(RuleBasedStateMachine):
             if self._role(account_id, robot_id) is Role.SUPERVISOR and not member.is_program
         }
 
+    def _administered(self) -> set[str]:
+        plain = {one.organization for one in self.members.values()}
+        admins = {one.organization for one in self.members.values() if one.is_admin and one.is_active}
+        return admins | (self.defaults.keys() - plain)
+
     @contextlib.contextmanager
     def _tried(self, *refusals: type[Exception]) -> contextlib.AbstractContextManager[None]:  # type: ignore[misc]
-        before = self._supervised()
+        before, administered = self._supervised(), self._administered()
         try:
             yield
-        except (LastSupervisor, *refusals):
+        except (LastAdministrator, LastSupervisor, *refusals):
             self.session.rollback()
         else:
             assert before <= self._supervised(), "a robot lost its last supervisor"
+            assert administered <= self._administered(), "an organization lost its last administrator"
 
     def _founded_again(self, organization: str) -> None:
         """An empty organization goes with its last account."""

@@ -158,6 +158,11 @@ def test_the_last_supervisor_and_strangers_are_refused() -> None:
     assert "without a supervisor" in run("robot", "grant", "rover", "ada@example.org", "observer", code=1)
     assert "without a supervisor" in run("user", "program", "ada@example.org", code=1)
     assert "without a supervisor" in run("user", "remove", "ada@example.org", code=1)
+    run("robot", "remove", "rover")
+    assert "without an administrator" in run("user", "admin", "ada@example.org", "--undo", code=1)
+    run("user", "admin", "bob@example.org")
+    run("user", "admin", "ada@example.org", "--undo")
+    run("robot", "add", "rover")
     run("user", "add", "eve@example.org")
     assert "another organization" in run("robot", "grant", "rover", "eve@example.org", "observer", code=1)
 

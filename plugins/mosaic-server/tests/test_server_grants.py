@@ -232,6 +232,21 @@ def test_an_old_access_token_gets_tickets_of_the_new_role(lab: Lab) -> None:
     assert lab.prepared(robot)[0]["role"] == "supervisor"
 
 
+def test_an_observer_is_kept_from_a_robot_that_would_let_it_drive(lab: Lab) -> None:
+    robot = lab.server.connect_robot(lab.robot_id, lab.robot_token)
+    robot.status(0)
+    user = lab.server.connect_operator(lab.plain)
+    user.send("status.subscribe", {"robotIds": [lab.robot_id]})
+    while user.expect("status.update")["status"] != 0:
+        pass
+    lab.grant(lab.bob, "observer")
+    assert refusal(lab.server.post(CONNECTION, lab.plain, {"robotIds": [lab.robot_id]})) == (403, "auth.roles_unknown")
+    actions = [one["action"] for one in lab.server.get("/api/v1/audit", lab.admin).json()["resultData"]["data"]]
+    assert "connection.made" not in actions
+    lab.grant(lab.bob, "operator")
+    lab.made(lab.plain)
+
+
 def test_deleting_a_robot_or_an_account_removes_its_grants(lab: Lab) -> None:
     other, _ = lab.server.robot(lab.ada, "other")
     for person, robot_id in ((lab.bob, lab.robot_id), (lab.bob, other), (lab.bot, lab.robot_id)):

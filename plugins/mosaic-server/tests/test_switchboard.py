@@ -523,6 +523,19 @@ def test_another_account_on_the_same_socket_inherits_nothing(scene: Scene) -> No
     assert scene.says(robot, candidate()) == []
 
 
+# --- observers
+
+
+@pytest.mark.parametrize(("ours", "refused"), [(True, False), (False, True)])
+def test_an_observer_connects_only_to_robots_that_know_roles(scene: Scene, ours: bool, refused: bool) -> None:
+    """An original robot would let it drive."""
+    scene.robot(ours=ours)
+    scene.operator()
+    effects = scene.asks("c", ADA.model_copy(update={"role": "observer"}))
+    refusal = ConnectionsRefused(ResultCode.ACCESS_DENIED, ROBOT, "auth.roles_unknown")
+    assert effects == [refusal] if refused else effects[-1] == ConnectionsMade()
+
+
 # --- connections that no longer hold
 
 

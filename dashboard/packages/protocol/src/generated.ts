@@ -517,6 +517,8 @@ export const REASONS = {
   'auth.unknown_account': { sentence: 'The organization has no account with this id.', cure: 'Check the account.' },
   'auth.own_account': { sentence: "Nobody may raise the own role, or change the own account's kind.", cure: 'Ask another administrator of the organization.' },
   'auth.last_supervisor': { sentence: 'A robot would be left without anybody who supervises it.', cure: 'Make somebody else a supervisor first.' },
+  'auth.last_admin': { sentence: 'The organization would be left without an administrator.', cure: 'Make somebody else an administrator first.' },
+  'auth.roles_unknown': { sentence: 'This robot knows no roles, so that an observer could drive it.', cure: 'Give the account the role operator, or update the robot.' },
   'signal.bad_message': { sentence: 'A message could not be understood.', cure: '' },
   'signal.too_large': { sentence: 'A message was larger than allowed.', cure: '' },
   'signal.timeout': { sentence: 'The other side fell silent.', cure: '' },

@@ -17,7 +17,7 @@ from mosaic_server.security.passwords import MIN_PASSWORD_LENGTH, new_password
 from mosaic_server.storage.accounts import Person, all_people, person_by_email
 from mosaic_server.storage.audit import COMMAND_LINE
 from mosaic_server.storage.database import Database, default_data_dir
-from mosaic_server.storage.grants import Actor, LastSupervisor, UnknownAccount
+from mosaic_server.storage.grants import Actor, LastAdministrator, LastSupervisor, UnknownAccount
 
 DataDir = Annotated[
     Path | None,
@@ -132,5 +132,7 @@ def role_refusals() -> Iterator[None]:
         yield
     except LastSupervisor as error:
         fail(f"robot {str(error)!r} would be left without a supervisor; make somebody else one first")
+    except LastAdministrator:
+        fail("the organization would be left without an administrator; make somebody else one first")
     except UnknownAccount:
         fail("the account belongs to another organization than the robot; add one with `--organization-of`")

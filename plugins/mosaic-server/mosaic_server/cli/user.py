@@ -41,10 +41,10 @@ def add(
     organization_of: Annotated[
         str, typer.Option(help="E-mail of an account whose organization it joins; otherwise it gets one of its own.")
     ] = "",
-    admin: Annotated[
+    is_admin: Annotated[
         bool, typer.Option("--admin", help="With --organization-of: it administers that organization.")
     ] = False,
-    program: Annotated[
+    is_program: Annotated[
         bool, typer.Option("--program", help="A program's account: it can never pass for a person on a robot.")
     ] = False,
     password_stdin: PasswordStdin = False,
@@ -57,9 +57,9 @@ def add(
     with opened(data_dir, database) as db:
         membership = None
         if organization_of:
-            membership = Membership(known_person(db, organization_of).organization_id, admin)
+            membership = Membership(known_person(db, organization_of).organization_id, is_admin)
         try:
-            person = db.work(add_member, email, password, full_name, membership, program, BY_COMMAND)
+            person = db.work(add_member, email, password, full_name, membership, is_program, BY_COMMAND)
         except AccountExists as error:
             fail(str(error))
     _show_password(person, password if generated else None, as_json)
@@ -124,6 +124,19 @@ def program(
     with opened(data_dir, database) as db, role_refusals():
         db.work(change_member, known_person(db, email).id, MemberChange(is_program=not undo), BY_COMMAND)
     typer.echo(f"{email} is a {'person' if undo else 'program'}'s account")
+
+
+@app.command("admin")
+def admin(
+    email: Email,
+    undo: Annotated[bool, typer.Option("--undo", help="It is a plain account again.")] = False,
+    data_dir: DataDir = None,
+    database: DatabaseUrl = None,
+) -> None:
+    """Let an account administer its organization."""
+    with opened(data_dir, database) as db, role_refusals():
+        db.work(change_member, known_person(db, email).id, MemberChange(is_organization_admin=not undo), BY_COMMAND)
+    typer.echo(f"{email} is {'a plain account' if undo else 'an administrator'}")
 
 
 @app.command("remove")

@@ -17,9 +17,11 @@ from mosaic_server.ids import is_uuid
 from mosaic_server.rest.envelope import ApiError, Envelope
 from mosaic_server.rest.password_attempts import address_of
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
+from mosaic_server.roles import Role
 from mosaic_server.services import Services
 from mosaic_server.sockets.authorizer import identity_of
 from mosaic_server.storage.accounts import Person
+from mosaic_server.storage.grants import roles_of_account
 from mosaic_server.storage.issued_tickets import NoAccess, Wanted, record_tickets
 from mosaic_server.storage.robots import robots_by_id
 from mosaic_server.switchboard.effects import ConnectionsRefused
@@ -67,7 +69,7 @@ async def make_connections(
         Wanted(robot_id, str(uuid4()), session_id)
         for robot_id, session_id in zip(robot_ids, _session_ids(body, len(robot_ids)), strict=True)
     ]
-    _refuse_early(services, person, plan)
+    await _refuse_early(services, person, plan)
     wanted = await _with_tickets(services, person, plan, address_of(request))
     ice_servers = await services.authorizer.ice_servers()
     asked = ConnectionsRequested(person.id, person.organization_id, wanted, time.monotonic(), ice_servers)
@@ -101,10 +103,14 @@ def _session_ids(request: ConnectionRequest, count: int) -> list[str]:
     return [request.session_id.lower()]
 
 
-def _refuse_early(services: Services, person: Person, plan: Sequence[Wanted]) -> None:
+async def _refuse_early(services: Services, person: Person, plan: Sequence[Wanted]) -> None:
     """Pages knock again and again on a robot that is away; that writes nothing to the database."""
+    roles = await services.database.run(roles_of_account, person.id, [one.robot_id for one in plan])
+    who = {robot_id: _identity(person, role) for robot_id, role in roles.items()}
+    nobody = _identity(person, Role.OBSERVER)
     wanted = tuple(
-        WantedConnection(one.robot_id, one.connection_id, one.session_id, "", identity_of(person)) for one in plan
+        WantedConnection(one.robot_id, one.connection_id, one.session_id, "", who.get(one.robot_id, nobody))
+        for one in plan
     )
     asked = ConnectionsRequested(person.id, person.organization_id, wanted, time.monotonic())
     refused = services.exchange.switchboard.refusal(asked)
@@ -121,11 +127,8 @@ async def _with_tickets(
         raise ApiError(ResultCode.ACCESS_DENIED) from error
     wanted = []
     for one, role in zip(plan, roles, strict=True):
-        operator = OperatorIdentity(
-            id=person.id,
-            name=person.full_name or person.email,
-            role=role.standing.role_if_active,
-            program=role.standing.is_program,
+        operator = _identity(person, role.standing.role_if_active).model_copy(
+            update={"program": role.standing.is_program}
         )
         ticket = services.tickets.issue(
             session_id=one.session_id, robot_id=one.robot_id, peer_id=one.connection_id, operator=operator
@@ -134,6 +137,10 @@ async def _with_tickets(
     return tuple(wanted)
 
 
+def _identity(person: Person, role: Role) -> OperatorIdentity:
+    return identity_of(person).model_copy(update={"role": role.value})
+
+
 def _refused(refusal: ConnectionsRefused) -> ApiError:
     status = 409 if refusal.code is ResultCode.ROBOT_NOT_READY_TO_CONNECT else None
-    return ApiError(refusal.code, status=status)
+    return ApiError(refusal.code, code=refusal.reason, status=status)

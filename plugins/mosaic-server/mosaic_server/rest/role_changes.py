@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_server.rest.envelope import ApiError
-from mosaic_server.storage.grants import LastSupervisor, OwnAccount, UnknownAccount
+from mosaic_server.storage.grants import LastAdministrator, LastSupervisor, OwnAccount, UnknownAccount
 
 
 @contextmanager
@@ -18,6 +18,8 @@ def role_changes() -> Iterator[None]:
     except LastSupervisor as error:
         message = f"robot {str(error)!r} would be left without a supervisor"
         raise ApiError(ResultCode.ACCESS_DENIED, message, code="auth.last_supervisor", status=409) from error
+    except LastAdministrator as error:
+        raise ApiError(ResultCode.ACCESS_DENIED, code="auth.last_admin", status=409) from error
     except OwnAccount as error:
         raise own_account() from error
     except UnknownAccount as error:

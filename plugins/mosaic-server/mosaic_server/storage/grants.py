@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 
 from mosaic_server.roles import Role, Standing, loses_last_supervisor
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
-from mosaic_server.storage.tables import Account, Organization, Robot, RobotGrant, now_ms
+from mosaic_server.storage.tables import Account, IssuedTicket, Organization, Robot, RobotGrant, now_ms
 
 
 class UnknownAccount(Exception):
@@ -24,6 +24,10 @@ class UnknownAccount(Exception):
 
 class LastSupervisor(Exception):
     """The change would leave a robot without anybody who supervises it."""
+
+
+class LastAdministrator(Exception):
+    """The change would leave an organization's accounts without an administrator."""
 
 
 class OwnAccount(Exception):
@@ -62,6 +66,12 @@ def roles_of_account(session: Session, account_id: str, robot_ids: Collection[st
     return {robot_id: role for robot_id, role in roles.items() if role is not None}
 
 
+def roles_of_tickets(session: Session) -> dict[tuple[str, str], RoleOnRobot]:
+    """(account, robot) → role, for every pair that has a ticket and still exists."""
+    rows = session.execute(_pairs(of_tickets=True).distinct())
+    return {(one.account_id, one.robot_id): one for one in map(_role_on_robot, rows)}
+
+
 def roles_on_robot(session: Session, robot_id: str, skip: int, limit: int) -> tuple[list[RoleOnRobot], int]:
     """One page of the accounts of the robot's organization by e-mail with their roles, and how many there are."""
     mine = (Robot.id == robot_id, Account.organization_id == Robot.organization_id)
@@ -94,17 +104,29 @@ def set_role(session: Session, robot_id: str, account_id: str, role: Role | None
 
 @contextmanager
 def supervised(session: Session, organization_id: str, robot_id: str | None = None) -> Iterator[None]:
-    """Raises :class:`LastSupervisor` (and so rolls back) if a robot loses its last supervisor inside the block."""
+    """Raises (and so rolls back) if something inside the block takes away the last who could repair it.
+
+    :class:`LastSupervisor` for a robot, :class:`LastAdministrator` for the organization.
+    """
     # Taking this lock first makes two administrators who demote each other at once wait for one another.
     session.execute(update(Organization).where(Organization.id == organization_id).values(updated_at_ms=now_ms()))
     which = (Robot.organization_id == organization_id, *([Robot.id == robot_id] if robot_id else []))
-    before = _standings(session, which)
+    before, had_administrator = _standings(session, which), _is_administered(session, organization_id)
     yield
     session.flush()
     after = _standings(session, which)
     for one, standings in before.items():
         if loses_last_supervisor(standings, after.get(one, ())):
             raise LastSupervisor(session.get_one(Robot, one).name)
+    if had_administrator and not _is_administered(session, organization_id):
+        raise LastAdministrator
+
+
+def _is_administered(session: Session, organization_id: str) -> bool:
+    """Nobody needs to administer an organization without accounts."""
+    mine = select(Account.id).where(Account.organization_id == organization_id).limit(1)
+    administrators = mine.where(Account.is_organization_admin, Account.is_active)
+    return session.scalar(administrators) is not None or session.scalar(mine) is None
 
 
 def _standings(session: Session, which: Collection[ColumnElement[bool]]) -> dict[str, list[Standing]]:
@@ -145,10 +167,11 @@ def _entry(robot: Robot, before: RoleOnRobot, after: RoleOnRobot, actor: Actor) 
     )
 
 
-def _pairs() -> Select[*tuple[Any, ...]]:
-    """Accounts × robots with what decides the role; the caller narrows it down."""
+def _pairs(*, of_tickets: bool = False) -> Select[*tuple[Any, ...]]:
+    """Accounts × robots with what decides the role; the caller narrows it down, unless only pairs of tickets count."""
     grant_of_pair = and_(RobotGrant.account_id == Account.id, RobotGrant.robot_id == Robot.id)
-    return (
+    ticket_of_pair = and_(IssuedTicket.account_id == Account.id, IssuedTicket.robot_id == Robot.id)
+    pairs = (
         select(
             Account.id,
             Account.email,
@@ -164,8 +187,10 @@ def _pairs() -> Select[*tuple[Any, ...]]:
         .select_from(Account)
         .join(Organization, Organization.id == Account.organization_id)
         .join(Robot, true())
-        .outerjoin(RobotGrant, grant_of_pair)
     )
+    if of_tickets:
+        pairs = pairs.join(IssuedTicket, ticket_of_pair)
+    return pairs.outerjoin(RobotGrant, grant_of_pair)
 
 
 def _role_on_robot(row: Row[Any]) -> RoleOnRobot:

@@ -13,7 +13,7 @@ from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
-from mosaic_server.storage.grants import RoleOnRobot, role_on
+from mosaic_server.storage.grants import RoleOnRobot, role_on, roles_of_tickets
 from mosaic_server.storage.robots import robots_by_id
 from mosaic_server.storage.tables import IssuedTicket, now_ms
 
@@ -85,16 +85,13 @@ def void_tickets(session: Session, robot_id: str | None = None) -> list[VoidTick
         which = which.where(IssuedTicket.robot_id == robot_id)
     tickets = list(session.scalars(which))
     newest = {ticket.robot_id: ticket.id for ticket in tickets}
-    known: dict[tuple[str, str], RoleOnRobot | None] = {}
-    void = []
-    for ticket in tickets:
-        pair = (ticket.account_id, ticket.robot_id)
-        if pair not in known:
-            known[pair] = role_on(session, *pair)
-        code = _void_because(ticket, known[pair])
-        if code is not None:
-            void.append(VoidTicket(ticket.robot_id, ticket.id, code, newest[ticket.robot_id] == ticket.id))
-    return void
+    roles = roles_of_tickets(session) if tickets else {}
+    found = [(ticket, _void_because(ticket, roles.get((ticket.account_id, ticket.robot_id)))) for ticket in tickets]
+    return [
+        VoidTicket(ticket.robot_id, ticket.id, code, newest[ticket.robot_id] == ticket.id)
+        for ticket, code in found
+        if code is not None
+    ]
 
 
 def forget_tickets(session: Session, connection_ids: Collection[str]) -> None:

@@ -49,6 +49,14 @@ def refusal(book: Book, event: ConnectionsRequested) -> ConnectionsRefused | Non
     for robot_id, robot in robots:
         if robot is None or not robot.is_online:
             return ConnectionsRefused(ResultCode.ROBOT_WS_SESSION_NOT_EXIST, robot_id)
+    return _unguarded(book, event)
+
+
+def _unguarded(book: Book, event: ConnectionsRequested) -> ConnectionsRefused | None:
+    """A robot without tickets never learns of roles and would let an observer drive."""
+    for wanted in event.wanted:
+        if wanted.operator.role == "observer" and "tickets" not in book.robots[wanted.robot_id].extensions:
+            return ConnectionsRefused(ResultCode.ACCESS_DENIED, wanted.robot_id, "auth.roles_unknown")
     return None
 
 

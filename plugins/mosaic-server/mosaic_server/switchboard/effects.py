@@ -54,6 +54,8 @@ class ConnectionsRefused:
 
     code: ResultCode
     robot_id: str | None = None
+    reason: str | None = None
+    """Our reason code, where the number says too little."""
 
 
 Effect = Send | Close | LimitFrames | KeepCatalogue | ConnectionsMade | ConnectionsRefused
