@@ -95,5 +95,5 @@ def test_the_headless_check_drives_the_robot_and_finds_everything_in_order() -> 
     done = subprocess.run([*COMMAND, "--headless-check"], capture_output=True, text=True, check=False, timeout=110)
     report = json.loads(done.stdout)
     assert [check for check in report["checks"] if not check["ok"]] == []
-    assert {"connect", "pictures", "drive", "silence stops"} <= {check["name"] for check in report["checks"]}
+    assert {"connect", "pictures", "lease", "drive", "silence stops"} <= {check["name"] for check in report["checks"]}
     assert done.returncode == 0

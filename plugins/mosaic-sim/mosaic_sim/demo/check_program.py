@@ -17,6 +17,7 @@ from mosaic_core.operator import MosaicOperator, RobotConnection
 from mosaic_sim.demo.checks import (
     Result,
     driving_moves,
+    lease_is_granted,
     messages_arrive,
     pictures_arrive,
     silence_stops,
@@ -46,6 +47,7 @@ async def _looked_at(connection: RobotConnection) -> list[Result]:
     for label in SENSORS:
         results.append(await told(label, partial(messages_arrive, connection.receivable(label))))
     await wheels.wait_open()
+    results.append(await told("lease", partial(lease_is_granted, connection.control)))
     results.append(await told("drive", partial(driving_moves, wheels, pose)))
     results.append(await told("silence stops", partial(silence_stops, pose)))
     return results

@@ -55,6 +55,15 @@ class Wheels(Protocol):
     def send_json(self, value: dict[str, Any]) -> bool: ...
 
 
+class Held(Protocol):
+    @property
+    def resource(self) -> str: ...
+
+
+class Control(Protocol):
+    async def take(self, resource: str, *, reason: str = "", wait_s: float = 0.0) -> Held: ...
+
+
 async def told(name: str, check: Callable[[], Awaitable[str]]) -> Result:
     """Run one check; whatever goes wrong becomes a line of the report, so that the others still run."""
     try:
@@ -81,6 +90,12 @@ async def pictures_arrive(camera: Camera) -> str:
 async def messages_arrive(sensor: Sensor) -> str:
     first = json.loads((await sensor.next_message(5.0)).data)
     return ", ".join(list(first)[:4])
+
+
+async def lease_is_granted(control: Control) -> str:
+    """Only the holder of the lease drives."""
+    lease = await control.take("motion", reason="checking the demo", wait_s=5.0)
+    return f"of {lease.resource}"
 
 
 async def driving_moves(wheels: Wheels, pose: Sensor) -> str:
