@@ -77,9 +77,40 @@ class TestWithARobot:
     def test_commands_are_sent_and_refusals_told(self, operator: Run, seed: Any) -> None:
         done = operator("send", seed.robot_id, "cmd_vel", '{"linear": {"x": 0.1}}', "--for-s", "0.5")
         assert (done.returncode, done.stdout) == (0, "6 sent, 0 refused\n")
+        assert "holding the lease of 'motion'" in done.stderr
         done = operator("send", seed.robot_id, "cmd_vel", '{"linear": {"x": "fast"}}')
         assert (done.returncode, done.stdout) == (1, "1 sent, 1 refused\n")
-        assert "refused: channel.invalid: linear.x" in done.stderr
+        assert "refused: safety.out_of_range: linear.x" in done.stderr
+
+    def test_a_stop_holds_until_it_is_cleared(self, operator: Run, seed: Any) -> None:
+        done = operator("stop", seed.robot_id, "--reason", "a test", "--json")
+        assert done.returncode == 0, done.stderr
+        report = json.loads(done.stdout)
+        assert report["is_safe"]
+        assert 0 < report["acknowledged_s"] < 5
+        done = operator("send", seed.robot_id, "cmd_vel", '{"linear": {"x": 0.1}}')
+        assert done.returncode == 1
+        assert "refused: safety.stopped" in done.stderr
+        assert "stopped by" in operator("lease", seed.robot_id).stdout
+        done = operator("clear", seed.robot_id)
+        assert (done.returncode, done.stdout) == (0, "cleared: commands act again\n"), done.stderr
+        done = operator("send", seed.robot_id, "cmd_vel", '{"linear": {"x": 0.1}}')
+        assert done.returncode == 0, done.stderr
+
+    def test_the_lease_is_shown_freed_and_misused_in_words(self, operator: Run, seed: Any) -> None:
+        lease = json.loads(operator("lease", seed.robot_id, "--json").stdout)
+        assert (lease["resource"], lease["holder"]) == ("motion", None)
+        done = operator("lease", seed.robot_id, "--release")
+        assert done.returncode == 0, done.stderr
+        assert "'motion' is free" in done.stdout
+        done = operator("lease", seed.robot_id, "--take", "--resource", "arm")
+        assert done.returncode == 1
+        assert "code: lease.unknown_resource" in done.stderr
+
+    def test_driving_needs_a_terminal(self, operator: Run, seed: Any) -> None:
+        done = operator("drive", seed.robot_id, "cmd_vel")
+        assert done.returncode == 2
+        assert "run it on a terminal" in done.stderr
 
     @pytest.mark.parametrize(
         ("words", "message"),
