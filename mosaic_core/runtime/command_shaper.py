@@ -9,6 +9,7 @@ from typing import Any
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.machines.safety_envelope import EnvelopeState, OutOfRange, SafetyEnvelope
+from mosaic_core.runtime.motion_defaults import MotionDefaults
 from mosaic_core.runtime.payload import PayloadReader
 from mosaic_core.runtime.receiver_safety import ReceiverSafety
 
@@ -40,6 +41,7 @@ class CommandShaper:
         self._reader = PayloadReader(handler)
         has_fields = bool(safety.limits or safety.motion_fields)
         self._envelope = SafetyEnvelope(safety.limits, safety.motion_fields) if has_fields else None
+        self._defaults = MotionDefaults(self._reader.schema(), self._envelope.fields) if self._envelope else None
         self._is_slowed = safety.is_slowed
         self._fired = fired
         self._shaped_after = fired()
@@ -54,10 +56,11 @@ class CommandShaper:
         Say :meth:`undone` if it does not act after all.
         """
         fired, value = self._fired(), self._reader.parsed(payload)
-        if self._envelope is None:
+        if self._envelope is None or self._defaults is None:
             return Command(self._reader.validated(value), False, fired)
         if not isinstance(value, dict):
             raise Refused("channel.invalid", "a JSON object is wanted")
+        self._defaults.complete(value)
         if fired != self._shaped_after:
             self._envelope.stand_still()
             self._shaped_after = fired

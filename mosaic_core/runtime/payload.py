@@ -6,7 +6,7 @@ import json
 import math
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import PydanticUserError, TypeAdapter, ValidationError
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
 
@@ -51,6 +51,15 @@ class PayloadReader:
         except (ValueError, RecursionError):
             raise Refused("channel.invalid", "not JSON") from None
         return value
+
+    def schema(self) -> dict[str, Any]:
+        """The JSON Schema of what it reads; empty for text, bytes and types that have none."""
+        if self._adapter is None:
+            return {}
+        try:
+            return self._adapter.json_schema()
+        except PydanticUserError:
+            return {}
 
     def validated(self, value: Any) -> Any:
         """``value`` as a ``T``."""
