@@ -112,11 +112,11 @@ class SharedVideo:
 
     # -- on the event loop ---------------------------------------------------------------------------------------
 
-    def bind(self, viewer_id: str, unavailable: TellUnavailable) -> ViewerFeed:
+    def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> ViewerFeed:
         if viewer_id not in self._viewers:
             probe_in_background()
             order = _CODEC_ORDERS[self._encoding.codec]
-            self._viewers[viewer_id] = ViewerFeed(order, unavailable, self._wants_key, self._reconsider)
+            self._viewers[viewer_id] = ViewerFeed(order, unavailable, self._wants_key, self._reconsider, is_local)
         return self._viewers[viewer_id]
 
     def watch(self, viewer_id: str, on: bool) -> None:
@@ -147,7 +147,8 @@ class SharedVideo:
 
     def _begin(self, viewer: ViewerFeed) -> None:
         options = options_of(viewer.codec, self._shape, self._encoding)
-        viewer.begin(options, limits_bps(self._shape, self._encoding), time.monotonic())
+        least_bps, most_bps = limits_bps(self._shape, self._encoding)
+        viewer.begin(options, (most_bps if viewer.is_local else least_bps, most_bps), time.monotonic())
 
     def _tick(self) -> None:
         self._timer = None

@@ -37,7 +37,9 @@ class ViewerFeed:
         unavailable: TellUnavailable,
         wants_key: Callable[[ViewerFeed], None],
         changed: Callable[[], None],
+        is_local: bool = False,
     ) -> None:
+        self.is_local = is_local
         self.codec_order = tuple(codec_order)
         self.codec: CodecName | None = None
         self.switch: RungSwitch[Hashable] = RungSwitch()

@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.host import HandlerHost, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import EncodingParams, Picture
+from mosaic_core.contract.media_tap import MediaTap, TapCodec
 from mosaic_core.machines.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Kind, MosaicDataType
 from mosaic_core.words.wire_model import to_json
@@ -91,6 +92,11 @@ class Handler:
     def monotonic_s(self) -> float:
         """The robot's monotonic clock; the kit's fake clock in tests."""
         return self._host.monotonic_s()
+
+    def tap_media(self, label: str, codec: TapCodec = "h264") -> MediaTap:
+        """The encoded pictures of the connector ``label``, without encoding them again where that is possible:
+        ``with self.tap_media("front") as tap: picture = tap.next(timeout_s=1.0)``. Any thread."""
+        return self._host.tap_media(label, codec)
 
     def _send(self, kind: PayloadKind, payload: bytes, to: Sender | None, channel: str | None = None) -> bool:
         return self._host.send(

@@ -14,6 +14,7 @@ from mosaic_core.machines.framing import PayloadKind
 
 if TYPE_CHECKING:
     from mosaic_core.contract.media import Picture
+    from mosaic_core.contract.media_tap import MediaTap, TapCodec
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +70,10 @@ class HandlerHost(Protocol):
         """Hand a picture over; a newer one replaces one that still waits. ``False`` if nobody watches."""
         ...
 
+    def tap_media(self, label: str, codec: TapCodec) -> MediaTap:
+        """The encoded pictures of another connector; nothing flows until the tap is entered."""
+        ...
+
 
 class UnboundHost:
     """The host of a handler that no runtime has taken yet: time passes, nothing is sent."""
@@ -93,3 +98,6 @@ class UnboundHost:
 
     def send_picture(self, label: str, picture: Any) -> bool:
         return False
+
+    def tap_media(self, label: str, codec: TapCodec) -> MediaTap:
+        raise RuntimeError("nothing can be tapped before the robot runs")

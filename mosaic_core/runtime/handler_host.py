@@ -10,6 +10,9 @@ from collections.abc import Callable
 
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.contract.media import Picture
+from mosaic_core.contract.media_tap import TapCodec
+from mosaic_core.runtime.media_hub import MediaHub
+from mosaic_core.runtime.media_tap import RuntimeTap
 
 
 class RuntimeHost:
@@ -19,11 +22,11 @@ class RuntimeHost:
         self,
         loop: asyncio.AbstractEventLoop,
         post: Callable[[Outgoing], bool],
-        post_picture: Callable[[str, Picture], bool],
+        media: MediaHub,
     ) -> None:
         self._loop = loop
         self._post = post
-        self._post_picture = post_picture
+        self._media = media
         self._stop = threading.Event()
         self._stop_async = asyncio.Event()
 
@@ -76,4 +79,7 @@ class RuntimeHost:
         return self._post(message)
 
     def send_picture(self, label: str, picture: Picture) -> bool:
-        return self._post_picture(label, picture)
+        return self._media.post(label, picture)
+
+    def tap_media(self, label: str, codec: TapCodec) -> RuntimeTap:
+        return RuntimeTap(self._loop, self._media, label, codec)

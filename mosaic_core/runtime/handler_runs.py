@@ -75,7 +75,7 @@ class HandlerRuns:
 
     def _take(self, handler: Handler) -> None:
         """Bind the handler and prepare its body."""
-        host = RuntimeHost(self._loop, self.outbox.post, self.media.post)
+        host = RuntimeHost(self._loop, self.outbox.post, self.media)
         handler.bind(host)
         failures = Failures(handler.label, lambda *failure: self._failed.put(failure))
         self._failures[handler.label] = failures

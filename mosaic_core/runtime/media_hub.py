@@ -36,11 +36,11 @@ class MediaHub:
 
     # -- on the event loop ---------------------------------------------------------------------------------------
 
-    def bind(self, peer_id: str, label: str, unavailable: TellUnavailable) -> PictureFeed:
+    def bind(self, peer_id: str, label: str, unavailable: TellUnavailable, *, is_local: bool = False) -> PictureFeed:
         """The peer has a track for ``label``; its feed is silent until :meth:`watch`. ``unavailable`` is told why no
-        picture can come."""
+        picture can come. ``is_local``: a tap on this robot."""
         self._bound.add((peer_id, label))
-        return self._streams[label].bind(peer_id, unavailable)
+        return self._streams[label].bind(peer_id, unavailable, is_local=is_local)
 
     def is_bound(self, peer_id: str, label: str) -> bool:
         return (peer_id, label) in self._bound

@@ -65,7 +65,7 @@ class PlainStream:
     def post(self, picture: Picture, captured_at_s: float) -> bool:
         return bool(self._watching) and self._handover.put(self._prepare(picture, captured_at_s))
 
-    def bind(self, viewer_id: str, unavailable: TellUnavailable) -> NewestFeed:
+    def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> NewestFeed:
         return self._feeds.setdefault(viewer_id, NewestFeed())
 
     def watch(self, viewer_id: str, on: bool) -> None:

@@ -89,8 +89,8 @@ class PictureStream(Protocol):
         """Take a picture on its handler's thread. ``False`` if nobody watches or the loop is behind."""
         ...
 
-    def bind(self, viewer_id: str, unavailable: TellUnavailable) -> PictureFeed:
-        """A viewer's feed, silent until :meth:`watch`."""
+    def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> PictureFeed:
+        """A viewer's feed, silent until :meth:`watch`. ``is_local``: on this robot, where no link limits it."""
         ...
 
     def watch(self, viewer_id: str, on: bool) -> None: ...

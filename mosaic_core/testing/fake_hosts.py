@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import json
-from typing import Any, Protocol
+from types import TracebackType
+from typing import Any, Protocol, Self
 
 from mosaic_core.contract.handler import Handler
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.contract.media import Picture
+from mosaic_core.contract.media_tap import TapCodec, TappedPicture
 from mosaic_core.machines.framing import PayloadKind
 from mosaic_core.runtime.receiver_safety import ReceiverSafety
 
@@ -58,6 +60,8 @@ class FakeHost:
         self.clock = clock or FakeClock()
         self.sent: list[Outgoing] = []
         self.pictures: list[Picture] = []
+        self.tapped: dict[str, list[TappedPicture]] = {}
+        """What taps of other connectors give, by label; a label that isn't here is unknown."""
         self.accepts = True
         self.safety: ReceiverSafety | None = None
         """The receiver's limits in force; ``build`` sets them."""
@@ -99,9 +103,36 @@ class FakeHost:
             self.pictures.append(picture)
         return self.accepts
 
+    def tap_media(self, label: str, codec: TapCodec) -> FakeTap:
+        return FakeTap(self, self.tapped.get(label))
+
     def sent_values(self, channel: str | None = None) -> list[Any]:
         """What was sent (on one channel), as an operator would read it: JSON values, ``str`` or ``bytes``."""
         return [_value(one) for one in self.sent if channel in (None, one.channel)]
+
+
+class FakeTap:
+    """Gives the pictures of :attr:`FakeHost.tapped` one after the other, then lets the time-outs pass."""
+
+    def __init__(self, host: FakeHost, pictures: list[TappedPicture] | None) -> None:
+        self._host = host
+        self._pictures = iter(pictures or ())
+        self.dropped = 0
+        self.failure = "" if pictures is not None else "channel.unknown_label"
+
+    def next(self, timeout_s: float) -> TappedPicture | None:
+        picture = next(self._pictures, None)
+        if picture is None:
+            self._host.wait(timeout_s)
+        return picture
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Nothing is held."""
 
 
 def _value(message: Outgoing) -> Any:

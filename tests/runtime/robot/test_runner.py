@@ -14,7 +14,10 @@ from mosaic_core.machines.backoff import BackoffPolicy
 from mosaic_core.runtime.body import body_of
 from mosaic_core.runtime.failures import Failures
 from mosaic_core.runtime.handler_host import RuntimeHost
+from mosaic_core.runtime.media_hub import MediaHub
+from mosaic_core.runtime.plain_stream import plain_streams
 from mosaic_core.runtime.runner import Runner, runner_of
+from mosaic_core.testing.memory_network import memory_picture
 
 QUICK = BackoffPolicy(first_s=0.02, max_s=0.02, jitter=0.0)
 
@@ -23,7 +26,9 @@ class Setup:
     def __init__(self, handler: DataChannelSendable[Any]) -> None:
         self.sent: list[bytes] = []
         self.failures: list[BaseException] = []
-        self.host = RuntimeHost(asyncio.get_running_loop(), self._post, lambda label, picture: False)
+        self.host = RuntimeHost(
+            asyncio.get_running_loop(), self._post, MediaHub(plain_streams(memory_picture), lambda label, on: None)
+        )
         handler.bind(self.host)
         told = Failures(handler.label, lambda label, error, delay_s: self.failures.append(error), QUICK)
         runner = runner_of(handler, self.host, told)

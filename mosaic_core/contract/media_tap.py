@@ -1,0 +1,46 @@
+"""A tap: the encoded pictures of another connector of the same robot, for those who record or forward them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Literal, Protocol, Self, TypeAlias
+
+TapCodec: TypeAlias = Literal["h264", "vp8"]
+
+
+@dataclass(frozen=True, slots=True)
+class TappedPicture:
+    """One encoded picture. H.264 comes with start codes (Annex B) and its parameter sets before every key frame.
+
+    ``captured_at_s``: seconds of the robot's monotonic clock; later than that of the picture before.
+    """
+
+    data: bytes
+    captured_at_s: float
+    is_key: bool
+    codec: TapCodec
+
+
+class MediaTap(Protocol):
+    """Open while it is entered; the camera runs for it alone if nobody else watches. Starts with a key frame, and goes
+    on at a key frame when pictures had to be dropped. For one thread at a time."""
+
+    @property
+    def dropped(self) -> int:
+        """Pictures that were lost because :meth:`next` was not called for too long."""
+        ...
+
+    @property
+    def failure(self) -> str:
+        """The ``media.*`` or ``channel.*`` code why no picture can come; empty while one may."""
+        ...
+
+    def next(self, timeout_s: float) -> TappedPicture | None:
+        """Wait for the next picture; ``None`` when ``timeout_s`` is over. Raises nothing."""
+        ...
+
+    def __enter__(self) -> Self: ...
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
