@@ -124,6 +124,11 @@ export class ControlDesk {
     return this.answers.clear()
   }
 
+  /** A moment of the robot's clock (`StopView.sinceUs`) on this page's; null while they have not been compared. */
+  toPageMs(robotUs: number): number | null {
+    return this.around.toPageMs(robotUs)
+  }
+
   /** What happened on the robot, newest first, for supervisors. Rejects with `MosaicError`. */
   readJournal(limit = 100, before?: number): Promise<readonly JournalEntry[]> {
     const atMost = Math.min(MAX_JOURNAL_ENTRIES, Math.max(1, Math.round(limit)))
