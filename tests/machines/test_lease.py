@@ -147,6 +147,12 @@ def test_a_supervisor_takes_over_and_the_old_holder_hears_why() -> None:
     ]
 
 
+def test_force_is_told_as_force_also_where_it_was_not_needed() -> None:
+    desk = desk_with(PATROL, CHIEF, holder=PATROL)
+    effects = desk.handle(Requested("c", "motion", "smoke in hall 2", force=True), 1.0)
+    assert change(effects).cause == "lease.taken_over"
+
+
 def test_an_unknown_resource_is_named() -> None:
     desk = desk_with(ANNA)
     assert replies(desk.handle(Requested("a", "legs"), 0.0)) == [("a", "denied", "lease.unknown_resource")]
@@ -362,6 +368,24 @@ def test_a_peer_that_becomes_another_session_keeps_nothing_of_the_old_one() -> N
     desk.handle(Requested("b", "motion"), 0.1)
     assert desk.handle(Joined(Party("b", "another", is_person=True)), 0.2) == [QueueChanged("motion")]
     assert change(desk.handle(Joined(Party("a", "another", is_person=True)), 0.3)).holder is None
+
+
+def test_a_lost_holder_without_a_session_cannot_be_told_from_a_stranger() -> None:
+    desk = desk_with(Party("x", ""), holder=Party("x", ""))
+    desk.handle(Left("x", on_purpose=False), 0.5)
+    assert change(desk.handle(Joined(Party("x", "")), 0.6)).holder is None
+
+
+def test_a_peer_without_an_id_is_nobody() -> None:
+    desk = desk_with(Party("", "s", "Nobody", role="supervisor", is_person=True))
+    assert desk.handle(Requested("", "motion"), 0.1) == []
+    assert desk.refusal("", "motion", 0, 0.1) == "lease.required"
+
+
+def test_who_waits_and_says_again_who_it_is_changes_nothing() -> None:
+    desk = desk_with(ANNA, BEN, holder=ANNA)
+    desk.handle(Requested("b", "motion"), 0.1)
+    assert desk.handle(Joined(BEN), 0.2) == []
 
 
 def test_who_becomes_an_observer_loses_its_lease() -> None:
