@@ -97,7 +97,7 @@ def _frame_around(pixels: Pixels, pts: int) -> av.VideoFrame:
 def _copied_frame(pixels: Pixels, height: int) -> av.VideoFrame:
     frame = av.VideoFrame(pixels.shape[1], height, "yuv420p")
     for plane, source in zip(frame.planes, _planes(pixels, pixels.shape[1], height), strict=True):
-        rows = np.frombuffer(plane, np.uint8).reshape(plane.height, plane.line_size)
+        rows = np.frombuffer(cast(Any, plane), np.uint8).reshape(plane.height, plane.line_size)
         rows[:, : plane.width] = source
     return frame
 
