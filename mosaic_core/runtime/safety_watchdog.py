@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from mosaic_core.contract.host import Sender
 from mosaic_core.runtime.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.safety_watch import Action, SafetyWatch
+from mosaic_core.runtime.thread_priority import run_first
 
 if TYPE_CHECKING:
     from mosaic_core.runtime.fence import Fence
@@ -84,6 +85,7 @@ class SafetyWatchdog:
         threading.Thread(target=self._serve, name=f"mosaic-safety-{self._threads}", daemon=True).start()
 
     def _serve(self) -> None:
+        run_first()
         with self.changed:
             while True:
                 action = self._next_action()
