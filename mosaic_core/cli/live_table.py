@@ -9,13 +9,13 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from mosaic_core.runtime.counters import ConnectorSnapshot, RobotSnapshot
+    from mosaic_core.runtime.counters import ConnectorSnapshot, PeerSnapshot, RobotSnapshot
 
 _STATE_STYLES = {
     "running": "green", "ready": "green", "waiting": "dim", "connecting": "yellow", "offline": "yellow",
     "failed": "bold red", "ended": "dim", "stopped": "dim",
 }  # fmt: skip
-_COLUMNS = ("connector", "type", "state", "peers", "rate", "data", "drops", "age")
+_COLUMNS = ("connector", "type", "state", "peers", "rate", "data", "drops", "age", "speed")
 
 
 def robot_table(snapshot: RobotSnapshot, server: str) -> RenderableType:
@@ -28,13 +28,48 @@ def robot_table(snapshot: RobotSnapshot, server: str) -> RenderableType:
     return Group(*_headlines(snapshot, server), table)
 
 
-def _headlines(snapshot: RobotSnapshot, server: str) -> tuple[Text, Text]:
-    operators = ", ".join(peer.name or peer.operator_id or peer.peer_id[:8] for peer in snapshot.peers)
+def _headlines(snapshot: RobotSnapshot, server: str) -> tuple[Text, ...]:
     state = (snapshot.state, _STATE_STYLES.get(snapshot.state, ""))
     return (
         Text.assemble(("server ", "dim"), server, "  ", state, ("  up ", "dim"), duration(snapshot.uptime_s)),
-        Text.assemble(("robot ", "dim"), snapshot.robot_id, ("  operators ", "dim"), operators or "none"),
+        Text.assemble(("robot ", "dim"), snapshot.robot_id, *_control(snapshot)),
+        *_stopped(snapshot),
     )
+
+
+def _control(snapshot: RobotSnapshot) -> list[str | tuple[str, str]]:
+    """Who commands what, who asks for it, and who watches."""
+    holders = {lease.holder_id for lease in snapshot.leases if lease.holder_id is not None}
+    words: list[str | tuple[str, str]] = []
+    for lease in snapshot.leases:
+        if lease.holder_id is not None:
+            words += [(f"  {lease.resource} ", "dim"), (lease.holder, "green")]
+        if lease.waiting:
+            words += [("  asking ", "dim"), (", ".join(lease.waiting), "yellow")]
+    watching = [_name(peer) for peer in snapshot.peers if peer.peer_id not in holders]
+    is_held = bool(holders)
+    return [*words, ("  watching " if is_held else "  operators ", "dim"), ", ".join(watching) or "none"]
+
+
+def _name(peer: PeerSnapshot) -> str:
+    name = peer.name or peer.operator_id or peer.peer_id[:8]
+    return f"{name} (original)" if peer.is_original else name
+
+
+def _stopped(snapshot: RobotSnapshot) -> list[Text]:
+    stop = snapshot.stop
+    if stop is None:
+        return []
+    because = f": {stop.reason}" if stop.reason else ""
+    text = f"STOPPED by {stop.by or 'an operator'}{because}, {duration(stop.for_s)} ago; no command acts until cleared"
+    return [Text(text, style="bold red")]
+
+
+def _speed(factor: float | None) -> Text:
+    """What is left of the commander's speed."""
+    if factor is None:
+        return Text("–", style="dim")
+    return Text(f"{factor:.0%}", style="" if factor >= 1 else "yellow" if factor > 0 else "bold red")
 
 
 def _row(connector: ConnectorSnapshot) -> list[Text]:
@@ -51,6 +86,7 @@ def _row(connector: ConnectorSnapshot) -> list[Text]:
         Text(f"{size(connector.bytes_per_s)}/s"),
         Text(str(drops), style="yellow" if drops else "dim"),
         Text("–" if connector.age_s is None else duration(connector.age_s)),
+        _speed(connector.limit_factor),
     ]
 
 

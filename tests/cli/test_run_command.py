@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -20,7 +21,7 @@ from rich.console import Console
 
 from mosaic_core.cli.live_table import duration, robot_table, size
 from mosaic_core.cli.log_output import JsonLines, LogFormat, LogLevel, set_up_logging
-from mosaic_core.runtime.counters import ConnectorSnapshot, PeerSnapshot, RobotSnapshot
+from mosaic_core.runtime.counters import ConnectorSnapshot, LeaseSnapshot, PeerSnapshot, RobotSnapshot, StopSnapshot
 
 MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main"]
 
@@ -101,15 +102,29 @@ def test_the_table_has_a_row_per_connector() -> None:
     assert drawn(snapshot()) == [
         ["server", "wss://example.org", "ready", "up", "1", "min"],
         ["robot", "robot-1", "operators", "Alice"],
-        ["connector", "type", "state", "peers", "rate", "data", "drops", "age"],
-        ["front", "camera", "running", "2", "30.0/s", "1.5", "MB/s", "3", "0.0", "s"],
+        ["connector", "type", "state", "peers", "rate", "data", "drops", "age", "speed"],
+        ["front", "camera", "running", "2", "30.0/s", "1.5", "MB/s", "3", "0.0", "s", "–"],
     ]
+
+
+def test_the_table_tells_who_commands_who_asks_who_watches_and_how_fast() -> None:
+    lease = LeaseSnapshot("motion", 7, "p", "Alice", True, ("Bob",))
+    watcher = PeerSnapshot("q", "t", "", "Wanda", "observer", "open", 3.0, (), (), is_original=True)
+    base = snapshot(limit_factor=0.25)
+    lines = drawn(replace(base, leases=(lease,), peers=(*base.peers, watcher)))
+    assert lines[1] == ["robot", "robot-1", "motion", "Alice", "asking", "Bob", "watching", "Wanda", "(original)"]
+    assert lines[-1][-1] == "25%"
+
+
+def test_the_table_shouts_that_the_robot_is_stopped() -> None:
+    line = " ".join(drawn(replace(snapshot(), stop=StopSnapshot("Bob", "a dog", 12.0)))[2])
+    assert line == "STOPPED by Bob: a dog, 12 s ago; no command acts until cleared"
 
 
 def test_the_table_says_why_a_connector_failed() -> None:
     row = drawn(snapshot(state="failed", last_error="OSError: no such device", age_s=None))[-1]
     assert row[2:7] == ["failed", "OSError:", "no", "such", "device"]
-    assert row[-1] == "–"
+    assert row[-2:] == ["–", "–"]
 
 
 @pytest.mark.parametrize(("count", "text"), [(0, "0 B"), (999, "999 B"), (1500, "1.5 KB"), (2e9, "2.0 GB")])
