@@ -112,7 +112,7 @@ class EncoderThread:
             try:
                 self._encode_all(VideoEncoder(kind, self._order.settings))
                 return
-            except (av.FFmpegError, ValueError, MemoryError) as error:
+            except Exception as error:  # noqa: BLE001 - drivers raise anything; viewers must not wait for ever
                 _log.warning("%s: encoder %s failed (%s); trying another one", self._order.label, kind.name, error)
                 broken.append(kind.name)
 

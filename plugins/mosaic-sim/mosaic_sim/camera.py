@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 from pydantic import Field
 
-from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, unit
+from mosaic_core import Captured, EncodingParams, MediaTrackConfigurer, MediaTrackHandler, unit
 from mosaic_sim.live_world import LiveWorld, SimParams, shared_world
 from mosaic_sim.renderer import Renderer
 
 
-class SimCameraParams(SimParams):
+class SimCameraParams(SimParams, EncodingParams):
     width: int = Field(default=640, ge=64, le=1920, multiple_of=2, description="Pixels.", json_schema_extra=unit("px"))
     height: int = Field(default=480, ge=48, le=1080, multiple_of=2, description="Pixels.", json_schema_extra=unit("px"))
     fps: float = Field(default=20.0, gt=0, le=60, description="Pictures per second.", json_schema_extra=unit("1/s"))
@@ -23,9 +23,9 @@ class SimCamera(MediaTrackHandler):
 
     def __init__(self, label: str, params: SimCameraParams, world: LiveWorld) -> None:
         super().__init__(label)
+        self.encoding = params
         self._params = params
         self._world = world
-
         self._renderer: Renderer | None = None
 
     def frames(self) -> Iterator[Captured]:
