@@ -38,6 +38,7 @@ export class FakeDesk {
   readonly limits = new Value<Readonly<Record<string, SafetyLimit>>>({})
   readonly said: unknown[][] = []
   journal: readonly JournalEntry[] = []
+  clocksCompared = true
   clearAnswer: ClearReport = { isCleared: true }
   private readonly listeners = new Set<(event: ControlEvent) => void>()
   readonly events = {
@@ -75,6 +76,10 @@ export class FakeDesk {
   clearStop(): Promise<ClearReport> {
     this.said.push(['clear'])
     return Promise.resolve(this.clearAnswer)
+  }
+
+  toPageMs(robotUs: number): number | null {
+    return this.clocksCompared ? robotUs / 1000 : null
   }
 
   readJournal(): Promise<readonly JournalEntry[]> {

@@ -1,21 +1,26 @@
 import { CloseButton } from '@mantine/core'
-import { reasonOf, type StopReport, type StopView } from '@mosaic/client'
-import { useControl, useStop } from '@mosaic/react'
+import { nowMs, reasonOf, type StopReport, type StopView } from '@mosaic/client'
+import { useControl, useControlEvents, useStop } from '@mosaic/react'
 import { IconAlertOctagon, IconAlertTriangle } from '@tabler/icons-react'
-import { useState, type ReactNode } from 'react'
+import { useEffect, useState, type ReactNode } from 'react'
 import classes from './control.module.css'
-import { clearing, NOT_CERTIFIED, stopReportText } from './controlText'
+import { clearing, NOT_CERTIFIED, sinceText, stopReportText } from './controlText'
 import { HoldButton } from './HoldButton'
+
+const SINCE_PERIOD_MS = 1000
 
 /** Says over the whole page that the robot is stopped: by whom, why, how quickly, and how it is cleared. */
 export function StoppedBanner({ robotId }: { robotId: string }) {
   const view = useStop(robotId)
   const [dismissed, setDismissed] = useState<string | null>(null)
+  const since = useSince(robotId, view)
   const { mine } = view
-  const isPending = mine !== null && mine.phase === 'sending'
-  if (view.isStopped || isPending) {
+  // How quickly my stop went is no news of the next one, which somebody else may have said.
+  useControlEvents(robotId, (event) => event.type === 'cleared' && setDismissed(mine?.id ?? null))
+  if (view.isStopped || mine?.phase === 'sending') {
+    const isMine = mine !== null && mine.id !== dismissed && isKnown(mine)
     return (
-      <Banner tone="stopped" title={titleOf(view)} text={detailOf(view)}>
+      <Banner tone="stopped" title={!view.isStopped ? 'Stopping…' : isMine ? stopReportText(mine) : 'Stopped'} text={detailOf(view)} note={since}>
         {view.isStopped && <Clear robotId={robotId} />}
       </Banner>
     )
@@ -33,27 +38,34 @@ export function StoppedBanner({ robotId }: { robotId: string }) {
   )
 }
 
-function Banner({ tone, title, text, children }: { tone: 'stopped' | 'zeros'; title: string; text: string; children: ReactNode }) {
+interface BannerProps {
+  tone: 'stopped' | 'zeros'
+  title: string
+  text: string
+  /** What changes by the minute: shown, but not read out each time. */
+  note?: string | undefined
+  children: ReactNode
+}
+
+function Banner({ tone, title, text, note = '', children }: BannerProps) {
   const Icon = tone === 'stopped' ? IconAlertOctagon : IconAlertTriangle
   return (
     <section className={classes.banner} data-tone={tone} aria-label="Stop" data-testid="stopped-banner">
       <Icon size={30} stroke={1.8} aria-hidden />
-      <div className={classes.bannerText} role="alert">
-        <strong>{title}</strong>
-        <span>{text}</span>
-        <small>{NOT_CERTIFIED}</small>
+      <div className={classes.bannerText}>
+        <div role="alert">
+          <strong>{title}</strong> <span>{text}</span>
+        </div>
+        <small>
+          {note} {NOT_CERTIFIED}
+        </small>
       </div>
       {children}
     </section>
   )
 }
 
-function titleOf({ isStopped, mine }: StopView): string {
-  if (!isStopped) return 'Stopping…'
-  return mine === null || !isCurrent(mine) ? 'Stopped' : stopReportText(mine)
-}
-
-function isCurrent({ phase }: StopReport): boolean {
+function isKnown({ phase }: StopReport): boolean {
   return phase === 'acknowledged' || phase === 'safe'
 }
 
@@ -61,6 +73,22 @@ function detailOf({ isStopped, by, reason }: StopView): string {
   if (!isStopped) return 'Waiting for the robot’s answer; the stop is being repeated.'
   const who = by === '' ? 'Somebody stopped it' : `Stopped by ${by}`
   return `${who}${reason === '' ? '.' : `: “${reason}”.`} The robot takes no commands.`
+}
+
+/** Since when, as this page's clock says; the clocks may be compared only after the robot told of the stop. */
+function useSince(robotId: string, { isStopped, sinceUs }: StopView): string {
+  const { desk } = useControl(robotId)
+  const [text, setText] = useState('')
+  useEffect(() => {
+    if (!isStopped || sinceUs === undefined) return undefined
+    const show = () => setText(sinceText(desk.toPageMs(sinceUs), nowMs()))
+    const timer = setInterval(show, SINCE_PERIOD_MS)
+    return () => {
+      clearInterval(timer)
+      setText('')
+    }
+  }, [desk, isStopped, sinceUs])
+  return text
 }
 
 /** Clearing is a deliberate act; who may not is told who may. */

@@ -1,3 +1,4 @@
+import { nowMs } from '@mosaic/client'
 import { act, cleanup, fireEvent, render, screen, within } from '@testing-library/react'
 import userEvent from '@testing-library/user-event'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
@@ -86,10 +87,34 @@ describe('the banner of a stopped robot', () => {
   test('says who, why, how quickly, and what it is not', () => {
     show(<StoppedBanner robotId="r" />)
     stopped(SAFE)
-    const text = screen.getByRole('alert').textContent
+    const text = screen.getByTestId('stopped-banner').textContent
     expect(text).toContain('Stopped in 43 ms')
     expect(text).toContain('Stopped by Bob: “child on the floor”')
     expect(text).toContain('not a certified emergency stop')
+  })
+
+  test('says since when, once the clocks have been compared', () => {
+    vi.useFakeTimers()
+    desk().clocksCompared = false
+    show(<StoppedBanner robotId="r" />)
+    act(() => desk().stopState.set({ isStopped: true, by: 'Bob', reason: '', sinceUs: nowMs() * 1000, mine: null }))
+    act(() => void vi.advanceTimersByTime(2000))
+    expect(screen.getByTestId('stopped-banner').textContent).not.toContain('Since')
+    desk().clocksCompared = true
+    act(() => void vi.advanceTimersByTime(2000))
+    expect(screen.getByTestId('stopped-banner').textContent).toMatch(/Since \d/)
+    expect(screen.getByRole('alert').textContent).not.toContain('Since')
+  })
+
+  test('does not measure somebody else’s stop by mine', () => {
+    show(<StoppedBanner robotId="r" />)
+    stopped(SAFE)
+    act(() => {
+      desk().tell({ type: 'cleared' })
+      desk().stopState.set({ isStopped: false, by: '', reason: '', mine: SAFE })
+    })
+    stopped(SAFE)
+    expect(screen.getByRole('alert').textContent).not.toContain('43 ms')
   })
 
   test('is cleared by holding, not by a press', () => {

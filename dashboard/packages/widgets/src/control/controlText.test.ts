@@ -2,7 +2,7 @@ import type { SafetyLimit, StopReport } from '@mosaic/client'
 import { describe, expect, test } from 'vitest'
 import { ALICE, ALICES, FREE, ME, MINE, PATROL, SAFE, SENDING } from '../../test/fakeRobot'
 import { noticeOf } from './controlNews'
-import { clearing, formattedMs, leaseText, limitText, nameOf, stopReportText, whyText } from './controlText'
+import { clearing, formattedMs, leaseText, limitText, nameOf, sinceText, stopReportText, whyText } from './controlText'
 import { presenceSentence, presentOf } from './presence'
 
 describe('a stop', () => {
@@ -18,6 +18,14 @@ describe('a stop', () => {
   test('a measured time never hides that the robot only has it', () => {
     expect(stopReportText({ ...SAFE, phase: 'acknowledged' })).toContain('still running')
   })
+})
+
+test('when it was stopped is said to the second, and how long ago by the minute', () => {
+  expect(sinceText(null, 0)).toBe('')
+  expect(sinceText(0, 59_000)).toMatch(/^Since \d[^,]*$/)
+  expect(sinceText(0, 150_000)).toMatch(/, for 2 min$/)
+  expect(sinceText(0, 3 * 3_600_000)).toMatch(/, for 3 h$/)
+  expect(sinceText(5000, 0)).not.toContain('min')
 })
 
 describe('clearing', () => {

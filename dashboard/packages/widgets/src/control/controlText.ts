@@ -44,6 +44,14 @@ export function stopReportText({ phase, safeMs, acknowledgedMs }: Omit<StopRepor
   }
 }
 
+/** `Since 14:03:07, for 2 min`; empty while it is not known. */
+export function sinceText(sinceMs: number | null, nowMs: number): string {
+  if (sinceMs === null) return ''
+  const at = new Intl.DateTimeFormat(undefined, { timeStyle: 'medium' }).format(sinceMs)
+  const minutes = Math.floor(Math.max(0, nowMs - sinceMs) / 60_000)
+  return minutes < 1 ? `Since ${at}` : `Since ${at}, for ${minutes < 60 ? `${minutes} min` : `${Math.floor(minutes / 60)} h`}`
+}
+
 /** Who may clear a stop, and whether this page may. */
 export function clearing(me: PeerView | null, leases: Readonly<Record<string, LeaseView>>): { mayClear: boolean; text: string } {
   if (me === null) return { mayClear: false, text: 'Waiting for the robot.' }
