@@ -107,10 +107,16 @@ class Organizations(RuleBasedStateMachine):
         self.grants = {pair: role for pair, role in self.grants.items() if pair[0] != robot_id}
         self.tickets = {one: ticket for one, ticket in self.tickets.items() if ticket[0] != robot_id}
 
-    @rule(robot=pick, account=pick, actor=pick, by_command=st.booleans(), role=st.none() | roles)
-    def a_role_is_granted(self, robot: int, account: int, actor: int, by_command: bool, role: Role | None) -> None:
-        robot_id, account_id, admin_id = self._robot(robot), self._member(account), self._member(actor)
-        who = COMMAND if by_command else Actor("admin", admin_id)
+    @rule(robot=pick, account=pick, role=st.none() | roles)
+    def a_role_is_granted(self, robot: int, account: int, role: Role | None) -> None:
+        self._grant(self._robot(robot), self._member(account), COMMAND, role)
+
+    @rule(robot=pick, account=pick, role=st.none() | roles)
+    def somebody_changes_the_own_role(self, robot: int, account: int, role: Role | None) -> None:
+        account_id = self._member(account)
+        self._grant(self._robot(robot), account_id, Actor("admin", account_id), role)
+
+    def _grant(self, robot_id: str, account_id: str, who: Actor, role: Role | None) -> None:
         before = self._role(account_id, robot_id)
         with self._tried(UnknownAccount, OwnAccount):
             changed = set_role(self.session, robot_id, account_id, role, who)
@@ -124,16 +130,24 @@ class Organizations(RuleBasedStateMachine):
             if account_id == who.account_id and before is not None and now is not None:
                 assert now.rank <= before.rank, "somebody raised the own role"
 
-    @rule(account=pick, active=st.none() | st.booleans(), program=st.none() | st.booleans(), admin=st.booleans())
-    def an_account_changes(self, account: int, active: bool | None, program: bool | None, admin: bool) -> None:
+    @rule(account=pick, active=st.none() | st.booleans(), admin=st.none() | st.booleans())
+    def an_account_changes(self, account: int, active: bool | None, admin: bool | None) -> None:
         account_id = self._member(account)
         with self._tried():
-            change_member(self.session, account_id, MemberChange(active, program, admin), COMMAND)
+            change_member(self.session, account_id, MemberChange(active, None, admin), COMMAND)
             self.session.commit()
             member = self.members[account_id]
-            member.is_admin = admin
+            member.is_admin = member.is_admin if admin is None else admin
             member.is_active = member.is_active if active is None else active
-            member.is_program = member.is_program if program is None else program
+
+    @rule(account=pick)
+    def an_account_becomes_a_programs_or_a_persons(self, account: int) -> None:
+        account_id = self._member(account)
+        is_program = not self.members[account_id].is_program
+        with self._tried():
+            change_member(self.session, account_id, MemberChange(is_program=is_program), COMMAND)
+            self.session.commit()
+            self.members[account_id].is_program = is_program
 
     @rule(account=pick, is_active=st.booleans())
     def the_servers_administrator_shuts_out(self, account: int, is_active: bool) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -94,12 +95,16 @@ def test_a_change_on_the_command_line_reaches_the_running_server(connected: Conn
     connected.robot_is_told(connected.connection_id)
 
 
-def test_a_robot_that_was_away_is_told_when_it_comes_back(connected: Connected) -> None:
-    connected.robot.connection.close()
-    connected.grants("observer")
-    connected.user.expect("signaling.close_peer_connection")
-    connected.robot = connected.server.connect_robot(connected.robot_id, connected.robot_token, OURS)
-    connected.robot_is_told(connected.connection_id)
+def test_a_robot_that_was_away_is_told_as_soon_as_it_comes_back(
+    settings: Settings, start_server: Callable[..., Any]
+) -> None:
+    with start_server(replace(settings, revocation_check_s=60.0)) as server:
+        connected = Connected(server)
+        connected.robot.connection.close()
+        connected.grants("observer")
+        connected.user.expect("signaling.close_peer_connection")
+        connected.robot = server.connect_robot(connected.robot_id, connected.robot_token, OURS)
+        connected.robot_is_told(connected.connection_id)
 
 
 def test_a_connection_made_before_a_restart_is_closed_after_it(
