@@ -16,11 +16,12 @@ from pydantic import PydanticUserError
 
 from mosaic_core.contract.configurer import Configurer, Shared
 from mosaic_core.contract.handler import Handler
-from mosaic_core.runtime.catalogue_entry import catalogue_entry, effective_safety, receivers, safety_limits
+from mosaic_core.runtime.catalogue_entry import catalogue_entry, effective_safety, safety_limits
 from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector, check_config, load_config
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.resolver import ConnectorResolver
+from mosaic_core.runtime.safety_problems import safety_problems
 from mosaic_core.words.config import LABEL, RobotConfig
 from mosaic_core.words.errors import ConfigError, Problem
 
@@ -67,7 +68,7 @@ class AutoConfigurer:
             handlers = _handlers(one, configurer, checked, problems)
             if not handlers:
                 continue
-            problems += _misplaced_safety(one, handlers, checked)
+            problems += safety_problems(one, handlers, checked)
             try:
                 connectors.append(_connector(one, handlers))
             except PydanticUserError as error:
@@ -123,13 +124,6 @@ def _connector(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Connecto
     entry = catalogue_entry(one.config.label, one.config.type, handlers)
     entry = entry.model_copy(update={"delivery": delivery, "safety": safety_limits(safety, handlers)})
     return Connector(one.config, handlers, entry, safety, delivery)
-
-
-def _misplaced_safety(one: CheckedConnector, handlers: Sequence[Handler], checked: CheckedConfig) -> list[Problem]:
-    if not one.config.safety or receivers(handlers):
-        return []
-    message = f"connector '{one.config.label}' ({one.config.type}) receives nothing that could be limited"
-    return [checked.document.problem((*one.place, "safety"), message, cure="remove `safety:`")]
 
 
 def _taken_channels(connectors: Sequence[Connector], checked: CheckedConfig) -> list[Problem]:

@@ -26,7 +26,7 @@ def hints_of(
     """Everything worth saying, in the order of the file."""
     found = [*_server_hints(config, document)]
     for connector in connectors:
-        found += _connector_hints(connector, document)
+        found += _connector_hints(connector, document, config.control.legacy_peers)
     return tuple(found)
 
 
@@ -42,7 +42,7 @@ def _server_hints(config: RobotConfig, document: YamlDocument) -> Iterator[Probl
             yield document.problem(place, "a TURN server without username and credential", cure="most refuse that")
 
 
-def _connector_hints(connector: CheckedConnector, document: YamlDocument) -> Iterator[Problem]:
+def _connector_hints(connector: CheckedConnector, document: YamlDocument, legacy_peers: str) -> Iterator[Problem]:
     label, place = connector.config.label, connector.place
     if not _SNAKE.fullmatch(label):
         suggestion = re.sub(r"[^a-z0-9]+", "_", label.lower()).strip("_")
@@ -55,3 +55,9 @@ def _connector_hints(connector: CheckedConnector, document: YamlDocument) -> Ite
             f" steps of {timeout_s:g} s"
         )
         yield document.problem((*place, "safety", "timeout_s"), message, cure="that is the safe way; nothing to change")
+    if timeout_s is None and connector.safety.requires_lease and legacy_peers == "allow":
+        message = (
+            "whether silence stops it depends on the connector: an original dashboard that hangs is only noticed when"
+            " its lease expires"
+        )
+        yield document.problem((*place, "safety"), message, cure="say how long with timeout_s, for example 0.3")

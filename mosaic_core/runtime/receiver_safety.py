@@ -52,6 +52,8 @@ class ReceiverSafety:
 
 
 def _curves(config: SafetyConfig, handler: DataChannelReceivable[Any]) -> SlowDownCurves:
+    if config.slow_down == "off":
+        return NO_SLOW_DOWN
     if config.slow_down is not None:
         return config.slow_down.curves()
     return SlowDownCurves() if handler.motion_fields else NO_SLOW_DOWN

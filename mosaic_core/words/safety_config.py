@@ -13,7 +13,7 @@ from mosaic_core.words.limits import Curve, FieldLimit, PictureRule, SlowDownCur
 SafePolicy = Literal["callback", "zero", "hold"]
 FieldPath = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z0-9_-]+)*$")]
 CurveInFile = Annotated[
-    Curve | None, Field(description="Points [value, factor]: values rise, factors fall from 1; `off` for none.")
+    Curve | Literal["off"], Field(description="Points [value, factor]: values rise, factors fall from 1; or `off`.")
 ]
 _CURVES = ("rtt_ms", "loss", "picture_ms")
 _DEFAULTS = SlowDownCurves()
@@ -34,9 +34,9 @@ class FieldBounds(ConfigModel):
 class SlowDown(ConfigModel):
     """How much of the speed is left on a bad link; the least of all curves counts. `off` switches one off."""
 
-    rtt_ms: CurveInFile = _DEFAULTS.rtt_ms
-    loss: CurveInFile = _DEFAULTS.loss
-    picture_ms: CurveInFile = _DEFAULTS.picture_ms
+    rtt_ms: CurveInFile = _DEFAULTS.rtt_ms or "off"
+    loss: CurveInFile = _DEFAULTS.loss or "off"
+    picture_ms: CurveInFile = _DEFAULTS.picture_ms or "off"
     picture: PictureRule = Field(
         default=_DEFAULTS.picture,
         description="`if_watching`: the age of the picture counts once one is shown; `required`: no picture, no speed.",
@@ -45,13 +45,13 @@ class SlowDown(ConfigModel):
     @model_validator(mode="before")
     @classmethod
     def _nothing_is_absent(cls, data: object) -> object:
-        """YAML reads a bare ``off`` as false; here it is a word, and nothing at all means the same for a curve."""
+        """YAML reads a bare ``off`` as false, and nothing at all switches a curve off too."""
         if not isinstance(data, dict):
             return data
-        read = {key: None if key in _CURVES and value in (False, "off") else value for key, value in data.items()}
-        if read.get("picture") is False:
-            read["picture"] = "off"
-        return {key: value for key, value in read.items() if value is not None or key in _CURVES}
+        switched = {key: "off" for key in _CURVES if key in data and data[key] in (None, False)}
+        if data.get("picture") is False:
+            switched["picture"] = "off"
+        return {key: value for key, value in {**data, **switched}.items() if value is not None}
 
     @model_validator(mode="after")
     def _curves_are_curves(self) -> SlowDown:
@@ -59,10 +59,10 @@ class SlowDown(ConfigModel):
         return self
 
     def curves(self) -> SlowDownCurves:
-        return SlowDownCurves(self.rtt_ms, self.loss, self.picture_ms, self.picture)
-
-
-_ALL_OFF: dict[str, Any] = {"rtt_ms": None, "loss": None, "picture_ms": None, "picture": "off"}
+        rtt_ms, loss, picture_ms = (
+            None if curve == "off" else curve for curve in (self.rtt_ms, self.loss, self.picture_ms)
+        )
+        return SlowDownCurves(rtt_ms, loss, picture_ms, self.picture)
 
 
 class SafetyConfig(ConfigModel):
@@ -85,14 +85,14 @@ class SafetyConfig(ConfigModel):
     limits: dict[FieldPath, FieldBounds] = Field(
         default_factory=dict, description="By dotted path of the JSON message (`linear.x`)."
     )
-    slow_down: SlowDown | None = Field(
+    slow_down: SlowDown | Literal["off"] | None = Field(
         default=None, description="Less speed on a bad link; default: on where the connector names motion fields."
     )
 
     @field_validator("slow_down", mode="before")
     @classmethod
     def _off_is_a_word(cls, value: Any) -> Any:
-        return _ALL_OFF if value is False or value == "off" else value
+        return "off" if value is False else value
 
     def field_limits(self) -> tuple[FieldLimit, ...]:
         """A connector's own limits; a subclass overrides it to turn its own keys into limits of fields or vectors."""

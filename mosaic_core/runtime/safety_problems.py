@@ -1,0 +1,62 @@
+"""Limits that make no sense for a receiver: told before anything starts, with the nearest name that would."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
+from mosaic_core.runtime.catalogue_entry import message_schema, receivers
+from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector
+from mosaic_core.runtime.resolver import nearest
+from mosaic_core.words.errors import Problem
+
+_MAX_DEPTH = 5
+"""A model may contain itself."""
+
+
+def safety_problems(one: CheckedConnector, handlers: tuple[Handler, ...], checked: CheckedConfig) -> Iterator[Problem]:
+    """What the ``safety:`` of this connector says that nothing of it can follow."""
+    found = receivers(handlers)
+    if one.config.safety and not found:
+        message = f"connector '{one.config.label}' ({one.config.type}) receives nothing that could be limited"
+        yield checked.document.problem((*one.place, "safety"), message, cure="remove `safety:`")
+    for handler in found:
+        yield from _receiver_problems(one, handler, checked)
+
+
+def _receiver_problems(
+    one: CheckedConnector, handler: DataChannelReceivable[Any], checked: CheckedConfig
+) -> Iterator[Problem]:
+    safety, place, document = one.safety, (*one.place, "safety"), checked.document
+    fields = {*handler.motion_fields, *(field for limit in safety.every_limit() for field in limit.fields)}
+    if message_type_of(type(handler)) in (str, bytes) and fields:
+        message = f"connector '{one.config.label}' takes no JSON messages, so none of their fields can be limited"
+        yield document.problem((*place, "limits"), message, cure="remove `limits`")
+        return
+    for key in ("on_timeout", "on_loss"):
+        if getattr(safety, key) == "zero" and not fields:
+            message = f"connector '{one.config.label}' names no motion fields that could be set to zero"
+            yield document.problem((*place, key), message, cure="write `callback`, or name its fields in `limits`")
+    known = field_paths(message_schema(handler))
+    for field in safety.limits:
+        if known and field not in known:
+            guess = nearest(field, sorted(known))
+            message = f"the messages of connector '{one.config.label}' have no number '{field}'"
+            cure = f"did you mean '{guess}'?" if guess else f"they have: {', '.join(sorted(known))}"
+            yield document.problem((*place, "limits", field), message, cure=cure)
+
+
+def field_paths(schema: dict[str, Any] | None) -> frozenset[str]:
+    """The dotted paths of all numbers that a JSON Schema names; none where it names no properties."""
+    return frozenset(_numbers(schema, schema.get("$defs", {}), 0)) if schema is not None else frozenset()
+
+
+def _numbers(schema: dict[str, Any], definitions: dict[str, Any], depth: int) -> Iterator[str]:
+    for name, field in schema.get("properties", {}).items():
+        for choice in (field, *field.get("anyOf", ()), *field.get("allOf", ())):
+            inner = definitions.get(str(choice.get("$ref", "")).rsplit("/", 1)[-1], choice)
+            if inner.get("type") in ("number", "integer"):
+                yield name
+            elif depth < _MAX_DEPTH:
+                yield from (f"{name}.{path}" for path in _numbers(inner, definitions, depth + 1))
