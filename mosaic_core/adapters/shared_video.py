@@ -78,9 +78,8 @@ class SharedVideo:
         self._rate.seen((picture.pts or 0) / 90_000)
         self.encoders.offer(picture)
         size = (picture.width, picture.height)
-        if size != self._posted_size:
+        if size != self._posted_size and self._to_loop(lambda: self._sized(size)):
             self._posted_size = size
-            self._to_loop(lambda: self._sized(size))
 
     def _post_packet(self, packet: av.Packet[Any]) -> None:
         self._packets.take(packet)
@@ -94,9 +93,8 @@ class SharedVideo:
             self._to_loop(lambda: self._distribute(PASSED_ON, packet))
 
     def _tell_state(self, state: SourceState | None) -> None:
-        if state != self._posted_state:
+        if state != self._posted_state and self._to_loop(lambda: self._source_changed(state)):
             self._posted_state = state
-            self._to_loop(lambda: self._source_changed(state))
 
     # -- on the encoders' threads --------------------------------------------------------------------------------
 
@@ -106,9 +104,10 @@ class SharedVideo:
     def _failed(self, key: EncodedRung, error: EncoderUnavailable) -> None:
         self._to_loop(lambda: self._tell_failed(key, error))
 
-    def _to_loop(self, act: Callable[[], None]) -> None:
-        if not self._handover.put(act):
-            self._has_overflowed = True
+    def _to_loop(self, act: Callable[[], None]) -> bool:
+        is_taken = self._handover.put(act)
+        self._has_overflowed |= not is_taken
+        return is_taken
 
     # -- on the event loop ---------------------------------------------------------------------------------------
 
