@@ -12,6 +12,7 @@ from mosaic_core.words.wire_model import WireModel
 from mosaic_server.rest.envelope import ApiError, Envelope, Message
 from mosaic_server.rest.password_attempts import address_of, must_not_guess_on, person_with_password
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
+from mosaic_server.rest.texts import EMAIL, NAME, NO_NUL
 from mosaic_server.security.one_time_codes import OneTimeLogin
 from mosaic_server.security.passwords import MAX_PASSWORD_LENGTH, MIN_PASSWORD_LENGTH
 from mosaic_server.services import Services
@@ -26,13 +27,11 @@ from mosaic_server.storage.accounts import (
 
 router = APIRouter(prefix="/api/v1/account", tags=["account"])
 
-EMAIL = r"^[^@\s]+@[^@\s]+$"
-
 
 class Login(WireModel):
     """``username`` is the e-mail."""
 
-    username: str = Field(max_length=254)
+    username: str = Field(max_length=254, pattern=NO_NUL)
     password: str = Field(max_length=MAX_PASSWORD_LENGTH, repr=False)
 
 
@@ -48,7 +47,7 @@ class OneTimeCode(WireModel):
 class Signup(WireModel):
     email: str = Field(max_length=254, pattern=EMAIL)
     password: str = Field(min_length=MIN_PASSWORD_LENGTH, max_length=MAX_PASSWORD_LENGTH, repr=False)
-    full_name: str = Field(default="", max_length=200)
+    full_name: str = Field(default="", max_length=200, pattern=NAME)
 
 
 @router.post("/login/access-token")

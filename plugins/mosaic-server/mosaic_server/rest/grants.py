@@ -10,14 +10,14 @@ from mosaic_core.words.wire_model import WireModel
 from mosaic_server.ids import is_uuid
 from mosaic_server.rest.envelope import MAX_SKIP, Envelope
 from mosaic_server.rest.robots import robot_of
-from mosaic_server.rest.role_changes import role_changes, unknown_account
+from mosaic_server.rest.role_changes import CHANGES, role_changes, unknown_account
 from mosaic_server.rest.signed_in import AdminDep, ServicesDep, actor_of
 from mosaic_server.roles import Role
 from mosaic_server.services import Services
 from mosaic_server.storage.accounts import Person
 from mosaic_server.storage.grants import RoleOnRobot, roles_on_robot, set_role
 
-router = APIRouter(prefix="/api/v1/robots/{robot_id}/grants", tags=["grants"])
+router = APIRouter(prefix="/api/v1/robots/{robot_id}/grants", tags=["grants"], responses=CHANGES)
 
 
 class Grant(WireModel):

@@ -10,17 +10,17 @@ from pydantic import Field
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.ids import is_uuid
-from mosaic_server.rest.account import EMAIL
 from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, Envelope, Message
-from mosaic_server.rest.role_changes import own_account, role_changes, unknown_account
+from mosaic_server.rest.role_changes import CHANGES, own_account, role_changes, unknown_account
 from mosaic_server.rest.signed_in import AdminDep, ServicesDep, actor_of
+from mosaic_server.rest.texts import EMAIL, NAME
 from mosaic_server.rest.users import UserDto, user_dto
 from mosaic_server.security.passwords import MAX_PASSWORD_LENGTH, MIN_PASSWORD_LENGTH, new_password
 from mosaic_server.services import Services
 from mosaic_server.storage.accounts import AccountExists, Membership, Person, people_of, person_by_id
 from mosaic_server.storage.members import MemberChange, add_member, change_member, remove_member
 
-router = APIRouter(prefix="/api/v1/users", tags=["members"])
+router = APIRouter(prefix="/api/v1/users", tags=["members"], responses=CHANGES)
 
 
 class UserPage(WireModel):
@@ -32,7 +32,7 @@ class NewUser(WireModel):
     """Without a password one is made and returned, this once."""
 
     email: str = Field(max_length=254, pattern=EMAIL)
-    full_name: str = Field(default="", max_length=200)
+    full_name: str = Field(default="", max_length=200, pattern=NAME)
     password: str | None = Field(
         default=None, min_length=MIN_PASSWORD_LENGTH, max_length=MAX_PASSWORD_LENGTH, repr=False
     )

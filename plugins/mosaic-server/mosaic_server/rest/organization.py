@@ -6,13 +6,13 @@ from fastapi import APIRouter
 
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.rest.envelope import Envelope
-from mosaic_server.rest.role_changes import role_changes
+from mosaic_server.rest.role_changes import CHANGES, role_changes
 from mosaic_server.rest.signed_in import AdminDep, PersonDep, ServicesDep, actor_of
 from mosaic_server.roles import Role
 from mosaic_server.services import Services
 from mosaic_server.storage.members import organization_of, set_default_role
 
-router = APIRouter(prefix="/api/v1/organization", tags=["organization"])
+router = APIRouter(prefix="/api/v1/organization", tags=["organization"], responses=CHANGES)
 
 
 class OrganizationDto(WireModel):

@@ -14,6 +14,7 @@ from mosaic_core.words.wire_model import WireModel
 from mosaic_server.ids import is_uuid
 from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, Envelope, Message
 from mosaic_server.rest.signed_in import AdminDep, PersonDep, ServicesDep
+from mosaic_server.rest.texts import NAME, NO_NUL
 from mosaic_server.roles import Role
 from mosaic_server.services import Services
 from mosaic_server.storage.accounts import Person
@@ -58,19 +59,19 @@ class RobotPage(WireModel):
 class NewRobot(WireModel):
     """``status`` of original dashboards is accepted and ignored: the robot says it itself."""
 
-    name: str = Field(min_length=1, max_length=200)
-    description: str = Field(default="", max_length=10_000)
+    name: str = Field(min_length=1, max_length=200, pattern=NAME)
+    description: str = Field(default="", max_length=10_000, pattern=NO_NUL)
     auth_type: RobotAuthType = RobotAuthType.SIMPLE_TOKEN
-    connector_config: str | None = Field(default=None, max_length=500_000)
+    connector_config: str | None = Field(default=None, max_length=500_000, pattern=NO_NUL)
 
 
 class RobotChange(WireModel):
     """What isn't given stays."""
 
-    name: str | None = Field(default=None, min_length=1, max_length=200)
-    description: str | None = Field(default=None, max_length=10_000)
+    name: str | None = Field(default=None, min_length=1, max_length=200, pattern=NAME)
+    description: str | None = Field(default=None, max_length=10_000, pattern=NO_NUL)
     auth_type: RobotAuthType | None = None
-    connector_config: str | None = Field(default=None, max_length=500_000)
+    connector_config: str | None = Field(default=None, max_length=500_000, pattern=NO_NUL)
 
 
 class RobotId(WireModel):

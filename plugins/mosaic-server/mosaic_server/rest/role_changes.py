@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from mosaic_core.words.codes import ResultCode
-from mosaic_server.rest.envelope import ApiError
+from mosaic_server.rest.envelope import ApiError, Failure
 from mosaic_server.storage.grants import LastAdministrator, LastSupervisor, OwnAccount, UnknownAccount
+
+CHANGES: dict[int | str, dict[str, Any]] = {404: {"model": Failure}, 409: {"model": Failure}}
+"""What routes about roles and accounts answer beside the errors of all routes, for OpenAPI."""
 
 
 @contextmanager

@@ -10,6 +10,7 @@ from mosaic_core.words.wire_model import WireModel
 from mosaic_server.rest.envelope import ApiError, Envelope, Message, iso_time
 from mosaic_server.rest.password_attempts import person_with_password
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
+from mosaic_server.rest.texts import NAME
 from mosaic_server.security.passwords import MAX_PASSWORD_LENGTH, MIN_PASSWORD_LENGTH
 from mosaic_server.storage.accounts import Person, change_full_name, change_password
 
@@ -30,7 +31,7 @@ class UserDto(WireModel):
 
 
 class FullName(WireModel):
-    full_name: str = Field(max_length=200)
+    full_name: str = Field(max_length=200, pattern=NAME)
 
 
 class PasswordChange(WireModel):
