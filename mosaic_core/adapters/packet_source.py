@@ -19,7 +19,7 @@ _SENDABLE: dict[str, CodecName] = {"h264": "H264", "vp8": "VP8"}
 _UNNAMED = "h264"
 """The codec of a packet that belongs to no stream."""
 _WINDOW_TICKS = 2 * 90_000
-_RATE_STEP = 1.3
+_RATE_STEP = 1.5
 """A source's bit rate is told anew when it changed by this factor."""
 _IDR = 5
 

@@ -107,8 +107,12 @@ class ViewerFeed:
             self.rate = RateControl(*limits_bps, now_s)
         else:
             self.rate.limit(*limits_bps)
-        self._keys = tuple(key for key, _ in options)
-        self._choice = RungChoice([rung for _, rung in options], self.rate.budget_bps, now_s) if options else None
+        before, self._keys = self.switch.wanted, tuple(key for key, _ in options)
+        rungs = [rung for _, rung in options]
+        if self._choice is not None and before in self._keys:
+            self._choice.stand_on(rungs, self._keys.index(before))
+        else:
+            self._choice = RungChoice(rungs, self.rate.budget_bps, now_s) if rungs else None
 
     def target(self, now_s: float) -> Hashable | None:
         """What it shall be sent now; ``None`` while nothing is known of the source."""

@@ -32,6 +32,11 @@ class RungChoice:
         """Into the ladder; 0 is the best rung."""
         return self._index
 
+    def stand_on(self, rungs: Sequence[Rung], index: int) -> None:
+        """The ladder changed, and the rung of before is at ``index`` now. What was learned of the link stays."""
+        self._rungs = tuple(rungs)
+        self._index = index
+
     def decide(self, budget_bps: int, now_s: float) -> int:
         """The rung for this budget now."""
         if budget_bps < self._rungs[self._index].floor_bps:

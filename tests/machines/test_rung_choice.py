@@ -59,6 +59,17 @@ def test_a_step_down_long_after_the_step_up_is_no_mistake() -> None:
     assert choice.index < 2
 
 
+def test_another_ladder_under_the_same_link_keeps_what_was_learned() -> None:
+    choice = RungChoice(RUNGS, RICH, 0.0)
+    choice.decide(RUNGS[0].floor_bps - 1, 1.0)
+    choice.stand_on(RUNGS[1:], 0)
+    assert choice.decide(RICH, 2.0) == 0
+    choice.stand_on(RUNGS, 1)
+    assert choice.decide(RICH, 3.0) == 1
+    assert choice.decide(RICH, 3.0 + 2 * STEADY_S) == 1, "it still waits"
+    assert choice.decide(RICH, 1.0 + FIRST_HOLD_S) == 0
+
+
 @given(st.lists(st.tuples(st.integers(0, 4_000_000), st.floats(0, 5)), max_size=60))
 def test_it_is_always_on_a_rung_that_the_budget_affords_unless_it_is_the_last(steps: list[tuple[int, float]]) -> None:
     choice, now_s = RungChoice(RUNGS, POOR, 0.0), 0.0
