@@ -40,6 +40,7 @@ class ControlDesk:
         self._clock_us = clock_us
         self._machine = machine.OperatorControl(peer_id)
         self._stops: StopCaller | None = None
+        self._has_said_stop = False
         self._port: ControlPort | None = None
         self._extensions: Mapping[str, int] = {}
         self._takers = LeaseTakers(lambda resource: self._handle(machine.GaveUp(resource)))
@@ -132,6 +133,7 @@ class ControlDesk:
         """
         self._port_for("stop")
         assert self._stops is not None
+        self._has_said_stop = True
         return await self._stops.stop(reason[:200])
 
     async def clear_stop(self) -> None:
@@ -140,11 +142,13 @@ class ControlDesk:
         Raises :class:`LeaseDenied` with the robot's code, or :class:`ConnectionFailed`.
         """
         port = self._port_for("stop")
-        if self.stop_state is not None and not self.stop_state.is_stopped:
+        # Our own stop was acknowledged on a faster lane than the one that tells the robot's state.
+        if not self._has_said_stop and self.stop_state is not None and not self.stop_state.is_stopped:
             return
         cleared = self._answers.expect(lambda m: isinstance(m, control.StopState) and not m.is_stopped)
         port.send(control.StopClear())
         await self._answers.wait(cleared, ANSWER_S, "The robot does not answer; it may still be stopped.")
+        self._has_said_stop = False
 
     def picture_seen(self, label: str, capture_us: int | None) -> None:
         """Tell the robot how old the picture is by which this operator drives: when it was captured, on the robot's

@@ -332,6 +332,23 @@ def test_clearing_the_stop_waits_for_the_robot_and_tells_its_refusal(world: Any)
     with_connection(world, scenario)
 
 
+def test_a_stop_is_cleared_although_the_robot_s_state_still_travels(world: Any) -> None:
+    async def scenario(robot: Any, connection: RobotConnection) -> None:
+        robot.say(control.StopState(is_stopped=False))
+        await connection.control.wait_for(lambda: connection.control.stop_state is not None, 1.0)
+        robot.answer_to = stop_acks()
+        await connection.control.stop()
+        robot.answer_to = lambda message: (
+            [control.StopState(is_stopped=False)] if isinstance(message, control.StopClear) else []
+        )
+        await connection.control.clear_stop()
+        assert len(robot.said(control.StopClear)) == 1
+        await connection.control.clear_stop()
+        assert len(robot.said(control.StopClear)) == 1
+
+    with_connection(world, scenario)
+
+
 def test_the_journal_is_read_and_its_refusal_told(world: Any) -> None:
     async def scenario(robot: Any, connection: RobotConnection) -> None:
         one = control.JournalEntry(number=1, at="2026-01-01T00:00:00Z", what="stop", who="Bob")
@@ -402,5 +419,31 @@ def test_the_stop_channel_loses_rather_than_delays(world: Any) -> None:
         robot.answer_to = stop_acks()
         assert (await connection.control.stop()).is_safe
         assert json.loads(channel.frames()[0].payload)["type"] == "stop"
+
+    with_connection(world, scenario)
+
+
+def test_the_age_of_what_a_program_looks_at_is_reported_ten_times_a_second_at_most(world: Any) -> None:
+    async def scenario(robot: Any, connection: RobotConnection) -> None:
+        pictures = robot.videos["front"].queue
+        front = connection.media("front")
+        pictures.put_nowait(90_000)  # no origin is known yet: nothing to report
+        await front.next_frame(WAIT_S)
+        robot.say(control.MediaOrigin(label="front", ssrc=1, rtp_origin=1000, boot_id="boot"))
+        for timestamp in (1000 + 90 * 4_990, 1000 + 90 * 4_995):
+            pictures.put_nowait(timestamp)
+            await front.next_frame(WAIT_S)
+        # the fake robot's clock stands at five seconds
+        assert [(seen.label, seen.capture_us) for seen in robot.said(control.MediaSeen)] == [("front", 4_990_000)]
+
+    with_connection(world, scenario)
+
+
+def test_without_a_camera_in_use_nothing_is_reported(world: Any) -> None:
+    async def scenario(robot: Any, connection: RobotConnection) -> None:
+        robot.say(control.MediaOrigin(label="front", ssrc=1, rtp_origin=0, boot_id="boot"))
+        robot.videos["front"].queue.put_nowait(90)
+        await until(lambda: robot.videos["front"].queue.empty())
+        assert robot.said(control.MediaSeen) == []
 
     with_connection(world, scenario)
