@@ -2,6 +2,7 @@ import { Value, type CatalogueEntry, type Refusal, type StoreState } from '@mosa
 import { act, cleanup, fireEvent, render, screen } from '@testing-library/react'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
 import { ALICE, ALICES, FakeConnection, FREE, ME, MINE, WithRobot } from '../../test/fakeRobot'
+import { StopButton } from '../control/StopButton'
 import type { AnyStore } from '../stores/storeKinds'
 import { DrivePad } from './DrivePad'
 import { ZERO_TWIST, type Twist } from './driveControl'
@@ -179,4 +180,22 @@ test('how the robot limits the speed is said, with its cause', () => {
   expect(screen.queryByTestId('speed-limit')).toBeNull()
   act(() => connection.control.limits.set({ cmd_vel: { label: 'cmd_vel', factor: 0.6, causes: [{ cause: 'rtt', value: 320, factor: 0.6 }] } }))
   expect(screen.getByTestId('speed-limit').textContent).toBe('Slowed to 60 %: the link is slow (round trip 320 ms)')
+})
+
+test('toward a robot that knows no stop the stop is zeros for a second, then silence', () => {
+  connection.control.availability.set('unavailable')
+  const { pad } = shownPad()
+  render(
+    <WithRobot connection={connection}>
+      <StopButton robotId="r" />
+    </WithRobot>,
+  )
+  fireEvent.pointerDown(pad, AHEAD)
+  const before = store.sent.length
+  fireEvent.pointerDown(screen.getByTestId('stop'), { button: 0 })
+  act(() => void vi.advanceTimersByTime(3000))
+  const zeros = store.sent.slice(before)
+  expect(zeros.length).toBeGreaterThan(10)
+  expect(zeros.length).toBeLessThanOrEqual(20)
+  expect(new Set(zeros)).toEqual(new Set([ZERO_TWIST]))
 })

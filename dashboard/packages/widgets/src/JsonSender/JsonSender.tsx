@@ -1,11 +1,11 @@
 import { Button, Textarea } from '@mantine/core'
-import { reasonOf, type Refusal } from '@mosaic/client'
+import { reasonOf, type Refusal, type SendBlock } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { IconSend } from '@tabler/icons-react'
 import { useState } from 'react'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { prettyJson } from '../RawJson/prettyJson'
-import { refuses, sends, type AnyStore } from '../stores/storeKinds'
+import { isGuarded, refuses, sends, type AnyStore } from '../stores/storeKinds'
 import { useLatest } from '../stores/useReceived'
 import classes from './JsonSender.module.css'
 import { checkedJson, templateOf } from './template'
@@ -17,14 +17,15 @@ interface Said {
   after: Refusal | null
 }
 
-const NO_REFUSAL = { get: () => null, subscribe: () => () => {} }
+const NOTHING = { get: () => null, subscribe: () => () => {} }
 
 /** Sends what is typed: checked JSON, or plain text where the connector takes text. */
 export function JsonSender({ entry, store }: WidgetProps) {
   const isJson = entry.dataType !== 'string-u2r'
   const [text, setText] = useState(() => (isJson ? templateOf(entry.messageSchema) : ''))
   const [said, setSaid] = useState<Said | null>(null)
-  const refusal = useReadable(refuses(store) ? store.lastRefusal : NO_REFUSAL)
+  const refusal = useReadable(refuses(store) ? store.lastRefusal : NOTHING)
+  const block = useReadable(isGuarded(store) ? store.sendBlocked : NOTHING)
   const isOpen = useReadable(store.state).phase === 'open'
 
   const send = () => {
@@ -52,9 +53,9 @@ export function JsonSender({ entry, store }: WidgetProps) {
       />
       <div className={classes.foot}>
         <span className={classes.said} role="status" data-tone={shown?.tone}>
-          {shown?.text ?? (isOpen ? 'Ctrl+Enter sends' : 'Waiting for the robot')}
+          {isOpen && block !== null ? blockedText(block) : (shown?.text ?? (isOpen ? 'Ctrl+Enter sends' : 'Waiting for the robot'))}
         </span>
-        <Button size="compact-md" leftSection={<IconSend size={14} />} disabled={!isOpen} onClick={send}>
+        <Button size="compact-md" leftSection={<IconSend size={14} />} disabled={!isOpen || block !== null} onClick={send}>
           Send
         </Button>
       </div>
@@ -67,6 +68,12 @@ export function JsonSender({ entry, store }: WidgetProps) {
 function Answer({ store }: { store: AnyStore }) {
   const latest = useLatest(store, 300)
   return latest === null ? null : <pre className={classes.answer}>{prettyJson(latest.data)}</pre>
+}
+
+/** Nothing leaves the page now: somebody else commands, or the robot is stopped. */
+function blockedText({ code }: SendBlock): string {
+  const { sentence, cure } = reasonOf(code)
+  return `${sentence} ${cure}`.trim()
 }
 
 function refusedText(refusal: Refusal): Said {

@@ -181,6 +181,14 @@ describe('the banner of a stopped robot', () => {
   })
 })
 
+test('a robot that knows no stop is said to have been sent zeros, and nothing more', () => {
+  desk().availability.set('unavailable')
+  show(<StoppedBanner robotId="r" />)
+  act(() => desk().stopState.set({ isStopped: false, by: '', reason: '', mine: { ...SENDING, phase: 'unavailable' } }))
+  expect(screen.getByTestId('stopped-banner').dataset['tone']).toBe('zeros')
+  expect(screen.getByRole('alert').textContent).toContain('nothing here can confirm that it stands')
+})
+
 describe('the lease button', () => {
   test('takes a free lease, and gives it back', async () => {
     show(<LeaseButtons robotId="r" />)

@@ -1,5 +1,5 @@
 /** What a widget may do with a store, told from what the store can do: no widget asks for its class. */
-import type { MediaStatistics, MessageInfo, MosaicStore, Readable, Refusal } from '@mosaic/client'
+import type { MediaStatistics, MessageInfo, MosaicStore, Readable, Refusal, SendBlock } from '@mosaic/client'
 
 export interface Received {
   data: ArrayBuffer
@@ -29,6 +29,15 @@ export interface MeasuresRoundTrip {
 
 export interface Refuses {
   readonly lastRefusal: Readable<Refusal | null>
+}
+
+/** Says why nothing may be sent now: somebody else commands, the role, a stop. */
+export interface Guarded {
+  readonly sendBlocked: Readable<SendBlock | null>
+}
+
+export function isGuarded(store: object): store is Guarded {
+  return 'sendBlocked' in store
 }
 
 export function refuses(store: object): store is Refuses {
