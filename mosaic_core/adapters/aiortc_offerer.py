@@ -72,15 +72,11 @@ class AiortcOfferer:
         await self._peer.close()
 
     def _track_arrived(self, track: MediaStreamTrack) -> None:
-        label = track.id if track.id in self._labels else self._label_of_line(track)
-        self._listener.track_arrived(label, IncomingVideo(track))
-
-    def _label_of_line(self, track: MediaStreamTrack) -> str:
-        """An answerer that names no stream: the line tells."""
-        for transceiver in self._peer.pc.getTransceivers():
-            if transceiver.receiver.track is track:
-                return self._tracks.get(transceiver.mid or "", track.id)
-        return track.id
+        line = next((one for one in self._peer.pc.getTransceivers() if one.receiver.track is track), None)
+        mid = "" if line is None else line.mid or ""
+        # an answerer that names no stream: the line tells
+        label = track.id if track.id in self._labels else self._tracks.get(mid, track.id)
+        self._listener.track_arrived(label, IncomingVideo(track, line.receiver if line is not None else None))
 
 
 def aiortc_offerer(listener: OffererListener, ice_servers: Sequence[IceServer]) -> AiortcOfferer:

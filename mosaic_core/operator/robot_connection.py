@@ -10,6 +10,7 @@ from mosaic_core.operator.control_desk import ControlDesk
 from mosaic_core.operator.control_port import ControlPort
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.peer_link import ConnectionPlan, PeerLink
+from mosaic_core.operator.picture_reports import PictureReports
 from mosaic_core.operator.robot_connector import RobotConnector
 from mosaic_core.operator.store_links import StoreLinks, Surroundings
 from mosaic_core.operator.store_manager import StoreManager
@@ -47,7 +48,8 @@ class RobotConnection:
         self._plan = plan
         self._stores = stores
         self._peer = PeerLink(plan, self, make_offerer, send)
-        around = Surroundings(self._watch, self._to_ours_us, plan.clock_us, self.control.epoch_of)
+        self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
+        around = Surroundings(self._watch, self._to_ours_us, plan.clock_us, self.control.epoch_of, self._pictures.shown)
         self._links = StoreLinks(self._peer.offerer, around)
         self._refusals: list[Callable[[control.Refusal], None]] = []
         self._closings: list[Callable[[ConnectionFailed], None]] = []
@@ -179,6 +181,8 @@ class RobotConnection:
             case control.Refusal():
                 for callback in list(self._refusals):
                     callback(message)
+            case control.MediaOrigin(label=label, rtp_origin=origin):
+                self._pictures.origin_known(label, origin)
             case control.MediaUnavailable(label=label, code=code, message=text):
                 known = code if code in REASONS else "media.no_line"
                 self._links.unavailable(label, ConnectionFailed(text or reason(known).sentence, code=known))
@@ -206,6 +210,9 @@ class RobotConnection:
     def _watch(self, label: str, on: bool) -> None:
         if self._peer.control is not None and self._is_ours:
             self._peer.control.send(control.MediaWatch(label=label, on=on))
+
+    def _robot_now_us(self) -> int | None:
+        return self._peer.control.to_theirs_us(self._plan.clock_us()) if self._peer.control else None
 
     def _to_ours_us(self, theirs_us: int) -> int | None:
         return self._peer.control.to_ours_us(theirs_us) if self._peer.control else None

@@ -25,12 +25,14 @@ NO_LINE = "The connection was made without a media line for this camera; connect
 @dataclass(frozen=True, slots=True)
 class Surroundings:
     """What the stores need of their connection: ``watch(label, on)`` asks the robot for pictures, ``to_ours_us`` maps
-    its clock to ours, which ``clock_us`` reads; ``epoch_of(resource)`` is what a command carries."""
+    its clock to ours, which ``clock_us`` reads; ``epoch_of(resource)`` is what a command carries; ``shown(label,
+    rtp_timestamp)`` hears of every picture that a store has got."""
 
     watch: Callable[[str, bool], None]
     to_ours_us: Callable[[int], int | None]
     clock_us: Callable[[], int]
     epoch_of: Callable[[str], int]
+    shown: Callable[[str, int | None], None]
 
 
 @dataclass(slots=True)
@@ -131,6 +133,7 @@ class StoreLinks:
             link = self._links.get(label)
             if link is not None and isinstance(link.store, MediaStreamStore):
                 link.store.frame_arrived(frame)
+                self._around.shown(label, video.rtp_timestamp(frame))
 
     def _port(self, store: MosaicStore, link: _Link, planned: PlannedChannel) -> ChannelPort:
         is_latest = planned.delivery is Delivery.LATEST and self._is_ours is True

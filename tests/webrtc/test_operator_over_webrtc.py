@@ -85,6 +85,8 @@ class ScriptedRobot:
         self.commands: asyncio.Queue[Any] = asyncio.Queue()
         self.states: list[str] = []
         self.channels: dict[str, Any] = {}
+        self.stops: list[tuple[str, str]] = []
+        self.seen: asyncio.Queue[control.MediaSeen] = asyncio.Queue()
         self.is_answering = True
         self.answerer = AiortcAnswerer(self, ())
 
@@ -99,7 +101,9 @@ class ScriptedRobot:
         return self.camera.stream.bind(PEER_ID, self.states.append)
 
     def tracks_unbound(self, labels: Sequence[str]) -> None: ...
-    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None: ...
+
+    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
+        self.say(control.MediaOrigin(label=label, ssrc=ssrc, rtp_origin=rtp_origin, boot_id="b"))
 
     def channel_opened(self, channel: Any) -> None:
         self.channels[channel.label] = channel
@@ -113,9 +117,16 @@ class ScriptedRobot:
 
         channel.on_message = arrived
         if channel.label == control.CONTROL_LABEL:
-            self.say(control.Hello(software="scripted", boot_id="b"))
+            self.say(control.Hello(software="scripted", boot_id="b", extensions=control.CONTROL_EXTENSIONS))
 
     def heard(self, channel: Any, frame: Frame) -> None:
+        if channel.label == control.STOP_LABEL:
+            stop = control.parse_control(frame.payload.decode())
+            assert isinstance(stop, control.Stop)
+            self.stops.append((channel.label, stop.reason))
+            now_us = time.monotonic_ns() // 1000
+            self.say(control.StopAck(id=stop.id, received_us=now_us, safe_us=now_us), channel.label)
+            return
         if channel.label != control.CONTROL_LABEL:
             self.commands.put_nowait((channel.is_reliable, json.loads(frame.payload)))
             return
@@ -125,12 +136,14 @@ class ScriptedRobot:
         elif isinstance(message, control.Ping) and self.is_answering:
             now_us = time.monotonic_ns() // 1000
             self.say(control.Pong(t0=message.t0, t1=now_us, t2=now_us))
+        elif isinstance(message, control.MediaSeen):
+            self.seen.put_nowait(message)
         elif isinstance(message, control.MediaWatch) and message.on:
             self.camera.watch()
 
-    def say(self, message: control.ControlMessage) -> None:
+    def say(self, message: control.ControlMessage, label: str = control.CONTROL_LABEL) -> None:
         for part in encode_frame(Frame(PayloadKind.JSON, message.to_text().encode())):
-            self.channels[control.CONTROL_LABEL].send(part)
+            self.channels[label].send(part)
 
     # the server
     def push(self, message: signaling.SignalingMessage) -> None:
@@ -252,5 +265,28 @@ def test_closing_is_told_to_the_robot_at_once() -> None:
         await connection.close()
         async with asyncio.timeout(WAIT_S):
             await byes.get()
+
+    run(scenario)
+
+
+def test_the_robot_hears_when_the_picture_was_captured_that_a_program_looks_at() -> None:
+    async def scenario(robot: ScriptedRobot, operator: MosaicOperator) -> None:
+        connection = await operator.connect(ROBOT_ID, timeout_s=WAIT_S)
+        await connection.media("front").next_image(WAIT_S)
+        async with asyncio.timeout(WAIT_S):
+            seen = await robot.seen.get()
+        assert seen.capture_us is not None
+        assert 0 <= time.monotonic() - seen.capture_us / 1e6 < 3.0
+
+    run(scenario)
+
+
+def test_a_stop_travels_on_its_own_channel_over_real_peers() -> None:
+    async def scenario(robot: ScriptedRobot, operator: MosaicOperator) -> None:
+        connection = await operator.connect(ROBOT_ID, timeout_s=WAIT_S)
+        report = await connection.control.stop("a test")
+        assert report.is_safe
+        assert not robot.channels["_stop"].is_reliable
+        assert robot.stops[0] == ("_stop", "a test")
 
     run(scenario)
