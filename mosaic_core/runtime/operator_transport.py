@@ -20,6 +20,10 @@ class IncomingVideo(Protocol):
         """The next ``av.VideoFrame``, or ``None`` at the end. Somebody must call it all the time, or frames pile up."""
         ...
 
+    def rtp_timestamp(self, frame: Any) -> int | None:
+        """The RTP timestamp that a frame came with; ``None`` where there is none."""
+        ...
+
     def stop(self) -> None: ...
 
 

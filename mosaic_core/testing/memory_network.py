@@ -81,6 +81,10 @@ class MemoryVideo:
             if not self._link.is_cut:
                 return frame
 
+    def rtp_timestamp(self, frame: Any) -> int | None:
+        """There is no RTP in memory."""
+        return None
+
     def stop(self) -> None:
         """Nothing is held."""
 
