@@ -197,5 +197,5 @@ test('toward a robot that knows no stop the stop is zeros for a second, then sil
   const zeros = store.sent.slice(before)
   expect(zeros.length).toBeGreaterThan(10)
   expect(zeros.length).toBeLessThanOrEqual(20)
-  expect(new Set(zeros)).toEqual(new Set([ZERO_TWIST]))
+  expect(zeros).toEqual(zeros.map(() => ZERO_TWIST))
 })
