@@ -40,6 +40,10 @@ class MediaTap(Protocol):
         """Wait for the next picture; ``None`` when ``timeout_s`` is over. Raises nothing."""
         ...
 
+    def ask_key_frame(self) -> None:
+        """Let a key frame come soon, where the source can make one; throttled, and one for all viewers. Any thread."""
+        ...
+
     def __enter__(self) -> Self: ...
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

@@ -10,6 +10,7 @@ from typing import Any, Self
 from uuid import uuid4
 
 from mosaic_core.contract.media_tap import TapCodec, TappedPicture
+from mosaic_core.machines.rate_control import PictureLost
 from mosaic_core.runtime.media_hub import MediaHub
 from mosaic_core.runtime.transport import PictureFeed
 
@@ -32,6 +33,7 @@ class RuntimeTap:
         self._waiting: deque[TappedPicture] = deque()
         self._waiting_bytes = 0
         self._needs_key = True
+        self._feed: PictureFeed | None = None
         self._pump_task: asyncio.Task[None] | None = None
         self.dropped = 0
         self.failure = ""
@@ -54,6 +56,10 @@ class RuntimeTap:
             self._waiting_bytes -= len(picture.data)
             return picture
 
+    def ask_key_frame(self) -> None:
+        """See :class:`~mosaic_core.contract.media_tap.MediaTap`."""
+        self._on_loop(self._ask_key_frame)
+
     def _on_loop(self, act: Any) -> None:
         try:
             self._loop.call_soon_threadsafe(act)
@@ -68,6 +74,7 @@ class RuntimeTap:
             return
         feed = self._media.bind(self._viewer_id, self._label, self._failed, is_local=True)
         feed.codec_agreed(_MIME_TYPES[self._codec])
+        self._feed = feed
         self._pump_task = self._loop.create_task(self._pump(feed), name=f"mosaic-tap-{self._label}")
         self._media.watch(self._viewer_id, self._label, True)
 
@@ -75,6 +82,11 @@ class RuntimeTap:
         if self._pump_task is not None:
             self._pump_task.cancel()
             self._media.leave(self._viewer_id)
+            self._feed = None
+
+    def _ask_key_frame(self) -> None:
+        if self._feed is not None:
+            self._feed.heard(PictureLost())
 
     def _failed(self, code: str) -> None:
         with self._filled:
@@ -90,12 +102,12 @@ class RuntimeTap:
     def _put(self, picture: TappedPicture) -> None:
         with self._filled:
             self.failure = ""
-            if self._waiting_bytes + len(picture.data) > MAX_WAITING_BYTES:
-                self._needs_key = True
-            elif picture.is_key:
-                self._needs_key = False
+            is_full = self._waiting_bytes + len(picture.data) > MAX_WAITING_BYTES
+            self._needs_key = is_full or (self._needs_key and not picture.is_key)
             if self._needs_key:
                 self.dropped += 1
+                if not is_full:  # there is room again, and key frames come only to those who ask
+                    self._ask_key_frame()
                 return
             self._waiting.append(picture)
             self._waiting_bytes += len(picture.data)

@@ -119,6 +119,10 @@ class FakeTap:
         self._pictures = iter(pictures or ())
         self.dropped = 0
         self.failure = "" if pictures is not None else "channel.unknown_label"
+        self.key_frames_asked = 0
+
+    def ask_key_frame(self) -> None:
+        self.key_frames_asked += 1
 
     def next(self, timeout_s: float) -> TappedPicture | None:
         picture = next(self._pictures, None)

@@ -10,6 +10,7 @@ from typing import Any
 
 from mosaic_core.contract.media import EncodingParams
 from mosaic_core.contract.media_tap import TappedPicture
+from mosaic_core.machines.rate_control import PictureLost
 from mosaic_core.runtime import media_tap
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.media_hub import MediaHub
@@ -96,6 +97,50 @@ def test_a_reader_that_is_too_slow_goes_on_at_a_key_frame_and_knows_what_it_miss
             picture = await next_of(tap)
             assert picture is not None
             assert (picture.data[0], tap.dropped) == (6, 3)
+
+    on_a_bench(scenario)
+
+
+def heard_by(bench: Bench, monkeypatch: Any) -> list[object]:
+    """What the feeds of the bench are told."""
+    heard: list[object] = []
+    bind = bench.hub.bind
+
+    def listening(*args: Any, **words: Any) -> Any:
+        feed: Any = bind(*args, **words)
+        monkeypatch.setattr(feed, "heard", heard.append)
+        return feed
+
+    monkeypatch.setattr(bench.hub, "bind", listening)
+    return heard
+
+
+def test_its_reader_may_ask_for_a_key_frame_while_it_is_open(monkeypatch: Any) -> None:
+    async def scenario(bench: Bench) -> None:
+        heard = heard_by(bench, monkeypatch)
+        with bench.tap() as tap:
+            await until(lambda: bench.watched)
+            tap.ask_key_frame()
+            await until(lambda: heard == [PictureLost()])
+        tap.ask_key_frame()
+        await until(lambda: bench.watched[-1] == ("front", False))
+        assert heard == [PictureLost()]
+
+    on_a_bench(scenario)
+
+
+def test_a_tap_that_dropped_asks_for_a_key_frame_as_soon_as_there_is_room(monkeypatch: Any) -> None:
+    monkeypatch.setattr(media_tap, "MAX_WAITING_BYTES", 25)
+
+    async def scenario(bench: Bench) -> None:
+        heard = heard_by(bench, monkeypatch)
+        with bench.tap() as tap:
+            await until(lambda: bench.watched)
+            await bench.show(Encoded(1, is_key=True), Encoded(2), Encoded(3))
+            assert heard == []  # nothing could be taken yet
+            assert await next_of(tap) is not None
+            await bench.show(Encoded(4))
+            assert heard == [PictureLost()]
 
     on_a_bench(scenario)
 
