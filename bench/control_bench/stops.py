@@ -14,6 +14,8 @@ from mosaic_core.operator import MosaicOperator, RobotConnection
 from mosaic_core.operator.channel_port import MessageInfo
 
 TWIST = {"linear": {"x": 0.5}, "angular": {"z": 0.1}}
+CLEAR_PERIOD_S = 0.07
+"""Slower than the rate of requests that the robot allows one operator."""
 
 
 @dataclass
@@ -61,6 +63,7 @@ class AskedFor:
                 said_s = time.monotonic()
                 await control.stop("bench")
                 took.append(1000 * (await self.record.stopped_s("0", said_s) - said_s))
+            await asyncio.sleep(CLEAR_PERIOD_S)
             await control.clear_stop()
         return tuple(took)
 
