@@ -55,6 +55,7 @@ def fan_out(console: Console, rounds: int, size: tuple[int, int]) -> None:
             row = (f"{encoder:.0%}", f"{encoder / one:.2f}", f"{process:.0%}", f"{_median(runs, 'fps_per_viewer'):.1f}")
             table.add_row(f"{way} {codec}", str(viewers), *row)
     console.print(table)
+    console.print("aiortc's H.264 encodes on threads of x264: they are in the whole process only")
     if find_spec("gi") is None:
         console.print("GStreamer webrtcbin: skipped, its Python binding is not installed here\n")
 
@@ -77,7 +78,7 @@ def conversion(console: Console, rounds: int) -> None:
 def codec_figures(console: Console) -> None:
     pictures = scene(*SIZES[720])
     for bitrate_bps in CODEC_RATES_BPS:
-        table = Table(title=f"Codecs at 1280x720 and {bitrate_bps / 1e6:g} Mbit/s, one thread")
+        table = Table(title=f"Codecs at 1280x720 and {bitrate_bps / 1e6:g} Mbit/s, ms of CPU per picture")
         for name in ("codec", "encode ms", "decode ms", "PSNR dB", "kbit/s"):
             table.add_column(name, justify="left" if name == "codec" else "right")
         for name, (encoder, decoder, options) in codecs.candidates(bitrate_bps).items():
