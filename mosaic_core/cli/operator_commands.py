@@ -67,6 +67,7 @@ def send(
     code: Code = "",
     rate_hz: Annotated[float, typer.Option(min=0.1, max=200, help="Messages per second, with --for-s.")] = 10.0,
     for_s: Annotated[float, typer.Option(min=0, help="Repeat for so many seconds; 0: send once.")] = 0.0,
+    as_json: AsJson = False,
 ) -> None:
     """Send to a connector, once or repeatedly; takes the lease where the connector wants one, and gives it back.
 
@@ -77,5 +78,5 @@ def send(
     from mosaic_core.cli.operator_send import Send
 
     sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
-    work = Send(robot, label, data, 1 / rate_hz, for_s)
+    work = Send(robot, label, data, 1 / rate_hz, for_s, as_json)
     raise typer.Exit(session.run(sign_in, work, is_person=sys.stdin.isatty()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -39,6 +40,7 @@ class Send:
     data: str
     period_s: float
     for_s: float
+    as_json: bool = False
 
     async def __call__(self, operator: MosaicOperator) -> int:
         connection = await connected(operator, self.robot)
@@ -68,5 +70,6 @@ class Send:
         for refusal in refusals[:3]:
             reason = f"{refusal.code}: {refusal.message}" if refusal.message else refusal.code
             typer.secho(f"refused: {reason}", err=True, fg=typer.colors.RED)
-        typer.echo(f"{sent} sent, {len(refusals)} refused")
+        line = {"sent": sent, "refused": len(refusals), "codes": sorted({refusal.code for refusal in refusals})}
+        typer.echo(json.dumps(line) if self.as_json else f"{sent} sent, {len(refusals)} refused")
         return FAILED if refusals or not sent else FINE

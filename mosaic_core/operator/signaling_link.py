@@ -23,12 +23,15 @@ from mosaic_core.machines.signaling_events import (
     SocketOpened,
 )
 from mosaic_core.runtime.transport import SignalingSocket, SocketConnector
-from mosaic_core.words.codes import reason
+from mosaic_core.words.codes import CloseCode, reason
 from mosaic_core.words.errors import AuthError, SignalingError
 from mosaic_core.words.signaling import SignalingMessage
 
 _log = logging.getLogger(__name__)
 
+MAX_QUEUED = 512
+"""Messages that wait for a server which takes none: far more than a minute of offers and candidates for every robot.
+Beyond it the connection is given up and made anew, so that memory stays bounded."""
 FAREWELL_S = 0.5
 """How long the last messages may take to leave."""
 
@@ -44,7 +47,7 @@ class SignalingLink:
         self._connect = connect
         self._deliver = deliver
         self._socket: SignalingSocket | None = None
-        self._outgoing: asyncio.Queue[str] = asyncio.Queue()
+        self._outgoing: asyncio.Queue[str] = asyncio.Queue(MAX_QUEUED)
         self._reconnect_after_s = 0.0
         self._changed = asyncio.Event()
         self._woken = asyncio.Event()
@@ -71,10 +74,11 @@ class SignalingLink:
             raise AuthError(message, code=code)
 
     def send(self, message: SignalingMessage) -> None:
-        """Queue a message; raises :class:`SignalingError` while the server isn't there."""
+        """Queue a message; raises :class:`SignalingError` while the server isn't there, or takes no more."""
         if self.session.state != "ready":
             raise SignalingError("The server isn't connected.", code="signal.unreachable")
-        self._outgoing.put_nowait(message.to_text())
+        if not self._queued(message):
+            raise SignalingError("The server takes no more messages.", code="signal.too_slow")
 
     def subscribe(self, robot_ids: Iterable[str]) -> None:
         self._carry_out(self.session.subscribe(robot_ids))
@@ -106,7 +110,7 @@ class SignalingLink:
             await asyncio.sleep(self._reconnect_after_s)
 
     async def _serve(self, socket: SignalingSocket) -> None:
-        self._outgoing = asyncio.Queue()
+        self._outgoing = asyncio.Queue(MAX_QUEUED)
         self._handle(SocketOpened())
         tasks = [asyncio.create_task(work) for work in (self._read(socket), self._write(socket), self._watch(socket))]
         try:
@@ -138,6 +142,15 @@ class SignalingLink:
             self._handle(DeadlinePassed())
         await socket.close(self._close_request.code, self._close_request.reason)
 
+    def _queued(self, message: SignalingMessage) -> bool:
+        try:
+            self._outgoing.put_nowait(message.to_text())
+        except asyncio.QueueFull:
+            self._close_request = CloseSocket(CloseCode.TOO_SLOW, "signal.too_slow")
+            self._woken.set()
+            return False
+        return True
+
     def _handle(self, event: machine.Event) -> None:
         if isinstance(event, SocketOpened):
             self._close_request = None
@@ -148,7 +161,7 @@ class SignalingLink:
         for effect in effects:
             match effect:
                 case Send(message):
-                    self._outgoing.put_nowait(message.to_text())
+                    self._queued(message)
                 case machine.Deliver(message):
                     self._deliver(message)
                 case CloseSocket():

@@ -435,3 +435,28 @@ def test_one_failing_subscriber_takes_nothing_from_the_others(world: Any) -> Non
             await stream.aclose()
 
     run(scenario)
+
+
+def test_a_server_that_takes_nothing_is_left_before_the_queue_fills_the_memory(world: Any) -> None:
+    async def scenario() -> None:
+        async with world.operator() as operator:
+            await operator.connect(world.robot_id, timeout_s=WAIT_S)
+            (socket,) = world.server.sockets
+            stuck = asyncio.Event()
+
+            async def send(text: str) -> None:
+                await stuck.wait()
+
+            socket.send = send
+            message = signaling.ClosePeerConnection(rtc_connection_id=world.peer_id)
+
+            def flood() -> None:
+                for _ in range(100_000):
+                    operator._signaling.send(message)
+
+            with pytest.raises(SignalingError) as refused:
+                flood()
+            assert refused.value.code == "signal.too_slow"
+            await until(lambda: len(world.server.sockets) == 2)
+
+    run(scenario)
