@@ -110,6 +110,7 @@ REASONS: dict[str, Reason] = {
             "The camera sends a codec that this operator does not have, and the robot can't convert it.",
             "Set the camera to H.264, or `passthrough: never`.",
         ),
+        Reason("media.talk_busy", "Somebody else is talking.", "Wait until they have finished."),
         # peer.*: why a peer connection ended
         Reason("peer.closed", "The other side closed the connection."),
         Reason("peer.lost", "The other side fell silent."),
@@ -153,6 +154,27 @@ REASONS: dict[str, Reason] = {
         Reason("plugin.failed", "The connector's handler ended with an error; it will be restarted."),
         Reason("plugin.no_device", "The connector's device isn't available; it is being tried again."),
         Reason("plugin.ignored_stop", "The handler did not stop in time and was abandoned."),
+        # recorder.*: recordings on the robot
+        Reason("recorder.already_recording", "This is being recorded already.", "Stop or resume that recording."),
+        Reason("recorder.not_recording", "Nothing of this is being recorded.", "Start a recording first."),
+        Reason(
+            "recorder.unknown_camera",
+            "The recorder is not configured for this camera.",
+            "Add its label to the recorder's `labels`.",
+        ),
+        Reason("recorder.unknown_file", "The recorder has no file of this name.", "Ask for the list again."),
+        Reason("recorder.file_in_use", "The file is being written.", "Stop the recording first."),
+        Reason(
+            "recorder.disk_full",
+            "The robot's disk is full, or at the reserve that the recorder leaves.",
+            "Delete recordings, or let `keep_bytes` do it.",
+        ),
+        Reason("recorder.write_failed", "The robot could not write the file.", "Check the folder and its disk."),
+        Reason("recorder.max_seconds", "The recording reached its longest time and ended."),
+        Reason("recorder.max_bytes", "The recording reached its largest size and ended."),
+        Reason("recorder.no_picture", "The camera gave no picture that could be stored.", "Check the camera."),
+        Reason("recorder.busy", "Too many snapshots are being taken at once.", "Wait for the answers."),
+        Reason("recorder.failed", "The recording ended with an error.", "Look into the robot's log."),
     )
 }
 
