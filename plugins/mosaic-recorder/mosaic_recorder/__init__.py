@@ -1,0 +1,1 @@
+"""Connector `recorder`: cameras of the robot into files, without encoding them again."""

@@ -1,0 +1,92 @@
+"""What operators and the recorder say to each other: JSON, on the recorder's own channel, both ways."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from mosaic_core import Message, unit
+
+RecordingState = Literal["starting", "recording", "waiting", "paused", "ended"]
+RecorderState = Literal["idle", "recording", "paused"]
+
+
+class RecorderCommand(Message):
+    """`{"command": "start"}` is enough, as MOSAIC's own recorder pad sends it; its `timestamp` is ignored."""
+
+    command: Literal["start", "stop", "pause", "resume", "status", "list", "delete", "snapshot"]
+    labels: tuple[str, ...] = Field(
+        default=(), max_length=64, description="Cameras meant; none: all that the recorder is configured for."
+    )
+    name: str = Field(default="", max_length=200, description="`start`, `snapshot`: begins the names of the files.")
+    max_seconds: float | None = Field(
+        default=None, gt=0, description="`start`: end after so much.", json_schema_extra=unit("s")
+    )
+    max_bytes: int | None = Field(
+        default=None, gt=0, description="`start`: end before a camera's files are larger.", json_schema_extra=unit("B")
+    )
+    files: tuple[str, ...] = Field(default=(), max_length=1000, description="`delete`: names, as `list` told them.")
+    send: bool = Field(default=False, description="`snapshot`: send the picture, too.")
+    request_id: str = Field(default="", max_length=64, description="Comes back in the answer.")
+
+
+class RecordingStatus(Message):
+    """One camera's recording: the current one, or the last."""
+
+    label: str
+    state: RecordingState = Field(description="`waiting`: wanted, but the camera gives no picture.")
+    files: tuple[str, ...] = Field(description="Names; more than one when the picture's format changed.")
+    seconds: float = Field(json_schema_extra=unit("s"), description="Without pauses.")
+    bytes: int = Field(json_schema_extra=unit("B"))
+    pictures: int
+    dropped: int = Field(description="Pictures that the disk was too slow for.")
+    width: int = Field(json_schema_extra=unit("px"), description="0 before the first picture.")
+    height: int = Field(json_schema_extra=unit("px"))
+    code: str = Field(description="Why it ended by itself; empty if somebody stopped it, or while it runs.")
+
+
+class RecorderStatus(Message):
+    """Pushed to everybody on every change, and every second while something is recorded."""
+
+    type: Literal["status"] = "status"
+    state: RecorderState
+    labels: tuple[str, ...] = Field(description="The cameras that can be recorded.")
+    recordings: tuple[RecordingStatus, ...]
+    seconds: float = Field(json_schema_extra=unit("s"), description="Of the longest one that runs.")
+    bytes: int = Field(json_schema_extra=unit("B"), description="Of all in `recordings`.")
+    dropped: int
+    free_bytes: int | None = Field(json_schema_extra=unit("B"), description="null: the disk can't be asked.")
+    code: str = Field(description="The first code in `recordings`.")
+
+
+class FileEntry(Message):
+    name: str
+    label: str = Field(description="Of the camera, as it is written in the file's name.")
+    bytes: int = Field(json_schema_extra=unit("B"))
+    modified_at_s: float = Field(json_schema_extra=unit("s"), description="Since 1970, by the robot's wall clock.")
+    is_open: bool = Field(description="It is being written: it can't be deleted.")
+
+
+class FileList(Message):
+    """The answer to `list` and `delete`, to whoever asked; newest first."""
+
+    type: Literal["files"] = "files"
+    request_id: str
+    directory: str
+    free_bytes: int | None = Field(json_schema_extra=unit("B"))
+    files: tuple[FileEntry, ...]
+
+
+class SnapshotTaken(Message):
+    """The answer to `snapshot`, one per camera, to whoever asked."""
+
+    type: Literal["snapshot"] = "snapshot"
+    request_id: str
+    label: str
+    file: str = Field(default="", description="Empty where there is none; `code` says why.")
+    bytes: int = Field(default=0, json_schema_extra=unit("B"))
+    width: int = 0
+    height: int = 0
+    png_base64: str | None = Field(default=None, description="The file, if it was asked for and may be sent.")
+    code: str = ""

@@ -1,0 +1,104 @@
+"""One file of a recording: encoded pictures go in as they are, and what is on the disk can be played at any time.
+
+MP4 is written in fragments and Matroska in clusters of a second; each is complete by itself, so that a crash or a
+power cut costs the last one at most.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from mosaic_core.contract.media_tap import TapCodec
+
+if TYPE_CHECKING:
+    from av.container.output import OutputContainer
+    from av.stream import Stream
+
+Container: TypeAlias = Literal["mp4", "mkv"]
+
+TICKS_PER_S = 90_000
+SYNC_S = 1.0
+"""How often the disk is told to write what the system holds in memory: a power cut costs about this much."""
+_FORMATS: dict[Container, str] = {"mp4": "mp4", "mkv": "matroska"}
+_OPTIONS: dict[Container, dict[str, str]] = {
+    "mp4": {"movflags": "frag_keyframe+empty_moov+default_base_moof", "frag_duration": "1000000"},
+    "mkv": {"cluster_time_limit": "1000"},
+}
+
+
+class MovieFile:
+    """Used by one thread. Raises :class:`OSError` when the disk does not take it; close it then, too."""
+
+    def __init__(self, path: Path, container: Container, codec: TapCodec, width: int, height: int) -> None:
+        import av
+
+        self.path = path
+        self._disk = _Disk(path)
+        options = {**_OPTIONS[container], "flush_packets": "1"}
+        try:
+            self._output: OutputContainer = av.open(
+                self._disk, "w", format=_FORMATS[container], container_options=options
+            )
+            self._stream: Stream = self._output.add_mux_stream(codec, width=width, height=height)
+        except BaseException:
+            self._disk.close()
+            raise
+        self._stream.time_base = Fraction(1, TICKS_PER_S)
+
+    def write(self, data: bytes, at_s: float, duration_s: float, *, is_key: bool) -> None:
+        """Add one picture at ``at_s`` of this file. H.264 comes with start codes; the file gets what it needs."""
+        import av
+
+        packet: av.Packet[Any] = av.Packet(data)
+        packet.stream = self._stream
+        packet.time_base = Fraction(1, TICKS_PER_S)
+        packet.pts = packet.dts = round(at_s * TICKS_PER_S)
+        packet.duration = round(duration_s * TICKS_PER_S)
+        packet.is_keyframe = is_key
+        self._output.mux(packet)
+        self._disk.sync_now_and_then()
+
+    def close(self) -> None:
+        """Finish the file. Raises :class:`OSError`; what was written stays playable."""
+        try:
+            self._output.close()
+        finally:
+            self._disk.close()
+
+
+class _Disk:
+    """The file as libav sees it. Unbuffered: what libav has flushed survives the end of this process."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("xb", buffering=0)
+        self._synced_at_s = time.monotonic()
+
+    def write(self, data: bytes) -> int:
+        """All of ``data``: one call may take less when the disk is nearly full, and the next one says why."""
+        view = memoryview(data)
+        while view:
+            view = view[self._file.write(view) :]
+        return len(data)
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        return self._file.tell()
+
+    def sync_now_and_then(self) -> None:
+        if time.monotonic() - self._synced_at_s >= SYNC_S:
+            os.fsync(self._file.fileno())
+            self._synced_at_s = time.monotonic()  # after it: a slow disk gets time to breathe
+
+    def close(self) -> None:
+        if self._file.closed:
+            return
+        try:
+            os.fsync(self._file.fileno())
+        finally:
+            self._file.close()
