@@ -1,6 +1,10 @@
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { useEffect, useEffectEvent, useRef, useState } from 'react'
+import { ControlFrame } from '../control/ControlFrame'
+import { ControlNews } from '../control/ControlNews'
+import { LeaseRequests } from '../control/LeaseRequests'
 import { StopButton } from '../control/StopButton'
+import { StoppedBanner } from '../control/StoppedBanner'
 import { download, fileName } from '../frame/download'
 import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
@@ -50,11 +54,7 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
       {state === 'none' && <NoPicture hasStream={stream !== null} isOnScreen={isOnScreen} />}
       <div ref={alarm} className={classes.alarm} role="alert" />
       <div ref={facts} className={classes.facts} data-details={choices.showsDetails} data-testid="picture-facts" />
-      {isFullscreen && (
-        <div className={classes.stop}>
-          <StopButton robotId={robotId} hasKey={false} />
-        </div>
-      )}
+      {isFullscreen && <ControlOverPicture robotId={robotId} />}
       {recording.isRecording && <div className={classes.recording}>Recording</div>}
       {failure !== '' && (
         <div className={classes.failure} role="alert">
@@ -73,6 +73,23 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
         onFullscreen={() => toggleFullscreen(root.current, video.current)}
       />
     </div>
+  )
+}
+
+/** On the whole screen the page's own control is behind the picture. */
+function ControlOverPicture({ robotId }: { robotId: string }) {
+  return (
+    <>
+      <ControlFrame robotId={robotId} />
+      <div className={classes.control}>
+        <div className={classes.notices}>
+          <StoppedBanner robotId={robotId} />
+          <LeaseRequests robotId={robotId} />
+          <ControlNews robotId={robotId} />
+        </div>
+        <StopButton robotId={robotId} hasKey={false} />
+      </div>
+    </>
   )
 }
 

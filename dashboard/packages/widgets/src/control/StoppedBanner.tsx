@@ -57,7 +57,8 @@ function Banner({ tone, title, text, note = '', children }: BannerProps) {
           <strong>{title}</strong> <span>{text}</span>
         </div>
         <small>
-          {note} {NOT_CERTIFIED}
+          {note === '' ? '' : `${note}. `}
+          {NOT_CERTIFIED}
         </small>
       </div>
       {children}
