@@ -543,6 +543,7 @@ export const REASONS = {
   'media.no_line': { sentence: 'The offer had no media line left for this camera.', cure: '' },
   'media.no_encoder': { sentence: "No video encoder for this operator's codec works on the robot.", cure: 'Run `mosaic doctor encoders` on the robot.' },
   'media.not_decodable': { sentence: "The camera sends a codec that this operator does not have, and the robot can't convert it.", cure: 'Set the camera to H.264, or `passthrough: never`.' },
+  'media.talk_busy': { sentence: 'Somebody else is talking.', cure: 'Wait until they have finished.' },
   'peer.closed': { sentence: 'The other side closed the connection.', cure: '' },
   'peer.lost': { sentence: 'The other side fell silent.', cure: '' },
   'peer.replaced': { sentence: 'The same session connected again.', cure: '' },
@@ -578,6 +579,18 @@ export const REASONS = {
   'plugin.failed': { sentence: "The connector's handler ended with an error; it will be restarted.", cure: '' },
   'plugin.no_device': { sentence: "The connector's device isn't available; it is being tried again.", cure: '' },
   'plugin.ignored_stop': { sentence: 'The handler did not stop in time and was abandoned.', cure: '' },
+  'recorder.already_recording': { sentence: 'This is being recorded already.', cure: 'Stop or resume that recording.' },
+  'recorder.not_recording': { sentence: 'Nothing of this is being recorded.', cure: 'Start a recording first.' },
+  'recorder.unknown_camera': { sentence: 'The recorder is not configured for this camera.', cure: "Add its label to the recorder's `labels`." },
+  'recorder.unknown_file': { sentence: 'The recorder has no file of this name.', cure: 'Ask for the list again.' },
+  'recorder.file_in_use': { sentence: 'The file is being written.', cure: 'Stop the recording first.' },
+  'recorder.disk_full': { sentence: "The robot's disk is full, or at the reserve that the recorder leaves.", cure: 'Delete recordings, or let `keep_bytes` do it.' },
+  'recorder.write_failed': { sentence: 'The robot could not write the file.', cure: 'Check the folder and its disk.' },
+  'recorder.max_seconds': { sentence: 'The recording reached its longest time and ended.', cure: '' },
+  'recorder.max_bytes': { sentence: 'The recording reached its largest size and ended.', cure: '' },
+  'recorder.no_picture': { sentence: 'The camera gave no picture that could be stored.', cure: 'Check the camera.' },
+  'recorder.busy': { sentence: 'Too many snapshots are being taken at once.', cure: 'Wait for the answers.' },
+  'recorder.failed': { sentence: 'The recording ended with an error.', cure: "Look into the robot's log." },
 } as const
 export type ReasonCode = keyof typeof REASONS
 
