@@ -1,6 +1,6 @@
 """How long until a robot stands: after silence, and after somebody said stop. Beside plain aiortc in the same run.
 
-python bench/control.py [STOPS] [--quick]
+python bench/control.py [STOPS] [--quick] [--under idle cpu bulk network]
 
 Server, robot and operator are processes of their own on loopback. The drive writes down when it was told what; all
 processes of a machine have the same monotonic clock. Measured on an idle machine, with as many busy processes as
@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import tempfile
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from contextlib import AsyncExitStack, ExitStack, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,9 +28,15 @@ from rich.console import Console
 
 from mosaic_core.operator import MosaicOperator, RobotConnection
 
-IDLE, SATURATED, BULK = "idle", "CPU saturated", "10 MB/s of bulk beside"
+IDLE, SATURATED, BULK, NETWORK = "idle", "cpu", "bulk", "network"
+CONDITIONS = {
+    IDLE: "idle",
+    SATURATED: "CPU saturated",
+    BULK: "10 MB/s bulk",
+    NETWORK: "4g: 50 ± 15 ms, 3 % lost",
+}
 PROFILE = "4g"
-NETWORK = "4g: 50 ± 15 ms each way, 3 % loss"
+LATE, STOP = "silence: late by", "stop: drive stands"
 BULK_MBYTEPS = 10.0
 SETTLE_S = 1.0
 """Every load has its effect before anything is measured."""
@@ -47,24 +53,18 @@ class Bench:
     stops: int
     report: Report
 
-    async def all(self) -> None:
-        half_ms = await half_round_trip_ms(self.connection)
-        self.report.notes.append(f"Half a round trip of an idle connection: {half_ms:.2f} ms.")
-        for condition in (IDLE, SATURATED, BULK):
-            await self._under(condition, half_ms)
-
-    async def _under(self, condition: str, half_ms: float) -> None:
+    async def under(self, condition: str) -> None:
         async with self._plain_load(condition):
             peer_ms = await self.plain.latencies_ms(self.stops, COMMAND_PERIOD_S)
         async with self._load(condition):
             late_ms = await Silence(self.connection, self.site.record).late_ms(self.stops)
             took_ms = await AskedFor(self.connection, self.site.record).took_ms(self.stops)
+        half_ms = await half_round_trip_ms(self.connection)
         idle_ms = ALLOWANCE_MS if condition == IDLE else None
-        silence = Distribution(condition, "standing still, after timeout_s", late_ms, "all ≤ 20", idle_ms)
-        peer = Distribution(condition, "plain aiortc: command → handler", peer_ms)
-        stop = Distribution(
-            condition, "stop → drive stands", took_ms, "p99 ≤ RTT/2 + 20", half_ms + ALLOWANCE_MS, 0.99, peer
-        )
+        name = CONDITIONS[condition]
+        silence = Distribution(name, LATE, late_ms, "all ≤ 20", idle_ms)
+        peer = Distribution(name, "plain aiortc: command", peer_ms)
+        stop = Distribution(name, STOP, took_ms, "p99 ≤ RTT/2 + 20", half_ms + ALLOWANCE_MS, 0.99, peer)
         for one in (silence, stop, peer):
             self.report.add(one)
 
@@ -75,7 +75,7 @@ class Bench:
                 stack.enter_context(saturated_cpu())
             if condition == BULK:
                 taken = await stack.enter_async_context(bulk_beside(self.operator, self.connection))
-                stack.callback(lambda: self._note(f"Ours, bulk: {taken.rate_mbyteps:.1f} MB/s arrived."))
+                stack.callback(lambda: self._note(f"Bulk that arrived: ours {taken.rate_mbyteps:.1f} MB/s."))
             await asyncio.sleep(SETTLE_S)
             yield
 
@@ -108,19 +108,29 @@ async def measure_network(site: Site, stops: int, report: Report) -> None:
             late_ms = await Silence(connection, site.record).late_ms(stops)
             took_ms = await AskedFor(connection, site.record).took_ms(stops)
             half_ms = await half_round_trip_ms(connection)
-    report.add(Distribution(NETWORK, "standing still, after timeout_s", late_ms))
-    report.add(Distribution(NETWORK, "stop → drive stands", took_ms, f"RTT/2 is {half_ms:.0f}"))
+    report.add(Distribution(CONDITIONS[NETWORK], LATE, late_ms))
+    report.add(Distribution(CONDITIONS[NETWORK], STOP, took_ms, f"RTT/2 = {half_ms:.0f}"))
 
 
-async def measure(site: Site, stops: int, stack: ExitStack) -> Report:
-    report = Report()
+async def measure(site: Site, stops: int, conditions: Sequence[str], report: Report, stack: ExitStack) -> None:
     plain = await PlainOperator.connected(stack.enter_context(plain_robot()))
     async with await site.sign_in() as operator:
         connection = await operator.connect(site.robot_id)
         async with await connection.control.take():
-            await Bench(operator, connection, plain, site, stops, report).all()
+            for condition in conditions:
+                await Bench(operator, connection, plain, site, stops, report).under(condition)
     await plain.close()
-    return report
+
+
+def run(stops: int, conditions: Sequence[str], report: Report) -> None:
+    near = [condition for condition in conditions if condition != NETWORK]
+    with tempfile.TemporaryDirectory() as folder:
+        if near:
+            with ExitStack() as stack:
+                asyncio.run(measure(start_site(Path(folder) / "near", stack), stops, near, report, stack))
+        if NETWORK in conditions:
+            with ExitStack() as stack:
+                asyncio.run(measure_network(start_site(Path(folder) / "far", stack, PROFILE), stops, report))
 
 
 def main() -> None:
@@ -128,18 +138,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("stops", nargs="?", type=int, default=300, help="of each kind, under each load")
     parser.add_argument("--quick", action="store_true", help="20 of each: does it work at all?")
+    parser.add_argument("--under", nargs="+", choices=list(CONDITIONS), default=list(CONDITIONS), help="which loads")
     asked = parser.parse_args()
-    console = Console()
+    report = Report()
     try:
-        stops = 20 if asked.quick else asked.stops
-        with tempfile.TemporaryDirectory() as folder:
-            with ExitStack() as stack:
-                report = asyncio.run(measure(start_site(Path(folder) / "near", stack), stops, stack))
-            with ExitStack() as stack:
-                asyncio.run(measure_network(start_site(Path(folder) / "far", stack, PROFILE), stops, report))
+        run(20 if asked.quick else asked.stops, asked.under, report)
     except KeyboardInterrupt:
         raise SystemExit("interrupted") from None
-    console.print(report.table("How long until the robot stands"))
+    console = Console(width=120)
+    console.print(report.table("Milliseconds until the robot stands"))
     for note in report.notes:
         console.print(note)
     if report.missed:

@@ -45,8 +45,8 @@ class Report:
 
     def table(self, title: str) -> Table:
         table = Table(title=title)
-        for column in ("condition", "ms of", "n", "p50", "p95", "p99", "max", "p99 x peer", "promise", ""):
-            table.add_column(column, justify="left" if column in ("condition", "ms of", "promise", "") else "right")
+        for column in ("load", "what", "n", "p50", "p95", "p99", "max", "x peer", "promise", ""):
+            table.add_column(column, justify="left" if column in ("load", "what", "promise", "") else "right")
         condition = ""
         for one in self.found:
             if condition and condition != one.condition:
