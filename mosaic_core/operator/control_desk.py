@@ -20,7 +20,7 @@ from mosaic_core.operator.robot_answers import RobotAnswers
 from mosaic_core.operator.stop_caller import StopCaller
 from mosaic_core.words import control
 from mosaic_core.words.control import JournalEntry, PeerInfo, SafetyLimit
-from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.errors import ConnectionFailed, MosaicError
 
 _log = logging.getLogger(__name__)
 
@@ -47,6 +47,8 @@ class ControlDesk:
         self._answers = RobotAnswers()
         self._listeners: list[Callable[[], None]] = []
         self._timer: asyncio.TimerHandle | None = None
+        self._missed: list[Lease] = []
+        self._tasks: set[asyncio.Task[None]] = set()
 
     # -- what is known -----------------------------------------------------------------------------------------------
 
@@ -183,13 +185,36 @@ class ControlDesk:
             self._stops.acknowledged(message)
         self._handle(machine.Heard(message))
 
-    def close(self, error: ConnectionFailed) -> None:
-        """The connection has ended: every lease with it."""
+    def close(self, error: ConnectionFailed, *, comes_back: bool = False) -> None:
+        """The connection has ended: every lease with it. ``comes_back``: :meth:`regain` will ask for them again."""
         self._port = None
+        if comes_back:
+            self._missed += self._takers.held_for_long()
         if self._stops is not None:
             self._stops.close(error)
         self._answers.fail(error)
         self._handle(machine.ConnectionEnded(error.code, error.message))
+
+    def renew(self, peer_id: str) -> None:
+        """The connection is being made anew; nothing is known yet."""
+        self._machine = machine.OperatorControl(peer_id)
+
+    def regain(self) -> None:
+        """It is back: ask for what was held when it was lost, and for nothing else. A refusal leaves it lost."""
+        missed, self._missed = self._missed, []
+        for lease in missed:
+            task = asyncio.create_task(self._regain(lease))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+
+    async def _regain(self, lease: Lease) -> None:
+        try:
+            again = await self.take(lease.resource, reason="the connection came back")
+        except MosaicError as error:
+            _log.warning("the lease of %r did not come back: %s", lease.resource, error.message)
+        else:
+            self._takers.regained(lease, again.epoch)
+            self._tell()
 
     # -- the machine -------------------------------------------------------------------------------------------------
 

@@ -112,6 +112,16 @@ class Lease:
             self._has_cancelled = True
             self._block.cancel()
 
+    @property
+    def is_in_a_block(self) -> bool:
+        """Used as ``async with``: its loss ends the block, and nobody would use what is regained."""
+        return self._block is not None
+
+    def regained(self, epoch: int) -> None:
+        """The connection has come back and the robot has granted it anew."""
+        self.epoch, self.lost = epoch, None
+        self._ended.clear()
+
     def end_released(self) -> None:
         """Somebody else in this program gave the resource back."""
         if self.is_held:

@@ -54,6 +54,15 @@ class LeaseTakers:
                 for taker in self._takers[effect.resource]:
                     taker.answers.put_nowait(effect)
 
+    def held_for_long(self) -> list[Lease]:
+        """What is held outside of any block, and so by a program that will look at it again."""
+        return [lease for leases in self._live.values() for lease in leases if not lease.is_in_a_block]
+
+    def regained(self, lease: Lease, epoch: int) -> None:
+        """Hold a lost one again under its new number."""
+        lease.regained(epoch)
+        self._live[lease.resource].append(lease)
+
     def release(self, resource: str) -> None:
         """The program gives it back."""
         for lease in self._live.pop(resource, []):

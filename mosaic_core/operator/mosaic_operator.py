@@ -11,11 +11,13 @@ import httpx
 
 from mosaic_core.operator.channel_port import now_us
 from mosaic_core.operator.peer_link import ConnectionPlan
+from mosaic_core.operator.reconnection import keep_connected
 from mosaic_core.operator.rest_api import RestApi, RobotSummary, log_in
-from mosaic_core.operator.robot_connection import RobotConnection, media_labels_of
+from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.robot_connector import RobotConnector
 from mosaic_core.operator.signaling_link import SignalingLink
 from mosaic_core.operator.store_manager import StoreManager
+from mosaic_core.operator.store_plan import media_labels_of
 from mosaic_core.operator.stores import MosaicStore
 from mosaic_core.runtime.operator_transport import OffererFactory
 from mosaic_core.runtime.transport import SocketConnector
@@ -27,6 +29,8 @@ from mosaic_core.words.signaling import RobotStatus, SignalingMessage
 
 LOGIN_ROUTE = "/api/v1/account/login/access-token"
 CODE_ROUTE = "/api/v1/account/login/one-time"
+RECONNECT_TIMEOUT_S = 15.0
+"""For one attempt of a connection that comes back by itself; the next one follows."""
 
 
 class MosaicOperator:
@@ -60,6 +64,7 @@ class MosaicOperator:
         self._clock_us = clock_us
         self._connections: dict[str, RobotConnection] = {}
         self._session_ids: dict[str, str] = {}
+        self._keepers: set[asyncio.Task[None]] = set()
         self._watched: set[str] = set()
         self._listeners: list[Callable[[str, RobotStatus], None]] = []
         self._changed = asyncio.Event()
@@ -88,6 +93,8 @@ class MosaicOperator:
 
     async def close(self) -> None:
         """End all connections and sign off."""
+        for keeper in self._keepers:
+            keeper.cancel()
         await asyncio.gather(*(connection.close() for connection in list(self._connections.values())))
         self.stores.close()
         await self._signaling.close()
@@ -121,12 +128,19 @@ class MosaicOperator:
         return self._connections.get(robot_id)
 
     async def connect(
-        self, robot_id: str, *, connectors: Sequence[RobotConnector] = (), timeout_s: float = 30.0
+        self,
+        robot_id: str,
+        *,
+        connectors: Sequence[RobotConnector] = (),
+        timeout_s: float = 30.0,
+        reconnect: bool = False,
     ) -> RobotConnection:
         """Connect to a robot; a live connection to it is closed first.
 
         ``connectors`` are opened from the start. Original robots announce no catalogue: name their cameras here, with
-        data types. Raises :class:`ConnectionFailed`, :class:`SignalingError` or :class:`AuthError`, each with a code.
+        data types. ``reconnect``: once made, it comes back by itself when it is lost, until it is closed; its state is
+        ``reconnecting`` meanwhile, and stores wait. Raises :class:`ConnectionFailed`, :class:`SignalingError` or
+        :class:`AuthError`, each with a code.
         """
         previous = self._connections.pop(robot_id, None)
         if previous is not None:
@@ -145,7 +159,19 @@ class MosaicOperator:
             self._connections.pop(robot_id, None)
             await connection.close()
             raise
+        if reconnect:
+            self._keep(connection, connectors)
         return connection
+
+    def _keep(self, connection: RobotConnection, connectors: Sequence[RobotConnector]) -> None:
+        async def reopen() -> None:
+            await self._signaling.wait_ready(RECONNECT_TIMEOUT_S)
+            await connection.reopen(await self._plan(connection.robot_id, connectors), RECONNECT_TIMEOUT_S)
+
+        connection.keep()
+        task = asyncio.create_task(keep_connected(connection, reopen))
+        self._keepers.add(task)
+        task.add_done_callback(self._keepers.discard)
 
     async def _plan(self, robot_id: str, connectors: Sequence[RobotConnector]) -> ConnectionPlan:
         agreed = self._signaling.session.agreed
@@ -199,7 +225,7 @@ class MosaicOperator:
         known = RESULT_REASONS.get(ResultCode(code), "") if code in list(ResultCode) else ""
         why = known or "signal.unknown_connection"
         for connection in list(self._connections.values()):
-            if connection.state == "connecting":
+            if connection.state in ("connecting", "reconnecting"):
                 close = signaling.ClosePeerConnection(
                     rtc_connection_id=connection.peer_id, code=why, message=reason(why).sentence
                 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Literal, TypeVar
 
 from mosaic_core.operator.control_desk import ControlDesk
@@ -17,14 +17,15 @@ from mosaic_core.operator.store_manager import StoreManager
 from mosaic_core.operator.stores import BidirectionalStore, MosaicStore, ReceivableStore, SendableStore
 from mosaic_core.runtime.operator_transport import IncomingVideo, OffererFactory
 from mosaic_core.words import control
-from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import REASONS, reason
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.signaling import SignalingMessage
 
 S = TypeVar("S", bound=MosaicStore)
-State = Literal["connecting", "connected", "closed"]
+State = Literal["connecting", "connected", "reconnecting", "closed"]
+FINAL = ("peer.not_allowed", "peer.replaced", "auth.")
+"""Ends (or beginnings of their codes) after which trying again would help nobody."""
 
 
 class RobotConnection:
@@ -45,14 +46,22 @@ class RobotConnection:
         """Why it ended, once :attr:`state` is ``closed``."""
         self.control = ControlDesk(plan.peer_id, plan.clock_us)
         """Who commands: leases, the stop, the other operators."""
-        self._plan = plan
         self._stores = stores
-        self._peer = PeerLink(plan, self, make_offerer, send)
+        self._make_offerer = make_offerer
+        self._send = send
+        self._is_kept = False
+        self._interrupted = asyncio.Event()
+        self._refusals: list[Callable[[control.Refusal], None]] = []
+        self._closings: list[Callable[[ConnectionFailed], None]] = []
+        self._begin(plan)
+
+    def _begin(self, plan: ConnectionPlan) -> None:
+        """A peer connection, the first one or the next."""
+        self._plan = plan
+        self._peer = PeerLink(plan, self, self._make_offerer, self._send)
         self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
         around = Surroundings(self._watch, self._to_ours_us, plan.clock_us, self.control.epoch_of, self._pictures.shown)
         self._links = StoreLinks(self._peer.offerer, around)
-        self._refusals: list[Callable[[control.Refusal], None]] = []
-        self._closings: list[Callable[[ConnectionFailed], None]] = []
         self._settled = asyncio.Event()
         self._is_ours: bool | None = None
 
@@ -123,8 +132,11 @@ class RobotConnection:
             end()
 
     async def close(self) -> None:
-        """Say good-bye and end the connection; doing so twice does nothing."""
+        """Say good-bye and end the connection for good; doing so twice does nothing."""
+        self._is_kept = False
         await self._peer.close()
+        if self.state == "reconnecting":
+            self.give_up(ConnectionFailed(reason("peer.closed").sentence, code="peer.closed"))
 
     def _store(self, label: str, data_type: MosaicDataType | None, kind: type[S]) -> S:
         connector = RobotConnector(self.robot_id, label, data_type)
@@ -147,6 +159,34 @@ class RobotConnection:
             self._peer.time_out()
         if self.error is not None:
             raise self.error
+
+    def keep(self) -> None:
+        """From now on a loss is no end: the state is ``reconnecting`` until :meth:`reopen` succeeds."""
+        self._is_kept = True
+
+    async def wait_interrupted(self) -> bool:
+        """Until it is lost and worth another try; ``False``: it has ended for good."""
+        await self._interrupted.wait()
+        self._interrupted.clear()
+        return self.state == "reconnecting"
+
+    async def reopen(self, plan: ConnectionPlan, timeout_s: float) -> None:
+        """Try once more; stores and leases that were held outside of a block come back. Raises as :meth:`open`."""
+        if self.state != "reconnecting":
+            return
+        await self._peer.close()
+        self.error = None
+        self.control.renew(plan.peer_id)
+        self._begin(plan)
+        await self.open(timeout_s)
+        self.control.regain()
+
+    def give_up(self, error: ConnectionFailed) -> None:
+        """It has ended for good."""
+        self.error, self.state = error, "closed"
+        self._interrupted.set()
+        for callback in list(self._closings):
+            callback(error)
 
     def hear(self, message: SignalingMessage) -> None:
         """A signaling message about this connection."""
@@ -191,16 +231,19 @@ class RobotConnection:
 
     def ended(self, error: ConnectionFailed) -> None:
         self.error = error
-        self.state = "closed"
-        self.control.close(error)
+        comes_back = self._is_kept and not error.code.startswith(FINAL)
+        self.control.close(error, comes_back=comes_back)
         self._links.close()
         self._settled.set()
-        for callback in list(self._closings):
-            callback(error)
+        if not comes_back:
+            self.give_up(error)
+        elif self.state == "connected":
+            self.state = "reconnecting"
+            self._interrupted.set()
 
     def _settle(self) -> None:
         """The robot's kind and catalogue are known: stores may open."""
-        if self.state == "connecting" and self._is_ours is not None:
+        if self.state in ("connecting", "reconnecting") and self._is_ours is not None:
             self.state = "connected"
             for store in self._stores.stores_of(self.robot_id):
                 self._links.open(store)
@@ -216,10 +259,3 @@ class RobotConnection:
 
     def _to_ours_us(self, theirs_us: int) -> int | None:
         return self._peer.control.to_ours_us(theirs_us) if self._peer.control else None
-
-
-def media_labels_of(catalogue: Catalogue | None, stores: Sequence[MosaicStore]) -> tuple[str, ...]:
-    """One media line per camera of the catalogue, in its order; without one, for the stores that exist."""
-    if catalogue is not None:
-        return tuple(entry.label for entry in catalogue.entries if entry.data_type is MosaicDataType.MEDIA)
-    return tuple(store.robot_connector.connector_id for store in stores if isinstance(store, MediaStreamStore))

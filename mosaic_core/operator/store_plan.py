@@ -5,6 +5,7 @@ Pure: no connection needed.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
@@ -79,6 +80,13 @@ def entry_of(catalogue: Catalogue, label: str) -> CatalogueEntry:
         if label == entry.label or any(label == channel.label for channel in entry.channels):
             return entry
     raise UnknownLabel(label, catalogue)
+
+
+def media_labels_of(catalogue: Catalogue | None, stores: Sequence[MosaicStore]) -> tuple[str, ...]:
+    """One media line per camera of the catalogue, in its order; without one, for the stores that exist."""
+    if catalogue is not None:
+        return tuple(entry.label for entry in catalogue.entries if entry.data_type is MosaicDataType.MEDIA)
+    return tuple(store.robot_connector.connector_id for store in stores if isinstance(store, MediaStreamStore))
 
 
 def is_connection_check(connector: RobotConnector, catalogue: Catalogue | None) -> bool:

@@ -283,3 +283,26 @@ def test_an_hour_on_the_operators_clock_changes_nothing(skew_us: int) -> None:
                 assert time.monotonic() - silent_s < 2.0
 
     at_a_robot(scenario)
+
+
+def test_a_connection_that_is_cut_comes_back_with_its_lease_before_anybody_else_gets_it() -> None:
+    async def scenario(place: Place) -> None:
+        link = place.link
+        async with MosaicOperator(
+            BASE_URL, "Tom", open_socket=link._server.connect, make_offerer=link._network.offerer,
+            http=link._server.http(), is_person=True,
+        ) as operator:  # fmt: skip
+            tom = await operator.connect(link.robot.robot_id, timeout_s=WAIT_S, reconnect=True)
+            pad = await place.pad(tom)
+            lease = await tom.control.take()
+            first_epoch = lease.epoch
+            await drive_until(place, pad, lambda: place.acts)
+            list(link._network.links.values())[-1].is_cut = True
+            await until(lambda: place.acts[-1] == "safety.timeout")
+            await until(lambda: tom.state == "reconnecting")
+            await until(lambda: tom.state == "connected" and lease.is_held)
+            assert lease.epoch != first_epoch
+            await pad.wait_open(WAIT_S)
+            await drive_until(place, pad, lambda: place.acts[-1] == 0.5)
+
+    at_a_robot(scenario, lease_expiry_s=20.0)

@@ -1,0 +1,123 @@
+"""A connection that comes back by itself: same session, stores and leases survive, and its end is still an end."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from mosaic_core.operator import LeaseLost, MosaicOperator, RobotConnection
+from mosaic_core.words import control, signaling
+
+WAIT_S = 8.0
+
+
+def with_kept(world: Any, scenario: Callable[[MosaicOperator, RobotConnection], Any]) -> None:
+    async def main() -> None:
+        async with asyncio.timeout(40), world.operator() as operator:
+            await scenario(operator, await operator.connect(world.robot_id, timeout_s=WAIT_S, reconnect=True))
+
+    asyncio.run(main())
+
+
+async def until(condition: Callable[[], Any]) -> None:
+    async with asyncio.timeout(WAIT_S):
+        while not condition():  # noqa: ASYNC110 - what it waits for is a list of the fakes
+            await asyncio.sleep(0.005)
+
+
+def offers(world: Any) -> int:
+    return sum(isinstance(message, signaling.SdpOffer) for message in world.server.received)
+
+
+def test_stores_and_a_lease_come_back_in_the_same_session(world: Any) -> None:
+    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
+        pad = connection.sendable("cmd_vel")
+        await pad.wait_open(WAIT_S)
+        lease = await connection.control.take()
+        ended: list[str] = []
+        connection.on_closed(lambda error: ended.append(error.code))
+        world.robot.say(control.Bye(code="peer.shutdown"))
+        assert connection.state == "reconnecting"
+        assert pad.state.phase == "closed"
+        assert lease.lost is not None
+        assert connection.control.epoch_of("motion") == 0
+        await until(lambda: connection.state == "connected" and lease.is_held)
+        await pad.wait_open(WAIT_S)
+        assert pad.send_json({})
+        assert world.robot.channels["cmd_vel"].frames()[-1].epoch == lease.epoch == 8
+        assert ended == []
+        body = json.loads([r for r in world.server.requests if r.url.path.endswith("/connection")][-1].content)
+        assert body["sessionId"] == "session-1"
+
+    with_kept(world, scenario)
+
+
+def test_a_lease_of_a_block_is_lost_for_good_and_not_asked_for_again(world: Any) -> None:
+    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
+        async def drive() -> None:
+            async with await connection.control.take():
+                world.robot.say(control.Bye(code="peer.shutdown"))
+                await asyncio.sleep(WAIT_S)
+
+        with pytest.raises(LeaseLost):
+            await drive()
+        asked = len(world.robot.said(control.LeaseRequest))
+        await until(lambda: connection.state == "connected")
+        await asyncio.sleep(0.05)
+        assert len(world.robot.said(control.LeaseRequest)) == asked
+
+    with_kept(world, scenario)
+
+
+def test_it_goes_on_trying_while_the_robot_is_away(world: Any) -> None:
+    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
+        world.server.refusal = (404, {"resultCode": "ROBOT_WS_SESSION_NOT_EXIST"})
+        requests = len(world.server.requests)
+        world.robot.say(control.Bye(code="peer.shutdown"))
+        await until(lambda: len(world.server.requests) >= requests + 2)
+        assert connection.state == "reconnecting"
+        world.server.refusal = None
+        await until(lambda: connection.state == "connected")
+        assert connection.error is None
+
+    with_kept(world, scenario)
+
+
+@pytest.mark.parametrize("code", ["peer.not_allowed", "peer.replaced", "auth.expired"])
+def test_an_end_that_trying_again_would_not_help_is_an_end(world: Any, code: str) -> None:
+    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
+        world.robot.say(control.Bye(code=code))
+        assert connection.state == "closed"
+        assert (await connection.wait_closed()).code == code
+        before = offers(world)
+        await asyncio.sleep(0.5)
+        assert offers(world) == before
+
+    with_kept(world, scenario)
+
+
+def test_closing_while_it_tries_ends_the_trying(world: Any) -> None:
+    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
+        world.robot.say(control.Bye(code="peer.shutdown"))
+        assert connection.state == "reconnecting"
+        before = offers(world)
+        await connection.close()
+        assert (await connection.wait_closed()).code == "peer.closed"
+        await asyncio.sleep(0.5)
+        assert offers(world) == before
+
+    with_kept(world, scenario)
+
+
+def test_without_being_asked_it_does_not_come_back(world: Any) -> None:
+    async def main() -> None:
+        async with asyncio.timeout(20), world.operator() as operator:
+            connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
+            world.robot.say(control.Bye(code="peer.shutdown"))
+            assert connection.state == "closed"
+
+    asyncio.run(main())
