@@ -15,7 +15,8 @@ from mosaic_cmdvel.twist_message import TwistMessage
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.host import Sender
-from mosaic_core.testing import Leaves, Silence, build, feed
+from mosaic_core.runtime.receiver_safety import ReceiverSafety
+from mosaic_core.testing import Leaves, Silence, build, fake_host, feed
 from mosaic_core.words.data_type import Delivery, MosaicDataType
 from mosaic_core.words.errors import ConfigError
 
@@ -55,6 +56,18 @@ def test_its_limits_are_vectors_that_the_framework_keeps_and_its_lease_is_requir
     assert (linear.fields, linear.max_norm, linear.max_rise_per_s) == (LINEAR, 0.8, None)
     assert (angular.fields, angular.max_norm, angular.max_fall_per_s) == (ANGULAR, 1.0, None)
     assert base.requires_lease
+
+
+def test_what_is_faster_than_its_limits_arrives_clamped_and_no_faster_than_it_may_gain(
+    base: CmdVel, drive: ScriptedDrive
+) -> None:
+    safety = CmdVelSafety(max_linear_mps=0.8, max_angular_radps=1.0, max_linear_accel_mps2=2.0)
+    fake_host(base).safety = ReceiverSafety.of(safety, base)
+    command = {"linear": {"x": 1e300}, "angular": {"z": -7.0}}
+    feed(base, [command])
+    assert drive.velocity == Twist(linear_x_mps=0.2, angular_z_radps=-1.0)
+    feed(base, [step for _ in range(5) for step in (command, Silence(0.1))])
+    assert drive.velocity == Twist(linear_x_mps=0.8, angular_z_radps=-1.0)
 
 
 def test_silence_stops_and_a_newer_command_moves_again(base: CmdVel, drive: ScriptedDrive, alice: Sender) -> None:
