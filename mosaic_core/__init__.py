@@ -11,6 +11,8 @@ from mosaic_core.contract.configurer import (
     Shared,
 )
 from mosaic_core.contract.handler import (
+    AudioReceivable,
+    AudioTrackHandler,
     DataChannelBidirectional,
     DataChannelByteReceivable,
     DataChannelJsonReceivable,
@@ -25,6 +27,7 @@ from mosaic_core.contract.hooks import hookimpl
 from mosaic_core.contract.host import Sender
 from mosaic_core.contract.media import Captured, EncodingParams
 from mosaic_core.contract.params import Message, NoParams, Params, unit
+from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.words.data_type import Delivery, MosaicDataType
 from mosaic_core.words.errors import ConfigError, MosaicError, PluginError
 
@@ -32,6 +35,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "API_VERSION",
+    "AudioReceivable",
+    "AudioTrackHandler",
     "Captured",
     "ConfigError",
     "Configurer",
@@ -56,6 +61,8 @@ __all__ = [
     "Refused",
     "Sender",
     "Shared",
+    "Sound",
+    "SoundEncoding",
     "hookimpl",
     "unit",
 ]

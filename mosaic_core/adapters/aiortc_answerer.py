@@ -14,8 +14,10 @@ from aiortc import (
 from mosaic_core.adapters.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.aiortc_peer import AiortcPeer
 from mosaic_core.adapters.aiortc_private import name_stream, prefer_codecs, sent_codec, ssrc_of
-from mosaic_core.adapters.offer_vetting import VettedOffer, lines_for_labels, vetted_offer
+from mosaic_core.adapters.offer_vetting import VettedOffer, lines_for_labels, sound_lines, vetted_offer
+from mosaic_core.adapters.sound_lines import SoundLines
 from mosaic_core.adapters.video_track import VideoTrack
+from mosaic_core.runtime.sound_transport import NO_SOUND, SoundLabels
 from mosaic_core.runtime.transport import AnswererListener
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -35,19 +37,29 @@ class AiortcAnswerer:
         self._early: list[IceCandidate] = []
         self._is_closed = False
 
-    async def answer(self, offer_sdp: str, media_labels: Sequence[str], tracks: Mapping[str, str] | None) -> str:
+    async def answer(
+        self,
+        offer_sdp: str,
+        media_labels: Sequence[str],
+        tracks: Mapping[str, str] | None,
+        sound: SoundLabels = NO_SOUND,
+    ) -> str:
         """See :class:`mosaic_core.runtime.transport.Answerer`. Adds ``ice.no_address`` to what it raises."""
         if self._peer is not None or self._is_closed:
             raise ConnectionFailed("This peer connection has had its offer.", code="sdp.invalid")
         offer = vetted_offer(offer_sdp)
         bound = lines_for_labels(offer.lines, media_labels, tracks)
+        heard, spoken = sound_lines(offer.lines, sound, tracks)
         peer = self._peer = self._new_peer(offer)
         try:
             await peer.pc.setRemoteDescription(RTCSessionDescription(offer.sdp, "offer"))
         except peer.ERRORS as error:
             message = f"The session description was refused: {error or type(error).__name__}"
             raise ConnectionFailed(message, code="sdp.invalid") from error
-        self._bind(peer, bound, media_labels)
+        served = self._bind(peer, bound, SoundLines(heard, spoken, self._listener))
+        unbound = [label for label in (*media_labels, *sound.microphones, *sound.speakers) if label not in served]
+        if unbound:
+            self._listener.tracks_unbound(unbound)
         sdp = await peer.describe_locally()
         peer.described_remotely((*offer.candidates, *self._early), offer.has_all_candidates)
         self._early.clear()
@@ -77,17 +89,19 @@ class AiortcAnswerer:
 
         return peer
 
-    def _bind(self, peer: AiortcPeer, bound: Mapping[str, str], media_labels: Sequence[str]) -> None:
+    def _bind(self, peer: AiortcPeer, bound: Mapping[str, str], sound: SoundLines) -> set[str]:
+        """The labels that have a line now."""
+        served: set[str] = set()
         for transceiver in peer.pc.getTransceivers():
-            label = bound.get(transceiver.mid or "")
+            label = bound.get(transceiver.mid or "") or sound.bind(transceiver)
             if label is None:
                 prefer_codecs(transceiver, CODEC_ORDER)
                 transceiver.direction = "inactive"
             else:
+                served.add(label)
+            if label is not None and transceiver.kind == "video":
                 self._bind_line(transceiver, label)
-        unbound = [label for label in media_labels if label not in bound.values()]
-        if unbound:
-            self._listener.tracks_unbound(unbound)
+        return served
 
     def _bind_line(self, transceiver: RTCRtpTransceiver, label: str) -> None:
         sender, feed = transceiver.sender, self._listener.track_bound(label)

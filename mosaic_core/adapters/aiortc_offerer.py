@@ -1,15 +1,17 @@
-"""The operator's side of a peer connection over aiortc: channels at any time, video lines before the offer."""
+"""The operator's side of a peer connection over aiortc: channels at any time, media lines before the offer."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from aiortc import MediaStreamTrack, RTCBundlePolicy, RTCSessionDescription
+from aiortc import MediaStreamTrack, RTCBundlePolicy, RTCRtpTransceiver, RTCSessionDescription
 
 from mosaic_core.adapters.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.aiortc_peer import AiortcPeer
 from mosaic_core.adapters.incoming_video import IncomingVideo
 from mosaic_core.adapters.offer_vetting import separated_candidates
+from mosaic_core.adapters.sound_track import OutgoingVoice, SoundTrack
+from mosaic_core.contract.sound import SoundEncoding
 from mosaic_core.runtime.operator_transport import OffererListener
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -42,10 +44,23 @@ class AiortcOfferer:
 
         The order matters: what is made first owns the one transport, and in the offer video lines come first.
         """
+        self._add_line("video", "recvonly", label)
+
+    def add_microphone(self, label: str) -> None:
+        """The same for sound; after the video lines."""
+        self._add_line("audio", "recvonly", label)
+
+    def add_speaker(self, label: str) -> OutgoingVoice:
+        """Add a line to talk on; after the video lines."""
+        voice = OutgoingVoice(SoundEncoding().bitrate_bps)
+        self._add_line("audio", "sendonly", label).sender.replaceTrack(SoundTrack(label, voice.feed))
+        return voice
+
+    def _add_line(self, kind: str, direction: str, label: str) -> RTCRtpTransceiver:
         if self._peer.pc.sctp is not None or self._tracks:
-            raise ConnectionFailed("Video lines come before the first channel.", code="sdp.invalid")
-        self._peer.pc.addTransceiver("video", direction="recvonly")
+            raise ConnectionFailed("Media lines come before the first channel.", code="sdp.invalid")
         self._labels.append(label)
+        return self._peer.pc.addTransceiver(kind, direction=direction)
 
     async def offer(self) -> tuple[str, Mapping[str, str]]:
         """The offer's SDP at once, and which label each media line is for (mid → label). Candidates follow."""

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from mosaic_core.adapters.aiortc_private import MediaDescription, SessionDescription, has_common_codec
+from mosaic_core.runtime.sound_transport import SoundLabels
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.signaling import IceCandidate
 
@@ -19,11 +20,12 @@ _END_OF_CANDIDATES = "a=end-of-candidates"
 
 @dataclass(frozen=True, slots=True)
 class OfferedLine:
-    """One m-line. ``is_wanted``: the operator is ready to receive on it."""
+    """One m-line. ``is_wanted``: the operator is ready to receive on it, ``is_sending``: it will send."""
 
     mid: str
     kind: str
     is_wanted: bool
+    is_sending: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,12 @@ def vetted_offer(text: str) -> VettedOffer:
     return VettedOffer(
         sdp=sdp,
         lines=tuple(
-            OfferedLine(mid, media.kind, media.direction in ("recvonly", "sendrecv"))
+            OfferedLine(
+                mid,
+                media.kind,
+                media.direction in ("recvonly", "sendrecv"),
+                media.direction in ("sendonly", "sendrecv"),
+            )
             for mid, media in zip(mids, description.media, strict=True)
         ),
         candidates=candidates,
@@ -66,8 +73,22 @@ def lines_for_labels(
     wanted = [line.mid for line in lines if line.kind == "video" and line.is_wanted]
     if tracks is None:
         return dict(zip(wanted, labels, strict=False))
+    return _named(wanted, labels, tracks)
+
+
+def sound_lines(
+    lines: Sequence[OfferedLine], sound: SoundLabels, tracks: Mapping[str, str] | None
+) -> tuple[dict[str, str], dict[str, str]]:
+    """The same for microphones and loudspeakers, which must be asked for by name."""
+    audio = [line for line in lines if line.kind == "audio"]
+    heard = _named([line.mid for line in audio if line.is_wanted], sound.microphones, tracks or {})
+    talking = [line.mid for line in audio if line.is_sending and line.mid not in heard]
+    return heard, _named(talking, sound.speakers, tracks or {})
+
+
+def _named(mids: Sequence[str], labels: Sequence[str], tracks: Mapping[str, str]) -> dict[str, str]:
     bound: dict[str, str] = {}
-    for mid in wanted:
+    for mid in mids:
         label = tracks.get(mid)
         if label is not None and label in labels and label not in bound.values():
             bound[mid] = label
@@ -99,8 +120,9 @@ def _vet_line(mid: str, media: MediaDescription) -> None:
     codecs = media.rtp.codecs
     if not has_common_codec(kind, codecs):
         offered = ", ".join(dict.fromkeys(codec.name for codec in codecs)) or "none"
+        ours = "VP8 and H.264" if kind == "video" else "Opus"
         raise ConnectionFailed(
-            f"The {kind} line {mid} offers {offered}; the robot sends VP8 and H.264.", code="sdp.no_common_codec"
+            f"The {kind} line {mid} offers {offered}; the robot sends {ours}.", code="sdp.no_common_codec"
         )
 
 

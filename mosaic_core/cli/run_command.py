@@ -47,6 +47,7 @@ def run_robot(path: Path, *, as_json: bool, log_format: LogFormat, log_level: Lo
 def make_robot(configured: Configured) -> Robot:
     """A robot on the real network."""
     from mosaic_core.adapters.aiortc_answerer import aiortc_answerer
+    from mosaic_core.adapters.shared_sound import SharedSound
     from mosaic_core.adapters.shared_video import SharedVideo
     from mosaic_core.adapters.websocket import open_websocket
     from mosaic_core.runtime.robot import Robot
@@ -59,6 +60,7 @@ def make_robot(configured: Configured) -> Robot:
         connect_socket=open_websocket,
         make_answerer=aiortc_answerer,
         open_stream=SharedVideo,
+        open_sound=SharedSound,
         software=f"mosaic-core/{__version__}",
     )
 

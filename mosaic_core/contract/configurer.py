@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from typing import Any, ClassVar, Generic, TypeVar, cast, get_args, get_origin
 
-from mosaic_core.contract.handler import Handler, MediaTrackHandler
+from mosaic_core.contract.handler import AudioReceivable, AudioTrackHandler, Handler, MediaTrackHandler
 from mosaic_core.contract.params import NoParams, Params
 from mosaic_core.words.config import SafetyConfig
 
@@ -87,7 +87,7 @@ class DataChannelConfigurer(Configurer[P]):
 
 
 class MediaTrackConfigurer(Configurer[P]):
-    """Makes a media handler."""
+    """Makes a media handler: pictures, a microphone or a loudspeaker."""
 
     @abstractmethod
-    def configure(self) -> MediaTrackHandler: ...
+    def configure(self) -> MediaTrackHandler | AudioTrackHandler | AudioReceivable: ...

@@ -14,8 +14,9 @@ from pydantic import BaseModel
 from mosaic_core.contract.host import HandlerHost, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import EncodingParams, Picture
 from mosaic_core.contract.media_tap import MediaTap, TapCodec
+from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.framing import PayloadKind
-from mosaic_core.words.data_type import Delivery, Kind, MosaicDataType
+from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
 from mosaic_core.words.wire_model import to_json
 
 T = TypeVar("T")
@@ -84,6 +85,11 @@ class Handler:
     def pause(self, seconds: float) -> bool:
         """Wait on this handler's own thread; ``True`` when the handler shall stop. Stop wakes it at once."""
         return self._host.wait(seconds)
+
+    @property
+    def direction(self) -> Direction:
+        """Which way its data flows."""
+        return self.data_type.direction
 
     @property
     def is_stopping(self) -> bool:
@@ -258,3 +264,45 @@ class MediaTrackHandler(Handler):
     def send_frame(self, picture: Picture) -> bool:
         """Hand over one picture from any thread; ``False`` if nobody watches."""
         return self._host.send_picture(self.label, picture)
+
+
+class AudioTrackHandler(Handler):
+    """Robot → operators: sound. Write ``sounds()``, or push with :meth:`send_sound`."""
+
+    runs: ClassVar[Runs] = "watched"
+    kind: ClassVar[Kind] = Kind.AUDIO
+    delivery: ClassVar[Delivery] = Delivery.LATEST
+    data_type = MosaicDataType.MEDIA
+    encoding: SoundEncoding = SoundEncoding()
+    """How the sound is encoded; set it in ``__init__``, before the robot starts."""
+
+    def sounds(self) -> Iterable[Sound] | AsyncIterator[Sound]:
+        """Yield sound, piece after piece. ``def``: on a thread of its own; ``async def``: on the event loop."""
+        return ()
+
+    def send_sound(self, sound: Sound) -> bool:
+        """Hand over one piece from any thread; ``False`` if nobody listens."""
+        return self._host.send_sound(self.label, sound)
+
+
+class AudioReceivable(Handler):
+    """Operators → robot: the voice of one operator at a time. Both methods run on this receiver's own thread."""
+
+    kind: ClassVar[Kind] = Kind.AUDIO
+    delivery: ClassVar[Delivery] = Delivery.LATEST
+    data_type = MosaicDataType.MEDIA
+
+    @property
+    def direction(self) -> Direction:
+        return Direction.TO_ROBOT
+
+    def handle_sound(self, sound: Sound, sender: Sender) -> None:
+        """Play the next 20 ms: 48 kHz, ``int16`` (960, 2); silence where something was lost on the way.
+
+        Called at the pace of the sound while somebody talks. A device that takes it more slowly loses what is oldest.
+        Raising rests the receiver for the back-off.
+        """
+        raise NotImplementedError(f"{type(self).__name__} needs handle_sound(self, sound, sender)")
+
+    def talk_ended(self) -> None:
+        """Nobody talks any more: fall silent at once, let the device go. Called once after the last sound."""

@@ -15,6 +15,7 @@ from mosaic_core.machines.framing import PayloadKind
 if TYPE_CHECKING:
     from mosaic_core.contract.media import Picture
     from mosaic_core.contract.media_tap import MediaTap, TapCodec
+    from mosaic_core.contract.sound import Sound
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +71,10 @@ class HandlerHost(Protocol):
         """Hand a picture over; a newer one replaces one that still waits. ``False`` if nobody watches."""
         ...
 
+    def send_sound(self, label: str, sound: Sound) -> bool:
+        """Hand a piece of sound over. ``False`` if nobody listens or the event loop is behind."""
+        ...
+
     def tap_media(self, label: str, codec: TapCodec) -> MediaTap:
         """The encoded pictures of another connector; nothing flows until the tap is entered."""
         ...
@@ -97,6 +102,9 @@ class UnboundHost:
         return False
 
     def send_picture(self, label: str, picture: Any) -> bool:
+        return False
+
+    def send_sound(self, label: str, sound: Any) -> bool:
         return False
 
     def tap_media(self, label: str, codec: TapCodec) -> MediaTap:

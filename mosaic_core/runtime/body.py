@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
-from mosaic_core.contract.handler import DataChannelSendable, Handler, MediaTrackHandler
+from mosaic_core.contract.handler import AudioTrackHandler, DataChannelSendable, Handler, MediaTrackHandler
 
 logger = logging.getLogger(__name__)
 
@@ -18,9 +18,11 @@ Consume = Callable[[Any], object]
 
 
 def body_of(handler: Handler) -> tuple[Body, Consume] | None:
-    """The handler's ``messages`` or ``frames`` and what takes its items; ``None`` for one that only pushes."""
+    """The handler's ``messages``, ``frames`` or ``sounds`` and what takes the items; ``None`` if it only pushes."""
     if isinstance(handler, MediaTrackHandler):
         return None if type(handler).frames is MediaTrackHandler.frames else (handler.frames, handler.send_frame)
+    if isinstance(handler, AudioTrackHandler):
+        return None if type(handler).sounds is AudioTrackHandler.sounds else (handler.sounds, handler.send_sound)
     if isinstance(handler, DataChannelSendable):
         unwritten = type(handler).messages is DataChannelSendable.messages
         return None if unwritten else (handler.messages, handler.send)

@@ -30,8 +30,7 @@ def effective_safety(safety: SafetyConfig, handlers: Sequence[Handler]) -> Safet
 def catalogue_entry(label: str, connector_type: str, handlers: Sequence[Handler]) -> CatalogueEntry:
     """The entry, without its safety; ``delivery`` is the handler's own."""
     first = handlers[0]
-    types = {handler.data_type for handler in handlers}
-    directions = {data_type.direction for data_type in types}
+    directions = {handler.direction for handler in handlers}
     return CatalogueEntry(
         label=label,
         type=connector_type,

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.contract.media import Picture
 from mosaic_core.contract.media_tap import TapCodec
+from mosaic_core.contract.sound import Sound
 from mosaic_core.runtime.media_hub import MediaHub
 from mosaic_core.runtime.media_tap import RuntimeTap
 
@@ -80,6 +81,9 @@ class RuntimeHost:
 
     def send_picture(self, label: str, picture: Picture) -> bool:
         return self._media.post(label, picture)
+
+    def send_sound(self, label: str, sound: Sound) -> bool:
+        return self._media.post_sound(label, sound)
 
     def tap_media(self, label: str, codec: TapCodec) -> RuntimeTap:
         return RuntimeTap(self._loop, self._media, label, codec)

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler
+from mosaic_core.contract.host import Sender
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.counters import ConnectorCounters, ConnectorSnapshot
 from mosaic_core.runtime.failures import Failures
@@ -19,10 +20,13 @@ from mosaic_core.runtime.handover import Handover
 from mosaic_core.runtime.link_watch import LinkWatch
 from mosaic_core.runtime.media_hub import MediaHub
 from mosaic_core.runtime.outbox import Outbox
+from mosaic_core.runtime.plain_stream import plain_sound
 from mosaic_core.runtime.receiver import Outcome, Receiver
-from mosaic_core.runtime.routes import Route, data_routes, media_handlers
+from mosaic_core.runtime.routes import Route, data_routes, media_handlers, microphones, speakers
 from mosaic_core.runtime.runner import Runner, runner_of
 from mosaic_core.runtime.safety_watchdog import SafetyWatchdog
+from mosaic_core.runtime.sound_transport import SoundStreamFactory
+from mosaic_core.runtime.talk_hub import TalkHub
 from mosaic_core.runtime.transport import PictureStreamFactory
 
 logger = logging.getLogger(__name__)
@@ -37,6 +41,7 @@ class RunsListener(Protocol):
 
     def command_done(self, outcome: Outcome) -> None: ...
     def connector_failed(self, label: str, error: BaseException, restart_in_s: float) -> None: ...
+    def talking_changed(self, label: str, who: Sender | None) -> None: ...
 
 
 class HandlerRuns:
@@ -48,6 +53,7 @@ class HandlerRuns:
         open_stream: PictureStreamFactory,
         listener: RunsListener,
         links: LinkWatch,
+        open_sound: SoundStreamFactory = plain_sound,
     ) -> None:
         loop = asyncio.get_running_loop()
         self._connectors = tuple(connectors)
@@ -56,7 +62,8 @@ class HandlerRuns:
         self.counters = {connector.config.label: ConnectorCounters() for connector in connectors}
         self.routes = data_routes(connectors, self.counters)
         self.outbox = Outbox(loop, self._watched)
-        self.media = MediaHub(open_stream, self._watched)
+        self.media = MediaHub(open_stream, self._watched, open_sound)
+        self.talk = TalkHub(listener.talking_changed)
         self.safety = SafetyWatchdog()
         self._loop = loop
         self._outcomes: Handover[Outcome] = Handover(loop, self._command_done)
@@ -72,6 +79,16 @@ class HandlerRuns:
         for connector, handler in media_handlers(connectors):
             self.media.add_label(handler.label, handler.encoding, self.counters[connector.config.label])
             self._take(handler)
+        self._take_sound()
+
+    def _take_sound(self) -> None:
+        for connector, microphone in microphones(self._connectors):
+            counters = self.counters[connector.config.label]
+            self.media.add_microphone(microphone.label, microphone.encoding, counters)
+            self._take(microphone)
+        for connector, speaker in speakers(self._connectors):
+            self._take(speaker)
+            self.talk.add_label(speaker, self._failures[speaker.label], self.counters[connector.config.label])
 
     def _take(self, handler: Handler) -> None:
         """Bind the handler and prepare its body."""
@@ -101,6 +118,7 @@ class HandlerRuns:
 
     def start(self) -> None:
         self.safety.start()
+        self.talk.start()
         for receiver in self._receivers():
             receiver.start()
         for label, runner in self._runners.items():
@@ -112,6 +130,7 @@ class HandlerRuns:
         receivers = self._receivers()
         for receiver in receivers:
             receiver.close()
+        self.talk.close()
         for runner in self._runners.values():
             runner.close()
         if receivers:
@@ -120,7 +139,7 @@ class HandlerRuns:
                 logger.error("a safe action did not end within %.1f s of the robot's stop", _SAFE_PATIENCE_S)
         endings = [receiver.closed() for receiver in receivers]
         endings += [runner.closed() for runner in self._runners.values()]
-        await asyncio.gather(*endings)
+        await asyncio.gather(*endings, self.talk.closed())
         self.media.close()
         self.safety.close()
 

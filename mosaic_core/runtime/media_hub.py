@@ -1,4 +1,4 @@
-"""Pictures from the handlers to the peers: one stream per label, and who watches it.
+"""Pictures and sound from the handlers to the peers: one stream per label, and who watches it.
 
 Nobody watching: nothing is converted or encoded, and a ``watched`` handler does not run.
 """
@@ -9,22 +9,37 @@ import time
 from collections.abc import Callable
 
 from mosaic_core.contract.media import Captured, EncodingParams, Picture
+from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.runtime.counters import ConnectorCounters
+from mosaic_core.runtime.plain_stream import plain_sound
+from mosaic_core.runtime.sound_transport import SoundStream, SoundStreamFactory
 from mosaic_core.runtime.transport import PictureFeed, PictureStream, PictureStreamFactory, TellUnavailable
 
 
 class MediaHub:
     """Of one robot. ``watched``: told on the loop when a label gets its first or loses its last viewer."""
 
-    def __init__(self, open_stream: PictureStreamFactory, watched: Callable[[str, bool], None]) -> None:
+    def __init__(
+        self,
+        open_stream: PictureStreamFactory,
+        watched: Callable[[str, bool], None],
+        open_sound: SoundStreamFactory = plain_sound,
+    ) -> None:
         self._open_stream = open_stream
+        self._open_sound = open_sound
         self._watched = watched
-        self._streams: dict[str, PictureStream] = {}
+        self._pictures: dict[str, PictureStream] = {}
+        self._sounds: dict[str, SoundStream] = {}
+        self._streams: dict[str, PictureStream | SoundStream] = {}
         self._bound: set[tuple[str, str]] = set()
         self._viewers: dict[str, frozenset[str]] = {}
 
     def add_label(self, label: str, encoding: EncodingParams, counters: ConnectorCounters) -> None:
-        self._streams[label] = self._open_stream(label, encoding, counters)
+        self._streams[label] = self._pictures[label] = self._open_stream(label, encoding, counters)
+        self._viewers[label] = frozenset()
+
+    def add_microphone(self, label: str, encoding: SoundEncoding, counters: ConnectorCounters) -> None:
+        self._streams[label] = self._sounds[label] = self._open_sound(label, encoding, counters)
         self._viewers[label] = frozenset()
 
     def post(self, label: str, picture: Picture) -> bool:
@@ -32,7 +47,11 @@ class MediaHub:
         if not self._viewers.get(label):
             return False
         captured_at_s = picture.captured_at_s if isinstance(picture, Captured) else time.monotonic()
-        return self._streams[label].post(picture, captured_at_s)
+        return self._pictures[label].post(picture, captured_at_s)
+
+    def post_sound(self, label: str, sound: Sound) -> bool:
+        """The same for sound."""
+        return bool(self._viewers.get(label)) and self._sounds[label].post(sound, sound.captured_at_s)
 
     # -- on the event loop ---------------------------------------------------------------------------------------
 
@@ -69,8 +88,16 @@ class MediaHub:
             stream.close()
 
     def labels(self) -> tuple[str, ...]:
-        """In the order of the YAML file."""
+        """All of them: those of pictures, then those of sound."""
         return tuple(self._viewers)
+
+    def cameras(self) -> tuple[str, ...]:
+        """In the order of the YAML file."""
+        return tuple(self._pictures)
+
+    def microphones(self) -> tuple[str, ...]:
+        """In the order of the YAML file."""
+        return tuple(self._sounds)
 
     def viewers(self, label: str) -> int:
         return len(self._viewers.get(label, ()))

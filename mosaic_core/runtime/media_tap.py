@@ -69,7 +69,7 @@ class RuntimeTap:
     # -- on the event loop ---------------------------------------------------------------------------------------
 
     def _open(self) -> None:
-        if self._label not in self._media.labels():
+        if self._label not in self._media.cameras():
             self._failed("channel.unknown_label")
             return
         feed = self._media.bind(self._viewer_id, self._label, self._failed, is_local=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
+from mosaic_core.contract.sound import Sound
 from mosaic_core.runtime.transport import Channel
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
@@ -25,6 +26,15 @@ class IncomingVideo(Protocol):
         ...
 
     def stop(self) -> None: ...
+
+
+class OutgoingSound(Protocol):
+    """One's own voice on its way to a loudspeaker of the robot."""
+
+    def send(self, sound: Sound) -> bool:
+        """Send one piece; ``False`` where older sound had to go, because the link does not take it. Raises
+        :class:`TypeError` or :class:`ValueError` for what is no sound."""
+        ...
 
 
 class OffererListener(Protocol):
@@ -51,6 +61,14 @@ class Offerer(Protocol):
 
     def add_video(self, label: str) -> None:
         """Add a line to receive ``label`` on; before the first channel and :meth:`offer`."""
+        ...
+
+    def add_microphone(self, label: str) -> None:
+        """Add a line to hear ``label`` on; its frames come as those of a picture do. After the video lines."""
+        ...
+
+    def add_speaker(self, label: str) -> OutgoingSound:
+        """Add a line to talk to ``label`` on. After the video lines."""
         ...
 
     async def offer(self) -> tuple[str, Mapping[str, str]]:

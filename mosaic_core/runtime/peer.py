@@ -20,6 +20,7 @@ from mosaic_core.runtime.peer_channels import PeerChannels
 from mosaic_core.runtime.plain_stream import NewestFeed
 from mosaic_core.runtime.send_queue import SendQueue
 from mosaic_core.runtime.site import Site
+from mosaic_core.runtime.sound_transport import IncomingSound, SoundLabels
 from mosaic_core.runtime.stop_link import StopLink
 from mosaic_core.runtime.transport import Answerer, AnswererFactory, Channel, PictureFeed
 from mosaic_core.words import control
@@ -103,7 +104,8 @@ class OperatorPeer:
         start = self._start
         try:
             self._answerer = answerer = self._make_answerer(self, start.ice_servers)
-            sdp = await answerer.answer(start.offer_sdp, self._site.media.labels(), start.tracks)
+            media, sound = self._site.media, SoundLabels(self._site.media.microphones(), self._site.talk.labels())
+            sdp = await answerer.answer(start.offer_sdp, media.cameras(), start.tracks, sound)
         except MosaicError as error:
             self._handle(session.AnswerFailed(error.code, error.message))
             return
@@ -155,6 +157,8 @@ class OperatorPeer:
             self._control.send(origin)
         for label in self._unbound:
             self._control.send(control.MediaUnavailable(label=label, code="media.no_line"))
+        for label, who in self._site.talk.talking().items():
+            self.talking_changed(label, who)
         self._site.desk.joined(self)
 
     def _treat_as_original(self) -> None:
@@ -170,10 +174,16 @@ class OperatorPeer:
         if self._control is not None and self._knows_leases:
             self._control.send(message)
 
+    def talking_changed(self, label: str, who: Sender | None) -> None:
+        """Somebody talks to the loudspeaker ``label``, or nobody does any more."""
+        known = {} if who is None else {"peer_id": who.peer_id, "name": who.name}
+        self.tell(control.MediaTalking(label=label, **known))
+
     def _end(self, code: str, message: str, say_bye: bool) -> None:
         if say_bye and self._control is not None:
             self._control.send(control.Bye(code=code, message=message or None))
         self._site.media.leave(self.peer_id)
+        self._site.talk.leave(self.peer_id)
         self._channels.close_all()
         self._site.links.remove(self.peer_id)
         self._site.desk.left(self, code)
@@ -230,6 +240,12 @@ class OperatorPeer:
                 self._control.send(control.MediaUnavailable(label=label, code=code))
 
         return self._site.media.bind(self.peer_id, label, unavailable)
+
+    def voice_bound(self, label: str, sound: IncomingSound) -> None:
+        if self.phase == "closed":
+            sound.stop()
+        else:
+            self._site.talk.bind(self, label, sound)
 
     def tracks_unbound(self, labels: Sequence[str]) -> None:
         self._unbound = list(labels)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable
 from typing import Any
 
-from mosaic_core.contract.media import EncodingParams, Picture
+from mosaic_core.contract.media import EncodingParams
+from mosaic_core.contract.sound import SoundEncoding
 from mosaic_core.machines.rate_control import Feedback
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.handover import Handover
@@ -55,14 +57,14 @@ class NewestFeed:
 class PlainStream:
     """Implements ``runtime.transport.PictureStream``: ``prepare`` runs on the handler's thread, once per picture."""
 
-    def __init__(self, prepare: PicturePreparer, counters: ConnectorCounters) -> None:
+    def __init__(self, prepare: Callable[[Any, float], Any], counters: ConnectorCounters) -> None:
         self._prepare = prepare
         self._counters = counters
         self._handover: Handover[Any] = Handover(asyncio.get_running_loop(), self._distribute, max_items=256)
         self._feeds: dict[str, NewestFeed] = {}
         self._watching: frozenset[str] = frozenset()
 
-    def post(self, picture: Picture, captured_at_s: float) -> bool:
+    def post(self, picture: Any, captured_at_s: float) -> bool:
         return bool(self._watching) and self._handover.put(self._prepare(picture, captured_at_s))
 
     def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> NewestFeed:
@@ -96,3 +98,8 @@ def plain_streams(prepare: PicturePreparer) -> PictureStreamFactory:
         return PlainStream(prepare, counters)
 
     return open_stream
+
+
+def plain_sound(label: str, encoding: SoundEncoding, counters: ConnectorCounters) -> PlainStream:
+    """A ``SoundStreamFactory``: every listener gets the newest piece as it is."""
+    return PlainStream(lambda sound, captured_at_s: sound, counters)

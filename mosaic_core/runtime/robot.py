@@ -21,10 +21,12 @@ from mosaic_core.runtime.handler_runs import HandlerRuns
 from mosaic_core.runtime.hook_calls import call_hook
 from mosaic_core.runtime.link_watch import LinkWatch
 from mosaic_core.runtime.peer import OperatorPeer
+from mosaic_core.runtime.plain_stream import plain_sound
 from mosaic_core.runtime.receiver import Outcome
 from mosaic_core.runtime.robot_control import RobotControl
 from mosaic_core.runtime.signaling_client import SignalingClient
 from mosaic_core.runtime.site import Site
+from mosaic_core.runtime.sound_transport import SoundStreamFactory
 from mosaic_core.runtime.tickets import TicketVerifier
 from mosaic_core.runtime.transport import AnswererFactory, PictureStreamFactory, SocketConnector
 from mosaic_core.words.catalogue import Catalogue
@@ -52,6 +54,7 @@ class Robot:
         connect_socket: SocketConnector,
         make_answerer: AnswererFactory,
         open_stream: PictureStreamFactory,
+        open_sound: SoundStreamFactory = plain_sound,
         software: str,
     ) -> None:
         self._config = config
@@ -61,6 +64,7 @@ class Robot:
         self._connect_socket = connect_socket
         self._make_answerer = make_answerer
         self._open_stream = open_stream
+        self._open_sound = open_sound
         self._software = software
         self._catalogue = Catalogue.of(connector.entry for connector in connectors)
         self._state = "offline"
@@ -110,12 +114,13 @@ class Robot:
 
     async def _run(self) -> None:
         links = LinkWatch()
-        self._runs = runs = HandlerRuns(self._connectors, self._open_stream, self, links)
+        self._runs = runs = HandlerRuns(self._connectors, self._open_stream, self, links, self._open_sound)
         self._control = RobotControl(self._config.control, runs.routes, runs.safety, links, self)
         self._site = Site(
             routes=runs.routes,
             outbox=runs.outbox,
             media=runs.media,
+            talk=runs.talk,
             desk=self._control.desk,
             links=links,
             legacy_peers=self._config.control.legacy_peers,
@@ -280,6 +285,10 @@ class Robot:
 
     def connector_failed(self, label: str, error: BaseException, restart_in_s: float) -> None:
         call_hook(self._plugins, "mosaic_connector_failed", label=label, error=error, restart_in_s=restart_in_s)
+
+    def talking_changed(self, label: str, who: Sender | None) -> None:
+        for peer in tuple(self._peers.values()):
+            peer.talking_changed(label, who)
 
     # -- the live table ------------------------------------------------------------------------------------------
 

@@ -6,7 +6,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mosaic_core.contract.handler import DataChannelReceivable, Handler, MediaTrackHandler
+from mosaic_core.contract.handler import (
+    AudioReceivable,
+    AudioTrackHandler,
+    DataChannelReceivable,
+    Handler,
+    MediaTrackHandler,
+)
 from mosaic_core.machines.send_scheduler import Lane
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.counters import ConnectorCounters
@@ -55,7 +61,7 @@ def data_routes(connectors: Sequence[Connector], counters: dict[str, ConnectorCo
             handler.label, connector, handler, counters[connector.config.label], _safety(connector, handler)
         )
         for connector, handler in _pairs(connectors)
-        if not isinstance(handler, MediaTrackHandler)
+        if not isinstance(handler, MediaTrackHandler | AudioTrackHandler | AudioReceivable)
     }
 
 
@@ -69,6 +75,20 @@ def media_handlers(connectors: Sequence[Connector]) -> Iterator[tuple[Connector,
     """Every media handler with its connector, in the order of the YAML file."""
     for connector, handler in _pairs(connectors):
         if isinstance(handler, MediaTrackHandler):
+            yield connector, handler
+
+
+def microphones(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, AudioTrackHandler]]:
+    """Every handler that sends sound, likewise."""
+    for connector, handler in _pairs(connectors):
+        if isinstance(handler, AudioTrackHandler):
+            yield connector, handler
+
+
+def speakers(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, AudioReceivable]]:
+    """Every handler that plays the operators' voices, likewise."""
+    for connector, handler in _pairs(connectors):
+        if isinstance(handler, AudioReceivable):
             yield connector, handler
 
 

@@ -1,4 +1,4 @@
-"""What all peers of a robot share: its routes, pictures, catalogue, identity, and whom to tell."""
+"""What all peers of a robot share: its routes, pictures, loudspeakers, catalogue, identity, and whom to tell."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from mosaic_core.runtime.link_watch import LinkWatch
 from mosaic_core.runtime.media_hub import MediaHub
 from mosaic_core.runtime.outbox import Outbox
 from mosaic_core.runtime.routes import Route
+from mosaic_core.runtime.talk_hub import TalkHub
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.signaling import SignalingMessage
 
@@ -40,6 +41,7 @@ class Site:
     routes: dict[str, Route]
     outbox: Outbox
     media: MediaHub
+    talk: TalkHub
     desk: ControlDesk
     links: LinkWatch
     legacy_peers: LegacyPeers

@@ -11,6 +11,7 @@ from typing import Any, Protocol, TypeAlias
 from mosaic_core.contract.media import EncodingParams, Picture
 from mosaic_core.machines.rate_control import Feedback
 from mosaic_core.runtime.counters import ConnectorCounters
+from mosaic_core.runtime.sound_transport import NO_SOUND, IncomingSound, SoundLabels
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
 
@@ -120,6 +121,10 @@ class AnswererListener(Protocol):
         """A media line of the offer was given to ``label``; the feed may stay silent for ever."""
         ...
 
+    def voice_bound(self, label: str, sound: IncomingSound) -> None:
+        """A line of the offer on which the operator talks was given to the loudspeaker ``label``."""
+        ...
+
     def tracks_unbound(self, labels: Sequence[str]) -> None:
         """The offer had no line for these."""
         ...
@@ -132,10 +137,16 @@ class AnswererListener(Protocol):
 class Answerer(Protocol):
     """A robot-side peer connection."""
 
-    async def answer(self, offer_sdp: str, media_labels: Sequence[str], tracks: Mapping[str, str] | None) -> str:
+    async def answer(
+        self,
+        offer_sdp: str,
+        media_labels: Sequence[str],
+        tracks: Mapping[str, str] | None,
+        sound: SoundLabels = NO_SOUND,
+    ) -> str:
         """Vet and apply the offer, bind tracks, return the answer's SDP at once; candidates follow by listener.
 
-        ``media_labels`` are the robot's media connectors in YAML order, ``tracks`` the operator's wish (mid → label).
+        ``media_labels`` are the robot's cameras in YAML order, ``tracks`` the operator's wish (mid → label).
         Raises :class:`ConnectionFailed` with ``sdp.invalid`` or ``sdp.no_common_codec``.
         """
         ...

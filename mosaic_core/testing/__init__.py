@@ -8,7 +8,7 @@
     fed = feed(build(LampConfigurer), [{"on": True}, Silence(1.0), Leaves()])
     assert fed.made_safe == [MadeSafe(0.5, "safety.timeout")]
 
-    pictures = take_frames(build(CameraConfigurer, params={…}), 3)
+    pictures = take_frames(build(CameraConfigurer, params={…}), 3)    # take_sounds likewise
 
     async with joined(connector(BatteryConfigurer, label="battery")) as link:     # robot and operator, in memory
         message = await link.connection.receivable("battery").next_message()
@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mosaic_core.testing.building import build
-    from mosaic_core.testing.collecting import collect, take_frames
+    from mosaic_core.testing.collecting import collect, take_frames, take_sounds
     from mosaic_core.testing.fake_hosts import FakeClock, FakeHost, fake_host
     from mosaic_core.testing.feed_steps import (
         ANOTHER_OPERATOR,
@@ -48,6 +48,7 @@ _HOME = {
     "build": "building",
     "collect": "collecting",
     "take_frames": "collecting",
+    "take_sounds": "collecting",
     "FakeClock": "fake_hosts",
     "FakeHost": "fake_hosts",
     "fake_host": "fake_hosts",
@@ -102,5 +103,6 @@ __all__ = [
     "feed",
     "joined",
     "take_frames",
+    "take_sounds",
     "until",
 ]

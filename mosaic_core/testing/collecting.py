@@ -7,8 +7,9 @@ import inspect
 from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Any, TypeVar
 
-from mosaic_core.contract.handler import DataChannelSendable, Handler, MediaTrackHandler
+from mosaic_core.contract.handler import AudioTrackHandler, DataChannelSendable, Handler, MediaTrackHandler
 from mosaic_core.contract.media import Picture
+from mosaic_core.contract.sound import Sound
 from mosaic_core.testing.fake_hosts import FakeHost, fake_host
 
 T = TypeVar("T")
@@ -30,6 +31,11 @@ def collect(handler: DataChannelSendable[T], count: int | None = None, *, within
 def take_frames(handler: MediaTrackHandler, count: int | None = None, *, within_s: float = PATIENCE_S) -> list[Picture]:
     """The first ``count`` pictures that ``frames()`` yields; the rest is as in :func:`collect`."""
     return _run(handler, handler.frames, handler.send_frame, count, within_s, "frames")
+
+
+def take_sounds(handler: AudioTrackHandler, count: int | None = None, *, within_s: float = PATIENCE_S) -> list[Sound]:
+    """The first ``count`` pieces that ``sounds()`` yields; the rest is as in :func:`collect`."""
+    return _run(handler, handler.sounds, handler.send_sound, count, within_s, "sounds")
 
 
 def _run(

@@ -11,6 +11,7 @@ from mosaic_core.contract.handler import Handler
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.contract.media import Picture
 from mosaic_core.contract.media_tap import TapCodec, TappedPicture
+from mosaic_core.contract.sound import Sound
 from mosaic_core.machines.framing import PayloadKind
 from mosaic_core.runtime.receiver_safety import ReceiverSafety
 
@@ -52,7 +53,7 @@ class FakeClock:
 class FakeHost:
     """What the runtime is for a handler, for tests.
 
-    Waiting advances :attr:`clock`. What the handler sends is in :attr:`sent`, what it shows in :attr:`pictures`;
+    Waiting advances :attr:`clock`. What the handler sends is in :attr:`sent`, :attr:`pictures` and :attr:`sounds`;
     set :attr:`accepts` to ``False`` to play a link that takes nothing.
     """
 
@@ -60,6 +61,7 @@ class FakeHost:
         self.clock = clock or FakeClock()
         self.sent: list[Outgoing] = []
         self.pictures: list[Picture] = []
+        self.sounds: list[Sound] = []
         self.tapped: dict[str, list[TappedPicture]] = {}
         """What taps of other connectors give, by label; a label that isn't here is unknown."""
         self.accepts = True
@@ -101,6 +103,11 @@ class FakeHost:
     def send_picture(self, label: str, picture: Picture) -> bool:
         if self.accepts:
             self.pictures.append(picture)
+        return self.accepts
+
+    def send_sound(self, label: str, sound: Sound) -> bool:
+        if self.accepts:
+            self.sounds.append(sound)
         return self.accepts
 
     def tap_media(self, label: str, codec: TapCodec) -> FakeTap:

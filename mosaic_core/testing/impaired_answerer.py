@@ -7,6 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
+from mosaic_core.runtime.sound_transport import NO_SOUND, IncomingSound, SoundLabels
 from mosaic_core.runtime.transport import Answerer, AnswererFactory, AnswererListener, Channel, PictureFeed
 from mosaic_core.testing.impaired_path import ImpairedPath
 from mosaic_core.words.ice import IceServer
@@ -59,9 +60,15 @@ class _ImpairedAnswerer:
         self._answerer = answerer
         self._relay = relay
 
-    async def answer(self, offer_sdp: str, media_labels: Sequence[str], tracks: Mapping[str, str] | None) -> str:
+    async def answer(
+        self,
+        offer_sdp: str,
+        media_labels: Sequence[str],
+        tracks: Mapping[str, str] | None,
+        sound: SoundLabels = NO_SOUND,
+    ) -> str:
         offer = _OFFERED_PATHS.sub("", offer_sdp)  # with its end too: an operator who has no path at all is given up
-        return self._relay.description(await self._answerer.answer(offer, media_labels, tracks))
+        return self._relay.description(await self._answerer.answer(offer, media_labels, tracks, sound))
 
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """Dropped."""
@@ -90,6 +97,9 @@ class _RelayedListener:
 
     def track_bound(self, label: str) -> PictureFeed:
         return self._listener.track_bound(label)
+
+    def voice_bound(self, label: str, sound: IncomingSound) -> None:
+        self._listener.voice_bound(label, sound)
 
     def tracks_unbound(self, labels: Sequence[str]) -> None:
         self._listener.tracks_unbound(labels)

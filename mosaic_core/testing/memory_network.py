@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from mosaic_core.contract.media import Captured, Picture
+from mosaic_core.contract.sound import Sound
 from mosaic_core.runtime.operator_transport import OffererListener
+from mosaic_core.runtime.sound_transport import NO_SOUND, HeardSound, SoundLabels
 from mosaic_core.runtime.transport import AnswererListener, PictureFeed
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -89,6 +91,28 @@ class MemoryVideo:
         """Nothing is held."""
 
 
+class MemoryVoice:
+    """Implements ``runtime.operator_transport.OutgoingSound`` and, at the robot's end, ``IncomingSound``."""
+
+    def __init__(self) -> None:
+        self._waiting: asyncio.Queue[HeardSound | None] = asyncio.Queue(maxsize=64)
+        self._position = 0
+
+    def send(self, sound: Sound) -> bool:
+        heard = HeardSound(self._position, sound, not sound.samples.any())
+        self._position += len(sound.samples)
+        if self._waiting.full():
+            return False
+        self._waiting.put_nowait(heard)
+        return True
+
+    async def next(self) -> HeardSound | None:
+        return await self._waiting.get()
+
+    def stop(self) -> None:
+        """Nothing is held."""
+
+
 class MemoryLink:
     """One connection between an operator (the offerer) and a robot (the answerer); implements both ends."""
 
@@ -100,6 +124,7 @@ class MemoryLink:
         self._is_connected = False
         self._is_closed = False
         self._labels: list[str] = []
+        self._voices: dict[str, MemoryVoice] = {}
         self._feeds: dict[str, PictureFeed] = {}
         self._channels: list[MemoryChannel] = []
 
@@ -119,6 +144,13 @@ class MemoryLink:
     def add_video(self, label: str) -> None:
         self._labels.append(label)
 
+    def add_microphone(self, label: str) -> None:
+        self._labels.append(label)
+
+    def add_speaker(self, label: str) -> MemoryVoice:
+        voice = self._voices[label] = MemoryVoice()
+        return voice
+
     async def offer(self) -> tuple[str, Mapping[str, str]]:
         return self.sdp, {str(line): label for line, label in enumerate(self._labels)}
 
@@ -133,11 +165,13 @@ class MemoryLink:
 
     # -- the robot's end ---------------------------------------------------------------------------------------------
 
-    def answered_by(self, listener: AnswererListener, media_labels: Sequence[str]) -> str:
+    def answered_by(self, listener: AnswererListener, media_labels: Sequence[str], speakers: Sequence[str] = ()) -> str:
         self._answerer = listener
         wanted = [label for label in self._labels if label in media_labels]
         self._feeds = {label: listener.track_bound(label) for label in wanted}
-        unbound = [label for label in media_labels if label not in wanted]
+        for label in (label for label in self._voices if label in speakers):
+            listener.voice_bound(label, self._voices[label])
+        unbound = [label for label in (*media_labels, *speakers) if label not in (*wanted, *self._voices)]
         if unbound:
             listener.tracks_unbound(unbound)
         return f"{self.sdp} answered"
@@ -181,11 +215,17 @@ class MemoryAnswerer:
         self._listener = listener
         self._link: MemoryLink | None = None
 
-    async def answer(self, offer_sdp: str, media_labels: Sequence[str], tracks: Mapping[str, str] | None) -> str:
+    async def answer(
+        self,
+        offer_sdp: str,
+        media_labels: Sequence[str],
+        tracks: Mapping[str, str] | None,
+        sound: SoundLabels = NO_SOUND,
+    ) -> str:
         self._link = self._network.links.get(offer_sdp)
         if self._link is None:
             raise ConnectionFailed(f"no such offer: {offer_sdp!r}", code="sdp.invalid")
-        return self._link.answered_by(self._listener, media_labels)
+        return self._link.answered_by(self._listener, (*media_labels, *sound.microphones), sound.speakers)
 
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """There are none in memory."""

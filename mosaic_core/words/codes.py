@@ -169,7 +169,7 @@ REASONS: dict[str, Reason] = {
             "The robot's disk is full, or at the reserve that the recorder leaves.",
             "Delete recordings, or let `keep_bytes` do it.",
         ),
-        Reason("recorder.write_failed", "The robot could not write the file.", "Check the folder and its disk."),
+        Reason("recorder.write_failed", "The robot could not use the file or its folder.", "Check both, and the disk."),
         Reason("recorder.max_seconds", "The recording reached its longest time and ended."),
         Reason("recorder.max_bytes", "The recording reached its largest size and ended."),
         Reason("recorder.no_picture", "The camera gave no picture that could be stored.", "Check the camera."),

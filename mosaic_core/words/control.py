@@ -119,6 +119,15 @@ class MediaUnavailable(ControlMessage):
     message: str | None = None
 
 
+class MediaTalking(ControlMessage):
+    """Robot → operator: whose voice the loudspeaker ``label`` plays; without ``peer_id`` nobody talks any more."""
+
+    type = "media.talking"
+    label: str
+    peer_id: str | None = None
+    name: str = ""
+
+
 class Refusal(ControlMessage):
     """Robot → operator: a message on a connector was not accepted. ``seq`` is that of its frame."""
 
@@ -324,6 +333,7 @@ CONTROL_MESSAGES: dict[str, type[ControlMessage]] = {
         MediaOrigin,
         MediaUnavailable,
         MediaSeen,
+        MediaTalking,
         Refusal,
         Peers,
         LeaseRequest,

@@ -20,6 +20,7 @@ from mosaic_core.machines.peer_admission import PeerIdentity, StartPeer
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.plain_stream import plain_streams
 from mosaic_core.runtime.robot import Robot
+from mosaic_core.runtime.sound_transport import NO_SOUND, SoundLabels
 from mosaic_core.runtime.transport import AnswererListener
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
 from mosaic_core.words.config import ConnectorConfig, RobotConfig, SafetyConfig
@@ -119,7 +120,13 @@ class FakeAnswerer:
         self.is_closed = False
         self.peer_id = ""
 
-    async def answer(self, offer_sdp: str, media_labels: Sequence[str], tracks: Mapping[str, str] | None) -> str:
+    async def answer(
+        self,
+        offer_sdp: str,
+        media_labels: Sequence[str],
+        tracks: Mapping[str, str] | None,
+        sound: SoundLabels = NO_SOUND,
+    ) -> str:
         if offer_sdp == "bad":
             raise ConnectionFailed("no common codec", code="sdp.no_common_codec")
         lines = int(offer_sdp.removeprefix("offer:") or 0) if offer_sdp.startswith("offer:") else len(media_labels)

@@ -321,6 +321,13 @@ export interface MediaSeen {
   captureUs?: number
 }
 
+/** Robot → operator: whose voice the loudspeaker `label` plays; without `peer_id` nobody talks any more. */
+export interface MediaTalking {
+  label: string
+  peerId?: string
+  name: string
+}
+
 /** Robot → operator: a message on a connector was not accepted. `seq` is that of its frame. */
 export interface Refusal {
   label: string
@@ -461,6 +468,7 @@ export interface ControlMessages {
   'media.origin': MediaOrigin
   'media.unavailable': MediaUnavailable
   'media.seen': MediaSeen
+  'media.talking': MediaTalking
   'refusal': Refusal
   'peers': Peers
   'lease.request': LeaseRequest
@@ -585,7 +593,7 @@ export const REASONS = {
   'recorder.unknown_file': { sentence: 'The recorder has no file of this name.', cure: 'Ask for the list again.' },
   'recorder.file_in_use': { sentence: 'The file is being written.', cure: 'Stop the recording first.' },
   'recorder.disk_full': { sentence: "The robot's disk is full, or at the reserve that the recorder leaves.", cure: 'Delete recordings, or let `keep_bytes` do it.' },
-  'recorder.write_failed': { sentence: 'The robot could not write the file.', cure: 'Check the folder and its disk.' },
+  'recorder.write_failed': { sentence: 'The robot could not use the file or its folder.', cure: 'Check both, and the disk.' },
   'recorder.max_seconds': { sentence: 'The recording reached its longest time and ended.', cure: '' },
   'recorder.max_bytes': { sentence: 'The recording reached its largest size and ended.', cure: '' },
   'recorder.no_picture': { sentence: 'The camera gave no picture that could be stored.', cure: 'Check the camera.' },
@@ -675,6 +683,7 @@ export const CONTROL_SCHEMAS = {
   'media.origin': 'MediaOrigin',
   'media.unavailable': 'MediaUnavailable',
   'media.seen': 'MediaSeen',
+  'media.talking': 'MediaTalking',
   'refusal': 'Refusal',
   'peers': 'Peers',
   'lease.request': 'LeaseRequest',
@@ -724,6 +733,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   LeaseWaiting: {"properties": {"peerId": {"type": "string"}, "name": {"default": "", "type": "string"}, "reason": {"default": "", "type": "string"}, "isPerson": {"default": false, "type": "boolean"}}, "required": ["peerId"], "type": "object"},
   MediaOrigin: {"properties": {"label": {"type": "string"}, "ssrc": {"type": "integer"}, "rtpOrigin": {"type": "integer"}, "bootId": {"type": "string"}}, "required": ["label", "ssrc", "rtpOrigin", "bootId"], "type": "object"},
   MediaSeen: {"properties": {"label": {"type": "string"}, "captureUs": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "required": ["label"], "type": "object"},
+  MediaTalking: {"properties": {"label": {"type": "string"}, "peerId": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "name": {"default": "", "type": "string"}}, "required": ["label"], "type": "object"},
   MediaUnavailable: {"properties": {"label": {"type": "string"}, "code": {"type": "string"}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["label", "code"], "type": "object"},
   MediaWatch: {"properties": {"label": {"type": "string"}, "on": {"type": "boolean"}}, "required": ["label", "on"], "type": "object"},
   MosaicDataType: {"enum": ["json-r2u", "json-u2r", "json-bi", "string-r2u", "string-u2r", "byte-r2u", "byte-u2r", "media"], "type": "string"},
