@@ -21,6 +21,8 @@ from mosaic_core.runtime.transport import TellUnavailable
 
 MAX_WAITING = 8
 """Packets that wait for one viewer's transport: a quarter of a second, then it goes on at the next key frame."""
+MAX_WAITING_LOCAL = 64
+"""Packets that wait for a tap: nobody looks at them live, so that two seconds of a busy event loop may lose none."""
 _PACKET_BYTES = 1200
 _CODECS: dict[str, CodecName] = {"video/vp8": "VP8", "video/h264": "H264"}
 
@@ -133,7 +135,8 @@ class ViewerFeed:
     def put(self, packet: av.Packet[Any]) -> int:
         """A packet of its rung; how many were dropped for it."""
         dropped = 0
-        if packet.is_keyframe or len(self._items) >= MAX_WAITING:
+        is_full = len(self._items) >= (MAX_WAITING_LOCAL if self.is_local else MAX_WAITING)
+        if is_full or (packet.is_keyframe and not self.is_local):
             dropped = len(self._items)  # a key frame is newer than all that waits, and complete by itself
             self._items.clear()
         if dropped and not packet.is_keyframe:
