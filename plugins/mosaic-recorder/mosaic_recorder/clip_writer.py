@@ -23,8 +23,11 @@ class ClipWriter:
     """Of one recording; written by one thread, its figures are read by any. ``claim`` gives the path of a new file,
     ``release`` is told when it is finished. Raises :class:`OSError`."""
 
-    def __init__(self, container: Container, claim: Callable[[], Path], release: Callable[[Path], None]) -> None:
+    def __init__(
+        self, container: Container, claim: Callable[[], Path], release: Callable[[Path], None], title: str = ""
+    ) -> None:
         self._container: Container = container
+        self._title = title
         self._claim = claim
         self._release = release
         self._timeline = Timeline()
@@ -80,7 +83,7 @@ class ClipWriter:
         self._close_file()
         path = self._claim()
         try:
-            self._file = MovieFile(path, self._container, key.codec, shown.width, shown.height)
+            self._file = MovieFile(path, self._container, key.codec, shown.width, shown.height, self._title)
         except BaseException:
             self._release(path)
             raise

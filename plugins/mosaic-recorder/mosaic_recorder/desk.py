@@ -41,7 +41,8 @@ Number = TypeVar("Number", int, float)
 
 
 class RecorderDesk:
-    """Commands come from one thread at a time; ``tap`` and ``told`` are set before the first."""
+    """Commands come from one thread at a time; ``tap`` and ``told`` are set before the first. Commands raise
+    :class:`Refused`, and :class:`OSError` where the folder can't be used."""
 
     def __init__(self, params: RecorderParams, folder: RecordingsFolder) -> None:
         self._params = params
@@ -84,10 +85,7 @@ class RecorderDesk:
         labels = [label for label in self._meant(command) if not self._runs(label)]
         if not labels:
             raise Refused("recorder.already_recording")
-        try:
-            free_bytes = self._folder.free_bytes()
-        except OSError as error:
-            raise Refused("recorder.write_failed", f"{self._folder.path}: {error}") from error
+        free_bytes = self._folder.free_bytes()
         if free_bytes < self._params.min_free_bytes:
             raise Refused("recorder.disk_full", f"{free_bytes} bytes are free, {self._params.min_free_bytes} stay so")
         self._ending = [recording for recording in self._ending if not recording.has_ended]
@@ -129,10 +127,7 @@ class RecorderDesk:
 
     def delete_files(self, command: RecorderCommand) -> FileList:
         """What is left. Raises :class:`Refused` for files that aren't there or are being written; the others go."""
-        try:
-            refused = self._folder.delete(command.files)
-        except OSError as error:
-            raise Refused("recorder.write_failed", str(error)) from error
+        refused = self._folder.delete(command.files)
         in_use = [name for name in refused if self._folder.is_in_use(name)]
         if refused:
             code = "recorder.file_in_use" if in_use else "recorder.unknown_file"
@@ -210,6 +205,7 @@ class RecorderDesk:
             params.container,
             lambda: self._folder.claim(command.name, label, params.container),
             self._folder.release,
+            label,
         )
         watch = DiskWatch(self._folder, params.min_free_bytes)
         tap = self.tap

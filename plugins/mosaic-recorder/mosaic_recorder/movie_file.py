@@ -6,8 +6,10 @@ power cut costs the last one at most.
 
 from __future__ import annotations
 
+import errno
 import os
 import time
+from datetime import UTC, datetime
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -33,10 +35,13 @@ _OPTIONS: dict[Container, dict[str, str]] = {
 class MovieFile:
     """Used by one thread. Raises :class:`OSError` when the disk does not take it; close it then, too."""
 
-    def __init__(self, path: Path, container: Container, codec: TapCodec, width: int, height: int) -> None:
+    def __init__(
+        self, path: Path, container: Container, codec: TapCodec, width: int, height: int, title: str = ""
+    ) -> None:
         import av
 
         self.path = path
+        self._failures = av.FFmpegError
         self._disk = _Disk(path)
         options = {**_OPTIONS[container], "flush_packets": "1"}
         try:
@@ -48,6 +53,7 @@ class MovieFile:
             self._disk.close()
             raise
         self._stream.time_base = Fraction(1, TICKS_PER_S)
+        self._output.metadata.update({"title": title, "creation_time": datetime.now(UTC).isoformat()})
 
     def write(self, data: bytes, at_s: float, duration_s: float, *, is_key: bool) -> None:
         """Add one picture at ``at_s`` of this file. H.264 comes with start codes; the file gets what it needs."""
@@ -59,29 +65,46 @@ class MovieFile:
         packet.pts = packet.dts = round(at_s * TICKS_PER_S)
         packet.duration = round(duration_s * TICKS_PER_S)
         packet.is_keyframe = is_key
-        self._output.mux(packet)
+        try:
+            self._output.mux(packet)
+        except self._failures as error:
+            raise self._disk.failure or OSError(errno.EIO, f"{self.path.name}: {error}") from error
         self._disk.sync_now_and_then()
 
     def close(self) -> None:
-        """Finish the file. Raises :class:`OSError`; what was written stays playable."""
+        """Finish the file, unless the disk has failed already. Raises :class:`OSError`; what was written stays
+        playable."""
+        had_failed = self._disk.failure is not None
         try:
             self._output.close()
+        except (OSError, self._failures) as error:
+            if not had_failed:
+                raise self._disk.failure or OSError(errno.EIO, f"{self.path.name}: {error}") from error
         finally:
             self._disk.close()
 
 
 class _Disk:
-    """The file as libav sees it. Unbuffered: what libav has flushed survives the end of this process."""
+    """The file as libav sees it. Unbuffered: what libav has flushed survives the end of this process. Nothing more is
+    written after a failure: what follows a hole can't be played."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("xb", buffering=0)
         self._synced_at_s = time.monotonic()
+        self.failure: OSError | None = None
+        """libav only passes on that something failed."""
 
     def write(self, data: bytes) -> int:
         """All of ``data``: one call may take less when the disk is nearly full, and the next one says why."""
+        if self.failure is not None:
+            raise self.failure
         view = memoryview(data)
-        while view:
-            view = view[self._file.write(view) :]
+        try:
+            while view:
+                view = view[self._file.write(view) :]
+        except OSError as error:
+            self.failure = error
+            raise
         return len(data)
 
     def seek(self, offset: int, whence: int = 0) -> int:
@@ -92,13 +115,19 @@ class _Disk:
 
     def sync_now_and_then(self) -> None:
         if time.monotonic() - self._synced_at_s >= SYNC_S:
-            os.fsync(self._file.fileno())
+            self._sync()
             self._synced_at_s = time.monotonic()  # after it: a slow disk gets time to breathe
 
-    def close(self) -> None:
-        if self._file.closed:
-            return
+    def _sync(self) -> None:
         try:
             os.fsync(self._file.fileno())
+        except OSError as error:
+            self.failure = error
+            raise
+
+    def close(self) -> None:
+        try:
+            if self.failure is None:
+                self._sync()
         finally:
             self._file.close()

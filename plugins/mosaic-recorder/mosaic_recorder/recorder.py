@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from mosaic_core import DataChannelBidirectional, DataChannelConfigurer, Sender
+from mosaic_core import DataChannelBidirectional, DataChannelConfigurer, Refused, Sender
 from mosaic_core.contract.host import HandlerHost
 from mosaic_recorder.desk import RecorderDesk
+from mosaic_recorder.disk_failure import code_of
 from mosaic_recorder.folder import RecordingsFolder
 from mosaic_recorder.messages import RecorderCommand
 from mosaic_recorder.params import RecorderParams, recordings_directory
@@ -28,6 +29,12 @@ class Recorder(DataChannelBidirectional[RecorderCommand]):
         self._desk.wake()  # from here on there is somebody to tell
 
     def handle_data(self, data: RecorderCommand, sender: Sender) -> None:
+        try:
+            self._carry_out(data, sender)
+        except OSError as error:
+            raise Refused(code_of(error), str(error)) from error
+
+    def _carry_out(self, data: RecorderCommand, sender: Sender) -> None:
         desk = self._desk
         match data.command:
             case "start":
