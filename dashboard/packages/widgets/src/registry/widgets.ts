@@ -14,6 +14,7 @@ import {
   IconSend,
   IconSteeringWheel,
   IconVideo,
+  IconVideoPlus,
 } from '@tabler/icons-react'
 import { Battery } from '../Battery/Battery'
 import { ByteView } from '../ByteView/ByteView'
@@ -25,6 +26,7 @@ import { JsonSender } from '../JsonSender/JsonSender'
 import { LaserScan } from '../LaserScan/LaserScan'
 import { PoseTrail } from '../PoseTrail/PoseTrail'
 import { RawJson } from '../RawJson/RawJson'
+import { Recorder } from '../Recorder/Recorder'
 import { TextLog } from '../TextLog/TextLog'
 import { TimePlot } from '../TimePlot/TimePlot'
 import { ValueCards } from '../ValueCards/ValueCards'
@@ -140,6 +142,15 @@ export const widgets: readonly WidgetDefinition[] = [
     area: 'panel',
     size: { columns: 4, rows: 4 },
     Component: ConnectionCheck,
+  },
+  {
+    id: 'recorder',
+    title: 'Recorder',
+    icon: IconVideoPlus,
+    accepts: { dataTypes: ['json-bi'], connectorTypes: ['recorder'], priority: 90 },
+    area: 'panel',
+    size: { columns: 4, rows: 3 },
+    Component: Recorder,
   },
   {
     id: 'value-cards',
