@@ -6,7 +6,6 @@ import asyncio
 import logging
 import time
 from collections.abc import Callable, Coroutine, Sequence
-from dataclasses import replace
 from typing import Any
 
 from mosaic_core.contract.host import Outgoing, Sender
@@ -15,8 +14,8 @@ from mosaic_core.machines.command_gate import ArrivalBaseline
 from mosaic_core.machines.peer_admission import StartPeer
 from mosaic_core.machines.send_scheduler import Offered
 from mosaic_core.runtime.control_link import ControlLink
-from mosaic_core.runtime.link_watch import PeerLink
 from mosaic_core.runtime.peer_channels import PeerChannels
+from mosaic_core.runtime.peer_control import PeerControl
 from mosaic_core.runtime.plain_stream import NewestFeed
 from mosaic_core.runtime.send_queue import SendQueue
 from mosaic_core.runtime.site import Site
@@ -38,10 +37,7 @@ class OperatorPeer:
     """Implements ``AnswererListener``; event loop only."""
 
     def __init__(self, start: StartPeer, site: Site, make_answerer: AnswererFactory) -> None:
-        who = start.identity
-        self.sender = Sender(start.peer_id, who.session_id, who.operator_id, who.name, who.role)
-        self._is_program = who.is_program
-        self._knows_leases = False
+        self._control = PeerControl(start.peer_id, start.identity, site)
         self.connected_at_s: float | None = None
         self._start = start
         self._site = site
@@ -49,8 +45,6 @@ class OperatorPeer:
         self._session = session.PeerSession(time.monotonic())
         self._baseline = ArrivalBaseline()
         self._queue = SendQueue(lambda label: site.outbox.has_room(label, start.peer_id))
-        self._control: ControlLink | None = None
-        self._link: PeerLink | None = None
         self._channels = PeerChannels(lambda: self.sender, site, self._queue, self._baseline, self.refuse)
         self._unbound: list[str] = []
         self._origins: list[control.MediaOrigin] = []
@@ -62,8 +56,13 @@ class OperatorPeer:
         self._closed = asyncio.Event()
 
     @property
+    def sender(self) -> Sender:
+        """Who it is, as far as it has said."""
+        return self._control.sender
+
+    @property
     def peer_id(self) -> str:
-        return self.sender.peer_id
+        return self._start.peer_id
 
     @property
     def phase(self) -> str:
@@ -97,8 +96,8 @@ class OperatorPeer:
 
     def refuse(self, label: str, seq: int | None, code: str, message: str = "") -> None:
         """Tell an operator of ours that a message was refused."""
-        if self._control is not None:
-            self._control.refuse(label, seq, code, message)
+        if self._control.link is not None:
+            self._control.link.refuse(label, seq, code, message)
 
     async def _answer(self) -> None:
         start = self._start
@@ -149,44 +148,34 @@ class OperatorPeer:
             self._timer = self._loop.call_later(delay_s, self._handle, session.DeadlinePassed())
 
     def _treat_as_ours(self) -> None:
-        assert self._control is not None
+        assert self._control.link is not None
         for label in self._site.media.watched_by(self.peer_id):  # a late hello: it will say what it wants to see
             self._site.media.watch(self.peer_id, label, False)
-        self._control.send(control.CatalogueFull(catalogue=self._site.catalogue))
+        self._control.link.send(control.CatalogueFull(catalogue=self._site.catalogue))
         for origin in self._origins:
-            self._control.send(origin)
+            self._control.link.send(origin)
         for label in self._unbound:
-            self._control.send(control.MediaUnavailable(label=label, code="media.no_line"))
+            self._control.link.send(control.MediaUnavailable(label=label, code="media.no_line"))
         for label, who in self._site.talk.talking().items():
             self.talking_changed(label, who)
-        self._site.desk.joined(self)
+        self._control.joined()
 
     def _treat_as_original(self) -> None:
-        """It knows no leases: it commands while nobody else does, watches, or goes, as the robot is configured."""
-        self.sender = replace(self.sender, is_original=True)
-        if self._site.legacy_peers == "refuse":
+        if not self._control.treat_as_original():
             self._loop.call_soon(self.close, "peer.not_allowed")
-        elif self.phase != "closed":
-            self._site.desk.joined(self)
-
-    def tell(self, message: control.ControlMessage) -> None:
-        """A message about control, for those who know such."""
-        if self._control is not None and self._knows_leases:
-            self._control.send(message)
 
     def talking_changed(self, label: str, who: Sender | None) -> None:
         """Somebody talks to the loudspeaker ``label``, or nobody does any more."""
         known = {} if who is None else {"peer_id": who.peer_id, "name": who.name}
-        self.tell(control.MediaTalking(label=label, **known))
+        self._control.tell(control.MediaTalking(label=label, **known))
 
     def _end(self, code: str, message: str, say_bye: bool) -> None:
-        if say_bye and self._control is not None:
-            self._control.send(control.Bye(code=code, message=message or None))
+        if say_bye and self._control.link is not None:
+            self._control.link.send(control.Bye(code=code, message=message or None))
         self._site.media.leave(self.peer_id)
         self._site.talk.leave(self.peer_id)
         self._channels.close_all()
-        self._site.links.remove(self.peer_id)
-        self._site.desk.left(self, code)
+        self._control.left(code)
         self._site.listener.peer_closed(self, code, message)
         self._spawn(self._close_transport(_BYE_FLUSH_S if say_bye else 0.0))
 
@@ -221,9 +210,9 @@ class OperatorPeer:
         if self.phase == "closed":
             return
         if channel.label == CONTROL_LABEL:
-            if self._control is None and channel.protocol == CHANNEL_PROTOCOL:
-                self._control = ControlLink(channel, self._queue, self._baseline, self._heard)
-                self._control.greet(self._site.software, self._site.boot_id)
+            if self._control.link is None and channel.protocol == CHANNEL_PROTOCOL:
+                self._control.link = ControlLink(channel, self._queue, self._baseline, self._heard)
+                self._control.link.greet(self._site.software, self._site.boot_id)
         elif channel.label == STOP_LABEL and channel.protocol == CHANNEL_PROTOCOL:
             StopLink(channel, self._stop)
         else:
@@ -236,8 +225,8 @@ class OperatorPeer:
             return NewestFeed()
 
         def unavailable(code: str) -> None:
-            if self._control is not None:
-                self._control.send(control.MediaUnavailable(label=label, code=code))
+            if self._control.link is not None:
+                self._control.link.send(control.MediaUnavailable(label=label, code=code))
 
         return self._site.media.bind(self.peer_id, label, unavailable)
 
@@ -253,69 +242,36 @@ class OperatorPeer:
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         origin = control.MediaOrigin(label=label, ssrc=ssrc, rtp_origin=rtp_origin, boot_id=self._site.boot_id)
         self._origins = [known for known in self._origins if known.label != label] + [origin]
-        if self._control is not None and self.phase == "open":
-            self._control.send(origin)
+        if self._control.link is not None and self.phase == "open":
+            self._control.link.send(origin)
 
     def _heard(self, message: control.ControlMessage | None) -> None:
         match message:
             case control.Hello():
-                self._greeted(message)
+                if self.phase not in ("open", "closed"):
+                    self._control.greeted(message)
                 self._handle(session.HelloReceived())
             case control.Bye():
                 self._handle(session.ByeReceived(message.code, message.message or ""))
             case control.MediaWatch():
                 self._handle(session.ControlReceived())
                 self._watch(message.label, message.on)
-            case control.Stop():
-                self._handle(session.ControlReceived())
-                self._stop(message, self.answer)
-            case control.Pong(t0=t0):
-                self._handle(session.ControlReceived())
-                if self._link is not None:
-                    self._link.ponged(t0)
-            case control.MediaSeen():
-                self._handle(session.ControlReceived())
-                self._seen(message)
             case None:
                 self._handle(session.ControlReceived())
             case _:
                 self._handle(session.ControlReceived())
-                self._site.desk.heard(self, message, time.monotonic())
-
-    def _greeted(self, hello: control.Hello) -> None:
-        """The first hello says who is there."""
-        if self.phase in ("open", "closed"):
-            return
-        self._knows_leases = "lease" in hello.extensions
-        is_person = hello.is_person and not self._is_program
-        self.sender = replace(self.sender, is_person=is_person, is_original=not self._knows_leases)
-        if self._knows_leases:
-            self._link = self._site.links.add(self.peer_id)
+                self._control.heard(message)
 
     def _stop(self, stop: control.Stop, answer: Callable[[control.ControlMessage], None]) -> None:
         if self.phase != "closed":
-            self._site.desk.stop(self, stop, answer, time.monotonic())
-
-    def answer(self, message: control.ControlMessage) -> None:
-        """Say it on the control channel, whatever the operator knows."""
-        if self._control is not None:
-            self._control.send(message)
-
-    def ping(self) -> None:
-        """Learn how old its commands are when they act."""
-        if self._link is not None and self._control is not None and self.phase == "open":
-            self._control.send(self._link.pinged())
-
-    def _seen(self, seen: control.MediaSeen) -> None:
-        if self._link is not None and seen.label in self._site.media.watched_by(self.peer_id):
-            self._link.picture_seen(seen.label, seen.capture_us)
+            self._control.stop(stop, answer)
 
     def _watch(self, label: str, on: bool) -> None:
         media = self._site.media
-        if on and not media.is_bound(self.peer_id, label) and self._control is not None:
+        if on and not media.is_bound(self.peer_id, label) and self._control.link is not None:
             code = "media.no_line" if label in media.labels() else "channel.unknown_label"
-            self._control.send(control.MediaUnavailable(label=label, code=code))
+            self._control.link.send(control.MediaUnavailable(label=label, code=code))
         elif label in media.labels() and self.phase != "closed":
             media.watch(self.peer_id, label, on)
-            if not on and self._link is not None:
-                self._link.picture_unwatched(label)
+            if not on:
+                self._control.unwatched(label)
