@@ -10,7 +10,7 @@ from mosaic_core.adapters.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.aiortc_peer import AiortcPeer
 from mosaic_core.adapters.incoming_video import IncomingVideo
 from mosaic_core.adapters.offer_vetting import separated_candidates
-from mosaic_core.adapters.sound_track import OutgoingVoice, SoundTrack
+from mosaic_core.adapters.sound_track import OutgoingVoice, ReceivedSound, SoundTrack
 from mosaic_core.contract.sound import SoundEncoding
 from mosaic_core.runtime.operator_transport import OffererListener
 from mosaic_core.words.errors import ConnectionFailed
@@ -91,6 +91,9 @@ class AiortcOfferer:
         mid = "" if line is None else line.mid or ""
         # an answerer that names no stream: the line tells
         label = track.id if track.id in self._labels else self._tracks.get(mid, track.id)
+        if track.kind == "audio":
+            self._listener.track_arrived(label, ReceivedSound(track))
+            return
         self._listener.track_arrived(label, IncomingVideo(track, line.receiver if line is not None else None))
 
 

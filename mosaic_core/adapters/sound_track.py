@@ -59,6 +59,24 @@ class AiortcIncomingSound:
         self._track.stop()
 
 
+class ReceivedSound:
+    """Implements ``runtime.operator_transport.IncomingVideo`` for sound: its frames are :class:`Sound`."""
+
+    def __init__(self, track: MediaStreamTrack) -> None:
+        self._sound = AiortcIncomingSound(track)
+
+    async def next(self) -> Sound | None:
+        heard = await self._sound.next()
+        return None if heard is None else heard.sound
+
+    def rtp_timestamp(self, frame: Any) -> int | None:
+        """Nobody judges how old sound is."""
+        return None
+
+    def stop(self) -> None:
+        self._sound.stop()
+
+
 class OutgoingVoice:
     """Implements ``runtime.operator_transport.OutgoingSound``: an operator's voice on its way to a loudspeaker."""
 

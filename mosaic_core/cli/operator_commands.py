@@ -48,7 +48,7 @@ def tail(
     count: Annotated[int | None, typer.Option("-n", "--count", min=1, help="End after so many messages.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print what a connector sends until Ctrl+C; of a camera, its size and rate each second."""
+    """Print what a connector sends until Ctrl+C; each second a camera's size and rate, a microphone's level."""
     from mosaic_core.cli import operator_session as session
     from mosaic_core.cli.operator_tail import Tail
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,8 @@ import typer
 
 from mosaic_core.cli.error_report import FINE
 from mosaic_core.cli.operator_session import connected, store_of, until_closed, wrong_way
-from mosaic_core.operator import MediaStreamStore, MosaicOperator, ReceivableStore, Received
+from mosaic_core.contract.sound import Sound
+from mosaic_core.operator import MediaStreamStore, MosaicOperator, ReceivableStore, Received, SoundStore
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +32,8 @@ class Tail:
             return await until_closed(connection, self._watch(store))
         if isinstance(store, ReceivableStore):
             return await until_closed(connection, self._listen(store))
+        if isinstance(store, SoundStore):
+            return await until_closed(connection, self._hear(store))
         raise wrong_way(self.label, "sends nothing; use `mosaic operator send`")
 
     async def _listen(self, store: ReceivableStore) -> int:
@@ -54,6 +58,41 @@ class Tail:
                 typer.echo(f"{size[0]}×{size[1]}, {frames} frames/s" if frame is not None else "no picture yet")
             lines += 1
         return FINE
+
+    async def _hear(self, store: SoundStore) -> int:
+        lines, loudness = 0, Loudness()
+        async for sound in store.sounds():
+            if not loudness.took_a_second(sound):
+                continue
+            level_db = loudness.level_db()
+            if self.as_json:
+                typer.echo(json.dumps({"label": self.label, "levelDb": level_db}))
+            else:
+                bar = "▮" * max(0, round((level_db + 60) / 2))
+                typer.echo(f"{level_db:6.1f} dB {bar}")
+            lines += 1
+            if lines == self.count:
+                break
+        return FINE
+
+
+class Loudness:
+    """The level of a second of sound, in dB below full scale; -96 is silence."""
+
+    def __init__(self) -> None:
+        self._squares = 0.0
+        self._samples = 0
+
+    def took_a_second(self, sound: Sound) -> bool:
+        self._squares += float((sound.samples.astype("float64") ** 2).sum())
+        self._samples += sound.samples.size
+        return self._samples >= sound.rate_hz * int(sound.samples.shape[1])
+
+    def level_db(self) -> float:
+        """Of what was taken since the last call."""
+        mean = self._squares / max(1, self._samples) / 32768**2
+        self._squares, self._samples = 0.0, 0
+        return round(10 * math.log10(mean), 1) if mean > 10**-9.6 else -96.0
 
 
 def _as_text(data: bytes) -> str:

@@ -22,6 +22,7 @@ from mosaic_core.operator.mosaic_operator import MosaicOperator
 from mosaic_core.operator.rest_api import RobotSummary
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.robot_connector import RobotConnector
+from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_manager import StoreManager
 from mosaic_core.operator.store_plan import UnknownLabel
 from mosaic_core.operator.stores import (
@@ -50,8 +51,10 @@ __all__ = [
     "RobotConnector",
     "RobotSummary",
     "SendableStore",
+    "SoundStore",
     "StopReport",
     "StoreManager",
     "StoreState",
     "UnknownLabel",
+    "VoiceStore",
 ]

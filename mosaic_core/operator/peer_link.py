@@ -12,10 +12,11 @@ from typing import Any, Protocol
 from mosaic_core.machines import operator_peer as machine
 from mosaic_core.operator.channel_port import now_us
 from mosaic_core.operator.control_port import ControlPort
-from mosaic_core.runtime.operator_transport import IncomingVideo, OffererFactory
+from mosaic_core.runtime.operator_transport import IncomingVideo, OffererFactory, OutgoingSound
 from mosaic_core.words import control, signaling
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import REASONS, reason
+from mosaic_core.words.data_type import Direction, Kind
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate, SignalingMessage
@@ -68,6 +69,8 @@ class PeerLink:
     ) -> None:
         self.offerer = make_offerer(self, plan.ice_servers)
         self.control: ControlPort | None = None
+        self.voices: dict[str, OutgoingSound] = {}
+        """One's own voice for each loudspeaker that was asked for, by label."""
         self._plan = plan
         self._owner = owner
         self._send = send
@@ -80,8 +83,7 @@ class PeerLink:
     async def offer(self) -> None:
         """Start: create the lines and the control channel, and send the offer."""
         self._clock = asyncio.create_task(self._keep_time())
-        for label in self._plan.media_labels:
-            self.offerer.add_video(label)
+        self._add_lines()
         channel = self.offerer.create_channel(control.CONTROL_LABEL, protocol=control.CHANNEL_PROTOCOL)
         self.control = ControlPort(channel, self._heard, clock_us=self._plan.clock_us, is_person=self._plan.is_person)
         stop = self.offerer.create_channel(
@@ -97,6 +99,19 @@ class PeerLink:
             self._handle(machine.EndReceived(error.code, error.message))
             return
         self._handle(machine.Offered())
+
+    def _add_lines(self) -> None:
+        """Pictures first: an original robot takes lines in their order, and knows no sound."""
+        entries = self._plan.catalogue.entries if self._plan.catalogue is not None else ()
+        sound = {entry.label: entry.direction for entry in entries if entry.kind is Kind.AUDIO}
+        for label in self._plan.media_labels:
+            if label not in sound:
+                self.offerer.add_video(label)
+        for label in self._plan.media_labels:
+            if sound.get(label) is Direction.TO_ROBOT:
+                self.voices[label] = self.offerer.add_speaker(label)
+            elif label in sound:
+                self.offerer.add_microphone(label)
 
     def time_out(self) -> None:
         """Whoever waits for the connection has lost patience; the phase names the code."""

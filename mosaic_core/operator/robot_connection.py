@@ -12,6 +12,7 @@ from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.peer_link import ConnectionPlan, PeerLink
 from mosaic_core.operator.picture_reports import PictureReports
 from mosaic_core.operator.robot_connector import RobotConnector
+from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_links import StoreLinks, Surroundings
 from mosaic_core.operator.store_manager import StoreManager
 from mosaic_core.operator.stores import BidirectionalStore, MosaicStore, ReceivableStore, SendableStore
@@ -61,7 +62,7 @@ class RobotConnection:
         self._peer = PeerLink(plan, self, self._make_offerer, self._send)
         self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
         around = Surroundings(self._watch, self._to_ours_us, plan.clock_us, self.control.epoch_of, self._pictures.shown)
-        self._links = StoreLinks(self._peer.offerer, around)
+        self._links = StoreLinks(self._peer.offerer, around, self._peer.voices)
         self._settled = asyncio.Event()
         self._is_ours: bool | None = None
 
@@ -119,6 +120,14 @@ class RobotConnection:
     def media(self, label: str) -> MediaStreamStore:
         """The store of a camera."""
         return self._store(label, MosaicDataType.MEDIA, MediaStreamStore)
+
+    def microphone(self, label: str) -> SoundStore:
+        """The store of what a robot's microphone hears."""
+        return self._store(label, MosaicDataType.MEDIA, SoundStore)
+
+    def speaker(self, label: str) -> VoiceStore:
+        """The store of one's own voice for a robot's loudspeaker."""
+        return self._store(label, MosaicDataType.MEDIA, VoiceStore)
 
     async def wait_closed(self) -> ConnectionFailed:
         """Until the connection ends, with the reason."""
@@ -223,6 +232,8 @@ class RobotConnection:
                     callback(message)
             case control.MediaOrigin(label=label, rtp_origin=origin):
                 self._pictures.origin_known(label, origin)
+            case control.MediaTalking(label=label, peer_id=peer_id, name=name):
+                self._links.talking_changed(label, None if peer_id is None else name)
             case control.MediaUnavailable(label=label, code=code, message=text):
                 known = code if code in REASONS else "media.no_line"
                 self._links.unavailable(label, ConnectionFailed(text or reason(known).sentence, code=known))

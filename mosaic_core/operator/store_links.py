@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -11,15 +11,17 @@ from mosaic_core.machines.framing import Frame
 from mosaic_core.operator.channel_port import ChannelPort, info_of, no_epoch
 from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.media_store import MediaStreamStore
-from mosaic_core.operator.store_plan import PlannedChannel, UnknownLabel, check_plan, plan_of
+from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
+from mosaic_core.operator.store_plan import PlannedChannel, UnknownLabel, check_plan, plan_of, sound_store
 from mosaic_core.operator.stores import MosaicStore, ReceivableStore, SendableStore
-from mosaic_core.runtime.operator_transport import IncomingVideo, Offerer
+from mosaic_core.runtime.operator_transport import IncomingVideo, Offerer, OutgoingSound
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import ConnectionFailed
 
-NO_LINE = "The connection was made without a media line for this camera; connect again to see it."
+NO_LINE = "The connection was made without a media line for this connector; connect again to use it."
+IS_SOUND = "This connector is sound: make its store once the robot's catalogue is known."
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +46,13 @@ class _Link:
 class StoreLinks:
     """Event loop only."""
 
-    def __init__(self, offerer: Offerer, around: Surroundings) -> None:
+    def __init__(self, offerer: Offerer, around: Surroundings, voices: Mapping[str, OutgoingSound]) -> None:
         self._offerer = offerer
+        self._voices = voices
         self._around = around
         self._links: dict[str, _Link] = {}
         self._videos: dict[str, tuple[IncomingVideo, asyncio.Task[None]]] = {}
+        self._talkers: dict[str, str | None] = {}
         self._catalogue: Catalogue | None = None
         self._is_ours: bool | None = None
         self._waiting: dict[str, MosaicStore] = {}
@@ -76,7 +80,10 @@ class StoreLinks:
             return
         store.opening()
         link = self._links[label] = _Link(store)
-        if isinstance(store, MediaStreamStore):
+        if isinstance(store, VoiceStore):
+            self._lend_voice(store)
+            return
+        if isinstance(store, MediaStreamStore | SoundStore):
             self._show(store)
             return
         for channel in plan:
@@ -89,7 +96,7 @@ class StoreLinks:
         link = self._links.pop(label, None)
         if link is None or link.store is not store:
             return
-        if isinstance(store, MediaStreamStore):
+        if isinstance(store, MediaStreamStore | SoundStore):
             self._around.watch(label, False)
         for port in link.ports.values():
             port.close()
@@ -104,6 +111,13 @@ class StoreLinks:
         link = self._links.get(label)
         if link is not None:
             link.store.failed(error)
+
+    def talking_changed(self, label: str, name: str | None) -> None:
+        """Who is heard on the loudspeaker ``label`` now."""
+        self._talkers[label] = name
+        link = self._links.get(label)
+        if link is not None and isinstance(link.store, VoiceStore):
+            link.store.talking_changed(name)
 
     def close(self) -> None:
         """The connection is gone; the stores wait for the next one."""
@@ -120,8 +134,21 @@ class StoreLinks:
             return check_plan(store.robot_connector.connector_id).channels
         return plan_of(store.robot_connector, self._catalogue).channels
 
-    def _show(self, store: MediaStreamStore) -> None:
+    def _lend_voice(self, store: VoiceStore) -> None:
         label = store.robot_connector.connector_id
+        if label not in self._voices:
+            store.failed(ConnectionFailed(NO_LINE, code="media.no_line"))
+            return
+        store.connect_line(self._voices[label])
+        store.talking_changed(self._talkers.get(label))
+        store.opened()
+
+    def _show(self, store: MediaStreamStore | SoundStore) -> None:
+        label = store.robot_connector.connector_id
+        is_sound = self._catalogue is not None and sound_store(store.robot_connector, self._catalogue) is not None
+        if is_sound != isinstance(store, SoundStore):
+            store.failed(ConnectionFailed(IS_SOUND, code="channel.unknown_label", cure=""))
+            return
         if label not in self._videos:
             store.failed(ConnectionFailed(NO_LINE, code="media.no_line"))
             return
@@ -134,6 +161,8 @@ class StoreLinks:
             if link is not None and isinstance(link.store, MediaStreamStore):
                 link.store.frame_arrived(frame)
                 self._around.shown(label, video.rtp_timestamp(frame))
+            elif link is not None and isinstance(link.store, SoundStore):
+                link.store.sound_arrived(frame)
 
     def _port(self, store: MosaicStore, link: _Link, planned: PlannedChannel) -> ChannelPort:
         is_latest = planned.delivery is Delivery.LATEST and self._is_ours is True

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from mosaic_core.operator.robot_connector import RobotConnector
-from mosaic_core.operator.store_plan import is_connection_check, make_store, plan_of
+from mosaic_core.operator.store_plan import is_connection_check, make_store, plan_of, sound_store
 from mosaic_core.operator.stores import MosaicStore
 from mosaic_core.words.catalogue import Catalogue
 
@@ -89,6 +89,9 @@ class StoreManager:
             return make_store(connector, connector.data_type)
         plan = plan_of(connector, catalogue)
         named = RobotConnector(connector.robot_id, connector.connector_id, plan.data_type)
+        heard = sound_store(named, catalogue)
+        if heard is not None:
+            return heard
         return make_store(named, plan.data_type, checks=is_connection_check(connector, catalogue))
 
     def _forget(self, key: tuple[str, str]) -> None:

@@ -12,9 +12,10 @@ from difflib import get_close_matches
 from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.robot_connector import RobotConnector
+from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.stores import BidirectionalStore, MosaicStore, ReceivableStore, SendableStore
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry
-from mosaic_core.words.data_type import Delivery, Direction, MosaicDataType
+from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed
 
 CONNECTION_CHECK = "connection-check"
@@ -83,7 +84,8 @@ def entry_of(catalogue: Catalogue, label: str) -> CatalogueEntry:
 
 
 def media_labels_of(catalogue: Catalogue | None, stores: Sequence[MosaicStore]) -> tuple[str, ...]:
-    """One media line per camera of the catalogue, in its order; without one, for the stores that exist."""
+    """One media line per camera, microphone and loudspeaker of the catalogue, in its order; without a catalogue, for
+    the stores that exist."""
     if catalogue is not None:
         return tuple(entry.label for entry in catalogue.entries if entry.data_type is MosaicDataType.MEDIA)
     return tuple(store.robot_connector.connector_id for store in stores if isinstance(store, MediaStreamStore))
@@ -111,6 +113,14 @@ def make_store(connector: RobotConnector, data_type: MosaicDataType | None, *, c
         Direction.TO_OPERATOR: ReceivableStore,
     }
     return kinds[data_type.direction](connector)
+
+
+def sound_store(connector: RobotConnector, catalogue: Catalogue) -> SoundStore | VoiceStore | None:
+    """The store of a microphone or loudspeaker; ``None`` for anything else."""
+    for entry in catalogue.entries:
+        if entry.label == connector.connector_id and entry.kind is Kind.AUDIO:
+            return VoiceStore(connector) if entry.direction is Direction.TO_ROBOT else SoundStore(connector)
+    return None
 
 
 def check_plan(label: str) -> StorePlan:
