@@ -177,7 +177,7 @@ def test_copies_of_a_stop_are_all_acknowledged_and_act_once(kit: Any) -> None:
         ann.stop("s2")
         await kit.until(lambda: [ack.id for ack in ann.stops.heard("stop.ack")].count("s1") >= 5)
         await kit.until(lambda: "s2" in [ack.id for ack in ann.stops.heard("stop.ack")])
-        assert motor.log == ["safety.stop"]
+        await kit.until(lambda: motor.log == ["safety.stop"])
         assert len(scene.hooks.of("stop")) == 1
 
     played(kit, [motor], body)
