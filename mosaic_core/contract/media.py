@@ -56,7 +56,8 @@ class EncodingParams(Params):
         default=None,
         ge=100_000,
         le=50_000_000,
-        description="Most that one operator is sent. Default: 0.1 bit per pixel, 30 times a second.",
+        description="Most that one operator is sent. Default: 0.07 bit (`drive`) or 0.12 bit (`inspect`) per pixel, "
+        "30 times a second.",
         json_schema_extra=unit("bit/s"),
     )
     min_bitrate_bps: int = Field(

@@ -6,6 +6,7 @@ longer (a queue fills up somewhere), packets asked for again, pictures lost, a b
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -18,10 +19,11 @@ _IDLE_GROWTH = 1.08
 """While the pictures need less than half of it nothing is proved by clean reports."""
 _NEAR_FROM, _NEAR_TO = 0.9, 1.1
 """Of the rate of the last congestion. Beyond it the path evidently takes more by now."""
-_CLEAN_LOSS, _BAD_LOSS = 0.04, 0.10
-"""Radio links lose a few percent at any rate; beyond a tenth the rate itself is the cause (as in RFC 8698 §5.1)."""
-_JUDGED_S = 0.5
-"""Browsers send a report with every NACK: single ones are about a handful of packets and mean nothing."""
+_CLEAN_LOSS, _BAD_LOSS = 0.04, 0.12
+"""Radio links lose a few percent at any rate; beyond a tenth the rate itself is the cause (RFC 8698 §5.1 has 10 %)."""
+_JUDGED_S, _JUDGED_PACKETS, _JUDGED_LATEST_S = 0.5, 100, 1.5
+"""Browsers send a report with every NACK: single ones are about a handful of packets and mean nothing. Of few packets
+a link that loses 8 % easily loses 15 %, so that as many as chance explains are not held against it."""
 _BACK_OFF, _MIN_BACK_OFF = 0.8, 0.5
 _LEAST, _QUEUE_LEAST = 0.2, 0.6
 """However little the receiver estimates. A queue without loss is no reason to mistrust the path entirely."""
@@ -31,8 +33,8 @@ _BACK_OFF_INTERVAL_S, _QUEUE_INTERVAL_S = 1.0, 2.0
 """The next reports tell whether it was enough; a queue needs longer to drain."""
 _QUEUE_S = 0.12
 """A round trip longer than the shortest one by this: a queue stands, and pictures arrive late by it."""
-_MANY_MISSING = 0.2
-"""Of the packets of the last second, as NACKs count them; they come long before the report."""
+_MANY_MISSING, _LEAST_MISSING = 0.3, 10
+"""Of the packets of the last second, as NACKs count them (again and again); they come long before the report."""
 _LOST_PICTURES, _LOST_WITHIN_S = 3, 3.0
 _ESTIMATE_USED = 0.8
 """A receiver estimates 1.5 times what it gets: it limits us only when we send about that much."""
@@ -151,16 +153,18 @@ class RateControl:
             return
         since_s, before = self._judged
         expected = report.highest_sequence - before.highest_sequence
-        if now_s - since_s < _JUDGED_S or expected <= 0:
+        waited_s = now_s - since_s
+        if expected <= 0 or waited_s < _JUDGED_S or (expected < _JUDGED_PACKETS and waited_s < _JUDGED_LATEST_S):
             return
         self._judged = (now_s, report)
         lost = min(1.0, max(0, report.packets_lost - before.packets_lost) / expected)
-        self._act_on(lost, now_s)
+        by_chance = math.sqrt(lost * (1.0 - lost) / expected)
+        self._act_on(lost, max(0.0, lost - by_chance), now_s)
 
-    def _act_on(self, lost: float, now_s: float) -> None:
+    def _act_on(self, lost: float, surely_lost: float, now_s: float) -> None:
         elapsed_s = min(2.0, max(0.0, now_s - self._grown_at_s))
         self._grown_at_s = now_s
-        if lost > _BAD_LOSS:
+        if surely_lost > _BAD_LOSS:
             self._back_off(max(_MIN_BACK_OFF, 1.0 - lost / 2), now_s)
         elif self._queue_stands(now_s):
             self._back_off(_BACK_OFF, now_s, interval_s=_QUEUE_INTERVAL_S, least=_QUEUE_LEAST)
@@ -213,8 +217,8 @@ class RateControl:
     def _check_missing(self, now_s: float) -> None:
         _forget(self._missing, now_s)
         missing = sum(count for _, count in self._missing)
-        packets = max(10.0, self.sent_bps(now_s) / (8 * _PACKET_BYTES))
-        if missing > _MANY_MISSING * packets:
+        packets = self.sent_bps(now_s) / (8 * _PACKET_BYTES)
+        if missing > max(_LEAST_MISSING, _MANY_MISSING * packets):
             self._back_off(_BACK_OFF, now_s)
 
     def _check_lost_pictures(self, now_s: float) -> None:

@@ -11,6 +11,9 @@ SHARE = 0.3
 BURST_S = 0.15
 LEAST_INTERVAL_S = 0.02
 _UNKNOWN_ROUND_TRIP_S = 0.1
+_PATIENCE = 0.6
+"""Of a round trip. Who asks again after a whole one has lost the repeat too; refusing him for a millisecond that is
+missing would cost another round trip, and that is a freeze."""
 _REMEMBERED = 256
 _MAX_PACKET_BYTES = 1400
 
@@ -28,7 +31,8 @@ class Retransmissions:
     def may(self, sequence_number: int, budget_bps: int, round_trip_s: float | None, now_s: float) -> bool:
         """Whether this packet is sent again now."""
         self.is_exhausted = False
-        interval_s = max(LEAST_INTERVAL_S, _UNKNOWN_ROUND_TRIP_S if round_trip_s is None else round_trip_s)
+        round_trip_s = _UNKNOWN_ROUND_TRIP_S if round_trip_s is None else round_trip_s
+        interval_s = max(LEAST_INTERVAL_S, _PATIENCE * round_trip_s)
         if now_s - self._repeated_at_s.get(sequence_number, float("-inf")) < interval_s:
             return False  # the first repeat may still be on its way
         if self._refilled(budget_bps, now_s) < _MAX_PACKET_BYTES:

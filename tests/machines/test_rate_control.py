@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from typing import Any
 
 import pytest
@@ -90,6 +91,20 @@ def test_a_radio_link_that_loses_a_little_is_still_used(random_loss: float) -> N
 
 def test_moderate_loss_neither_grows_nor_shrinks_it() -> None:
     assert set(Link(20_000_000, random_loss=0.08).play(10).history) == {START_BPS}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_chance_explains_is_not_held_against_a_link(seed: int) -> None:
+    rate, chance = RateControl(MIN_BPS, MAX_BPS, 0.0), random.Random(seed)
+    sent = lost = 0
+    for tenth in range(1, 600):  # a minute of a link that loses 8 %
+        now_s = tenth / 10
+        for _ in range(max(1, rate.budget_bps // 96_000)):
+            rate.sent(1200, now_s)
+            sent += 1
+            lost += chance.random() < 0.08
+        rate.handle(ReceiverReport(lost, sent, 0.05), now_s)
+    assert rate.budget_bps > START_BPS / 3
 
 
 def test_heavy_loss_brings_it_down_to_the_least() -> None:

@@ -16,7 +16,7 @@ def test_a_lost_packet_is_sent_again() -> None:
 
 def test_asking_again_before_it_can_have_arrived_is_in_vain() -> None:
     repeats = Retransmissions()
-    granted = [repeats.may(7, BUDGET_BPS, 0.095, 1.0 + step * 0.01) for step in range(25)]
+    granted = [repeats.may(7, BUDGET_BPS, 0.16, 1.0 + step * 0.01) for step in range(25)]
     assert [step for step, was_granted in enumerate(granted) if was_granted] == [0, 10, 20]
     assert not repeats.is_exhausted
 
