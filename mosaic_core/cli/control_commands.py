@@ -43,6 +43,8 @@ def drive(
 ) -> None:
     """Drive with the keyboard: arrows or WASD to move, space to stand, x or Esc to stop the robot, q to leave.
 
+    C clears a stop, G hands over to whoever asks.
+
     It moves only while a key is held: without a key repeat for 0.6 s it stands. Takes the lease, gives it back.
     """
     from mosaic_core.cli import operator_session as session

@@ -15,14 +15,15 @@ ESCAPE_WAIT_S = 0.05
 IDLE_S = 1.0
 """Zeros are sent for this long after the last motion, then nothing: a program may want to drive."""
 
-Key = Literal["forward", "back", "left", "right", "stand", "stop", "clear", "quit"]
+Key = Literal["forward", "back", "left", "right", "stand", "stop", "clear", "give", "quit"]
 _SEQUENCES: dict[bytes, Key] = {
     b"\x1b[A": "forward", b"\x1b[B": "back", b"\x1b[C": "right", b"\x1b[D": "left",
     b"\x1bOA": "forward", b"\x1bOB": "back", b"\x1bOC": "right", b"\x1bOD": "left",
 }  # fmt: skip
 _LETTERS: dict[int, Key] = {
     ord("w"): "forward", ord("s"): "back", ord("a"): "left", ord("d"): "right",
-    ord(" "): "stand", ord("x"): "stop", ord("X"): "stop", ord("C"): "clear", ord("q"): "quit", 3: "quit", 4: "quit",
+    ord(" "): "stand", ord("x"): "stop", ord("X"): "stop", ord("C"): "clear", ord("G"): "give",
+    ord("q"): "quit", 3: "quit", 4: "quit",
     ord("W"): "forward", ord("S"): "back", ord("A"): "left", ord("D"): "right",
 }  # fmt: skip
 

@@ -15,7 +15,7 @@ from mosaic_core.cli.drive_keys import HeldKeys, Key
 from mosaic_core.cli.error_report import FINE
 from mosaic_core.cli.operator_control import name_of
 from mosaic_core.cli.operator_session import connected, until_closed, usage, wrong_way
-from mosaic_core.operator import LeaseDenied, MosaicOperator, RobotConnection, SendableStore
+from mosaic_core.operator import LeaseDenied, LeaseLost, MosaicOperator, RobotConnection, SendableStore
 from mosaic_core.operator.store_plan import entry_of, resource_of
 from mosaic_core.words.catalogue import CatalogueEntry
 from mosaic_core.words.control import Refusal
@@ -23,7 +23,7 @@ from mosaic_core.words.errors import ConnectionFailed, MosaicError
 
 COMMAND_PERIOD_S = 0.05
 SHOW_PERIOD_S = 0.2
-HELP = "arrows/WASD move · space stands · x or Esc STOPS the robot · C clears the stop · q leaves"
+HELP = "arrows/WASD move · space stands · x or Esc STOPS the robot · C clears · G gives to who asks · q leaves"
 
 
 def need_a_terminal() -> None:
@@ -63,8 +63,14 @@ class DriveSession:
             raise wrong_way(self.label, f"takes no velocities (it is a {entry.type!r})")
         pad = connection.sendable(self.label)
         await pad.wait_open()
-        async with await self._lease(connection, resource_of(entry)):
-            return await until_closed(connection, _Driver(self, connection, pad).run())
+        try:
+            async with await self._lease(connection, resource_of(entry)):
+                return await until_closed(connection, _Driver(self, connection, pad).run())
+        except LeaseLost as lost:
+            if lost.code != "lease.handed_over":
+                raise
+            typer.echo("handed over", err=True)
+            return FINE
 
     async def _lease(self, connection: RobotConnection, resource: str | None) -> AbstractAsyncContextManager[Any]:
         if resource is None or not connection.control.is_available:
@@ -112,6 +118,9 @@ class _Driver:
                 self._begin(self._stop())
             case "clear":
                 self._begin(self._clear())
+            case "give":
+                self._send_zero()
+                self._give()
             case "stand":
                 self._send_zero()
             case _:
@@ -137,6 +146,12 @@ class _Driver:
             self._seen.note = f"not cleared: {error.message}"
         else:
             self._seen.note = "cleared"
+
+    def _give(self) -> None:
+        """Hand over to whoever asks first."""
+        for view in self._connection.control.leases.values():
+            if view.is_mine and view.queue:
+                self._connection.control.answer(view.queue[0].peer_id, grant=True, resource=view.resource)
 
     def _refused(self, refusal: Refusal) -> None:
         self._seen.refusals += 1

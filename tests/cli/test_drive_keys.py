@@ -25,6 +25,7 @@ from mosaic_core.cli.terminal_keys import terminal_keys
         (b"x", ["stop"]),
         (b"q", ["quit"]),
         (b"C", ["clear"]),
+        (b"G", ["give"]),
         (b"j", ["stand"]),
         (b"\x1b[1;5A", ["stand"]),
         (b"\x1b\x1b", ["stop"]),
@@ -74,7 +75,7 @@ def test_the_opposite_key_turns_at_once_and_two_axes_go_together() -> None:
     assert keys.velocity(0.2) == Velocity(-1, 1)
 
 
-@pytest.mark.parametrize("key", ["stand", "stop", "clear", "quit"])
+@pytest.mark.parametrize("key", ["stand", "stop", "clear", "give", "quit"])
 def test_every_other_key_lets_go(key: Key) -> None:
     keys = HeldKeys()
     keys.press("forward", 0.0)

@@ -13,7 +13,11 @@ from mosaic_core import DataChannelConfigurer, DataChannelReceivable, MediaTrack
 from mosaic_core.contract.params import Message, NoParams
 from mosaic_core.drill.drill import EXERCISES, drill
 from mosaic_core.drill.findings import Finding
+from mosaic_core.machines.command_gate import CommandGate
+from mosaic_core.machines.lease import LeaseDesk
+from mosaic_core.machines.watchdog import Watchdog
 from mosaic_core.runtime.auto_configurer import AutoConfigurer, Configured
+from mosaic_core.runtime.fence import Fence
 from mosaic_core.runtime.hook_calls import hook_plugins
 from mosaic_core.runtime.resolver import ConnectorResolver
 from mosaic_core.testing.joining import ConnectorEntry, _checked, connector
@@ -153,6 +157,28 @@ def test_a_safe_action_that_raises_fails_with_its_error_when_it_is_live() -> Non
     found = findings(sled(SafeActionRaises), live=True, only=("leaves",))["leaves"]
     assert found.verdict == "failed"
     assert "OSError: the bus is gone" in found.why
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "always", "exercise"),
+    [
+        (LeaseDesk, "refusal", None, "stranger"),
+        (LeaseDesk, "refusal", None, "old-epoch"),
+        (CommandGate, "refusal", None, "replay"),
+        (Watchdog, "expire", False, "silence"),
+    ],
+)
+def test_a_framework_without_one_of_its_guards_fails(
+    monkeypatch: pytest.MonkeyPatch, owner: type[Any], name: str, always: Any, exercise: str
+) -> None:
+    monkeypatch.setattr(owner, name, lambda *arguments, **more: always)
+    assert findings(sled(Sled), only=(exercise,))[exercise].verdict == "failed"
+
+
+def test_a_stop_that_does_not_hold_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Fence, "refusal", lambda fence, safety, peer_id, epoch: None)
+    found = findings(sled(Sled), only=("stop",))["stop"]
+    assert (found.verdict, found.why) == ("failed", "it took commands while it was stopped")
 
 
 @pytest.mark.parametrize(

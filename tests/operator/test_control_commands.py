@@ -228,6 +228,29 @@ def test_driving_sends_while_a_key_is_held_and_stops_the_robot_on_x(
     assert len(robot.said(control.LeaseRelease)) == 1
 
 
+def test_a_driver_hands_over_to_who_asks_and_leaves(
+    world: Any, robot: Any, keyboard: Callable[[bytes], None], capsys: Any
+) -> None:
+    drivable(world)
+
+    async def drive(operator: Any) -> int:
+        driving = asyncio.create_task(DriveSession(ROBOT, "cmd_vel", 0.3, 0.8, "", 1.0, True)(operator))
+        async with asyncio.timeout(10):
+            while not robot.said(control.LeaseRequest):  # noqa: ASYNC110
+                await asyncio.sleep(0.01)
+            me = control.PeerInfo(peer_id=world.peer_id)
+            robot.say(lease(me, 7, control.LeaseWaiting(peer_id="b", name="Bob")))
+            while not robot.said(control.LeaseAnswer):
+                keyboard(b"G")
+                await asyncio.sleep(0.05)
+            robot.say(control.LeaseReply(resource="motion", outcome="ended", code="lease.handed_over"))
+            return await driving
+
+    assert do(world, drive) == 0
+    assert (robot.said(control.LeaseAnswer)[0].peer_id, robot.said(control.LeaseAnswer)[0].grant) == ("b", True)
+    assert "handed over" in capsys.readouterr().err
+
+
 def test_driving_what_takes_no_velocities_is_told(world: Any, robot: Any) -> None:
     with pytest.raises(ConnectionFailed, match="takes no velocities"):
         do(world, DriveSession(ROBOT, "lamp", 0.3, 0.8, "", 1.0, False))
