@@ -65,6 +65,7 @@ class MovieFile:
         packet.pts = packet.dts = round(at_s * TICKS_PER_S)
         packet.duration = round(duration_s * TICKS_PER_S)
         packet.is_keyframe = is_key
+        self._disk.mark_whole()  # libav hands over whole fragments, within one call
         try:
             self._output.mux(packet)
         except self._failures as error:
@@ -75,6 +76,7 @@ class MovieFile:
         """Finish the file, unless the disk has failed already. Raises :class:`OSError`; what was written stays
         playable."""
         had_failed = self._disk.failure is not None
+        self._disk.mark_whole()
         try:
             self._output.close()
         except (OSError, self._failures) as error:
@@ -91,6 +93,7 @@ class _Disk:
     def __init__(self, path: Path) -> None:
         self._file = path.open("xb", buffering=0)
         self._synced_at_s = time.monotonic()
+        self._whole_bytes = 0
         self.failure: OSError | None = None
         """libav only passes on that something failed."""
 
@@ -113,6 +116,11 @@ class _Disk:
     def tell(self) -> int:
         return self._file.tell()
 
+    def mark_whole(self) -> None:
+        """What is in the file can be played as it is; after a failure the rest is cut off."""
+        if self.failure is None:
+            self._whole_bytes = self._file.seek(0, os.SEEK_END)
+
     def sync_now_and_then(self) -> None:
         if time.monotonic() - self._synced_at_s >= SYNC_S:
             self._sync()
@@ -129,5 +137,7 @@ class _Disk:
         try:
             if self.failure is None:
                 self._sync()
+            else:
+                self._file.truncate(self._whole_bytes)
         finally:
             self._file.close()
