@@ -107,6 +107,11 @@ class FakeVideo:
         self.is_stopped = True
 
 
+class FakeVoice:
+    def send(self, sound: Any) -> bool:
+        return True
+
+
 def _control_message(data: bytes | str) -> control.ControlMessage:
     assert isinstance(data, bytes)
     frame = FrameReader().read(data, 0.0)
@@ -157,6 +162,12 @@ class FakeRobot:
 
     def add_video(self, label: str) -> None:
         self.videos[label] = FakeVideo()
+
+    def add_microphone(self, label: str) -> None:
+        self.videos[label] = FakeVideo()
+
+    def add_speaker(self, label: str) -> FakeVoice:
+        return FakeVoice()
 
     async def offer(self) -> tuple[str, Mapping[str, str]]:
         return "offer", {str(index): label for index, label in enumerate(self.videos)}
