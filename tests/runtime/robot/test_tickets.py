@@ -43,6 +43,12 @@ def test_a_good_ticket_says_who_the_operator_is() -> None:
     assert (who.session_id, who.operator_id, who.name, who.role) == ("s1", "ann", "Ann", "supervisor")
 
 
+def test_the_server_says_who_is_a_program() -> None:
+    assert verify(ticket(program=True), key()).is_program
+    assert not verify(ticket(), key()).is_program
+    assert not verify(ticket(program="yes"), key()).is_program
+
+
 def test_the_key_is_chosen_by_its_id_so_that_servers_can_rotate() -> None:
     assert verify(ticket(), key(Ed25519PrivateKey.generate(), "k0"), key()).operator_id == "ann"
 
