@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import pty
+import select
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -106,6 +109,32 @@ class TestWithARobot:
         done = operator("lease", seed.robot_id, "--take", "--resource", "arm")
         assert done.returncode == 1
         assert "code: lease.unknown_resource" in done.stderr
+
+    def test_somebody_drives_from_a_terminal_stops_clears_and_leaves(
+        self, operator: Run, seed: Any, server: Any
+    ) -> None:
+        signed_in = {"MOSAIC_SERVER": server.url, "MOSAIC_EMAIL": seed.email, "MOSAIC_PASSWORD": seed.password}
+        ours, theirs = pty.openpty()
+        process = subprocess.Popen(
+            [*MOSAIC, "drive", seed.robot_id, "cmd_vel", "--json"], env={**os.environ, **signed_in},
+            stdin=theirs, stdout=theirs, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        try:
+            shown = ""
+            for keys, sign in ((b"w", '"linear_mps": 0.3'), (b"x", "stopped in"), (b"C", '"note": "cleared"')):
+                ends_at_s = time.monotonic() + 30
+                while sign not in shown and time.monotonic() < ends_at_s:
+                    os.write(ours, keys)
+                    if select.select([ours], [], [], 0.2)[0]:
+                        shown += os.read(ours, 65536).decode(errors="replace")
+                assert sign in shown, shown
+            os.write(ours, b"q")
+            assert process.wait(timeout=20) == 0
+        finally:
+            process.kill()
+            process.wait(timeout=5)
+            os.close(ours)
+            os.close(theirs)
 
     def test_driving_needs_a_terminal(self, operator: Run, seed: Any) -> None:
         done = operator("drive", seed.robot_id, "cmd_vel")
