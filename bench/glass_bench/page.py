@@ -1,0 +1,62 @@
+"""A page in Chromium that watches one video, and its clock beside ours."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from glass_bench.figures import Displayed
+
+SCRIPTS = "\n".join((Path(__file__).parent / name).read_text() for name in ("marks.js", "watch.js"))
+CHROMIUMS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--autoplay-policy=no-user-gesture-required",
+    "--disable-features=WebRtcHideLocalIpsWithMdns", "--disable-background-networking", "--disable-component-update",
+]  # fmt: skip
+TICKS_PER_S = 10_000
+WRAP = 1 << 32
+LOOKS = 60
+
+
+@dataclass(frozen=True, slots=True)
+class PageClock:
+    """`performance.now()` of a page on this machine's monotonic clock, and the most that this can be wrong."""
+
+    offset_s: float
+    error_s: float
+
+    def at_s(self, page_ms: float) -> float:
+        return page_ms / 1000 + self.offset_s
+
+    def age_s(self, ticks: int, at_s: float) -> float:
+        """The age at ``at_s`` of a picture that was captured at ``ticks``, which wrap."""
+        age_ticks = (round(at_s * TICKS_PER_S) - ticks) % WRAP
+        return (age_ticks - WRAP if age_ticks > WRAP // 2 else age_ticks) / TICKS_PER_S
+
+
+async def page_clock(page: Any) -> PageClock:
+    """The page read its clock between asking and hearing the answer: the quickest of many answers bounds the error."""
+    quickest = (float("inf"), 0.0)
+    for _ in range(LOOKS):
+        asked_s = time.monotonic()
+        page_ms = await page.evaluate("performance.now()")
+        heard_s = time.monotonic()
+        quickest = min(quickest, (heard_s - asked_s, (asked_s + heard_s) / 2 - page_ms / 1000))
+    return PageClock(quickest[1], quickest[0] / 2)
+
+
+def chromium() -> str | None:
+    return next((path for name in CHROMIUMS if (path := shutil.which(name))), None)
+
+
+async def take_displayed(page: Any, clock: PageClock) -> list[Displayed]:
+    """What was displayed since the last call, the oldest first."""
+    pictures = []
+    for page_ms, _frame, ticks, height, told_ms in await page.evaluate("() => window.displayed.splice(0)"):
+        at_s = clock.at_s(page_ms)
+        age_s = None if ticks is None else clock.age_s(ticks, at_s)
+        pictures.append(Displayed(at_s, age_s, height, None if told_ms is None else told_ms / 1000))
+    return pictures
