@@ -72,7 +72,7 @@ export function Recorder({ entry, store }: WidgetProps) {
 function Transport({ status, recorder: { command }, isOpen }: { status: RecorderStatus; recorder: RecorderControl; isOpen: boolean }) {
   if (status.state === 'idle') {
     return (
-      <Button size="sm" color="red" leftSection={<IconPlayerRecordFilled size={16} />} disabled={!isOpen} onClick={() => command('start')}>
+      <Button size="sm" variant="light" color="red" leftSection={<IconPlayerRecordFilled size={16} />} disabled={!isOpen} onClick={() => command('start')}>
         Record
       </Button>
     )
@@ -80,7 +80,7 @@ function Transport({ status, recorder: { command }, isOpen }: { status: Recorder
   const isPaused = status.state === 'paused'
   return (
     <>
-      <Button size="sm" color="red" leftSection={<IconPlayerStopFilled size={16} />} disabled={!isOpen} onClick={() => command('stop')}>
+      <Button size="sm" variant="light" color="red" leftSection={<IconPlayerStopFilled size={16} />} disabled={!isOpen} onClick={() => command('stop')}>
         End
       </Button>
       <Button

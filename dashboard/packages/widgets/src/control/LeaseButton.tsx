@@ -54,6 +54,7 @@ function LeaseFace({ lease, text, isOpen, onPress, ...rest }: LeaseFaceProps) {
     <Button
       {...rest}
       className={classes.lease}
+      classNames={{ label: classes.leaseLabel ?? '' }}
       data-state={lease.state}
       data-testid={`lease-${lease.resource}`}
       variant={variant}

@@ -59,7 +59,7 @@ describe('a limit', () => {
   })
 
   test('of zero holds the robot', () => {
-    expect(limitText(limit(0, { cause: 'picture', value: 1200, factor: 0 }))).toMatchObject({ tone: 'held', why: 'the picture is old (1200 ms)' })
+    expect(limitText(limit(0, { cause: 'picture', value: 1200, factor: 0 }))).toMatchObject({ tone: 'held', why: 'the picture is old (1.2 s)' })
     expect(limitText(limit(0, { cause: 'picture', factor: 0 }))?.why).toBe('no picture is shown')
   })
 })
@@ -90,7 +90,8 @@ test.each([
 
 test.each([
   [3.04, '3.0 ms'],
-  [999.6, '1000 ms'],
+  [999.4, '999 ms'],
+  [2464, '2.5 s'],
   [12_400, '12 s'],
 ])('%s ms is %s', (ms, text) => expect(formattedMs(ms)).toBe(text))
 

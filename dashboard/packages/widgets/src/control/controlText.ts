@@ -20,10 +20,11 @@ export function nameOf(peer: Named | null | undefined): string {
   return peer.isPerson ? 'Somebody' : 'A program'
 }
 
-/** Milliseconds for people: below ten with one decimal, from ten seconds on in seconds. */
+/** Milliseconds for people: below ten with one decimal, from a second on in seconds. */
 export function formattedMs(ms: number): string {
   if (ms < 10) return `${ms.toFixed(1)} ms`
-  return ms < 10_000 ? `${Math.round(ms)} ms` : `${Math.round(ms / 1000)} s`
+  if (ms < 1000) return `${Math.round(ms)} ms`
+  return `${ms < 10_000 ? (ms / 1000).toFixed(1) : Math.round(ms / 1000)} s`
 }
 
 /** How far the stop has come that was pressed on this page. */
