@@ -1,0 +1,1 @@
+"""Hear the robot, talk through it: the connectors ``microphone`` and ``speaker``."""
