@@ -205,6 +205,12 @@ class Track:
             if drive == name and float(at_s) >= since_s
         ]
 
+    def speeds_mps(self, since_s: float, name: str = "base") -> list[float]:
+        """How fast it was told to drive."""
+        whole, _, _ = self.file.read_text().rpartition("\n")
+        rows = [line.split() for line in whole.splitlines()]
+        return [float(linear) for drive, at_s, linear, _ in rows if drive == name and float(at_s) >= since_s]
+
     def moves(self, since_s: float = 0.0) -> list[float]:
         """When it was told to move."""
         return [at_s for at_s, is_move in self.lines(since_s) if is_move]

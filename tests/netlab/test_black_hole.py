@@ -13,6 +13,7 @@ pytestmark = [pytest.mark.netlab, pytest.mark.timeout(90)]
 TIMEOUT_S = 0.3
 MARGIN_S = 0.5
 """For a busy machine; bench/control.py measures what it is."""
+FULL_MPS = 0.4
 RTT_CURVE_ENDS_S = 1.2
 """From this age of an unanswered ping on the default curve leaves no speed."""
 
@@ -81,7 +82,9 @@ def test_an_operator_whose_commands_vanish_but_who_hears_everything_stops_the_ro
     site.on_operators_side(body)
 
 
-def test_an_operator_who_hears_nothing_more_drives_nobody_however_many_commands_arrive(site: Any, until: Any) -> None:
+def test_who_hears_nothing_more_drives_slower_and_then_not_at_all_however_many_commands_arrive(
+    site: Any, until: Any
+) -> None:
     async def body() -> None:
         async with site.connected() as connection:
             await connection.control.take()
@@ -90,6 +93,8 @@ def test_an_operator_who_hears_nothing_more_drives_nobody_however_many_commands_
                 cut_s = time.monotonic()
                 await until(lambda: connection.state == "closed", "the operator notices")
                 await until(site.track.stands, "the robot stands")
+            speeds_mps = site.track.speeds_mps(cut_s)
+            assert min(filter(None, speeds_mps)) < FULL_MPS / 2
             assert site.track.moves()[-1] - cut_s < 0.5 + RTT_CURVE_ENDS_S + MARGIN_S
 
     site.on_operators_side(body)
