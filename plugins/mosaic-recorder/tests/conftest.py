@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import av
 import numpy as np
@@ -119,29 +120,13 @@ class ScriptedTap:
         self.is_open = False
 
 
-class Until:
-    """Waits on any thread for what other threads do."""
-
-    def __init__(self) -> None:
-        self._changed = threading.Condition()
-
-    def look(self, *_: Any) -> None:
-        with self._changed:
-            self._changed.notify_all()
-
-    def __call__(self, condition: Callable[[], object]) -> None:
-        with self._changed:
-            while not self._changed.wait_for(condition, 0.05):
-                self._patience -= 0.05
-                assert self._patience > 0, "it did not happen"
-
-    _patience = PATIENCE_S
-
-
-@pytest.fixture
-def until() -> Iterator[Until]:
-    """``until(lambda: …)``; pass ``until.look`` where something tells of changes."""
-    yield Until()
+def until(condition: Callable[[], object]) -> None:
+    """Wait for what other threads do; fails after a while."""
+    deadline_s = time.monotonic() + PATIENCE_S
+    moment = threading.Event()
+    while not condition():
+        assert time.monotonic() < deadline_s, "it did not happen"
+        moment.wait(0.01)
 
 
 class Studio:
@@ -152,6 +137,7 @@ class Studio:
     Tap = ScriptedTap
     encoded = staticmethod(encoded)
     watched = staticmethod(watched)
+    until = staticmethod(until)
 
 
 @pytest.fixture
