@@ -1,8 +1,8 @@
 """Video over bad links into Chromium: ours beside plain aiortc, through the same emulated network.
 
-python bench/video_links.py [ROUNDS] [--codec vp8|h264]
+python bench/video_links.py [ROUNDS] [--codec vp8|h264] [--height 480|720]
 
-1280x720 at 30 per second, 25 ms each way, a queue of 500 ms: 1, 3 and 8 % loss, and a bottleneck of 4, then 1, then
+Pictures at 30 per second, 25 ms each way, a queue of 500 ms: 1, 3 and 8 % loss, and a bottleneck of 4, then 1, then
 4 Mbit/s. A picture's age is the time from its capture to its display (same machine, same clock). Freezes are
 Chromium's own count. Medians of the rounds; carry the comparison, not the figures.
 """
@@ -37,7 +37,7 @@ from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.testing.impaired_answerer import impaired
 from mosaic_core.testing.impaired_path import ImpairedPath
 
-SIZE = (1280, 720)
+SIZES = {480: (640, 480), 720: (1280, 720)}
 DELAY_MS, QUEUE_MS = 25, 500
 SETTLE_S = 8.0
 """Both ramp up; what is compared is how they hold."""
@@ -166,8 +166,8 @@ def filming(pictures: list[Image], post: Callable[[Image, float], object]) -> Ca
     return end
 
 
-async def measure(rounds: int, codec: str) -> dict[tuple[str, str], list[Watched]]:
-    pictures, found = scene(*SIZE), defaultdict(list)
+async def measure(rounds: int, codec: str, size: tuple[int, int]) -> dict[tuple[str, str], list[Watched]]:
+    pictures, found = scene(*size), defaultdict(list)
     program = next((path for name in CHROMIUMS if (path := shutil.which(name))), None)
     if program is None:
         raise SystemExit("no Chromium found: install the package `chromium`")
@@ -186,9 +186,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("rounds", nargs="?", type=int, default=3)
     parser.add_argument("--codec", choices=("vp8", "h264"), default="vp8")
+    parser.add_argument("--height", type=int, choices=tuple(SIZES), default=720)
     wanted = parser.parse_args()
-    found = run_event_loop(measure(wanted.rounds, wanted.codec))
-    table = Table(title=f"1280x720 at 30 per second, {wanted.codec.upper()}, {DELAY_MS} ms each way, into Chromium")
+    size = SIZES[wanted.height]
+    found = run_event_loop(measure(wanted.rounds, wanted.codec, size))
+    what = f"{size[0]}x{size[1]} at 30 per second, {wanted.codec.upper()}"
+    table = Table(title=f"{what}, {DELAY_MS} ms each way, into Chromium")
     for name in ("link", "way", "fps", "freezes/min", "frozen %", "age p50 ms", "p95", "Mbit/s", "height"):
         table.add_column(name, justify="left" if name in ("link", "way") else "right")
     for (link, way), runs in found.items():
