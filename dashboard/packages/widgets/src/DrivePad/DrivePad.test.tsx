@@ -5,7 +5,7 @@ import { ALICE, ALICES, FakeConnection, FREE, ME, MINE, WithRobot } from '../../
 import { StopButton } from '../control/StopButton'
 import type { AnyStore } from '../stores/storeKinds'
 import { DrivePad } from './DrivePad'
-import { ZERO_TWIST, type Twist } from './driveControl'
+import { ZERO_TWIST, type Twist } from './driveTwist'
 
 const ENTRY: CatalogueEntry = {
   label: 'cmd_vel',

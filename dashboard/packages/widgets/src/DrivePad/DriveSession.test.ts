@@ -2,7 +2,8 @@ import { timerTicks } from '@mosaic/client'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
 import { fakeGamepads, setPressed, type FakeGamepads } from '../../test/fakeGamepads'
 import { GamepadSource } from '../gamepad/GamepadSource'
-import { TICK_MS, ZERO_TWIST, ZEROS_AFTER_STOP, type Twist } from './driveControl'
+import { TICK_MS, ZEROS_AFTER_STOP } from './driveControl'
+import { ZERO_TWIST, type Twist } from './driveTwist'
 import { DriveSession, restAllPads } from './DriveSession'
 
 const LIMITS = { maxLinearMps: 1, maxAngularRadps: 2 }

@@ -4,20 +4,8 @@
  */
 import { pageTicks, type Ticks } from '@mosaic/client'
 import { pageGamepads, type GamepadSource } from '../gamepad/GamepadSource'
-import {
-  handleDrive,
-  INITIAL_DRIVE,
-  needsTicks,
-  TICK_MS,
-  type DriveEvent,
-  type DriveLimits,
-  type DrivePermit,
-  type DriveState,
-  type EndOfPermit,
-  type Stick,
-  type StopReason,
-  type Twist,
-} from './driveControl'
+import { handleDrive, INITIAL_DRIVE, needsTicks, TICK_MS, type DriveEvent, type DrivePermit, type DriveState, type EndOfPermit, type StopReason } from './driveControl'
+import type { DriveLimits, Stick, Twist } from './driveTwist'
 import { driveKeyOf, releasedKeyOf } from './driveKeys'
 import { driveStatus, type DriveStatus } from './driveStatus'
 

@@ -3,32 +3,7 @@
  * Nothing moves unless somebody holds and this page commands; whatever ends the hold sends a zero at once and needs a
  * new press to move again.
  */
-
-/** The Twist JSON that MOSAIC's robots take: m/s and rad/s, x forward, y left, z up (REP-103). */
-export interface Twist {
-  linear: Axes
-  angular: Axes
-}
-
-export interface Axes {
-  x: number
-  y: number
-  z: number
-}
-
-export interface DriveLimits {
-  maxLinearMps: number
-  maxAngularRadps: number
-}
-
-/** Which way, each from -1 to 1: `forward` ahead, `left` counter-clockwise, `sideways` to the left without turning. */
-export interface Stick {
-  forward: number
-  left: number
-  sideways?: number
-}
-
-export type DriveKey = 'forward' | 'back' | 'left' | 'right'
+import { bounded, clamp, limited, twistOf, ZERO_TWIST, type DriveKey, type DriveLimits, type Hold, type Stick, type Twist } from './driveTwist'
 
 export type StopReason =
   | 'released'
@@ -52,16 +27,11 @@ export type EndOfPermit = 'lease-lost' | 'robot-stopped' | 'not-granted'
 /** `free`: nobody commands, a touch asks for the lease; `refused`: somebody else commands, or this page may not. */
 export type DrivePermit = 'granted' | 'free' | 'refused'
 
-export interface DriveState {
+export interface DriveState extends Hold {
   readonly enabled: boolean
   readonly permit: DrivePermit
   /** Since when a hold has waited for the lease; null while none does. */
   readonly askedMs: number | null
-  readonly stick: Stick | null
-  readonly keys: readonly DriveKey[]
-  readonly gamepad: Stick | null
-  /** Share of the limits that full deflection means, 0 to 1. */
-  readonly speed: number
   readonly lastSentMs: number
   readonly zerosOwed: number
   readonly stoppedBy: StopReason | null
@@ -96,11 +66,7 @@ export const TOO_SOON_MS = TICK_MS / 2
 export const ZEROS_AFTER_STOP = 1000 / TICK_MS
 /** A robot that grants answers within a round trip; nobody should be surprised by motion long after the touch. */
 export const GRANT_WITHIN_MS = 2000
-/** Deflection that a resting thumb makes. */
-export const DEAD_ZONE = 0.08
 export const MIN_SPEED = 0.05
-
-export const ZERO_TWIST: Twist = { linear: { x: 0, y: 0, z: 0 }, angular: { x: 0, y: 0, z: 0 } }
 
 export const INITIAL_DRIVE: DriveState = {
   enabled: false,
@@ -207,59 +173,4 @@ function ticked(state: DriveState, nowMs: number, limits: DriveLimits): DriveSte
   if (gapMs > LATE_AFTER_MS) return stopped(state, 'late')
   if (gapMs < TOO_SOON_MS) return quiet(state)
   return sending({ ...state, lastSentMs: nowMs }, twistOf(state, limits))
-}
-
-/** The velocity that the hold asks for, never above the limits. */
-export function twistOf(state: DriveState, limits: DriveLimits): Twist {
-  const { forward, left, sideways = 0 } = askedStick(state)
-  // Ahead and sideways together are one speed: the corner of a stick's square is not faster than its edge.
-  const share = (state.speed * limits.maxLinearMps) / Math.max(1, Math.hypot(forward, sideways))
-  return {
-    linear: { x: noNegativeZero(forward * share), y: noNegativeZero(sideways * share), z: 0 },
-    angular: { x: 0, y: 0, z: noNegativeZero(left * state.speed * limits.maxAngularRadps) },
-  }
-}
-
-/** Where the hold points: a finger counts before keys, keys before a gamepad. */
-export function askedStick(state: DriveState): Stick {
-  return state.stick ?? (state.keys.length === 0 ? state.gamepad : null) ?? stickOfKeys(state.keys)
-}
-
-export function stickOfKeys(keys: readonly DriveKey[]): Stick {
-  const on = (key: DriveKey) => (keys.includes(key) ? 1 : 0)
-  return { forward: on('forward') - on('back'), left: on('left') - on('right') }
-}
-
-/** The stick inside the unit circle, with a dead zone; anything that is not a number counts as rest. */
-export function limited(stick: Stick): Stick {
-  const length = Math.hypot(stick.forward, stick.left)
-  if (!Number.isFinite(length) || length < DEAD_ZONE) return { forward: 0, left: 0 }
-  const scale = length > 1 ? 1 / length : 1
-  return { forward: stick.forward * scale, left: stick.left * scale }
-}
-
-/** Two sticks of a gamepad are two ways: each within its own range, not both within one circle. */
-function bounded({ forward, left, sideways = 0 }: Stick): Required<Stick> {
-  const one = (value: number): number => (Number.isFinite(value) ? clamp(value, -1, 1) : 0)
-  return { forward: one(forward), left: one(left), sideways: one(sideways) }
-}
-
-/** The limits that the robot announces; without any, 1 m/s and 1 rad/s, which is what MOSAIC's own pads send. */
-export function limitsOf(safety: Record<string, unknown> | undefined): DriveLimits {
-  return {
-    maxLinearMps: positive(safety?.['max_linear_mps'], 1),
-    maxAngularRadps: positive(safety?.['max_angular_radps'], 1),
-  }
-}
-
-function positive(value: unknown, otherwise: number): number {
-  return typeof value === 'number' && Number.isFinite(value) && value >= 0 ? value : otherwise
-}
-
-function clamp(value: number, low: number, high: number): number {
-  return Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : low
-}
-
-function noNegativeZero(value: number): number {
-  return value === 0 ? 0 : value
 }

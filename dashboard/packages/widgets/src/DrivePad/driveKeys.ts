@@ -2,7 +2,7 @@
  * Which key means what. Physical positions (`code`) count, so that WASD is a cross on every keyboard layout;
  * a key that somebody types with, or that belongs to a focused control, is never a drive key.
  */
-import type { DriveKey } from './driveControl'
+import type { DriveKey } from './driveTwist'
 
 const KEYS: Record<string, DriveKey> = {
   KeyW: 'forward',

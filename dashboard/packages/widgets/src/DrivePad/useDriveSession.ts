@@ -5,7 +5,7 @@ import { useEffect, useEffectEvent, useState } from 'react'
 import { useStopRobot } from '../control/useStopRobot'
 import type { AnyStore } from '../stores/storeKinds'
 import { sends } from '../stores/storeKinds'
-import type { DriveLimits } from './driveControl'
+import type { DriveLimits } from './driveTwist'
 import { drivePermit, type PermitView } from './drivePermit'
 import { DriveSession } from './DriveSession'
 

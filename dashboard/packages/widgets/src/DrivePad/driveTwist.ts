@@ -1,0 +1,95 @@
+/** From where a hold points to a velocity within the robot's limits: pure, and never anything but numbers. */
+
+/** The Twist JSON that MOSAIC's robots take: m/s and rad/s, x forward, y left, z up (REP-103). */
+export interface Twist {
+  linear: Axes
+  angular: Axes
+}
+
+export interface Axes {
+  x: number
+  y: number
+  z: number
+}
+
+export interface DriveLimits {
+  maxLinearMps: number
+  maxAngularRadps: number
+}
+
+/** Which way, each from -1 to 1: `forward` ahead, `left` counter-clockwise, `sideways` to the left without turning. */
+export interface Stick {
+  forward: number
+  left: number
+  sideways?: number
+}
+
+export type DriveKey = 'forward' | 'back' | 'left' | 'right'
+
+/** Deflection that a resting thumb makes. */
+export const DEAD_ZONE = 0.08
+export const ZERO_TWIST: Twist = { linear: { x: 0, y: 0, z: 0 }, angular: { x: 0, y: 0, z: 0 } }
+
+/** What of a hold says where to. */
+export interface Hold {
+  readonly stick: Stick | null
+  readonly keys: readonly DriveKey[]
+  readonly gamepad: Stick | null
+  /** Share of the limits that full deflection means, 0 to 1. */
+  readonly speed: number
+}
+
+/** The velocity that the hold asks for, never above the limits. */
+export function twistOf(hold: Hold, limits: DriveLimits): Twist {
+  const { forward, left, sideways = 0 } = askedStick(hold)
+  // Ahead and sideways together are one speed: the corner of a stick's square is not faster than its edge.
+  const share = (hold.speed * limits.maxLinearMps) / Math.max(1, Math.hypot(forward, sideways))
+  return {
+    linear: { x: noNegativeZero(forward * share), y: noNegativeZero(sideways * share), z: 0 },
+    angular: { x: 0, y: 0, z: noNegativeZero(left * hold.speed * limits.maxAngularRadps) },
+  }
+}
+
+/** Where the hold points: a finger counts before keys, keys before a gamepad. */
+export function askedStick(hold: Hold): Stick {
+  return hold.stick ?? (hold.keys.length === 0 ? hold.gamepad : null) ?? stickOfKeys(hold.keys)
+}
+
+export function stickOfKeys(keys: readonly DriveKey[]): Stick {
+  const on = (key: DriveKey) => (keys.includes(key) ? 1 : 0)
+  return { forward: on('forward') - on('back'), left: on('left') - on('right') }
+}
+
+/** The stick inside the unit circle, with a dead zone; anything that is not a number counts as rest. */
+export function limited(stick: Stick): Stick {
+  const length = Math.hypot(stick.forward, stick.left)
+  if (!Number.isFinite(length) || length < DEAD_ZONE) return { forward: 0, left: 0 }
+  const scale = length > 1 ? 1 / length : 1
+  return { forward: stick.forward * scale, left: stick.left * scale }
+}
+
+/** Two sticks of a gamepad are two ways: each within its own range, not both within one circle. */
+export function bounded({ forward, left, sideways = 0 }: Stick): Required<Stick> {
+  const one = (value: number): number => (Number.isFinite(value) ? clamp(value, -1, 1) : 0)
+  return { forward: one(forward), left: one(left), sideways: one(sideways) }
+}
+
+/** The limits that the robot announces; without any, 1 m/s and 1 rad/s, which is what MOSAIC's own pads send. */
+export function limitsOf(safety: Record<string, unknown> | undefined): DriveLimits {
+  return {
+    maxLinearMps: positive(safety?.['max_linear_mps'], 1),
+    maxAngularRadps: positive(safety?.['max_angular_radps'], 1),
+  }
+}
+
+function positive(value: unknown, otherwise: number): number {
+  return typeof value === 'number' && Number.isFinite(value) && value >= 0 ? value : otherwise
+}
+
+export function clamp(value: number, low: number, high: number): number {
+  return Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : low
+}
+
+function noNegativeZero(value: number): number {
+  return value === 0 ? 0 : value
+}
