@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mosaic_core.contract.media_tap import TappedPicture
-from mosaic_recorder.bitstream import format_of
+from mosaic_recorder.bitstream import parameters_of, profile_of
 from mosaic_recorder.movie_file import Container, MovieFile
 from mosaic_recorder.stills import decoded
 from mosaic_recorder.timeline import Timeline
@@ -31,7 +31,8 @@ class ClipWriter:
         self._claim = claim
         self._release = release
         self._timeline = Timeline()
-        self._format = b""
+        self._parameters = b""
+        self._format: tuple[object, ...] = ()
         self._file: MovieFile | None = None
         self._file_begins_s = 0.0
         self._held: tuple[TappedPicture, float] | None = None
@@ -76,10 +77,14 @@ class ClipWriter:
 
     def _fit(self, key: TappedPicture, at_s: float) -> None:
         """A file that takes pictures like ``key``."""
-        picture_format = format_of(key)
-        if self._file is not None and picture_format == self._format:
+        parameters = parameters_of(key)
+        if self._file is not None and parameters == self._parameters:
             return
         shown = decoded(key)
+        picture_format = (profile_of(key), shown.width, shown.height, shown.format.name)
+        self._parameters = parameters
+        if self._file is not None and picture_format == self._format:
+            return
         self._close_file()
         path = self._claim()
         try:

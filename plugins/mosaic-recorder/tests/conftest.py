@@ -62,6 +62,8 @@ class Movie:
 
     codec: str
     numbers: list[int | None]
+    captured_s: list[float]
+    """What the marks say, of those that can be read."""
     times_s: list[float]
     duration_s: float
     keys: int
@@ -74,6 +76,7 @@ def watched(path: Path) -> Movie:
         return Movie(
             codec=container.streams.video[0].codec_context.name,
             numbers=[mark.frame if mark is not None else None for mark in marks],
+            captured_s=[mark.captured_at_s for mark in marks if mark is not None],
             times_s=[float((frame.pts or 0) * (frame.time_base or 0)) for frame in frames],
             duration_s=(container.duration or 0) / 1e6,
             keys=sum(frame.key_frame for frame in frames),

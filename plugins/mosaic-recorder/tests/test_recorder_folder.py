@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mosaic_recorder.disk_watch import PERIOD_S, DiskWatch
 from mosaic_recorder.folder import MAX_NAME_CHARACTERS, RecordingsFolder, StoredFile, safe_name, surplus
 
 NOON = datetime(2026, 5, 4, 12, 30, 15)
@@ -165,3 +166,19 @@ def test_what_is_left_is_within_the_limits_and_no_more_goes_than_must(
     assert fits(left)
     assert not gone or not fits([*left, gone[-1]])
     assert all(one.modified_at_ns <= other.modified_at_ns for one in gone for other in left)
+
+
+def test_the_disk_is_looked_at_once_per_period(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s = 50.0
+    folder = RecordingsFolder(tmp_path, max_files=1)
+    watch = DiskWatch(folder, 1000, clock=lambda: now_s)
+    free = iter([1000, 999])
+    monkeypatch.setattr(folder, "free_bytes", lambda: next(free))
+    for number in (1, 2):
+        stored(folder, recorded(number), age=100 - number)
+
+    assert watch.check() == ""
+    assert [file.name for file in folder.files()] == [recorded(2)]
+    assert watch.check() == ""  # not looked at again
+    now_s += PERIOD_S
+    assert watch.check() == "recorder.disk_full"
