@@ -14,6 +14,7 @@ from aiortc import RTCDataChannel, RTCDataChannelParameters
 from aiortc.rtcsctptransport import RTCSctpCapabilities, RTCSctpTransport
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from OpenSSL import SSL
 
 from mosaic_core.adapters.aiortc_private.quick_sctp import QuickSctp, quicken
 from mosaic_core.testing.joining import until
@@ -230,3 +231,12 @@ def test_what_is_written_anew_here_is_as_it_was_read_in_aiortc(name: str, digest
     source = inspect.getsource(getattr(RTCSctpTransport, name))
     changed = f"aiortc has changed {name}: read it again, then adapt QuickSctp and this digest"
     assert hashlib.sha256(source.encode()).hexdigest()[:12] == digest, changed
+
+
+@pytest.mark.parametrize("error", [ConnectionError(), SSL.Error([("SSL routines", "", "protocol is shutdown")])])
+def test_an_acknowledgement_that_comes_due_while_the_transport_closes_hurts_nobody(error: Exception) -> None:
+    class Closing(QuickSctp):
+        async def _acknowledge(self) -> None:
+            raise error
+
+    asyncio.run(Closing.__new__(Closing)._acknowledge_late())

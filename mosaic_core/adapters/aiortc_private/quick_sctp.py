@@ -17,6 +17,7 @@ from aiortc.rtcsctptransport import (
     tsn_plus_one,
 )
 from aiortc.utils import uint32_gte
+from OpenSSL import SSL
 
 ACK_DELAY_S = 0.02
 """RFC 9260 §6.2 allows 0.5 s; a sender with a window of few packets would wait for us."""
@@ -66,8 +67,8 @@ class QuickSctp(RTCSctpTransport):
     async def _acknowledge_late(self) -> None:
         try:
             await self._acknowledge()
-        except ConnectionError:
-            return  # the transport below has closed meanwhile; there is nobody to tell
+        except (ConnectionError, SSL.Error):
+            return  # the transport below has closed meanwhile, or is just closing; there is nobody to tell
 
     async def _receive_forward_tsn_chunk(self, chunk: ForwardTsnChunk) -> None:
         self._must_acknowledge = True  # RFC 3758 §3.6: the sender repeats it until it is acknowledged
