@@ -48,7 +48,7 @@ class ClipWriter:
 
     def seconds_with(self, picture: TappedPicture) -> float:
         """How long the recording would be with ``picture``."""
-        return self._timeline.peek(picture.captured_at_s) + self._timeline.step_s
+        return self._timeline.end_with(picture.captured_at_s)
 
     def size_bytes_with(self, picture: TappedPicture) -> int:
         return self.size_bytes + len(picture.data) + PICTURE_OVERHEAD_BYTES + FILE_OVERHEAD_BYTES
