@@ -7,6 +7,7 @@ import json
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Coroutine, Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -19,7 +20,9 @@ from mosaic_camera.marks import draw_marks
 from mosaic_camera.pattern import TestPatternConfigurer
 from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, NoParams
 from mosaic_core.adapters.shared_video import SharedVideo
+from mosaic_core.runtime import media_tap
 from mosaic_core.testing import Joined, connector, joined, joining
+from mosaic_recorder.movie_file import MovieFile
 from mosaic_recorder.recorder import RecorderConfigurer
 
 PATIENCE_S = 60.0
@@ -73,6 +76,11 @@ class Pad:
                     counts[name] >= value if name in counts else row[name] == value for name, value in wanted.items()
                 ):
                     return row
+
+
+def camera_pictures(link: Joined) -> int:
+    """How many were encoded."""
+    return link.robot.snapshot().connectors[0].messages
 
 
 def assert_smooth(movie: Any) -> None:
@@ -214,6 +222,47 @@ def test_an_observer_reads_the_news_but_may_not_record(tmp_path: Path) -> None:
 
     run(scenario())
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_disk_that_hangs_holds_nobody_up_and_the_recording_goes_on_with_a_key_frame(
+    studio: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    works = threading.Event()
+    works.set()
+    write = MovieFile.write
+
+    def hanging(file: MovieFile, *args: Any, **words: Any) -> None:
+        assert works.wait(PATIENCE_S)
+        write(file, *args, **words)
+
+    monkeypatch.setattr(MovieFile, "write", hanging)
+    monkeypatch.setattr(media_tap, "MAX_WAITING_BYTES", 20_000)
+    rows: list[Any] = []
+
+    async def scenario() -> None:
+        async with joined(pattern(), recorder(tmp_path)) as link:
+            pad = Pad(link)
+            await pad.say("start")
+            await pad.row(pictures=FPS // 2)
+            works.clear()
+            before = camera_pictures(link)
+            await joining.until(lambda: camera_pictures(link) >= before + 3 * FPS)  # more than the tap may keep
+            await pad.say("status")
+            held = await pad.row(state="recording")
+            works.set()
+            await pad.row(pictures=held["pictures"] + 3 * FPS)
+            await pad.say("stop")
+            rows.append(await pad.row(state="ended"))
+
+    run(scenario())
+    assert rows[0]["dropped"] > 0
+    movie = studio.watched(tmp_path / rows[0]["files"][0])
+    assert len(movie.numbers) == rows[0]["pictures"]
+    assert movie.keys >= 2
+    assert_smooth(movie)
+    gap = int(np.argmax(np.diff(movie.numbers)))
+    assert np.diff(movie.numbers)[gap] >= FPS // 2
+    assert np.diff(movie.times_s)[gap] == pytest.approx(np.diff(movie.captured_s)[gap], abs=0.0015)
 
 
 def test_a_robot_that_stops_finishes_its_files(studio: Any, tmp_path: Path) -> None:
