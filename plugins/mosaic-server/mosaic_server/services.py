@@ -122,7 +122,7 @@ async def _built(settings: Settings, database: Database) -> Services:
         database=database,
         access_tokens=access_tokens,
         tickets=tickets,
-        authorizer=Authorizer(database, access_tokens),
+        authorizer=Authorizer(database, access_tokens, settings.turn_lifetime_s),
         exchange=exchange,
         catalogues=keeper,
     )

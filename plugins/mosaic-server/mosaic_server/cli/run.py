@@ -14,6 +14,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from mosaic_server.cli.logs import configure_logs
 from mosaic_server.cli.options import DatabaseUrl, DataDir, fail
+from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
 from mosaic_server.serving import announce, make_server
 from mosaic_server.settings import LOOPBACK_HOSTS, Settings
 from mosaic_server.storage.database import Database, DatabaseInUse, default_data_dir
@@ -37,6 +38,10 @@ def run(
         list[str] | None, typer.Option(help="Pages from here may connect too, e.g. http://localhost:5173; repeatable.")
     ] = None,
     audit_days: Annotated[float, typer.Option(min=1, help="How long entries of the audit log are kept.")] = 90.0,
+    turn_lifetime: Annotated[
+        float,
+        typer.Option(min=60, max=MAX_LIFETIME_S, help="Seconds for which TURN credentials open a new relay."),
+    ] = MAX_LIFETIME_S,
     ready_file: Annotated[Path | None, typer.Option(help='Write {"port": …} here once listening.')] = None,
     announce_fd: Annotated[int | None, typer.Option(help="Write the same to this file descriptor.")] = None,
     log_level: Annotated[Literal["debug", "info", "warning", "error"], typer.Option(help="How much to log.")] = "info",
@@ -57,6 +62,7 @@ def run(
         allowed_origins=frozenset(origin.rstrip("/") for origin in allow_origin or ()),
         uses_tls=ssl_certfile is not None,
         audit_days=audit_days,
+        turn_lifetime_s=turn_lifetime,
     )
     _check_database(settings)
     server = make_server(

@@ -51,8 +51,9 @@ class MadeConnections(WireModel):
 
 @router.get("/webrtc/ice-servers", summary="ICE servers as a bare array")
 @router.get("/ice-servers", summary="The same, at its older address")
-async def list_ice_servers(_: PersonDep, services: ServicesDep) -> list[dict[str, Any]]:
-    return [server.wire() for server in await services.authorizer.ice_servers()]
+async def list_ice_servers(person: PersonDep, services: ServicesDep) -> list[dict[str, Any]]:
+    """With credentials for this account that end soon: ask again before every peer connection."""
+    return [server.wire() for server in await services.authorizer.ice_servers(person.id)]
 
 
 @router.post("/webrtc/connection")
@@ -71,8 +72,7 @@ async def make_connections(
     ]
     await _refuse_early(services, person, plan)
     wanted = await _with_tickets(services, person, plan, address_of(request))
-    ice_servers = await services.authorizer.ice_servers()
-    asked = ConnectionsRequested(person.id, person.organization_id, wanted, time.monotonic(), ice_servers)
+    asked = ConnectionsRequested(person.id, person.organization_id, wanted, time.monotonic())
     for effect in services.exchange.handle(asked):
         if isinstance(effect, ConnectionsRefused):
             raise _refused(effect)
@@ -125,15 +125,16 @@ async def _with_tickets(
         roles = await services.database.run(record_tickets, person.id, plan, address)
     except NoAccess as error:
         raise ApiError(ResultCode.ACCESS_DENIED) from error
+    servers = await services.authorizer.ice_servers_for([one.robot_id for one in plan])
     wanted = []
-    for one, role in zip(plan, roles, strict=True):
+    for one, role, ice_servers in zip(plan, roles, servers, strict=True):
         operator = _identity(person, role.standing.role_if_active).model_copy(
             update={"program": role.standing.is_program}
         )
         ticket = services.tickets.issue(
             session_id=one.session_id, robot_id=one.robot_id, peer_id=one.connection_id, operator=operator
         )
-        wanted.append(WantedConnection(one.robot_id, one.connection_id, one.session_id, ticket, operator))
+        wanted.append(WantedConnection(one.robot_id, one.connection_id, one.session_id, ticket, operator, ice_servers))
     return tuple(wanted)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sqlalchemy.exc import SQLAlchemyError
@@ -13,9 +14,10 @@ from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import Authorize, OperatorIdentity, agreed_extensions
 from mosaic_server.ids import is_uuid
 from mosaic_server.security.access_tokens import AccessTokenRefused, AccessTokens
+from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
 from mosaic_server.storage.accounts import Person, login_versions, person_by_id
 from mosaic_server.storage.database import Database
-from mosaic_server.storage.ice_servers import ice_servers
+from mosaic_server.storage.ice_servers import listed_ice_servers
 from mosaic_server.storage.robots import RobotLogin, admissions, log_in_robot
 from mosaic_server.switchboard.events import AuthorizationRefused, OperatorAuthorized, RobotAuthorized, Side
 
@@ -40,8 +42,11 @@ def identity_of(person: Person) -> OperatorIdentity:
 class Authorizer:
     """Event-loop thread; database work happens on worker threads. Never logs what it is given."""
 
-    def __init__(self, database: Database, access_tokens: AccessTokens) -> None:
+    def __init__(
+        self, database: Database, access_tokens: AccessTokens, turn_lifetime_s: float = MAX_LIFETIME_S
+    ) -> None:
         self._database = database
+        self._turn_lifetime_s = turn_lifetime_s
         self._access_tokens = access_tokens
         self._admitted: dict[int, Admission] = {}
 
@@ -74,7 +79,7 @@ class Authorizer:
             login.robot.organization_id,
             time.monotonic(),
             agreed_extensions(message.extensions),
-            await self.ice_servers(),
+            await self.ice_servers(login.robot.id),
         )
 
     async def _operator(self, socket: int, message: Authorize) -> OperatorAuthorized | AuthorizationRefused:
@@ -89,7 +94,7 @@ class Authorizer:
             person.organization_id,
             time.monotonic(),
             agreed_extensions(message.extensions),
-            await self.ice_servers(),
+            await self.ice_servers(person.id),
         )
 
     async def person_of(self, access_token: str | None) -> tuple[Person, int]:
@@ -100,8 +105,16 @@ class Authorizer:
             raise AccessTokenRefused(ResultCode.AUTHENTICATION_FAILED)
         return person, claims.expires_at_s
 
-    async def ice_servers(self) -> tuple[IceServer, ...]:
-        return await self._database.run(ice_servers)
+    async def ice_servers(self, party_id: str) -> tuple[IceServer, ...]:
+        """All of them, with fresh credentials for this robot or account."""
+        (servers,) = await self.ice_servers_for([party_id])
+        return servers
+
+    async def ice_servers_for(self, party_ids: Sequence[str]) -> list[tuple[IceServer, ...]]:
+        """The same for several at once, in their order."""
+        stored = await self._database.run(listed_ice_servers)
+        now_s = time.time()  # the TURN server compares with its own wall clock
+        return [tuple(one.issued(party_id, now_s, self._turn_lifetime_s) for one in stored) for party_id in party_ids]
 
     async def revoked(self) -> list[tuple[int, CloseCode]]:
         """Sockets whose token was renewed, whose account was disabled, whose log-in has expired."""

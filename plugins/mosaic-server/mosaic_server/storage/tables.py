@@ -127,6 +127,8 @@ class IceServerRow(Stamped, Base):
     """JSON array of URLs."""
     username: Mapped[str | None] = mapped_column(String(512), default=None)
     credential: Mapped[str | None] = mapped_column(String(512), default=None)
+    secret: Mapped[str | None] = mapped_column(String(512), default=None)
+    """Shared with the TURN server. In clear, for credentials are made with it; it is never handed out."""
 
 
 class ServerKey(Stamped, Base):

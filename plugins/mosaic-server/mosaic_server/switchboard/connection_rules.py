@@ -27,7 +27,7 @@ def connections_requested(book: Book, event: ConnectionsRequested) -> list[Effec
         robot = book.robots[wanted.robot_id]
         _note(book, robot, wanted, event)
         assert robot.socket is not None
-        effects.append(Send(robot.socket, _prepare(robot, wanted, event)))
+        effects.append(Send(robot.socket, _prepare(robot, wanted)))
     return [*effects, ConnectionsMade()]
 
 
@@ -92,7 +92,7 @@ def _make_room(book: Book, account_id: str, robot_id: str) -> None:
         book.forget_connection(oldest)
 
 
-def _prepare(robot: Robot, wanted: WantedConnection, event: ConnectionsRequested) -> PrepareConnection:
+def _prepare(robot: Robot, wanted: WantedConnection) -> PrepareConnection:
     extensions = robot.extensions
     if not extensions.keys() & {"tickets", "multiPeer"}:
         return PrepareConnection(rtc_connection_id=wanted.connection_id)
@@ -101,7 +101,7 @@ def _prepare(robot: Robot, wanted: WantedConnection, event: ConnectionsRequested
         session_id=wanted.session_id,
         operator=wanted.operator,
         ticket=wanted.ticket if "tickets" in extensions else None,
-        ice_servers=event.ice_servers if "iceServers" in extensions else None,
+        ice_servers=wanted.ice_servers if "iceServers" in extensions else None,
     )
 
 

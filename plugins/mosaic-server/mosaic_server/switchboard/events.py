@@ -96,6 +96,8 @@ class WantedConnection:
     session_id: str
     ticket: str
     operator: OperatorIdentity
+    ice_servers: tuple[IceServer, ...] = ()
+    """With credentials for this robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +108,6 @@ class ConnectionsRequested:
     organization_id: str
     wanted: tuple[WantedConnection, ...]
     now_s: float
-    ice_servers: tuple[IceServer, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
