@@ -9,8 +9,10 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
+import httpx
 import pytest
 from playwright.sync_api import expect
 
@@ -34,6 +36,19 @@ def clear(person: Any) -> None:
     banner = person.page.get_by_test_id("stopped-banner")
     banner.get_by_role("button", name="Hold to clear").click(delay=1000 * HOLD_S)
     expect(banner).to_have_count(0)
+
+
+def observer_account(server: Any, seed: Any) -> Any:
+    """A new account that may only watch the robot."""
+    login = {"username": seed.email, "password": seed.password}
+    with httpx.Client(base_url=f"{server.url}/api/v1") as http:
+        token = http.post("/account/login/access-token", json=login).raise_for_status().json()["resultData"]
+        http.headers["Authorization"] = f"Bearer {token['accessToken']}"
+        made = http.post("/users", json={"email": "watcher@example.org", "fullName": "Watcher"}).raise_for_status()
+        account = made.json()["resultData"]
+        path = f"/robots/{seed.robot_id}/grants/{account['id']}"
+        http.put(path, json={"role": "observer"}).raise_for_status()
+    return replace(seed, email="watcher@example.org", password=account["password"])
 
 
 def by_python(server: Any, seed: Any) -> None:
@@ -68,6 +83,25 @@ def test_who_only_watches_stops_the_robot_and_it_stands_until_cleared(
     assert observer.stays(wait_for)
     ann.release_keys()
     ann.drive_off(observer, wait_for)
+
+
+def test_an_observer_gets_no_control_but_stops_the_robot(
+    ann: Any, browser: Any, server: Any, seed: Any, observer: Any, wait_for: Callable[..., float]
+) -> None:
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    watcher = type(ann)(context.new_page(), server.url, observer_account(server, seed))
+    watcher.sign_in()
+    watcher.open_robot()
+    expect(watcher.lease).to_have_attribute("aria-disabled", "true")
+    ann.drive_off(observer, wait_for)
+    watcher.page.get_by_test_id("stop").click()
+    expect_rest(observer, wait_for, time.monotonic())
+    banner = watcher.page.get_by_test_id("stopped-banner")
+    expect(banner).to_be_visible()
+    expect(banner.get_by_role("button", name="Hold to clear")).to_have_count(0)
+    ann.release_keys()
+    clear(ann)
+    context.close()
 
 
 def test_escape_twice_stops_wherever_the_focus_is(ann: Any, observer: Any, wait_for: Callable[..., float]) -> None:
