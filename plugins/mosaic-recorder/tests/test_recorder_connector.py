@@ -327,6 +327,14 @@ def test_a_snapshot_is_stored_in_full_size_and_sent_to_who_asked(bench: Bench, s
     assert [one.name for one in bench.folder.iterdir()] == [path.name]
 
 
+def test_a_robot_without_h264_takes_its_stills_in_vp8(bench: Bench) -> None:
+    bench.taps["front"] = [bench.studio.Tap(failure="media.no_encoder")]
+    bench.camera("front", 1, codec="vp8")
+    bench.says({"command": "snapshot", "labels": ["front"]})
+    bench.until(lambda: bench.heard("snapshot"))
+    assert bench.heard("snapshot")[0]["file"]
+
+
 def test_snapshots_can_be_taken_while_it_records(bench: Bench) -> None:
     bench.camera("front", 20)
     bench.says({"command": "start", "labels": ["front"]})
