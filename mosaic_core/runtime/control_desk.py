@@ -219,7 +219,8 @@ class ControlDesk:
         holder = change.holder
         present = self._present.get(holder.peer_id) if holder is not None else None
         what = "lease.ended" if holder is None else "lease.granted"
-        who = (holder.name or holder.peer_id) if holder is not None else change.by
+        of = holder or change.before
+        who = (of.name or of.peer_id) if of is not None else change.by
         self._journal.lease_changed()
         self._journal.note(what, who=who, subject=change.resource, code=change.cause, message=change.message)
         sender = present.peer.sender if present is not None else None

@@ -45,6 +45,7 @@ class RobotControl:
     ) -> None:
         self._file = JournalFile(config.journal_file) if config.journal_file is not None else None
         self.journal = Journal(self._file.write) if self._file is not None else Journal()
+        self._routes = routes
         self.links = links
         self.desk = ControlDesk(self.journal, listener)
         self._fence = _fence(config, routes, safety, self.desk)
@@ -74,7 +75,7 @@ class RobotControl:
         item = outcome.item
         if outcome.code:
             self.journal.refused(item.channel, item.sender, outcome.code)
-        else:
+        elif self._routes[item.channel].safety.is_motion:  # what moves nothing would fill the journal by itself
             self.journal.accepted(item.channel, item.sender)
 
     # -- for the live table --------------------------------------------------------------------------------------

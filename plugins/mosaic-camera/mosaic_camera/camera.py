@@ -12,7 +12,7 @@ from typing import Literal, cast
 from pydantic import Field
 
 from mosaic_camera.grabber import Grabber
-from mosaic_camera.packet_source import may_have_packets
+from mosaic_camera.packet_names import may_have_packets
 from mosaic_camera.source import Grabbed, Wanted, is_device, open_source, shown
 from mosaic_camera.source_error import SourceError
 from mosaic_camera.thinning import Thinning

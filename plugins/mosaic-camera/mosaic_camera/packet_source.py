@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from pathlib import PurePosixPath
 from typing import Any
-from urllib.parse import urlsplit
 
 import av
 from av.bitstream import BitStreamFilterContext
@@ -15,19 +13,11 @@ from mosaic_camera.source import Grabbed
 from mosaic_camera.source_error import SourceError
 
 NETWORK_TIMEOUT_S = 5.0
-_CONTAINERS = {".mp4", ".m4v", ".mov", ".mkv", ".ts", ".m2ts", ".flv", ".h264", ".264", ".m3u8"}
-_STREAM_SCHEMES = {"rtsp", "rtsps", "rtmp", "srt"}
 _NETWORK_OPTIONS = {"rtsp_transport": "tcp", "analyzeduration": "500000"}
 """TCP, because a packet lost on the way from the camera can't be asked for again by the operator. Half a second (in µs)
 is enough to see what a stream holds."""
 _AVCC_VERSION = 1
 """First byte of an MP4's codec data; start codes (Annex B) begin with zeros."""
-
-
-def may_have_packets(source: str) -> bool:
-    """Whether it is worth looking for H.264: not in a device, nor in a web camera's series of JPEGs."""
-    parts = urlsplit(source)
-    return parts.scheme in _STREAM_SCHEMES or PurePosixPath(parts.path or source).suffix.lower() in _CONTAINERS
 
 
 def open_packets(source: str) -> PacketSource | None:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from mosaic_camera.devices import check_device, found_devices
+from mosaic_camera.packet_names import may_have_packets
 from mosaic_camera.source_error import SourceError
 from mosaic_core.contract.media import Image
 
@@ -95,9 +96,11 @@ def open_source(wanted: Wanted) -> Source:
 
 
 def _packets_of(text: str) -> Source | None:
-    from mosaic_camera.packet_source import may_have_packets, open_packets
+    if not may_have_packets(text):
+        return None
+    from mosaic_camera.packet_source import open_packets
 
-    return open_packets(text) if may_have_packets(text) else None
+    return open_packets(text)
 
 
 def _opened_device(path: Path, wanted: Wanted) -> Source:
