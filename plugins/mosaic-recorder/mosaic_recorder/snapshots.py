@@ -89,8 +89,8 @@ def _failed(label: str, command: RecorderCommand, code: str) -> SnapshotTaken:
 
 
 def _with_picture(answer: SnapshotTaken, png: bytes) -> SnapshotTaken:
-    """With the file, or with the reason why it stays on the robot."""
+    """With the file, unless it is too large to travel: it then stays on the robot alone."""
     encoded = base64.b64encode(png).decode()
     if len(encoded) + ENVELOPE_BYTES > MAX_MESSAGE_BYTES:
-        return answer.model_copy(update={"code": "channel.too_large"})
+        return answer
     return answer.model_copy(update={"png_base64": encoded})
