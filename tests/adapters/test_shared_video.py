@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
@@ -224,6 +225,23 @@ def test_a_loop_that_was_busy_for_long_starts_over_at_a_key_frame(monkeypatch: p
             assert last is not None
             assert last.is_keyframe
             assert not it.stream._has_overflowed
+
+    asyncio.run(run())
+
+
+def test_coming_and_going_leaves_nothing_behind() -> None:
+    async def run() -> None:
+        async with stage() as it:
+            it.post()
+            for number in range(60):
+                feed = it.viewer(f"p{number}", "video/H264" if number % 3 == 0 else "video/VP8")
+                it.stream.watch(f"p{number}", True)
+                it.post()
+                assert (await it.packet(feed)).is_keyframe
+                it.stream.leave(f"p{number}")
+                assert it.stream.encoders.running == ()
+            await it.until(lambda: not [one for one in threading.enumerate() if one.name == "encode front"])
+            assert it.stream._viewers == it.stream._watching == {}
 
     asyncio.run(run())
 
