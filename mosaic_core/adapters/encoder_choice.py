@@ -92,7 +92,7 @@ def _probed(kind: EncoderKind) -> Probe:
 
 def probe_in_background() -> None:
     """Find the encoders before the first picture has to wait for that."""
-    threading.Thread(target=_probe_all, name="probe encoders", daemon=True).start()
+    threading.Thread(target=_probe_all, name="probe encoders").start()  # a process ends after it, not within
 
 
 @cache
