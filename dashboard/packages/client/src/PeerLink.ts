@@ -12,6 +12,8 @@ import type { Platform } from './Platform'
 export interface MediaLine {
   label: string | null
   kind: 'video' | 'audio'
+  /** The other way: this page's voice for a loudspeaker. */
+  isTalk?: boolean
 }
 
 export interface PeerLinkListener {
@@ -35,6 +37,7 @@ export interface Offer {
 export class PeerLink {
   private readonly connection: RTCPeerConnection
   private readonly labels = new Map<string, string>()
+  private readonly voices = new Map<string, RTCRtpSender>()
   private readonly early: IceCandidate[] = []
   private isAnswered = false
   private isClosed = false
@@ -59,12 +62,14 @@ export class PeerLink {
   async offer(lines: readonly MediaLine[]): Promise<Offer> {
     const transceivers = lines.map((line) => ({
       line,
-      transceiver: this.connection.addTransceiver(line.kind, { direction: 'recvonly' }),
+      transceiver: this.connection.addTransceiver(line.kind, { direction: line.isTalk === true ? 'sendonly' : 'recvonly' }),
     }))
     const description = await this.connection.createOffer()
     await this.connection.setLocalDescription(description)
     for (const { line, transceiver } of transceivers) {
-      if (transceiver.mid !== null && line.label !== null) this.labels.set(transceiver.mid, line.label)
+      if (transceiver.mid === null || line.label === null) continue
+      this.labels.set(transceiver.mid, line.label)
+      if (line.isTalk === true) this.voices.set(line.label, transceiver.sender)
     }
     const sdp = this.connection.localDescription?.sdp ?? description.sdp ?? ''
     return { sdp, tracks: Object.fromEntries(this.labels) }
@@ -87,6 +92,11 @@ export class PeerLink {
   openChannel(label: string, delivery: Delivery, protocol: string): RTCDataChannel {
     const reliability = delivery === 'latest' ? { ordered: false, maxRetransmits: 0 } : { ordered: true }
     return this.connection.createDataChannel(label, protocol === '' ? reliability : { ...reliability, protocol })
+  }
+
+  /** The line for this page's voice to a loudspeaker; null where none was offered. */
+  voiceOf(label: string): RTCRtpSender | null {
+    return this.voices.get(label) ?? null
   }
 
   close(): void {

@@ -127,7 +127,8 @@ export class RobotConnection implements StoreHost {
 
   private watch(label: string, on: boolean): boolean {
     const isSaid = this.attempt?.control.send('media.watch', { label, on }) ?? false
-    if (isSaid) this.pictures.watching(label, on)
+    // Nobody drives by sound: its age slows nothing down.
+    if (isSaid && this.entryOf(label)?.kind !== 'audio') this.pictures.watching(label, on)
     return isSaid
   }
 
@@ -260,6 +261,8 @@ export class RobotConnection implements StoreHost {
       case 'media.origin':
         this.pictures.originKnown(message.data)
         return this.bindings.originKnown(message.data)
+      case 'media.talking':
+        return this.bindings.talkingChanged(message.data)
       case 'media.unavailable':
         return this.bindings.mediaUnavailable(message.data)
       case 'refusal':

@@ -3,6 +3,7 @@ import {
   type Catalogue,
   type CatalogueEntry,
   type MediaOrigin,
+  type MediaTalking,
   type MediaUnavailable,
   type Refusal,
 } from '@mosaic/protocol'
@@ -15,6 +16,7 @@ import { BidirectionalStore } from './stores/BidirectionalStore'
 import { MediaStreamStore, type MediaSource } from './stores/MediaStreamStore'
 import type { MosaicStore } from './stores/MosaicStore'
 import { SendableStore } from './stores/SendableStore'
+import { TalkStore, type Talker } from './stores/TalkStore'
 
 /** What the bindings need of the live connection. */
 export interface BindingHost {
@@ -44,6 +46,7 @@ export class StoreBindings {
   private readonly bindings = new Map<string, Binding>()
   private readonly tracks = new Map<string, Track>()
   private readonly origins = new Map<string, MediaOrigin>()
+  private readonly talkers = new Map<string, Talker | null>()
   private link: PeerLink | null = null
   private catalogue: Catalogue | null = null
   private isOriginal = false
@@ -137,6 +140,7 @@ export class StoreBindings {
     this.isUp = this.isGreeted = false
     this.tracks.clear()
     this.origins.clear()
+    this.talkers.clear()
     for (const binding of this.bindings.values()) this.unbind(binding)
   }
 
@@ -169,8 +173,17 @@ export class StoreBindings {
     if (store) store.setState(message === undefined ? { phase: 'closed', code } : { phase: 'closed', code, message })
   }
 
+  /** Who is heard on a loudspeaker now. */
+  talkingChanged({ label, peerId, name }: MediaTalking): void {
+    const talker = peerId === undefined ? null : { peerId, name }
+    this.talkers.set(label, talker)
+    const store = this.bindings.get(label)?.store
+    if (store instanceof TalkStore) store.talkingChanged(talker)
+  }
+
   refused(refusal: Refusal): void {
     for (const { store, ports } of this.bindings.values()) {
+      if (store instanceof TalkStore && store.robotConnector.connectorId === refusal.label) store.refused(refusal)
       const isMeant = ports.some((port) => port.label === refusal.label)
       if (isMeant && (store instanceof SendableStore || store instanceof BidirectionalStore)) store.refused(refusal)
     }
@@ -179,10 +192,25 @@ export class StoreBindings {
   private bind(binding: Binding): void {
     const plan = channelPlan(binding.store.robotConnector, this.catalogue, this.isOriginal)
     if (plan.type === 'mismatch') binding.store.setState(plan.state)
-    else if (plan.type === 'media' && !(binding.store instanceof MediaStreamStore)) binding.store.setState(NOT_MEDIA)
+    else if (plan.type === 'media' && !isMedia(binding.store)) binding.store.setState(NOT_MEDIA)
     else if (binding.store.state.get().phase === 'mismatch') binding.store.setState({ phase: 'waiting' })
-    if (plan.type === 'media') this.bindTrack(binding)
+    if (plan.type === 'media') this.bindMedia(binding.store, binding)
     else if (plan.type === 'channels' && binding.ports.length === 0) this.openPorts(binding, plan)
+  }
+
+  private bindMedia(store: MosaicStore, binding: Binding): void {
+    if (store instanceof TalkStore) this.bindVoice(store)
+    else this.bindTrack(binding)
+  }
+
+  private bindVoice(store: TalkStore): void {
+    const label = store.robotConnector.connectorId
+    if (!this.isUp || this.link === null) return
+    const line = this.link.voiceOf(label)
+    if (line === null) return store.setState({ phase: 'closed', code: 'media.no_line' })
+    if (!store.connectLine(line)) return
+    store.talkingChanged(this.talkers.get(label) ?? null)
+    store.notifyAfterConnected()
   }
 
   private openPorts(binding: Binding, plan: ChannelPlan & { type: 'channels' }): void {
@@ -245,15 +273,19 @@ export class StoreBindings {
 
   private watch(binding: Binding): void {
     if (!this.isGreeted || !(binding.store instanceof MediaStreamStore)) return
-    const wanted = this.isVisible && binding.store.isWatched.get()
+    const label = binding.store.robotConnector.connectorId
+    // Sound is heard in a hidden tab too.
+    const isHeard = this.catalogue?.entries.some((entry) => entry.label === label && entry.kind === 'audio') === true
+    const wanted = (this.isVisible || isHeard) && binding.store.isWatched.get()
     if (wanted === binding.isWatching) return
-    if (this.host.watch(binding.store.robotConnector.connectorId, wanted)) binding.isWatching = wanted
+    if (this.host.watch(label, wanted)) binding.isWatching = wanted
   }
 
   private unbind(binding: Binding): void {
     this.closePorts(binding)
     binding.isWatching = false
     if (binding.store instanceof MediaStreamStore) binding.store.setMediaStream(null)
+    if (binding.store instanceof TalkStore) binding.store.connectLine(null)
   }
 
   private closePorts(binding: Binding): void {
@@ -261,4 +293,8 @@ export class StoreBindings {
     binding.ports = []
     binding.store.detach()
   }
+}
+
+function isMedia(store: MosaicStore): boolean {
+  return store instanceof MediaStreamStore || store instanceof TalkStore
 }

@@ -7,6 +7,7 @@ import { MediaStreamStore } from './stores/MediaStreamStore'
 import type { MosaicStore } from './stores/MosaicStore'
 import { ReceivableStore } from './stores/ReceivableStore'
 import { SendableStore } from './stores/SendableStore'
+import { TalkStore } from './stores/TalkStore'
 import type { RobotConnector } from './types'
 
 /** How long an unused store keeps its channel. */
@@ -76,6 +77,7 @@ function keyOf(connector: RobotConnector): string {
 function storeFor(connector: RobotConnector, entry: CatalogueEntry | null): MosaicStore {
   if (entry?.type === 'connection-check') return new ConnectionCheckingStore(connector)
   const dataType = connector.dataType ?? entry?.dataType
+  if (dataType === 'media' && entry?.kind === 'audio' && entry.direction === 'to-robot') return new TalkStore(connector)
   if (dataType === 'media') return new MediaStreamStore(connector)
   if (dataType?.endsWith('r2u')) return new ReceivableStore(connector)
   if (dataType?.endsWith('u2r')) return new SendableStore(connector)

@@ -19,6 +19,7 @@ export { MosaicStore, type LifecycleEvent, type StoreType } from './stores/Mosai
 export type { Sendable } from './stores/OutgoingPort'
 export { ReceivableStore, type DataListener } from './stores/ReceivableStore'
 export { SendableStore } from './stores/SendableStore'
+export { TalkStore, type Talker, type VoiceLine } from './stores/TalkStore'
 export { pageTicks, timerTicks, type Ticks } from './Ticks'
 export type * from './types'
 // The words of the wire that a widget needs, so that it has one package to import from.

@@ -1,5 +1,5 @@
 /** What a widget says of itself: which connectors it can show, how well, and where on the page it belongs. */
-import type { CatalogueEntry, Kind, MosaicDataType } from '@mosaic/client'
+import type { CatalogueEntry, Direction, Kind, MosaicDataType } from '@mosaic/client'
 import type { ComponentType } from 'react'
 import type { AnyStore } from '../stores/storeKinds'
 
@@ -25,6 +25,7 @@ export interface WidgetDefinition {
 export interface Acceptance {
   dataTypes: readonly MosaicDataType[]
   kinds?: readonly Kind[]
+  directions?: readonly Direction[]
   /** Other spellings of the hint, beside the widget's id. */
   hints?: readonly string[]
   /** Connector types that it was made for, where a robot gives neither hint nor schema. */

@@ -69,9 +69,14 @@ describe('a connector is shown by', () => {
     expect(chosen({ widget: 'battery' }, 'video')).toBe('battery')
   })
 
+  test('its direction, where that is all that differs', () => {
+    expect(chosen({ dataType: 'media', kind: 'audio', direction: 'to-operator' })).toBe('audio')
+    expect(chosen({ dataType: 'media', kind: 'audio', direction: 'to-robot' })).toBe('push-to-talk')
+  })
+
   test('nothing, and that is said, where nothing fits', () => {
     expect(chosen({ dataType: 'byte-u2r' })).toBeUndefined()
-    expect(chosen({ dataType: 'media', kind: 'audio' })).toBeUndefined()
+    expect(chosen({ dataType: 'media', kind: 'audio', direction: 'both' })).toBeUndefined()
   })
 })
 

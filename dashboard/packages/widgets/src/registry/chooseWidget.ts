@@ -11,6 +11,7 @@ export function fitOf(widget: WidgetDefinition, entry: CatalogueEntry): Fit | nu
   const { accepts } = widget
   if (!accepts.dataTypes.includes(entry.dataType)) return null
   if (accepts.kinds !== undefined && !accepts.kinds.includes(entry.kind)) return null
+  if (accepts.directions !== undefined && !accepts.directions.includes(entry.direction)) return null
   if (entry.widget !== undefined && [widget.id, ...(accepts.hints ?? [])].includes(entry.widget)) return 'hint'
   if (accepts.connectorTypes?.includes(entry.type) === true) return 'type'
   if (accepts.fields?.some((paths) => hasPaths(entry.messageSchema, paths)) === true) return 'schema'

@@ -9,13 +9,16 @@ import {
   IconListNumbers,
   IconMapPin,
   IconMessage,
+  IconMicrophone,
   IconRadar2,
   IconRoute,
   IconSend,
   IconSteeringWheel,
   IconVideo,
   IconVideoPlus,
+  IconVolume,
 } from '@tabler/icons-react'
+import { Audio } from '../Audio/Audio'
 import { Battery } from '../Battery/Battery'
 import { ByteView } from '../ByteView/ByteView'
 import { ConnectionCheck } from '../ConnectionCheck/ConnectionCheck'
@@ -25,6 +28,7 @@ import { Imu } from '../Imu/Imu'
 import { JsonSender } from '../JsonSender/JsonSender'
 import { LaserScan } from '../LaserScan/LaserScan'
 import { PoseTrail } from '../PoseTrail/PoseTrail'
+import { PushToTalk } from '../PushToTalk/PushToTalk'
 import { RawJson } from '../RawJson/RawJson'
 import { Recorder } from '../Recorder/Recorder'
 import { TextLog } from '../TextLog/TextLog'
@@ -45,6 +49,24 @@ export const widgets: readonly WidgetDefinition[] = [
     area: 'picture',
     size: { columns: 8, rows: 7 },
     Component: Video,
+  },
+  {
+    id: 'audio',
+    title: 'Sound',
+    icon: IconVolume,
+    accepts: { dataTypes: ['media'], kinds: ['audio'], directions: ['to-operator'], anything: true, priority: 50 },
+    area: 'panel',
+    size: { columns: 4, rows: 2 },
+    Component: Audio,
+  },
+  {
+    id: 'push-to-talk',
+    title: 'Talk',
+    icon: IconMicrophone,
+    accepts: { dataTypes: ['media'], kinds: ['audio'], directions: ['to-robot'], anything: true, priority: 50 },
+    area: 'panel',
+    size: { columns: 4, rows: 2 },
+    Component: PushToTalk,
   },
   {
     id: 'drive-pad',

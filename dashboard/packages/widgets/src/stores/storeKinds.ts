@@ -1,5 +1,5 @@
 /** What a widget may do with a store, told from what the store can do: no widget asks for its class. */
-import type { MediaStatistics, MessageInfo, MosaicStore, Readable, Refusal, SendBlock } from '@mosaic/client'
+import type { MediaStatistics, MessageInfo, MosaicStore, Readable, Refusal, SendBlock, Talker } from '@mosaic/client'
 
 export interface Received {
   data: ArrayBuffer
@@ -40,6 +40,12 @@ export function isGuarded(store: object): store is Guarded {
   return 'sendBlocked' in store
 }
 
+export interface Talks {
+  readonly talker: Readable<Talker | null>
+  readonly lastRefusal: Readable<Refusal | null>
+  setTrack(track: MediaStreamTrack | null): Promise<boolean>
+}
+
 export function refuses(store: object): store is Refuses {
   return 'lastRefusal' in store
 }
@@ -54,6 +60,10 @@ export function sends(store: object): store is Sends {
 
 export function showsMedia(store: object): store is ShowsMedia {
   return 'mediaStream' in store
+}
+
+export function talks(store: object): store is Talks {
+  return 'setTrack' in store
 }
 
 export function measuresRoundTrip(store: object): store is MeasuresRoundTrip {
