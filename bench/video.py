@@ -89,7 +89,7 @@ def codec_figures(console: Console) -> None:
 
 
 def _median(runs: list[Spent], name: str) -> float:
-    return statistics.median(getattr(run, name) for run in runs)
+    return float(statistics.median(getattr(run, name) for run in runs))
 
 
 if __name__ == "__main__":

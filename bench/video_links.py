@@ -97,18 +97,19 @@ class Listener:
     def candidate_found(self, candidate: Any) -> None: ...
     def channel_opened(self, channel: Any) -> None: ...
     def tracks_unbound(self, labels: Any) -> None: ...
+    def voice_bound(self, label: str, sound: Any) -> None: ...
 
 
 async def watched(browser: Any, way: str, codec: str, pictures: list[Image], phases: list[Phase]) -> list[Watched]:
     """One connection through all ``phases``."""
     page = await browser.new_page()
-    stream = SharedVideo("front", EncodingParams(codec=codec), ConnectorCounters())  # type: ignore[arg-type]
+    stream = SharedVideo("front", EncodingParams(codec=codec), ConnectorCounters())
     newest = NewestPicture()
     listener = Listener(stream if way == "ours" else None)
     make = AiortcAnswerer if way == "ours" else lambda told, _: PlainAnswerer(told, newest, codec)
     post = stream.post if way == "ours" else newest.post
     with ImpairedPath(_profile(phases[0])) as path:
-        answerer = impaired(make, path)(listener, ())  # type: ignore[arg-type]
+        answerer = impaired(make, path)(listener, ())
         answer = await answerer.answer(await page.evaluate(watching.OFFER), ["front"], None)
         await page.evaluate(watching.ACCEPT, answer)
         end = filming(pictures, post)

@@ -53,7 +53,7 @@ def candidates(bitrate_bps: int) -> dict[str, tuple[str, str, dict[str, str]]]:
 def measured(encoder: str, decoder: str, options: dict[str, str], pictures: list[Image], bitrate_bps: int) -> Figure:
     """Encode and decode all pictures, on one thread where the codec lets itself be told so."""
     height, width = pictures[0].shape[:2]
-    coder, reader = (cast(Any, av.CodecContext.create(name, mode)) for name, mode in ((encoder, "w"), (decoder, "r")))
+    coder, reader = cast(Any, av.CodecContext.create(encoder, "w")), cast(Any, av.CodecContext.create(decoder, "r"))
     coder.width, coder.height, coder.pix_fmt, coder.bit_rate = width, height, "yuv420p", bitrate_bps
     coder.time_base, coder.framerate, coder.gop_size = Fraction(1, 90_000), Fraction(FPS), 3000
     coder.options, coder.thread_count, reader.thread_count = options, 1, 1

@@ -130,6 +130,7 @@ class _Listener:
     def candidate_found(self, candidate: Any) -> None: ...
     def channel_opened(self, channel: Any) -> None: ...
     def tracks_unbound(self, labels: Any) -> None: ...
+    def voice_bound(self, label: str, sound: Any) -> None: ...
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None: ...
 
 
@@ -139,7 +140,7 @@ async def _ours(pipe: Connection, orders: Connection, codec: str, pictures: list
     from mosaic_core.adapters.shared_video import SharedVideo
     from mosaic_core.runtime.counters import ConnectorCounters
 
-    encoding = EncodingParams(codec=codec, rungs=1, max_bitrate_bps=BITRATE_BPS, min_bitrate_bps=BITRATE_BPS)  # type: ignore[arg-type]
+    encoding = EncodingParams(codec=codec, rungs=1, max_bitrate_bps=BITRATE_BPS, min_bitrate_bps=BITRATE_BPS)
     stream = SharedVideo("front", encoding, ConnectorCounters())
     answerers = []
     for number in range(n):

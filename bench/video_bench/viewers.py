@@ -22,7 +22,8 @@ class CountingDecoder:
 
 def view(robot: Connection, orders: Connection, viewers: int) -> None:
     """Connect ``viewers`` operators; then answer each ``count`` with the pictures so far, until ``end``."""
-    aiortc.rtcrtpreceiver.get_decoder = lambda codec: CountingDecoder()  # type: ignore[assignment,return-value]
+    module: Any = aiortc.rtcrtpreceiver
+    module.get_decoder = lambda codec: CountingDecoder()
     asyncio.run(_view(robot, orders, viewers))
 
 
