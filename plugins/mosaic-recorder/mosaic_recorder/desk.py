@@ -78,7 +78,7 @@ class RecorderDesk:
         for recording in recordings:
             if not recording.join(max(0.0, deadline_s - time.monotonic())):
                 logger.warning("the disk holds the recording of %r up; it plays up to there", recording.label)
-        self._teller.join(END_PATIENCE_S)
+        self._teller.join(max(0.0, deadline_s - time.monotonic()))
 
     # -- commands ------------------------------------------------------------------------------------------------
 
@@ -130,11 +130,11 @@ class RecorderDesk:
     def delete_files(self, command: RecorderCommand) -> FileList:
         """What is left. Raises :class:`Refused` for files that aren't there or are being written; the others go."""
         refused = self._folder.delete(command.files)
+        self.wake()
         in_use = [name for name in refused if self._folder.is_in_use(name)]
         if refused:
             code = "recorder.file_in_use" if in_use else "recorder.unknown_file"
             raise Refused(code, ", ".join((in_use or refused)[:3]))
-        self.wake()
         return self.listed(command)
 
     def take_snapshots(self, command: RecorderCommand, answer: Callable[[SnapshotTaken], object]) -> None:

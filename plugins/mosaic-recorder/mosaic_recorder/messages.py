@@ -88,5 +88,7 @@ class SnapshotTaken(Message):
     bytes: int = Field(default=0, json_schema_extra=unit("B"))
     width: int = 0
     height: int = 0
-    png_base64: str | None = Field(default=None, description="The file, if it was asked for and is not too large to send.")
+    png_base64: str | None = Field(
+        default=None, description="The file, if it was asked for and is not too large to send."
+    )
     code: str = Field(default="", description="Why there is no still.")

@@ -160,17 +160,19 @@ class Recording:
             picture = tap.next(WAKE_S)
             self._dropped = self._dropped_before + tap.dropped
             if picture is None:
-                code = tap.failure or self._wait_on()
+                code = tap.failure
+                self._wait_on()
             else:
-                code = self._limit_before(picture) or self._take(tap, picture)
+                code = self._limit_before(picture)
+                if not code:
+                    self._take(tap, picture)
             code = code or self._check_disk()
         return code
 
-    def _wait_on(self) -> str:
+    def _wait_on(self) -> None:
         self._silent_s += WAKE_S
         if self._silent_s >= SILENT_S:
             self._enter("waiting")
-        return ""
 
     def _limit_before(self, picture: TappedPicture) -> str:
         """Why this picture does not belong to the recording any more."""
@@ -181,7 +183,7 @@ class Recording:
             return "recorder.max_bytes"
         return ""
 
-    def _take(self, tap: MediaTap, picture: TappedPicture) -> str:
+    def _take(self, tap: MediaTap, picture: TappedPicture) -> None:
         self._clip.add(picture)
         self._silent_s = 0.0
         if picture.is_key:
@@ -191,7 +193,6 @@ class Recording:
             tap.ask_key_frame()
             self._key_asked_at_s = picture.captured_at_s
         self._enter("recording")
-        return ""
 
     def _enter(self, state: RecordingState) -> None:
         if state != self._state:
