@@ -1,4 +1,4 @@
-"""What a command becomes before it acts: scaled, then clamped, then slewed, so no plugin sees more than is allowed.
+"""What a command becomes before it acts: clamped, then scaled, then slewed, so no plugin sees more than is allowed.
 
 Works on the parsed JSON message: a dict of dicts with numbers, addressed by dotted paths. A field that is missing
 counts as 0 and stays missing, but for one that has not fallen to 0 yet: leaving it out stops no faster. Rates hold
@@ -87,10 +87,11 @@ class SafetyEnvelope:
         """``message`` as it may act now, with ``factor`` (0 to 1) of its speed. Raises :class:`OutOfRange`."""
         wish = [_number(message, path, field) for path, field in zip(self._paths, self.fields, strict=True)]
         share = factor if 0.0 <= factor <= 1.0 else 0.0  # NaN too: what is unknown doesn't move
-        target = [0.0 if value is None else max(-HUGE, min(HUGE, value)) * share for value in wish]
+        target = [0.0 if value is None else max(-HUGE, min(HUGE, value)) for value in wish]
         for limit, places in self._limits:
             clamped(target, limit, places)
-        output = self._slewed(target, now_s)
+        # a share of what is allowed: of a wish beyond the limits it would leave the limits themselves
+        output = self._slewed([value * share for value in target], now_s)
         shaped, was_limited = dict(message), False
         for path, value, wished in zip(self._paths, output, wish, strict=True):
             if value != (wished or 0.0):  # what isn't limited stays the number it was, also an integer

@@ -585,7 +585,7 @@ class Walk:
         speed = math.hypot(*self.robot.receivers[resource].velocity)
         demand(speed <= TOP_SPEED + ROUNDING, "never faster than the limit")
         last_speed, last_at_s = self.last_motion[resource]
-        most = max(last_speed, min(TOP_SPEED, factor * math.hypot(*wishes)))
+        most = max(last_speed, factor * min(TOP_SPEED, math.hypot(*wishes)))
         demand(speed <= most + ROUNDING, "never faster than the link allows, but for slowing down")
         elapsed_s = self.now_s - last_at_s
         demand(speed - last_speed <= RISE * min(elapsed_s, MAX_RISE_STEP_S) + ROUNDING, "it never rises too fast")
