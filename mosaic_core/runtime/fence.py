@@ -42,7 +42,9 @@ class Fence:
         self._unsafe: set[SafetyWatch] = set()
         watchdog.fence = self
 
-    def refusal(self, safety: ReceiverSafety, peer_id: str, epoch: int | None) -> str | None:
+    def refusal(
+        self, safety: ReceiverSafety, peer_id: str, epoch: int | None, now_s: float | None = None
+    ) -> str | None:
         """Why a command of this peer may not act now; ``epoch`` ``None``: it came on a bare channel."""
         if not safety.is_motion:
             return None
@@ -51,17 +53,18 @@ class Fence:
                 return "safety.stopped"
             if safety.resource is None:
                 return None
-            return self.desk.refusal(peer_id, safety.resource, epoch, time.monotonic())
+            return self.desk.refusal(peer_id, safety.resource, epoch, time.monotonic() if now_s is None else now_s)
 
-    def commanded(self, safety: ReceiverSafety, peer_id: str) -> None:
-        """A command acts: a sign of life of the holder, and how an original peer takes a free lease."""
+    def commanded(self, safety: ReceiverSafety, peer_id: str, now_s: float) -> None:
+        """A command acts: a sign of life of the holder, and how an original peer takes a free lease. ``now_s``: when
+        it was found not to be refused, so that the lease can't expire between the two."""
         if safety.resource is not None:
-            self.handle(Commanded(peer_id, safety.resource))
+            self.handle(Commanded(peer_id, safety.resource), now_s)
 
-    def handle(self, event: Event) -> None:
+    def handle(self, event: Event, now_s: float | None = None) -> None:
         """Something happens to the leases: what it ends is made safe before anybody hears of it."""
         with self.lock:
-            for effect in self.desk.handle(event, time.monotonic()):
+            for effect in self.desk.handle(event, time.monotonic() if now_s is None else now_s):
                 if isinstance(effect, Changed) and effect.before is not None:
                     self._lease_lost(effect.resource, effect.before.peer_id)
                 self._tell(effect)

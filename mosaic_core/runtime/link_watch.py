@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 
 from mosaic_core.machines.link_quality import LinkQuality
-from mosaic_core.machines.slow_down import Cause, slow_down
+from mosaic_core.machines.slow_down import Cause, Measures, slow_down
 from mosaic_core.words.control import Ping
 from mosaic_core.words.limits import SlowDownCurves
 
@@ -85,10 +85,12 @@ class LinkWatch:
         return self._links.get(peer_id)
 
     def factor_for(self, curves: SlowDownCurves) -> Callable[[str], float]:
-        """How much of the speed is left for a peer: 1 for an original one, which can't be measured."""
+        """How much of the speed is left for a peer: all of it for an original one, which can't be measured, but none
+        where a picture is required."""
+        unmeasured, _ = slow_down(curves, Measures())
 
         def factor(peer_id: str) -> float:
             link = self._links.get(peer_id)
-            return 1.0 if link is None else link.speed(curves)[0]
+            return unmeasured if link is None else link.speed(curves)[0]
 
         return factor

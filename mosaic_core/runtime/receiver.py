@@ -211,7 +211,12 @@ class Receiver:
         """The arguments of a ``handle_data`` of the framework's own."""
         if self.watch.zeros_until_s is None or self._last_sender is None:
             return None
-        value = self._shaper.zeros()
+        try:
+            value = self._shaper.zeros()
+        except Exception as error:  # noqa: BLE001 (a model may take no zero; its safe action has run, commands go on)
+            self.watch.no_zeros()
+            logger.error("%r takes no zeros: %s", self.label, error, extra={"label": self.label})
+            return None
         if value is None or not self.watch.begin_zero():
             return None
         return (value, self._last_sender) if self._takes_sender else (value,)
@@ -223,9 +228,9 @@ class Receiver:
 
     def _raised(self, item: Incoming | None, error: BaseException) -> None:
         self.watch.finish(accepted=False, failed=not isinstance(error, Refused))
+        if item is not None:  # also what broke half-way: a zero that did not arrive is no second of standing
+            self._shaper.undone()
         if isinstance(error, Refused):
-            if item is not None:
-                self._shaper.undone()
             self._tell_of(item, error.code, error.message)
         else:
             self._failed(item, error)

@@ -29,6 +29,12 @@ def _receiver_problems(
     one: CheckedConnector, handler: DataChannelReceivable[Any], checked: CheckedConfig
 ) -> Iterator[Problem]:
     safety, place, document = one.safety, (*one.place, "safety"), checked.document
+    needs_lease = handler.requires_lease if safety.requires_lease is None else safety.requires_lease
+    if "resource" in safety.model_fields_set and not needs_lease:
+        message = (
+            f"connector '{one.config.label}' needs no lease to be commanded, so '{safety.resource}' guards nothing"
+        )
+        yield document.problem((*place, "resource"), message, cure="add `requires_lease: true`, or remove `resource`")
     fields = {*handler.motion_fields, *(field for limit in safety.every_limit() for field in limit.fields)}
     if message_type_of(type(handler)) in (str, bytes) and fields:
         message = f"connector '{one.config.label}' takes no JSON messages, so none of their fields can be limited"

@@ -89,13 +89,14 @@ class SafetyWatch:
         stands, so nothing acts and nothing needs watching."""
         with self._owner.changed:
             peer_id = item.sender.peer_id
-            refusal = self._refusal(item)
+            now_s = time.monotonic()
+            refusal = self._refusal(item, now_s)
             if refusal is not None:
                 return refusal
             if fired is not None and fired != self.fired:
                 return OVERTAKEN
             if self._owner.fence is not None:
-                self._owner.fence.commanded(self.safety, peer_id)
+                self._owner.fence.commanded(self.safety, peer_id, now_s)
             self._zeros = None
             if is_idle:
                 self.watchdog.disarm()
@@ -107,11 +108,11 @@ class SafetyWatch:
             self._owner.deadline_moved(self.watchdog.due_at_s)
             return None
 
-    def _refusal(self, item: Incoming) -> str | None:
+    def _refusal(self, item: Incoming, now_s: float) -> str | None:
         if self._openings.get(item.sender.peer_id) != item.opening:
             return GONE
         fence = self._owner.fence
-        refusal = fence.refusal(self.safety, item.sender.peer_id, item.epoch) if fence is not None else None
+        refusal = fence.refusal(self.safety, item.sender.peer_id, item.epoch, now_s) if fence is not None else None
         if refusal is None and item.generation != self.generation:
             return self._fenced_by
         return refusal
@@ -123,6 +124,11 @@ class SafetyWatch:
                 return False
             self._handling, self._overtaken_cause, self._before = _FRAMEWORK, None, None
             return True
+
+    def no_zeros(self) -> None:
+        """The receiver can make no zero of its last command."""
+        with self._owner.changed:
+            self._zeros = None
 
     @property
     def zeros_until_s(self) -> float | None:
@@ -240,5 +246,5 @@ class SafetyWatch:
             if zeros_of is not None and zeros_of == self.fired:
                 self._zeros = (zeros_of, time.monotonic() + ZEROS_FOR_S)
                 self.woken()
-            if self._owner.fence is not None:
+            if self._owner.fence is not None and not self.actions:  # the stop's own may still wait behind this one
                 self._owner.fence.made_safe(self)

@@ -159,6 +159,7 @@ def test_a_misspelt_field_is_told_with_the_nearest_name() -> None:
         ({"limits": {"x": {"max": 1}}}, "takes no JSON messages"),
         ({"timeout_s": 1, "on_timeout": "zero"}, "no motion fields"),
         ({"on_loss": "zero"}, "no motion fields"),
+        ({"resource": "arm"}, "needs no lease"),
     ],
 )
 def test_limits_that_nothing_can_follow_are_told(safety: dict[str, Any], words: str) -> None:
