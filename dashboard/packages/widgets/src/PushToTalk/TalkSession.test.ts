@@ -32,8 +32,8 @@ function made(hasMicrophone = true): TalkSession {
       sent.push(next)
       return Promise.resolve(isOpen)
     },
-    page: page as unknown as Window,
-    document: documentLike as unknown as Document,
+    page: page,
+    document: documentLike,
   })
 }
 
@@ -42,7 +42,7 @@ beforeEach(() => {
   sent = []
   isOpen = true
   page = new EventTarget()
-  documentLike = Object.assign(new EventTarget(), { visibilityState: 'visible' as DocumentVisibilityState })
+  documentLike = Object.assign<EventTarget, { visibilityState: DocumentVisibilityState }>(new EventTarget(), { visibilityState: 'visible' })
   session = made()
 })
 
