@@ -30,8 +30,11 @@ CODEC_ORDER = ("video/VP8", "video/H264")
 class AiortcAnswerer:
     """Implements ``runtime.transport.Answerer`` for one operator."""
 
-    def __init__(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> None:
+    def __init__(
+        self, listener: AnswererListener, ice_servers: Sequence[IceServer], *, relay_only: bool = False
+    ) -> None:
         self._listener = listener
+        self._relay_only = relay_only
         self._ice_servers = ice_servers
         self._peer: AiortcPeer | None = None
         self._early: list[IceCandidate] = []
@@ -44,7 +47,7 @@ class AiortcAnswerer:
         tracks: Mapping[str, str] | None,
         sound: SoundLabels = NO_SOUND,
     ) -> str:
-        """See :class:`mosaic_core.runtime.transport.Answerer`. Adds ``ice.no_address`` to what it raises."""
+        """See :class:`mosaic_core.runtime.transport.Answerer`. Adds ``ice.no_address`` and ``ice.no_relay``."""
         if self._peer is not None or self._is_closed:
             raise ConnectionFailed("This peer connection has had its offer.", code="sdp.invalid")
         offer = vetted_offer(offer_sdp)
@@ -81,7 +84,10 @@ class AiortcAnswerer:
         # MAX_BUNDLE makes one transport from the start; under the default aiortc mixes them up when the data
         # channel's line comes before two video lines.
         bundle = RTCBundlePolicy.MAX_BUNDLE if offer.is_bundled else RTCBundlePolicy.BALANCED
-        peer = AiortcPeer(self._ice_servers, bundle, self._listener.candidate_found, self._listener.state_changed)
+        listener = self._listener
+        peer = AiortcPeer(
+            self._ice_servers, bundle, listener.candidate_found, listener.state_changed, relay_only=self._relay_only
+        )
 
         @peer.pc.on("datachannel")
         def arrived(channel: RTCDataChannel) -> None:
@@ -117,6 +123,8 @@ class AiortcAnswerer:
         transceiver.direction = "sendonly"
 
 
-def aiortc_answerer(listener: AnswererListener, ice_servers: Sequence[IceServer]) -> AiortcAnswerer:
+def aiortc_answerer(
+    listener: AnswererListener, ice_servers: Sequence[IceServer], *, relay_only: bool = False
+) -> AiortcAnswerer:
     """An ``AnswererFactory``."""
-    return AiortcAnswerer(listener, ice_servers)
+    return AiortcAnswerer(listener, ice_servers, relay_only=relay_only)

@@ -21,10 +21,16 @@ from mosaic_core.words.signaling import IceCandidate
 class AiortcOfferer:
     """One peer connection, offered by this side."""
 
-    def __init__(self, listener: OffererListener, ice_servers: Sequence[IceServer]) -> None:
+    def __init__(
+        self, listener: OffererListener, ice_servers: Sequence[IceServer], *, relay_only: bool = False
+    ) -> None:
         self._listener = listener
         self._peer = AiortcPeer(
-            ice_servers, RTCBundlePolicy.MAX_BUNDLE, listener.candidate_found, listener.state_changed
+            ice_servers,
+            RTCBundlePolicy.MAX_BUNDLE,
+            listener.candidate_found,
+            listener.state_changed,
+            relay_only=relay_only,
         )
         self._labels: list[str] = []
         self._tracks: dict[str, str] = {}
@@ -97,6 +103,8 @@ class AiortcOfferer:
         self._listener.track_arrived(label, IncomingVideo(track, line.receiver if line is not None else None))
 
 
-def aiortc_offerer(listener: OffererListener, ice_servers: Sequence[IceServer]) -> AiortcOfferer:
+def aiortc_offerer(
+    listener: OffererListener, ice_servers: Sequence[IceServer], *, relay_only: bool = False
+) -> AiortcOfferer:
     """Makes the operator's side of one peer connection."""
-    return AiortcOfferer(listener, ice_servers)
+    return AiortcOfferer(listener, ice_servers, relay_only=relay_only)

@@ -49,6 +49,8 @@ class AiortcPeer:
         bundle: RTCBundlePolicy,
         on_candidate: Callable[[IceCandidate], None],
         on_state: Callable[[str], None],
+        *,
+        relay_only: bool = False,
     ) -> None:
         widen_udp_buffer()
         self.pc = RTCPeerConnection(RTCConfiguration(iceServers=[], bundlePolicy=bundle))
@@ -56,6 +58,7 @@ class AiortcPeer:
         self._ice_servers = ice_servers
         self._on_candidate = on_candidate
         self._on_state = on_state
+        self._relay_only = relay_only
         self._gatherings: list[EarlyGathering] = []
         self._is_described = False
         self._early: list[IceCandidate] = []
@@ -70,7 +73,9 @@ class AiortcPeer:
     async def describe_locally(self) -> str:
         """Set the local description and return it at once, with the host candidates."""
         for transport in ice_transports(self.pc):
-            gathering = EarlyGathering(transport, self._ice_servers, self._found, self._gathered)
+            gathering = EarlyGathering(
+                transport, self._ice_servers, self._found, self._gathered, relay_only=self._relay_only
+            )
             gathering.install()
             self._gatherings.append(gathering)
         if self.pc.sctp is not None and not os.environ.get(PLAIN_SCTP_VARIABLE):

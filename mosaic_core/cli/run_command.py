@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -52,13 +53,14 @@ def make_robot(configured: Configured) -> Robot:
     from mosaic_core.adapters.websocket import open_websocket
     from mosaic_core.runtime.robot import Robot
 
+    policy = configured.config.server.webrtc.ice_transport_policy
     return Robot(
         configured.config,
         configured.connectors,
         shared=configured.shared,
         plugins=configured.plugins,
         connect_socket=open_websocket,
-        make_answerer=aiortc_answerer,
+        make_answerer=partial(aiortc_answerer, relay_only=policy == "relay"),
         open_stream=SharedVideo,
         open_sound=SharedSound,
         software=f"mosaic-core/{__version__}",

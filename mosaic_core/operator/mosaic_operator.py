@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
+from functools import partial
 from types import TracebackType
 from typing import Self
 
@@ -24,7 +25,7 @@ from mosaic_core.runtime.transport import SocketConnector
 from mosaic_core.words import signaling
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
-from mosaic_core.words.ice import IceServer
+from mosaic_core.words.ice import IceServer, IceTransportPolicy
 from mosaic_core.words.signaling import RobotStatus, SignalingMessage
 
 LOGIN_ROUTE = "/api/v1/account/login/access-token"
@@ -37,8 +38,8 @@ class MosaicOperator:
     """One signed-in account; use it as ``async with await MosaicOperator.login(…) as operator``.
 
     All calls and callbacks on one event loop. ``is_person``: a person decides what is sent; programs give way to
-    persons, so say so only where it is true. ``open_socket``, ``make_offerer``, ``http`` and ``clock_us`` (this
-    operator's monotonic clock) are for tests.
+    persons, so say so only where it is true. ``ice_transport_policy="relay"`` goes only through TURN. ``open_socket``,
+    ``make_offerer``, ``http`` and ``clock_us`` (this operator's monotonic clock) are for tests.
     """
 
     def __init__(
@@ -47,6 +48,7 @@ class MosaicOperator:
         access_token: str,
         *,
         is_person: bool = False,
+        ice_transport_policy: IceTransportPolicy = "all",
         open_socket: SocketConnector | None = None,
         make_offerer: OffererFactory | None = None,
         http: httpx.AsyncBaseTransport | None = None,
@@ -54,6 +56,7 @@ class MosaicOperator:
     ) -> None:
         self.access_token = access_token
         self.is_person = is_person
+        self.ice_transport_policy: IceTransportPolicy = ice_transport_policy
         self.rest = RestApi(base_url, access_token, http)
         self.stores = StoreManager(self._catalogue_of, self._store_opened, self._store_released)
         self.statuses: dict[str, RobotStatus] = {}
@@ -151,7 +154,9 @@ class MosaicOperator:
         await self._signaling.wait_ready(timeout_s)
         self.watch([robot_id])
         plan = await self._plan(robot_id, connectors)
-        connection = RobotConnection(plan, self.stores, self._make_offerer or _default_offerer(), self._signaling.send)
+        connection = RobotConnection(
+            plan, self.stores, self._make_offerer or self._aiortc_offerer(), self._signaling.send
+        )
         self._connections[robot_id] = connection
         try:
             await connection.open(max(0.1, ends_at_s - loop.time()))
@@ -231,6 +236,11 @@ class MosaicOperator:
                 )
                 connection.hear(close)
 
+    def _aiortc_offerer(self) -> OffererFactory:
+        from mosaic_core.adapters.aiortc_offerer import aiortc_offerer
+
+        return partial(aiortc_offerer, relay_only=self.ice_transport_policy == "relay")
+
     def _catalogue_of(self, robot_id: str) -> Catalogue | None:
         connection = self._connections.get(robot_id)
         if connection is not None and connection.state == "connected":
@@ -252,9 +262,3 @@ def _default_socket() -> SocketConnector:
     from mosaic_core.adapters.websocket import open_websocket
 
     return open_websocket
-
-
-def _default_offerer() -> OffererFactory:
-    from mosaic_core.adapters.aiortc_offerer import aiortc_offerer
-
-    return aiortc_offerer

@@ -88,6 +88,11 @@ REASONS: dict[str, Reason] = {
             "Bring up a network interface; loopback alone is never offered by WebRTC.",
         ),
         Reason(
+            "ice.no_relay",
+            "No TURN server gave an address, and nothing else may be used.",
+            "See what `mosaic run --log-level info` says of the TURN server, or allow ice_transport_policy: all.",
+        ),
+        Reason(
             "ice.timeout",
             "No network path to the other side was found in time.",
             "Both sides may be behind NAT: configure a TURN server.",

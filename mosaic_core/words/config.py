@@ -11,7 +11,7 @@ from pydantic import AliasChoices, Field, SecretStr, field_validator, model_vali
 
 from mosaic_core.words.config_model import ConfigModel
 from mosaic_core.words.data_type import Delivery
-from mosaic_core.words.ice import IceServer
+from mosaic_core.words.ice import IceServer, IceTransportPolicy
 from mosaic_core.words.safety_config import ControlConfig, SafetyConfig
 
 __all__ = [
@@ -55,6 +55,9 @@ class AuthConfig(ConfigModel):
 
 class WebrtcConfig(ConfigModel):
     ice_servers: tuple[IceServer, ...] = Field(default=(), description="STUN and TURN servers beside the server's own.")
+    ice_transport_policy: IceTransportPolicy = Field(
+        default="all", description="relay: only paths through TURN, to test it or to hide this machine's addresses."
+    )
 
 
 class ServerConfig(ConfigModel):

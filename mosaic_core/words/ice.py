@@ -17,6 +17,9 @@ _URL = re.compile(
     r"^(?P<scheme>stuns?|turns?):(?P<host>\[[0-9a-fA-F:.]+\]|[^:?/\[\]@]+)(?::(?P<port>\d{1,5}))?(?:\?transport=(?P<transport>udp|tcp))?$"
 )
 
+IceTransportPolicy = Literal["all", "relay"]
+"""As in W3C's ``RTCConfiguration``: which candidates may be used."""
+
 
 class IceUrl(WireModel):
     """The parts of one ``stun:``/``turn:`` URL (RFC 7064, RFC 7065)."""

@@ -47,7 +47,8 @@ class EarlyGathering:
     """Host candidates at once, reflexive and relayed ones as they come.
 
     :meth:`install` replaces ``gather_candidates`` of one ICE connection. Every STUN and TURN URL is asked at the
-    same time. Only a machine without any host address waits for the first relayed one.
+    same time. Only a machine without any host address waits for the first relayed one, and so does ``relay_only``,
+    which has no other candidates.
     """
 
     def __init__(
@@ -56,13 +57,16 @@ class EarlyGathering:
         servers: Sequence[IceServer],
         on_candidate: Callable[[RTCIceCandidate], None],
         on_complete: Callable[[], None],
+        *,
+        relay_only: bool = False,
     ) -> None:
         self._connection: Connection = transport._connection
         self._servers = [(parse_ice_url(url), server) for server in servers for url in server.urls]
         self._on_candidate = on_candidate
         self._on_complete = on_complete
+        self._relay_only = relay_only
         self._late: set[asyncio.Task[None]] = set()
-        self._first_relay = asyncio.Event()
+        self._relay_settled = asyncio.Event()
         self._answered = False
 
     @property
@@ -82,11 +86,12 @@ class EarlyGathering:
         if connection._local_candidates_start:
             return
         connection._local_candidates_start = True
-        addresses = aioice.ice.get_host_addresses(use_ipv4=True, use_ipv6=True)
-        hosts = await connection.get_component_candidates(_COMPONENT, addresses)
-        connection._local_candidates += hosts
+        if not self._relay_only:
+            addresses = aioice.ice.get_host_addresses(use_ipv4=True, use_ipv6=True)
+            connection._local_candidates += await connection.get_component_candidates(_COMPONENT, addresses)
+        has_hosts = bool(connection._local_candidates)
         self._ask_servers()
-        if not hosts:
+        if not has_hosts:
             await self._wait_for_relay()
         connection._local_candidates_end = True
         self._answered = True
@@ -96,9 +101,12 @@ class EarlyGathering:
     async def _wait_for_relay(self) -> None:
         with suppress(TimeoutError):
             async with asyncio.timeout(LATE_CANDIDATE_TIMEOUT_S if self._late else 0):
-                await self._first_relay.wait()
-        if not self._connection._local_candidates:
+                await self._relay_settled.wait()
+        if self._connection._local_candidates:
+            return
+        if not self._relay_only:
             raise ConnectionFailed("This machine has no network address that WebRTC can use.", code="ice.no_address")
+        raise ConnectionFailed("No TURN server gave an address, and nothing else may be used.", code="ice.no_relay")
 
     def _ask_servers(self) -> None:
         for url, server in self._servers:
@@ -116,6 +124,8 @@ class EarlyGathering:
 
     def _finished(self, task: asyncio.Task[None]) -> None:
         self._late.discard(task)
+        if not self._late:
+            self._relay_settled.set()  # there is none, but nobody has to wait for that
         if not self._late and self._answered and not self._connection._closing:
             self._on_complete()
 
@@ -149,7 +159,7 @@ class EarlyGathering:
             return
         self._connection._protocols.append(protocol)
         self._offer(candidate)
-        self._first_relay.set()
+        self._relay_settled.set()
 
     def _offer(self, candidate: Candidate) -> None:
         connection = self._connection

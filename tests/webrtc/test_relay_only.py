@@ -1,0 +1,54 @@
+"""`ice_transport_policy: relay`: without a TURN server that answers there is no path, and both sides say so at once."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from typing import Any
+
+import pytest
+
+from mosaic_core.adapters import aiortc_answerer, aiortc_offerer
+from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.ice import IceServer
+
+pytestmark = pytest.mark.webrtc
+
+
+class Nobody:
+    """A listener that hears nothing."""
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda *_args, **_options: None
+
+
+@pytest.mark.parametrize("servers", [(), (IceServer(urls=("turn:127.0.0.1:9?transport=tcp",)),)])
+def test_an_offer_without_a_relay_is_refused_with_a_code(servers: tuple[IceServer, ...]) -> None:
+    async def run() -> None:
+        offerer = aiortc_offerer.aiortc_offerer(Nobody(), servers, relay_only=True)
+        offerer.create_channel("x")
+        try:
+            with pytest.raises(ConnectionFailed) as failed:
+                await offerer.offer()
+            assert failed.value.code == "ice.no_relay"
+        finally:
+            await offerer.close()
+
+    asyncio.run(run())
+
+
+def test_an_answer_without_a_relay_is_refused_with_a_code() -> None:
+    async def run() -> None:
+        offerer = aiortc_offerer.aiortc_offerer(Nobody(), ())
+        answerer = aiortc_answerer.aiortc_answerer(Nobody(), (), relay_only=True)
+        offerer.create_channel("x")
+        try:
+            sdp, _ = await offerer.offer()
+            assert re.search("typ host", sdp)
+            with pytest.raises(ConnectionFailed) as failed:
+                await answerer.answer(sdp, [], None)
+            assert failed.value.code == "ice.no_relay"
+        finally:
+            await asyncio.gather(offerer.close(), answerer.close())
+
+    asyncio.run(run())
