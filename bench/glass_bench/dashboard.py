@@ -1,4 +1,4 @@
-"""The age that the dashboard shows of a picture beside the age that is burnt into it, from the real server and robot."""
+"""The age that the dashboard shows of a picture beside the burnt-in one, with the real server and robot."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from connect import START_S, Site, listening_port, run_mosaic, running, token_once_ready
+
 from glass_bench.figures import Displayed
 from glass_bench.page import SCRIPTS, PageClock, page_clock, take_displayed
 

@@ -7,9 +7,10 @@ import time
 from collections.abc import Callable
 from typing import Literal
 
+from video_bench.scene import Image, scene
+
 from mosaic_camera.marks import draw_marks
 from mosaic_camera.pattern import PatternPainter
-from video_bench.scene import Image, scene
 
 FPS = 30
 Content = Literal["pattern", "scene"]

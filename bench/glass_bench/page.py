@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import shutil
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -54,9 +56,19 @@ def chromium() -> str | None:
 
 async def take_displayed(page: Any, clock: PageClock) -> list[Displayed]:
     """What was displayed since the last call, the oldest first."""
+    return displayed(await page.evaluate("() => window.displayed.splice(0)"), clock)
+
+
+def displayed(samples: Sequence[Sequence[Any]], clock: PageClock) -> list[Displayed]:
+    """``samples``: display time in ms of the page, frame, ticks, height, told age in ms.
+
+    Now and then a page reads the pixels when the next picture has replaced the one that it was called for. Then that
+    next one carries the same marks: what the first one carried is not known.
+    """
     pictures = []
-    for page_ms, _frame, ticks, height, told_ms in await page.evaluate("() => window.displayed.splice(0)"):
+    for (page_ms, frame, ticks, height, told_ms), following in zip_longest(samples, samples[1:]):
         at_s = clock.at_s(page_ms)
-        age_s = None if ticks is None else clock.age_s(ticks, at_s)
+        is_own = ticks is not None and (following is None or following[1] != frame)
+        age_s = clock.age_s(ticks, at_s) if is_own else None
         pictures.append(Displayed(at_s, age_s, height, None if told_ms is None else told_ms / 1000))
     return pictures

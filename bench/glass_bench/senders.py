@@ -11,10 +11,10 @@ from importlib.util import find_spec
 from multiprocessing.connection import Connection
 from typing import Any, Protocol
 
-from glass_bench.film import Content, Film, painter
 from video_bench.plain_aiortc import NewestPicture, PlainAnswerer
 from video_bench.scene import Image
 
+from glass_bench.film import Content, Film, painter
 from mosaic_core.machines.impaired_link import LinkProfile
 
 PATIENCE_S = 30.0
@@ -181,7 +181,7 @@ class OurSender:
         from mosaic_core.runtime.counters import ConnectorCounters
         from mosaic_core.testing.impaired_answerer import impaired
 
-        self._stream = SharedVideo("front", EncodingParams(codec=codec), ConnectorCounters())  # type: ignore[arg-type]
+        self._stream = SharedVideo("front", EncodingParams.model_validate({"codec": codec}), ConnectorCounters())
         make = aiortc_answerer if path is None else impaired(aiortc_answerer, path)
         self._answerer = make(_Listener(self._stream), ())
         self.post = self._stream.post
@@ -202,7 +202,7 @@ class AiortcSender:
 
         newest = NewestPicture()
 
-        def make(listener: Any, _: object) -> Any:
+        def make(listener: Any, ice_servers: Any) -> Any:
             return PlainAnswerer(listener, newest, codec)
 
         self._answerer = (make if path is None else impaired(make, path))(_Listener(), ())

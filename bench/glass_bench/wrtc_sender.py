@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import time
+from contextlib import suppress
 from typing import Any
 
 import cv2
@@ -20,17 +20,22 @@ class WrtcSender:
         self._peer: Any = webrtc.RTCPeerConnection()
         self._generator: Any = webrtc.VideoTrackGenerator()
         self._writer: Any = self._generator.writable.get_writer()
+        self._is_gathered = asyncio.Event()
         self._writes: set[asyncio.Future[Any]] = set()
 
     async def answer(self, offer_sdp: str) -> str:
         peer = self._peer
         await peer.set_remote_description(webrtc.RTCSessionDescriptionInit(type="offer", sdp=offer_sdp))
         peer.add_track(self._generator.track)
+        peer.on("icegatheringstatechange", self._look)
         await peer.set_local_description()
-        ends_at_s = time.monotonic() + GATHERING_S
-        while str(peer.ice_gathering_state) != "complete" and time.monotonic() < ends_at_s:
-            await asyncio.sleep(0.01)
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._is_gathered.wait(), GATHERING_S)
         return str(peer.local_description.sdp)
+
+    def _look(self, _: object) -> None:
+        if self._peer.ice_gathering_state == "complete":
+            self._is_gathered.set()
 
     def post(self, image: Image, captured_at_s: float) -> None:
         i420 = cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420).tobytes()
