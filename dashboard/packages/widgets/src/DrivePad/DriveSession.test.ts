@@ -313,6 +313,23 @@ describe('a gamepad', () => {
     expect(sent.at(-1)).toEqual(ZERO_TWIST)
   })
 
+  test('drives the pad it belongs to and no other: a touch of another pad ends it here, and it starts nothing there', () => {
+    const { pad } = driving()
+    const second = openSession()
+    second.moveStick({ forward: 0, left: 1 })
+    vi.advanceTimersByTime(2 * TICK_MS)
+    second.stop('released')
+    sent.length = 0
+    vi.advanceTimersByTime(3000)
+    expect(sent.filter((twist) => twist.linear.x !== 0)).toEqual([])
+    setPressed(pad, LB, false)
+    vi.advanceTimersByTime(TICK_MS)
+    setPressed(pad, LB, true)
+    vi.advanceTimersByTime(2 * TICK_MS)
+    expect(sent.at(-1)?.linear.x).toBe(1)
+    expect(second.get().gamepad).not.toBeNull()
+  })
+
   test('does nothing without it', () => {
     openSession()
     pads.plugIn().axes[1] = -1

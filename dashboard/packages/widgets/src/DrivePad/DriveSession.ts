@@ -80,6 +80,8 @@ export class DriveSession {
   }
 
   moveStick(stick: Stick): void {
+    // A gamepad that drives another pad is seen by that one no more: it must end there, and starts nothing here.
+    if (keyboard.owner !== this && keyboard.owner?.state.gamepad != null) keyboard.owner.stop('released')
     keyboard.owner = this
     this.dispatch({ type: 'stick', stick })
   }
@@ -139,8 +141,9 @@ export class DriveSession {
     // Without the focus only its stop counts: whoever works in another window is not looking at the robot.
     if (stick !== null && this.page.document.hasFocus()) this.dispatch({ type: 'gamepad', stick })
     else if (stick !== null) this.stop('blur')
-    else if (hasEnded && this.gamepads.active.get() === null) this.stop('unplugged')
-    else if (hasEnded) this.dispatch({ type: 'gamepadReleased' })
+    else if (!hasEnded && this.state.gamepad === null) return
+    else if (this.gamepads.active.get() === null) this.stop('unplugged')
+    else this.dispatch({ type: 'gamepadReleased' })
   }
 
   private listenToPage(): void {
