@@ -55,9 +55,24 @@ def _connector_hints(connector: CheckedConnector, document: YamlDocument, legacy
             f" steps of {timeout_s:g} s"
         )
         yield document.problem((*place, "safety", "timeout_s"), message, cure="that is the safe way; nothing to change")
+    yield from _weak_points(connector, document)
     if timeout_s is None and connector.safety.requires_lease and legacy_peers == "allow":
         message = (
             "whether silence stops it depends on the connector: an original dashboard that hangs is only noticed when"
             " its lease expires"
         )
         yield document.problem((*place, "safety"), message, cure="say how long with timeout_s, for example 0.3")
+
+
+def _weak_points(connector: CheckedConnector, document: YamlDocument) -> Iterator[Problem]:
+    """What takes a guard away and looks harmless in the file."""
+    safety, place = connector.safety, (*connector.place, "safety")
+    if safety.on_timeout == "hold":
+        until = "somebody says stop" if safety.requires_lease is False else "its lease ends or somebody says stop"
+        message = f"silence stops nothing here: what was commanded last goes on until {until}"
+        yield document.problem(
+            (*place, "on_timeout"), message, cure="write `callback`, unless it must not stop by itself"
+        )
+    if safety.requires_lease is False and "requires_lease" in safety.model_fields_set:
+        message = "whoever is connected may command it, several at a time"
+        yield document.problem((*place, "requires_lease"), message, cure="leave it out, unless nothing moves")

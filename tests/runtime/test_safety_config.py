@@ -186,3 +186,23 @@ def test_a_leased_connector_without_a_timeout_is_worth_a_hint(
 
     assert any("original dashboard" in hint for hint in hints(""))
     assert not any("original dashboard" in hint for hint in hints("control: {legacy_peers: observe}\n"))
+
+
+@pytest.mark.parametrize(
+    ("safety", "words"),
+    [
+        ("{timeout_s: 0.3, on_timeout: hold}", ["until its lease ends"]),
+        (
+            "{timeout_s: 0.3, on_timeout: hold, requires_lease: false}",
+            ["until somebody says stop", "several at a time"],
+        ),
+        ("{timeout_s: 0.3, requires_lease: true}", []),
+    ],
+)
+def test_guards_that_are_taken_away_are_worth_a_hint(
+    check: Callable[..., Validation], robot_yaml: Callable[..., str], safety: str, words: list[str]
+) -> None:
+    hints = check(robot_yaml(f"[{{type: motor, label: a, params: {{pin: 1}}, safety: {safety}}}]")).hints
+    told = [hint.message for hint in hints if "original dashboards" not in hint.message]
+    assert len(told) == len(words)
+    assert all(word in one for word, one in zip(words, told, strict=True))
