@@ -50,6 +50,13 @@ class SpeakerRun:
             self._changed.notify_all()
             return is_taken
 
+    @property
+    def failure(self) -> tuple[str, str] | None:
+        """Code and text while it rests after an error; ``None``: it plays."""
+        with self._changed:
+            is_resting = time.monotonic() < self._resting_until_s
+        return (self._failures.last_code, self._failures.last_error) if is_resting else None
+
     def silence(self) -> None:
         """Whoever talked has no floor any more: not one more sound of it."""
         with self._changed:

@@ -98,6 +98,7 @@ class _Speaker:
         self._tell = tell
         self._floor = TalkFloor()
         self._timer: asyncio.TimerHandle | None = None
+        self._is_failure_told = False
 
     def heard(self, talker: Talker, heard: HeardSound) -> None:
         holds = self.talker is not None and self.talker.peer_id == talker.peer_id
@@ -120,8 +121,12 @@ class _Speaker:
     def _play(self, talker: Talker, heard: HeardSound) -> None:
         if self.run.put(heard, talker.sender):
             self._counters.count(heard.sound.samples.nbytes, time.monotonic())
-        else:
-            self._counters.dropped += 1
+            return
+        self._counters.dropped += 1
+        failure = self.run.failure
+        if failure is not None and not self._is_failure_told:
+            self._is_failure_told = True
+            talker.refuse(self._label, None, *failure)
 
     def left(self, peer_id: str) -> None:
         if self._floor.left(peer_id):
@@ -134,6 +139,7 @@ class _Speaker:
 
     def _changed(self, talker: Sender | None) -> None:
         self.talker = talker
+        self._is_failure_told = False
         self.run.silence()
         self._tell(self._label, talker)
         if self._timer is not None:

@@ -356,6 +356,7 @@ def test_a_loudspeaker_that_fails_rests_and_is_heard_again(house: Any) -> None:
             ann.speak()
             await until(lambda: place.loudspeaker.heard)
             assert failures == [1]
+            assert ann.refusals == [("speaker", "plugin.failed", "OSError: unplugged")]
             assert place.loudspeaker.ended == 1
 
     asyncio.run(run())

@@ -114,6 +114,15 @@ export class FakeDataChannel {
 
 export class FakeTransceiver {
   mid: string | null = null
+  /** What this side sends, newest last. */
+  readonly sentTracks: unknown[] = []
+  readonly sender = {
+    replaceTrack: (track: unknown): Promise<void> => {
+      this.sentTracks.push(track)
+      return Promise.resolve()
+    },
+  }
+
   constructor(
     readonly kind: string,
     readonly init: { direction?: string },

@@ -98,6 +98,14 @@ test.each<[Partial<TalkView>, string]>([
   [{ talker: { peerId: 'you', name: '' } }, 'Somebody is talking'],
   [{ phase: 'talking', refusal: { label: 'horn', code: 'media.talk_busy', message: 'Bob is talking.' } }, 'Not heard: Bob is talking.'],
   [{ phase: 'talking', refusal: { label: 'horn', code: 'media.talk_busy' } }, 'Not heard: Somebody else is talking.'],
+  [
+    { phase: 'talking', talker: { peerId: 'me', name: 'Ann' }, refusal: { label: 'horn', code: 'media.talk_busy' } },
+    'You are heard',
+  ],
+  [
+    { phase: 'talking', talker: { peerId: 'me', name: 'Ann' }, refusal: { label: 'horn', code: 'plugin.no_device', message: 'unplugged' } },
+    'Not heard: unplugged',
+  ],
   [{ problem: 'No microphone was found.' }, 'No microphone was found.'],
 ])('of %o it says %s', (view, text) => {
   expect(talkText({ ...VIEW, ...view }).text).toBe(text)
