@@ -60,7 +60,7 @@ class LinkQuality:
         if t0_us not in self._unanswered_us:
             return
         while self._unanswered_us.popleft() != t0_us:
-            pass  # the channel is ordered: what was not answered before will never be
+            pass  # what was not answered before this one was lost, or comes too late to tell anything new
         self._rtt_ms = max(0.0, now_s * 1000 - t0_us / 1000)
 
     def command_seen(self, seq: int, now_s: float, channel: str = "") -> None:

@@ -46,7 +46,7 @@ class ControlPort:
 
     def add_stop_channel(self, channel: Channel) -> None:
         """The stop's own lane; what comes back on it is handed over like everything else."""
-        self._stop_port = _words_port(channel, self._received, lambda is_open: None, self._clock_us)
+        self._stop_port = _words_port(channel, self._received_on_stop_channel, lambda is_open: None, self._clock_us)
 
     @property
     def round_trip_ms(self) -> float | None:
@@ -86,7 +86,13 @@ class ControlPort:
             hello = Hello(extensions=CONTROL_EXTENSIONS, software=SOFTWARE, boot_id=BOOT_ID, is_person=self._is_person)
             self.send(hello)
 
+    def _received_on_stop_channel(self, frame: Frame) -> None:
+        self._take(frame, self.send_on_stop_channel)
+
     def _received(self, frame: Frame) -> None:
+        self._take(frame, self.send)
+
+    def _take(self, frame: Frame, answer: Callable[[ControlMessage], bool]) -> None:
         arrived_us = self._clock_us()
         try:
             message = parse_control(frame.payload.decode())
@@ -95,7 +101,7 @@ class ControlPort:
             return
         match message:
             case Ping(t0=t0):
-                self.send(Pong(t0=t0, t1=arrived_us, t2=self._clock_us()))
+                answer(Pong(t0=t0, t1=arrived_us, t2=self._clock_us()))
             case Pong():
                 self._clock.add(message.t0, message.t1, message.t2, arrived_us)
             case Hello(boot_id=boot_id) if boot_id != self._robot_boot_id:

@@ -11,10 +11,11 @@ from mosaic_core.machines.slow_down import REPORT_PERIOD_S, LimitReport
 from mosaic_core.runtime.control_words import safety_limit
 from mosaic_core.runtime.link_watch import LinkWatch
 from mosaic_core.runtime.routes import Route
-from mosaic_core.words.control import PING_PERIOD_S, SafetyLimit
+from mosaic_core.words.control import SafetyLimit
 
 _TICK_S = 0.1
-_TICKS_PER_PING = round(PING_PERIOD_S / _TICK_S)
+"""Between two pings of a peer: a single lost one makes the link look this much slower."""
+_TICKS_PER_FLUSH = 5
 _TICKS_PER_REPORT = round(REPORT_PERIOD_S / _TICK_S)
 
 
@@ -64,8 +65,8 @@ class LinkReports:
     def _tick(self) -> None:
         self._timer = self._loop.call_later(_TICK_S, self._tick) if self._links.peer_ids else None
         self._ticks += 1
-        if self._ticks % _TICKS_PER_PING == 0:
-            self._listener.ping_all()
+        self._listener.ping_all()
+        if self._ticks % _TICKS_PER_FLUSH == 0:
             self._listener.time_passed(time.monotonic())
         if self._ticks % _TICKS_PER_REPORT == 0:
             for route in self._routes:

@@ -214,7 +214,7 @@ class OperatorPeer:
                 self._control.link = ControlLink(channel, self._queue, self._baseline, self._heard)
                 self._control.link.greet(self._site.software, self._site.boot_id)
         elif channel.label == STOP_LABEL and channel.protocol == CHANNEL_PROTOCOL:
-            StopLink(channel, self._stop)
+            self._control.stop_link = StopLink(channel, self._heard_on_stop_channel)
         else:
             if channel.protocol != CHANNEL_PROTOCOL and not self.sender.is_original and self.phase != "open":
                 self._treat_as_original()  # ours frame everything: no need to wait for a hello that will not come
@@ -262,9 +262,15 @@ class OperatorPeer:
                 self._handle(session.ControlReceived())
                 self._control.heard(message)
 
-    def _stop(self, stop: control.Stop, answer: Callable[[control.ControlMessage], None]) -> None:
-        if self.phase != "closed":
-            self._control.stop(stop, answer)
+    def _heard_on_stop_channel(
+        self, message: control.Stop | control.Pong, answer: Callable[[control.ControlMessage], None]
+    ) -> None:
+        if self.phase == "closed":
+            return
+        if isinstance(message, control.Stop):
+            self._control.stop(message, answer)
+        else:
+            self._control.heard(message)
 
     def _watch(self, label: str, on: bool) -> None:
         media = self._site.media

@@ -11,15 +11,21 @@ from mosaic_core.machines.peer_admission import PeerIdentity
 from mosaic_core.runtime.control_link import ControlLink
 from mosaic_core.runtime.link_watch import PeerLink
 from mosaic_core.runtime.site import Site
+from mosaic_core.runtime.stop_link import StopLink
 from mosaic_core.words import control
+
+ORDERED_PINGS_EVERY = 5
 
 
 class PeerControl:
-    """Implements ``control_desk.Controlled``; event loop only. :attr:`link` is set once ``_mosaic`` is there."""
+    """Implements ``control_desk.Controlled``; event loop only. :attr:`link` is set once ``_mosaic`` is there,
+    :attr:`stop_link` once ``_stop`` is."""
 
     def __init__(self, peer_id: str, who: PeerIdentity, site: Site) -> None:
         self.sender = Sender(peer_id, who.session_id, who.operator_id, who.name, who.role)
         self.link: ControlLink | None = None
+        self.stop_link: StopLink | None = None
+        self._pings = 0
         self._is_program = who.is_program
         self._site = site
         self._knows_leases = False
@@ -61,8 +67,14 @@ class PeerControl:
             self.link.send(message)
 
     def ping(self) -> None:
-        if self._measured is not None:
+        """Often on the stop channel, where a lost ping is just lost; seldom on the ordered one."""
+        if self._measured is None:
+            return
+        if self.stop_link is not None and self.stop_link.is_open:
+            self.stop_link.send(self._measured.pinged())
+        elif self._pings % ORDERED_PINGS_EVERY == 0:
             self.answer(self._measured.pinged())
+        self._pings += 1
 
     # -- what it says --------------------------------------------------------------------------------------------
 

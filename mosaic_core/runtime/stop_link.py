@@ -1,14 +1,18 @@
-"""The stop channel ``_stop`` of one peer: a lane of its own, past every queue."""
+"""The stop channel ``_stop`` of one peer: a lane of its own, past every queue.
+
+The robot's pings take it too: on an ordered channel one lost packet would look like a round trip of half a second.
+"""
 
 from __future__ import annotations
 
 import logging
 import time
 from collections.abc import Callable
+from typing import TypeAlias
 
 from mosaic_core.machines.framing import SEQ_MODULUS, Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.runtime.transport import Channel
-from mosaic_core.words.control import ControlMessage, Stop, parse_control
+from mosaic_core.words.control import ControlMessage, Pong, Stop, parse_control
 from mosaic_core.words.errors import ConnectionFailed, WireError
 
 logger = logging.getLogger(__name__)
@@ -16,15 +20,22 @@ logger = logging.getLogger(__name__)
 MAX_STOP_BYTES = 2048
 
 
-class StopLink:
-    """Event loop only. ``heard`` gets every stop that arrives, and what answers it here."""
+Heard: TypeAlias = Callable[[Stop | Pong, Callable[[ControlMessage], None]], None]
 
-    def __init__(self, channel: Channel, heard: Callable[[Stop, Callable[[ControlMessage], None]], None]) -> None:
+
+class StopLink:
+    """Event loop only. ``heard`` gets every stop and pong that arrives, and what answers it here."""
+
+    def __init__(self, channel: Channel, heard: Heard) -> None:
         self._channel = channel
         self._heard = heard
         self._reader = FrameReader(MAX_STOP_BYTES)
         self._seq = 0
         channel.on_message = self._received
+
+    @property
+    def is_open(self) -> bool:
+        return self._channel.is_open
 
     def send(self, message: ControlMessage) -> None:
         """At once, past the send queue: an answer that waits behind bulk would be repeated for nothing."""
@@ -46,5 +57,5 @@ class StopLink:
         except (WireError, UnicodeDecodeError) as error:
             logger.debug("unreadable message on the stop channel: %s", error)
             return
-        if isinstance(message, Stop):
+        if isinstance(message, Stop | Pong):
             self._heard(message, self.send)

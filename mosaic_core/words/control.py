@@ -69,7 +69,8 @@ class CatalogueFull(ControlMessage):
 
 class Ping(ControlMessage):
     """Four-stamp ping (RFC 5905 §8): ``t0`` is when it left. Both sides ping: the operator for the clock offset, the
-    robot to learn how old a command is when it acts."""
+    robot (on the stop channel, where nothing waits for a lost packet) to learn how old a command is when it acts. The
+    answer takes the channel of the ping."""
 
     type = "ping"
     t0: int

@@ -127,6 +127,7 @@ class FakeRobot:
     def __init__(self) -> None:
         self.is_ours = True
         self.answers_pings = True
+        self.pongs_on_stop_channel: list[control.Pong] = []
         self.opens_channels = True
         self.catalogue = CATALOGUE
         self.extensions = dict(control.CONTROL_EXTENSIONS)
@@ -209,6 +210,9 @@ class FakeRobot:
 
     def _stop_sent(self, channel: FakeChannel, data: bytes | str) -> None:
         message = _control_message(data)
+        if isinstance(message, control.Pong):
+            self.pongs_on_stop_channel.append(message)
+            return
         assert isinstance(message, control.Stop)
         self.stops.append(message)
         if len(self.stops) > self.loses_stops:

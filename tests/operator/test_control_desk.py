@@ -275,7 +275,7 @@ def test_a_stop_is_said_on_both_lanes_and_repeated_until_it_is_acknowledged(worl
         report = await connection.control.stop("a dog")
         assert isinstance(report, StopReport)
         assert report.copies == 4
-        assert report.acknowledged_s >= 0.085
+        assert report.acknowledged_s >= 0.065
         assert report.is_safe
         assert {stop.id for stop in robot.stops} == {stop.id for stop in robot.said(control.Stop)}
         assert robot.stops[0].reason == "a dog"
@@ -380,6 +380,15 @@ def test_the_robots_pings_are_answered_with_our_clock(world: Any) -> None:
         assert abs(pong.t2 - hour_us - time.monotonic_ns() // 1000) < 60_000_000
 
     with_connection(world, scenario, clock_us=lambda: time.monotonic_ns() // 1000 + hour_us)
+
+
+def test_a_ping_on_the_stop_channel_is_answered_there(world: Any) -> None:
+    async def scenario(robot: Any, connection: RobotConnection) -> None:
+        robot.channels[control.STOP_LABEL].deliver(control.Ping(t0=9).to_text().encode())
+        assert [pong.t0 for pong in robot.pongs_on_stop_channel] == [9]
+        assert robot.said(control.Pong) == []
+
+    with_connection(world, scenario)
 
 
 def test_a_program_says_that_it_is_one_and_a_person_too(world: Any) -> None:

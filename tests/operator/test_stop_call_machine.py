@@ -16,12 +16,12 @@ def ack(received_us: int = 0, safe_us: int | None = None, id_: str = "a") -> Sto
     return StopAck(id=id_, received_us=received_us, safe_us=safe_us)
 
 
-def test_it_is_said_at_once_and_every_thirty_milliseconds() -> None:
+def test_it_is_said_at_once_soon_again_and_then_every_thirty_milliseconds() -> None:
     calls = StopCalls()
     assert calls.say("a", "why", 1.0) == [SayStop(Stop(id="a", reason="why"), is_first=True)]
-    assert calls.overdue(1.02) == []
-    assert calls.overdue(1.03) == [SayStop(Stop(id="a", reason="why"))]
-    assert calls.deadline_s == 1.03 + STOP_REPEAT_S
+    assert calls.overdue(1.009) == []
+    assert calls.overdue(1.01) == [SayStop(Stop(id="a", reason="why"))]
+    assert calls.deadline_s == 1.01 + STOP_REPEAT_S
 
 
 @pytest.mark.parametrize("offset_us", [0, HOUR_US, -HOUR_US])

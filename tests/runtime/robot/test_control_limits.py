@@ -178,8 +178,9 @@ def test_the_robot_pings_and_unanswered_pings_slow_down(kit: Any) -> None:
     base = Base()
 
     async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
-        ping = await ann.hears("ping")
-        ann.say(control.Pong(t0=ping.t0, t1=0, t2=0))
+        await kit.until(lambda: ann.stops.heard("ping"))
+        assert ann.heard("ping") == []
+        ann.stops.say(control.Pong(t0=ann.stops.heard("ping")[-1].t0, t1=0, t2=0))
         drive(1.0)
         await kit.until(lambda: base.log == [1.0])
         ann.say(control.LeaseKeep(epochs={"motion": ann.epoch}))
@@ -188,6 +189,20 @@ def test_the_robot_pings_and_unanswered_pings_slow_down(kit: Any) -> None:
         drive(1.0)
         await kit.until(lambda: len(base.log) == 2)
         assert base.log[1] < 0.7
+
+    played(kit, base, body, {})
+
+
+def test_one_lost_ping_hardly_slows_down(kit: Any) -> None:
+    base = Base()
+
+    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+        for number in range(12):
+            await kit.until(lambda wanted=number: len(ann.stops.heard("ping")) > wanted)
+            if number != 6:
+                ann.stops.say(control.Pong(t0=ann.stops.heard("ping")[number].t0, t1=0, t2=0))
+        causes = [cause for limit in ann.heard("safety.limit") for cause in limit.causes if cause.cause == "rtt"]
+        assert all(cause.factor > 0.6 for cause in causes)
 
     played(kit, base, body, {})
 

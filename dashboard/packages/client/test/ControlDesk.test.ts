@@ -394,6 +394,15 @@ describe('the stop', () => {
     expect(platform.peer.channel('_stop').options).toEqual({ ordered: false, maxRetransmits: 0, protocol: 'mosaic.1' })
   })
 
+  test('is the lane on which pings of the robot are answered, too', async () => {
+    const { peer } = await meet()
+    const lane = peer.channel('_stop')
+    lane.sent.length = peer.channel('_mosaic').sent.length = 0
+    lane.control('ping', { t0: 77 })
+    expect(lane.controlSent()).toMatchObject([{ type: 'pong', data: { t0: 77 } }])
+    expect(peer.channel('_mosaic').controlSent()).toEqual([])
+  })
+
   test('leaves on both channels before the call returns', async () => {
     const { control, peer } = await meet()
     peer.channel('_mosaic').sent.length = 0

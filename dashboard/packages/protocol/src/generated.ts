@@ -272,7 +272,8 @@ export interface CatalogueFull {
 
 /**
  * Four-stamp ping (RFC 5905 §8): `t0` is when it left. Both sides ping: the operator for the clock offset, the
- * robot to learn how old a command is when it acts.
+ * robot (on the stop channel, where nothing waits for a lost packet) to learn how old a command is when it acts. The
+ * answer takes the channel of the ping.
  */
 export interface Ping {
   t0: number
@@ -540,6 +541,7 @@ export const REASONS = {
   'sdp.invalid': { sentence: 'The session description could not be understood.', cure: '' },
   'sdp.no_common_codec': { sentence: 'Operator and robot share no codec for one of the media lines.', cure: '' },
   'ice.no_address': { sentence: 'This machine has no network address that WebRTC can use.', cure: 'Bring up a network interface; loopback alone is never offered by WebRTC.' },
+  'ice.no_relay': { sentence: 'No TURN server gave an address, and nothing else may be used.', cure: 'See what `mosaic run --log-level info` says of the TURN server, or allow ice_transport_policy: all.' },
   'ice.timeout': { sentence: 'No network path to the other side was found in time.', cure: 'Both sides may be behind NAT: configure a TURN server.' },
   'ice.failed': { sentence: 'The network path to the other side failed.', cure: '' },
   'dtls.timeout': { sentence: 'The encrypted connection could not be set up in time.', cure: '' },
