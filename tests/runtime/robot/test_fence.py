@@ -15,7 +15,7 @@ from mosaic_core import Sender
 from mosaic_core.machines.lease import LeaseDesk
 from mosaic_core.machines.lease_events import Joined, Kept, Left, Party, Released, Requested
 from mosaic_core.machines.stop_latch import StopLatch
-from mosaic_core.runtime.fence import Fence
+from mosaic_core.runtime.fence import SAFE, Fence
 from mosaic_core.runtime.inbox import Incoming
 from mosaic_core.runtime.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.safety_watch import GONE, SafetyWatch
@@ -262,4 +262,42 @@ def test_a_hanging_farewell_keeps_no_safe_action_waiting() -> None:
         assert not hangs.is_set()
     finally:
         hangs.set()
+        safety.close()
+
+
+def test_a_stop_is_told_safe_by_its_own_safe_action_and_not_by_one_that_began_before() -> None:
+    safety, told = SafetyWatchdog(), list[Any]()
+    gates = [threading.Event(), threading.Event()]
+    entered: list[str] = []
+
+    def make_safe(cause: str) -> None:
+        entered.append(cause)
+        gates[len(entered) - 1].wait(PATIENCE_S)
+
+    fence = Fence(safety, LeaseDesk(["motion"]), StopLatch(), told.append)
+    watch = safety.guard("drive", ReceiverSafety(timeout_s=60.0), make_safe, lambda sender: None)
+    safety.start()
+
+    def wait_for(condition: Callable[[], bool]) -> None:
+        for _ in range(int(PATIENCE_S / 0.01)):
+            if condition():
+                return
+            threading.Event().wait(0.01)
+        raise AssertionError("waited in vain")
+
+    try:
+        watch.make_safe("safety.timeout")
+        wait_for(lambda: entered == ["safety.timeout"])
+        fence.stop("ann", "", "s1")
+        gates[0].set()
+        wait_for(lambda: entered == ["safety.timeout", "safety.stop"])
+        with fence.lock:
+            times = fence.latch.times("s1")
+        assert times is not None
+        assert times.safe_s is None, "the stop's own safe action still runs"
+        gates[1].set()
+        wait_for(lambda: told == [SAFE])
+    finally:
+        for gate in gates:
+            gate.set()
         safety.close()
