@@ -20,11 +20,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from connect import end_like_ctrl_c
+from connect import chromium, end_like_ctrl_c
 from glass_bench import bad_links
 from glass_bench.dashboard import Server, compared
 from glass_bench.figures import Displayed, ages_ms, freezes_per_minute, rank
-from glass_bench.page import FLAGS, chromium
+from glass_bench.page import FLAGS
 from glass_bench.senders import AIORTC, OURS, WAYS, Shot, Way, missing
 from glass_bench.sessions import session
 from playwright.async_api import async_playwright
@@ -196,7 +196,7 @@ def _link_cells(runs: list[bad_links.Seen]) -> list[str]:
 async def measure(asked: argparse.Namespace, console: Console) -> list[str]:
     program = chromium()
     if program is None:
-        raise SystemExit("no Chromium found: apt install chromium")
+        raise SystemExit("no Chromium found: apt install chromium, or name one in MOSAIC_CHROMIUM")
     async with async_playwright() as playwright:
         # Two, so that a sending page and the one that displays are processes of their own.
         browser, other = [await playwright.chromium.launch(executable_path=program, args=FLAGS) for _ in range(2)]

@@ -54,12 +54,16 @@ class Server:
         log = folder / "robot.log"
         self.site = Site(url, data_dir, log, seed["email"], seed["password"], seed["robotId"])
 
-    @contextmanager
-    def robot(self, size: tuple[int, int]) -> Iterator[None]:
+    def config(self, size: tuple[int, int]) -> Path:
+        """The robot's file, for a picture of this size."""
         config = self._folder / "mosaic_config.yaml"
         words = {"port": self._port, "robot_id": self._seed["robotId"], "token": self._seed["robotToken"]}
         config.write_text(CONFIG.format(**words, width=size[0], height=size[1]))
-        with running(self.site.robot_log, "run", str(config), "--json"):
+        return config
+
+    @contextmanager
+    def robot(self, size: tuple[int, int]) -> Iterator[None]:
+        with running(self.site.robot_log, "run", str(self.config(size)), "--json"):
             yield
 
 

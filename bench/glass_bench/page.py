@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +12,6 @@ from typing import Any
 from glass_bench.figures import Displayed
 
 SCRIPTS = "\n".join((Path(__file__).parent / name).read_text() for name in ("marks.js", "watch.js"))
-CHROMIUMS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--autoplay-policy=no-user-gesture-required",
     "--disable-features=WebRtcHideLocalIpsWithMdns", "--disable-background-networking", "--disable-component-update",
@@ -48,10 +46,6 @@ async def page_clock(page: Any) -> PageClock:
         heard_s = time.monotonic()
         quickest = min(quickest, (heard_s - asked_s, (asked_s + heard_s) / 2 - page_ms / 1000))
     return PageClock(quickest[1], quickest[0] / 2)
-
-
-def chromium() -> str | None:
-    return next((path for name in CHROMIUMS if (path := shutil.which(name))), None)
 
 
 async def take_displayed(page: Any, clock: PageClock) -> list[Displayed]:

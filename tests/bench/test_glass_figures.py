@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 from glass_bench.figures import (
@@ -77,7 +78,11 @@ def test_an_age_is_right_also_where_the_marks_wrap(at_s: float, age_s: float) ->
 
 def test_pixels_of_the_next_picture_do_not_count_for_this_one() -> None:
     clock = PageClock(offset_s=100.0, error_s=0.0)
-    samples = [[1000.0, 7, 1_009_500, 480, None], [1033.0, 9, 1_010_000, 480, 40.0], [1066.0, 9, 1_010_000, 480, 30.0]]
+    samples: list[list[Any]] = [
+        [1000.0, 7, 1_009_500, 480, None],
+        [1033.0, 9, 1_010_000, 480, 40.0],
+        [1066.0, 9, 1_010_000, 480, 30.0],
+    ]
     first, early, own = displayed(samples, clock)
     assert first.age_s == pytest.approx(0.05)
     assert early.age_s is None

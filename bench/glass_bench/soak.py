@@ -1,0 +1,116 @@
+"""Operators that come, see a picture and go, over and over; and what the robot keeps of them."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import random
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from connect import Site
+
+from glass_bench.dashboard import Server
+from mosaic_core.operator import MosaicOperator
+
+SIZE = (320, 240)
+STAY_S = (0.2, 1.0)
+FIRST_PICTURE_S = 30.0
+QUIET_LOOKS = 12
+"""Looks in a row, four a second, in which nothing ends any more."""
+QUIET_WITHIN_S = 60.0
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """By the robot's process."""
+
+    rss_mb: float
+    threads: int
+    tasks: int
+    encoders: tuple[str, ...] = ()
+
+
+class CountedRobot:
+    """Follows what the process writes."""
+
+    def __init__(self, log: Path) -> None:
+        self._log = log
+
+    def looks(self) -> list[Kept]:
+        """All so far, the oldest first."""
+        found = []
+        for line in self._log.read_text().splitlines():
+            with suppress(json.JSONDecodeError, TypeError):  # a line that is still being written, or a log line
+                words = json.loads(line)
+                found.append(Kept(words["rss_mb"], words["threads"], words["tasks"], tuple(words["encoders"])))
+        return found
+
+    async def at_rest(self) -> Kept:
+        """What it keeps once everybody is gone. Raises :class:`TimeoutError` if an encoder never ends."""
+        seen, ends_at_s = len(self.looks()), time.monotonic() + QUIET_WITHIN_S
+        while True:
+            last = self.looks()[seen:][-QUIET_LOOKS:]
+            is_quiet = len({(look.threads, look.tasks) for look in last}) == 1 and not any(k.encoders for k in last)
+            if len(last) == QUIET_LOOKS and is_quiet:
+                return last[-1]
+            if time.monotonic() > ends_at_s:
+                raise TimeoutError(f"the robot does not come to rest: {last[-1:]}")
+            await asyncio.sleep(0.25)
+
+
+@contextmanager
+def counted_robot(config: Path, log: Path) -> Iterator[CountedRobot]:
+    """Until the end of the block."""
+    words = [sys.executable, str(Path(__file__).with_name("counted_robot.py")), str(config)]
+    with log.open("wb") as output:
+        process = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT)
+        try:
+            yield CountedRobot(log)
+        finally:
+            process.terminate()
+            try:
+                process.wait(timeout=10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+@dataclass(frozen=True, slots=True)
+class Soaked:
+    """``joins`` operators between two moments of rest."""
+
+    joins: int
+    before: Kept
+    after: Kept
+
+
+async def soaked(server: Server, robot: CountedRobot, viewers: int, seconds: float, warm_up_s: float) -> Soaked:
+    """First ``warm_up_s`` that do not count: libraries load, caches fill."""
+    await _crowd(server.site, viewers, warm_up_s)
+    before = await robot.at_rest()
+    joins = await _crowd(server.site, viewers, seconds)
+    return Soaked(joins, before, await robot.at_rest())
+
+
+async def _crowd(site: Site, viewers: int, seconds: float) -> int:
+    ends_at_s = time.monotonic() + seconds
+    return sum(await asyncio.gather(*(_visits(site, ends_at_s) for _ in range(viewers))))
+
+
+async def _visits(site: Site, ends_at_s: float) -> int:
+    """One person who comes again and again; how often."""
+    joins = 0
+    async with await MosaicOperator.login(site.url, site.email, site.password) as operator:
+        while time.monotonic() < ends_at_s or joins == 0:
+            connection = await operator.connect(site.robot_id)
+            await connection.media("front").next_frame(FIRST_PICTURE_S)
+            await asyncio.sleep(random.uniform(*STAY_S))
+            await connection.close()
+            joins += 1
+    return joins

@@ -1,0 +1,199 @@
+"""Cameras in a real Chromium, by the marks in their displayed pictures: every codec is decoded, every picture stands at
+its own label, many viewers cost one encoder, and who comes late sees a picture at once.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from itertools import pairwise
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
+
+BENCH = Path(__file__).parents[2] / "bench" / "glass_bench"
+CONNECTORS = """\
+  - { type: test-pattern, label: front, params: { width: 640, height: 360, fps: 24, codec: vp8 } }
+  - { type: test-pattern, label: rear, params: { width: 320, height: 240, fps: 12, codec: h264 } }
+"""
+CONFIG = """\
+version: 1
+server:
+  ws_url: ws://127.0.0.1:{port}
+  auth: {{ type: simple-token, robot_id: "{robot_id}", params: {{ token: {token} }} }}
+connectors:
+{connectors}"""
+FRONT_SHAPE, REAR_SHAPE = 640 / 360, 320 / 240
+FREEZE_MS = 500
+"""Longer than the bench's limit: the machine of a test may be busy."""
+LATE_JOINER_S = 5.0
+"""With loading the page; a key frame that nobody asked for would take longer still."""
+AGE_TOLERANCE_MS = 30
+"""The bench has it to the millisecond; here, a text of a busy page is compared that changes four times a second."""
+WATCH = """(label) => {
+  const video = document.querySelector(`video[aria-label="Picture of ${label}"]`)
+  const seen = ((window.seen ??= {})[label] = [])
+  const note = (_, { expectedDisplayTime }) => {
+    const marks = window.readMarks(video)
+    if (marks) seen.push([expectedDisplayTime, marks.frame, marks.ticks, video.videoWidth / video.videoHeight])
+    video.requestVideoFrameCallback(note)
+  }
+  video.requestVideoFrameCallback(note)
+}"""
+
+
+class CountedRobot:
+    """`mosaic run` that says which encoders it runs."""
+
+    def __init__(self, config: Path, log: Path) -> None:
+        self._log = log
+        with log.open("wb") as output:
+            words = [sys.executable, str(BENCH / "counted_robot.py"), str(config)]
+            self.process = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT)
+
+    @property
+    def encoders(self) -> list[str]:
+        """Labels, one per encoder, as of a quarter of a second ago."""
+        lines = [line for line in self._log.read_text().splitlines() if line.startswith("{") and line.endswith("}")]
+        return list(json.loads(lines[-1])["encoders"]) if lines else []
+
+    def stop(self) -> None:
+        self.process.send_signal(signal.SIGTERM)
+        try:
+            self.process.wait(timeout=10)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait(timeout=5)
+
+
+@pytest.fixture(scope="module")
+def camera_robot(server: Any, seed: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[CountedRobot]:
+    folder = tmp_path_factory.mktemp("camera_robot")
+    config = folder / "mosaic_config.yaml"
+    words = {"port": server.port, "robot_id": seed.robot_id, "token": seed.robot_token}
+    config.write_text(CONFIG.format(**words, connectors=CONNECTORS))
+    robot = CountedRobot(config, folder / "robot.log")
+    yield robot
+    robot.stop()
+
+
+@contextmanager
+def viewer(browser: Browser, server: Any, seed: Any) -> Iterator[Page]:
+    """A signed-in person's page with both pictures."""
+    context = browser.new_context(viewport={"width": 1280, "height": 1600})
+    page = context.new_page()
+    page.set_default_timeout(30_000)
+    page.goto(server.url)
+    page.get_by_label("Email").fill(seed.email)
+    page.locator("input[type=password]").fill(seed.password)
+    page.keyboard.press("Enter")
+    page.get_by_role("heading", name="Robots").wait_for()
+    page.get_by_role("link").filter(has_text="Test robot").get_by_text("Online", exact=True).wait_for()
+    page.goto(f"{server.url}/robots/{seed.robot_id}")
+    for label in ("front", "rear"):
+        page.wait_for_function(f"() => document.querySelector('video[aria-label=\"Picture of {label}\"]')?.videoWidth")
+    page.evaluate((BENCH / "marks.js").read_text())
+    for label in ("front", "rear"):
+        page.evaluate(WATCH, label)
+    yield page
+    context.close()
+
+
+def seen(page: Page, label: str, count: int) -> list[list[float]]:
+    """The next ``count`` pictures: display time in ms, frame, tenths of a millisecond of capture, shape."""
+    page.evaluate("(label) => { window.seen[label].length = 0 }", label)
+    page.wait_for_function("([label, count]) => window.seen[label].length >= count", arg=[label, count])
+    pictures: list[list[float]] = page.evaluate("(label) => window.seen[label]", label)
+    return pictures
+
+
+def source_fps(pictures: list[list[float]]) -> float:
+    """Of the source, by the marks alone, however many pictures were left out."""
+    (_, first_frame, first_ticks, _), (_, last_frame, last_ticks, _) = pictures[0], pictures[-1]
+    return (last_frame - first_frame) / ((last_ticks - first_ticks) / 10_000)
+
+
+def page_offsets_s(page: Page, looks: int) -> Iterator[tuple[float, float]]:
+    """(how long the page took to answer, our monotonic clock less the page's)"""
+    for _ in range(looks):
+        asked_s = time.monotonic()
+        page_ms = page.evaluate("performance.now()")
+        answered_s = time.monotonic()
+        yield answered_s - asked_s, (asked_s + answered_s) / 2 - page_ms / 1000
+
+
+def freezes(pictures: list[list[float]]) -> int:
+    times = [picture[0] for picture in pictures]
+    return sum(late - early > FREEZE_MS for early, late in pairwise(times))
+
+
+def codec(page: Page, label: str) -> str:
+    """As the dashboard says."""
+    tools = page.get_by_role("group", name=f"Tools for {label}")
+    tools.get_by_role("button", name="Show all figures").click()
+    facts = page.get_by_test_id("video").filter(has=tools).get_by_test_id("picture-facts")
+    facts.get_by_text("Bit rate:").filter(has_text="bit/s, ").wait_for()
+    line = next(line for line in facts.inner_text().splitlines() if line.startswith("Bit rate:"))
+    tools.get_by_role("button", name="Hide the figures").click()
+    return line.rpartition(", ")[2]
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, server: Any, seed: Any, camera_robot: CountedRobot) -> Iterator[Page]:
+    with viewer(browser, server, seed) as first:
+        yield first
+
+
+@pytest.mark.parametrize(("label", "name"), [("front", "VP8"), ("rear", "H264")])
+def test_chromium_decodes_every_codec_that_is_offered(page: Page, label: str, name: str) -> None:
+    assert codec(page, label) == name
+    pictures = seen(page, label, 48)
+    assert freezes(pictures) <= 1, "a busy machine may stall once in two to four seconds, a broken stream always does"
+    assert len({picture[1] for picture in pictures}) > 40, "it is the same picture over and over"
+
+
+def test_each_camera_stands_at_its_own_label(page: Page) -> None:
+    front, rear = seen(page, "front", 20), seen(page, "rear", 20)
+    assert front[-1][3] == pytest.approx(FRONT_SHAPE, abs=0.02)
+    assert rear[-1][3] == pytest.approx(REAR_SHAPE, abs=0.02)
+    assert source_fps(front) > 1.3 * source_fps(rear)
+
+
+def test_the_age_over_the_picture_is_the_one_that_is_burnt_into_it(page: Page) -> None:
+    offset_s = min(page_offsets_s(page, 20))[1]
+    facts = page.get_by_test_id("video").first.get_by_test_id("picture-facts")
+    seen(page, "front", 48)
+    shown_ms, now_ms, pictures = page.evaluate(
+        "(facts) => [parseFloat(facts.textContent), performance.now(), window.seen.front]", facts.element_handle()
+    )
+    last_second = [picture for picture in pictures if now_ms - 1000 < picture[0] <= now_ms]
+    burnt_in_ms = median(picture[0] + 1000 * offset_s - picture[2] / 10 for picture in last_second)
+    assert shown_ms == pytest.approx(burnt_in_ms, abs=AGE_TOLERANCE_MS)
+
+
+def test_several_viewers_cost_one_encoder_and_who_comes_late_sees_a_picture(
+    page: Page, browser: Browser, server: Any, seed: Any, camera_robot: CountedRobot, wait_for: Callable[..., float]
+) -> None:
+    with ExitStack() as stack:
+        others = [stack.enter_context(viewer(browser, server, seed)) for _ in range(2)]
+        for one in (page, *others):
+            seen(one, "front", 10)
+        # While a viewer changes to another rung there are two for a moment.
+        wait_for(lambda: camera_robot.encoders == ["front", "rear"], "one encoder for each camera", 30)
+        began_s = time.monotonic()
+        late = others[-1]
+        late.reload()
+        late.wait_for_function("() => [...document.querySelectorAll('video')].filter((v) => v.videoWidth).length === 2")
+        assert time.monotonic() - began_s < LATE_JOINER_S
+    wait_for(lambda: camera_robot.encoders == ["front", "rear"], "the others' encoders go on", 30)
+    assert len(seen(page, "front", 10)) >= 10
