@@ -106,9 +106,14 @@ class Admission:
         *,
         tickets: Ticketed | None,
         several: bool,
-        ice_servers: tuple[IceServer, ...],
+        configured: tuple[IceServer, ...] = (),
+        welcomed: tuple[IceServer, ...] = (),
     ) -> Iterator[StartPeer | StopPeer | RefusePeer]:
-        """What an offer leads to, step by step. ``tickets`` checks one where the server agreed to send them."""
+        """What an offer leads to, step by step. ``tickets`` checks one where the server agreed to send them.
+
+        The robot's own ``configured`` ICE servers always count; of the server's those of the preparation, whose
+        credentials are fresh, and only without a preparation those that it was ``welcomed`` with.
+        """
         self._forget_old(now_s)
         peer_id = offer.rtc_connection_id
         if several and peer_id in self._peers:
@@ -134,11 +139,12 @@ class Admission:
         elif len(self._peers) >= self._max_peers:
             yield RefusePeer(peer_id, "signal.robot_busy", f"the robot already has {len(self._peers)} operators")
             return
-        own = prepared.message.ice_servers if prepared else None
+        fresh = prepared.message.ice_servers if prepared else None
+        servers = (*configured, *(welcomed if fresh is None else fresh))
         self._peers[peer_id] = "connecting"
         self._identities[peer_id] = identity
         early = tuple(prepared.candidates) if prepared else ()
-        yield StartPeer(peer_id, identity, offer.sdp_offer, offer.tracks, own or ice_servers, early)
+        yield StartPeer(peer_id, identity, offer.sdp_offer, offer.tracks, servers, early)
 
     @staticmethod
     def _identity(peer_id: str, prepared: _Prepared | None, tickets: Ticketed | None) -> PeerIdentity:

@@ -249,7 +249,8 @@ class SignalingSession:
             now_s,
             tickets=self._verify if "tickets" in self._agreed else None,
             several=self._takes_several,
-            ice_servers=(*self._facts.ice_servers, *(self._welcome.ice_servers if self._welcome else ())),
+            configured=self._facts.ice_servers,
+            welcomed=self._welcome.ice_servers if self._welcome else (),
         )
         effects: list[Effect] = []
         for effect in decision:

@@ -34,7 +34,7 @@ def offered(admission: Admission, peer_id: str, ticket: str | None, now_s: float
     if ticket is not None:
         admission.prepare(PrepareConnection(rtc_connection_id=peer_id, ticket=ticket), now_s)
     offer = SdpOffer(rtc_connection_id=peer_id, sdp_offer="v=0")
-    return list(admission.decide(offer, now_s, tickets=ticketed, several=several, ice_servers=()))
+    return list(admission.decide(offer, now_s, tickets=ticketed, several=several))
 
 
 def test_a_ticketed_operator_is_taken() -> None:
@@ -84,11 +84,11 @@ def test_a_connection_has_one_offer() -> None:
 def test_toward_an_original_server_the_newest_offer_wins() -> None:
     admission = Admission(4)
     offer = SdpOffer(rtc_connection_id="p1", sdp_offer="v=0")
-    list(admission.decide(offer, 0.0, tickets=None, several=False, ice_servers=()))
+    list(admission.decide(offer, 0.0, tickets=None, several=False))
     admission.connected("p1")
     assert admission.status(several=False) is RobotStatus.RTC_CONNECTED
     again = SdpOffer(rtc_connection_id="p2", sdp_offer="v=0")
-    stop, start = admission.decide(again, 1.0, tickets=None, several=False, ice_servers=())
+    stop, start = admission.decide(again, 1.0, tickets=None, several=False)
     assert stop == StopPeer("p1", "peer.replaced", was_connected=True)
     assert isinstance(start, StartPeer)
     assert start.identity.session_id == "p2"

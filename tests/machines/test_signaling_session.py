@@ -301,12 +301,13 @@ def test_several_operators_with_tickets_fill_the_robot() -> None:
     assert statuses(it.handle(PeerEnded("p1", "peer.closed"), 1.0)) == [0]
 
 
-def test_fresh_ice_servers_of_the_preparation_win() -> None:
+@pytest.mark.parametrize("fresh", [(TURN,), ()])
+def test_fresh_ice_servers_of_the_preparation_replace_those_of_the_welcome(fresh: tuple[IceServer, ...]) -> None:
     it = ours()
-    it.handle(prepare(ticket="good", iceServers=[TURN.wire()]), 0.0)
+    it.handle(prepare(ticket="good", iceServers=[one.wire() for one in fresh]), 0.0)
     start = it.handle(offer(), 0.0)[0]
     assert isinstance(start, StartPeer)
-    assert start.ice_servers == (TURN,)
+    assert start.ice_servers == (STUN, *fresh), "the robot's own stay"
 
 
 @pytest.mark.parametrize("events", [[offer()], [prepare(), offer()], [prepare(ticket="forged"), offer()]])
