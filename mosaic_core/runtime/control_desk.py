@@ -107,6 +107,10 @@ class ControlDesk:
         self.fence.handle(lease.Left(peer.sender.peer_id, on_purpose=code not in LOST))
         self._tell_peers()
 
+    def knows(self, peer_id: str) -> bool:
+        """Whether this peer has said who it is, or was taken for an original one."""
+        return peer_id in self._present
+
     def _tell_peers(self) -> None:
         infos = tuple(words.peer_info(words.party_of(one.peer.sender)) for one in self._present.values())
         for peer in self._peers():

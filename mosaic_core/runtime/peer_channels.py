@@ -150,7 +150,8 @@ class PeerChannels:
         if not safety.takes_observers:
             if sender.role not in ("operator", "supervisor"):
                 return "lease.forbidden"
-            if sender.is_original and self._site.legacy_peers != "allow":
+            is_ours = not sender.is_original and self._site.desk.knows(sender.peer_id)
+            if not is_ours and self._site.legacy_peers != "allow":  # nor one that has not said hello yet
                 return "lease.original_observes"
         if not self._rates[route.label].admits(item.arrived_at_s):
             return "safety.too_fast"

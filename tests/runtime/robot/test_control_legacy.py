@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Coroutine
 from typing import Any
 
+import pytest
+
 from mosaic_core import DataChannelJsonReceivable
 from mosaic_core.words import control
-from mosaic_core.words.control import CONTROL_LABEL, Hello
+from mosaic_core.words.control import CONTROL_EXTENSIONS, CONTROL_LABEL, Hello
 
 
 class Motor(DataChannelJsonReceivable):
@@ -115,6 +118,29 @@ def test_silence_instead_of_a_hello_is_an_original_too(kit: Any) -> None:
         assert scene.hooks.of("closed")[-1]["code"] == "peer.not_allowed"
 
     played(kit, body, "refuse")
+
+
+@pytest.mark.parametrize("mode", ["observe", "refuse"])
+def test_who_has_not_said_hello_yet_commands_nothing_where_originals_may_not(kit: Any, mode: str) -> None:
+    class Winch(Motor):
+        requires_lease = False
+
+    winch = Winch()
+
+    async def play() -> None:
+        async with kit.running(kit.connector_of(winch), control={"legacy_peers": mode}) as scene:
+            end = await scene.connects("mute")
+            channel = end.open("drive")
+            channel.say({"v": 1})
+            await kit.until(lambda: scene.hooks.of("command"))
+            assert scene.hooks.of("command")[0]["code"] == "lease.original_observes"
+            end.open(CONTROL_LABEL).say(
+                json.loads(Hello(software="test", boot_id="b", extensions=CONTROL_EXTENSIONS).to_text())
+            )
+            channel.say({"v": 2})
+            await kit.until(lambda: winch.log == [2])
+
+    kit.play(play)
 
 
 def test_a_hello_without_leases_is_that_of_an_original(kit: Any) -> None:
