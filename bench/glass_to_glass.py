@@ -55,7 +55,10 @@ class Bench:
             for size in self._sizes:
                 # Every other round backwards: who comes first isn't always the same.
                 for way in ways if number % 2 == 0 else reversed(ways):
-                    found[way, size].append(await self._watched(Shot(way, size), settle_s, seconds))
+                    try:
+                        found[way, size].append(await self._watched(Shot(way, size), settle_s, seconds))
+                    except TimeoutError as error:
+                        self._console.print(f"A session is missing: {error}")
         for size in self._sizes:
             self._console.print(self._sessions_table(size, rounds, {way: found[way, size] for way in ways}))
         self._console.print(
@@ -79,7 +82,7 @@ class Bench:
         table = Table(title=f"Glass to glass in Chromium, {size[0]}x{size[1]} at 30 per second; sessions: {rounds}")
         for name in ("way", "p50 ms", "p95 ms", "p50 of each session", "fps", "freezes/min", "height"):
             table.add_column(name, justify="left" if name == "way" else "right")
-        for way, sessions in found.items():
+        for way, sessions in ((way, sessions) for way, sessions in found.items() if sessions):
             ages = [age for pictures in sessions for age in ages_ms(pictures)]
             each = " ".join(f"{rank(ages_ms(pictures), 0.5):.0f}" for pictures in sessions)
             fps, freezes = (_mean(figure(pictures) for pictures in sessions) for figure in (_fps, _freezes))
@@ -202,9 +205,9 @@ async def measure(asked: argparse.Namespace, console: Console) -> list[str]:
         browser, other = [await playwright.chromium.launch(executable_path=program, args=FLAGS) for _ in range(2)]
         bench = Bench(browser, other, console, is_quick=asked.quick)
         if "sessions" in asked.only:
-            await bench.sessions(asked.rounds, 1.0 if asked.quick else 4.0, 1.5 if asked.quick else 4.0)
+            await bench.sessions(asked.rounds, 1.0 if asked.quick else 3.0, 1.5 if asked.quick else 3.0)
         if "dashboard" in asked.only:
-            await bench.dashboard(3.0 if asked.quick else 6.0, 3.0 if asked.quick else 10.0)
+            await bench.dashboard(2.0 if asked.quick else 4.0, 3.0 if asked.quick else 8.0)
         if "links" in asked.only:
             await bench.links(asked.seconds)
         await browser.close()
@@ -217,11 +220,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="90 seconds: does it work at all?")
     parser.add_argument("--rounds", type=int, help="sessions of each way and size (2; quick: 1)")
-    parser.add_argument("--seconds", type=float, help="of each bad network (15; quick: 3)")
+    parser.add_argument("--seconds", type=float, help="of each bad network (12; quick: 3)")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     asked = parser.parse_args()
     asked.rounds = asked.rounds or (1 if asked.quick else 2)
-    asked.seconds = asked.seconds or (3.0 if asked.quick else 15.0)
+    asked.seconds = asked.seconds or (3.0 if asked.quick else 12.0)
     console = Console(width=120)
     console.print(f"Load of this machine before: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     try:
