@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, get_args
+
+from pydantic import AliasChoices, AliasPath, BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
 from mosaic_core.runtime.catalogue_entry import message_schema, receivers
@@ -44,6 +46,11 @@ def _receiver_problems(
         if getattr(safety, key) == "zero" and not fields:
             message = f"connector '{one.config.label}' names no motion fields that could be set to zero"
             yield document.problem((*place, key), message, cure="write `callback`, or name its fields in `limits`")
+    for field in sorted(fields):
+        if _has_two_names(message_type_of(type(handler)), field.split(".")):
+            message = f"'{field}' of the messages of connector '{one.config.label}' can be written under two names"
+            cure = "give it one name in its model: a limit sees no other"
+            yield document.problem(place, message, code="config.broken_plugin", cure=cure)
     known = field_paths(message_schema(handler))
     for field in safety.limits:
         if known and field not in known:
@@ -51,6 +58,21 @@ def _receiver_problems(
             message = f"the messages of connector '{one.config.label}' have no number '{field}'"
             cure = f"did you mean '{guess}'?" if guess else f"they have: {', '.join(sorted(known))}"
             yield document.problem((*place, "limits", field), message, cure=cure)
+
+
+def _has_two_names(model: Any, path: list[str]) -> bool:
+    """Whether a message may say a field on this path by another name than the one that is limited."""
+    if not path or not (isinstance(model, type) and issubclass(model, BaseModel)):
+        return False
+    takes_both = model.model_config.get("populate_by_name") or model.model_config.get("validate_by_name")
+    for name, info in model.model_fields.items():
+        alias = info.validation_alias or info.alias
+        names = [name] if alias is None else alias.choices if isinstance(alias, AliasChoices) else [alias]
+        if path[0] in names or path[0] == name:
+            if len(names) > 1 or isinstance(names[0], AliasPath) or (takes_both and names != [name]):
+                return True
+            return any(_has_two_names(inner, path[1:]) for inner in (info.annotation, *get_args(info.annotation)))
+    return False
 
 
 def field_paths(schema: dict[str, Any] | None) -> frozenset[str]:

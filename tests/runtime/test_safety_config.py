@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 import pytest
-from pydantic import ValidationError
+from pydantic import AliasChoices, ConfigDict, Field, ValidationError
 
 from mosaic_core import DataChannelReceivable, DataChannelStringReceivable, Message
 from mosaic_core.contract.configurer import DataChannelConfigurer
@@ -206,3 +206,51 @@ def test_guards_that_are_taken_away_are_worth_a_hint(
     told = [hint.message for hint in hints if "original dashboards" not in hint.message]
     assert len(told) == len(words)
     assert all(word in one for word, one in zip(words, told, strict=True))
+
+
+class TwoNames(Message):
+    v: float = Field(default=0.0, validation_alias=AliasChoices("v", "speed"))
+
+
+class ByName(Message):
+    model_config = ConfigDict(populate_by_name=True)
+    v: float = Field(default=0.0, alias="speed")
+
+
+class Inside(Message):
+    wheel: TwoNames | None = None
+
+
+class OneAlias(Message):
+    v: float = Field(default=0.0, alias="speed")
+
+
+@pytest.mark.parametrize(
+    ("model", "field", "is_told"),
+    [(TwoNames, "v", True), (ByName, "speed", True), (Inside, "wheel.v", True), (OneAlias, "speed", False)],
+)
+def test_a_field_that_a_message_may_say_by_a_second_name_is_told(model: Any, field: str, is_told: bool) -> None:
+    """Else the second name would pass by every limit."""
+
+    class Motor(DataChannelReceivable[model]):
+        timeout_s = 0.4
+        motion_fields: ClassVar[tuple[str, ...]] = (field,)
+
+        def handle_data(self, data: Any) -> None:
+            """Takes everything."""
+
+    class MotorConfigurer(DataChannelConfigurer[NoParams]):
+        connector_type = "motor"
+
+        def configure(self) -> Motor:
+            return Motor(self.label)
+
+    async def start() -> None:
+        async with joined(connector(MotorConfigurer, label="a")):
+            pass
+
+    if not is_told:
+        asyncio.run(start())
+        return
+    (told,) = problems_of(MotorConfigurer, {})
+    assert "two names" in told
