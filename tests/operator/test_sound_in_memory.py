@@ -187,3 +187,22 @@ def test_who_listens_too_slowly_loses_the_oldest() -> None:
         await sounds.aclose()  # type: ignore[attr-defined]
 
     asyncio.run(run())
+
+
+def test_a_connection_that_ends_in_the_middle_of_a_word_is_silent_at_once() -> None:
+    async def leave(link: Any) -> None:
+        store = link.connection.speaker("horn")
+        await store.wait_open()
+        for _ in range(8):
+            store.send_sound(piece(3000))
+        await until(lambda: any(one != "end" and one[0] == 3000 for one in Loudspeaker.heard))
+        await link.connection.close()
+        await until(lambda: Loudspeaker.heard[-1] == "end")
+        assert Loudspeaker.heard.count("end") == 1
+        assert (
+            len(Loudspeaker.heard) < 8 + 1
+        )  # the rest of what was said, and the half second of silence, are not played
+        assert store.talker is None
+        assert not store.send_sound(piece())
+
+    with_robot(leave)
