@@ -65,11 +65,11 @@ def well_again_s(pictures: Sequence[Displayed], since_s: float, until_s: float, 
 
 
 def rate_reached_s(arrived: Sequence[tuple[float, int]], since_s: float, least_bps: float) -> float:
-    """Seconds from ``since_s`` until ``least_bps`` came for a second; infinite if never. ``arrived``: (monotonic s,
+    """Seconds from ``since_s`` until ``least_bps`` came for :data:`CALM_S`; infinite if never. ``arrived``: (monotonic s,
     bytes so far), the oldest first."""
     late = [one for one in arrived if one[0] >= since_s]
     for at_s, size in late:
-        earlier = [one for one in late if at_s - one[0] >= 1.0]
+        earlier = [one for one in late if at_s - one[0] >= CALM_S]
         if earlier and (size - earlier[-1][1]) * 8 / (at_s - earlier[-1][0]) >= least_bps:
             return at_s - since_s
     return math.inf
