@@ -134,8 +134,8 @@ class Bench:
         self._console.print(self._links_table(found, seconds))
         self._console.print(
             "Well again: narrower, until the ages are within 100 ms of those before the step, without freezes, for "
-            "two seconds; wider, until for two seconds 80 % of the bit rate before the first step came. Drift: the last third's "
-            "median age less the first third's."
+            "two seconds; wider, until for two seconds 80 % of the bit rate before the first step came. Drift: the "
+            "last third's median age less the first third's."
         )
 
     def _links_table(self, found: dict[tuple[str, Way], list[bad_links.Seen]], seconds: float) -> Table:

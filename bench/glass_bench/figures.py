@@ -65,8 +65,10 @@ def well_again_s(pictures: Sequence[Displayed], since_s: float, until_s: float, 
 
 
 def rate_reached_s(arrived: Sequence[tuple[float, int]], since_s: float, least_bps: float) -> float:
-    """Seconds from ``since_s`` until ``least_bps`` came for :data:`CALM_S`; infinite if never. ``arrived``: (monotonic s,
-    bytes so far), the oldest first."""
+    """Seconds from ``since_s`` until ``least_bps`` came for :data:`CALM_S`; infinite if never.
+
+    ``arrived``: (monotonic s, bytes so far), the oldest first.
+    """
     late = [one for one in arrived if one[0] >= since_s]
     for at_s, size in late:
         earlier = [one for one in late if at_s - one[0] >= CALM_S]
