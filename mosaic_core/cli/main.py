@@ -69,12 +69,14 @@ def validate(
         bool, typer.Option(help="Forgive environment variables and secret files that only exist on the robot.")
     ] = False,
 ) -> None:
-    """Check a robot's YAML file: every mistake at once. Starts nothing."""
+    """Check a robot's YAML file: every mistake at once. Starts nothing and opens no device."""
+    from mosaic_core.runtime.auto_configurer import AutoConfigurer
     from mosaic_core.runtime.config_loader import validate_file
 
     try:
         validation = validate_file(config, allow_missing_env=allow_missing_env)
-        problems, hints = validation.problems, validation.hints
+        found = (*validation.problems, *AutoConfigurer().problems(validation))
+        problems, hints = tuple(sorted(found, key=lambda one: one.line or 0)), validation.hints
     except ConfigError as error:
         problems, hints = error.problems, ()
     if as_json_text:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import pluggy
 from pydantic import PydanticUserError
@@ -17,13 +17,16 @@ from pydantic import PydanticUserError
 from mosaic_core.contract.configurer import Configurer, Shared
 from mosaic_core.contract.handler import Handler
 from mosaic_core.runtime.catalogue_entry import catalogue_entry, effective_safety, safety_limits
-from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector, check_config, load_config
+from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector, Validation, check_config, load_config
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.resolver import ConnectorResolver
 from mosaic_core.runtime.safety_problems import safety_problems
+from mosaic_core.runtime.yaml_document import Place, YamlDocument
 from mosaic_core.words.config import LABEL, RobotConfig
 from mosaic_core.words.errors import ConfigError, Problem
+
+Made: TypeAlias = tuple[CheckedConnector, Configurer[Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,49 +63,66 @@ class AutoConfigurer:
 
     def configure(self, checked: CheckedConfig) -> Configured:
         """The steps after reading. Raises :class:`ConfigError` naming connector and distribution."""
-        made = self._configurers(checked)
-        call_hook(self.plugins, "mosaic_before_configure", config=checked.config, configurers=made)
         problems: list[Problem] = []
-        connectors: list[Connector] = []
-        for one, configurer in zip(checked.connectors, made, strict=True):
-            handlers = _handlers(one, configurer, checked, problems)
-            if not handlers:
-                continue
-            problems += safety_problems(one, handlers, checked)
-            try:
-                connectors.append(_connector(one, handlers))
-            except PydanticUserError as error:
-                problems.append(_broken(one, checked, f"its message type has no JSON Schema: {error.message}"))
-        problems += _taken_channels(connectors, checked)
+        made = self._configurers(checked.connectors, checked.document, problems)
+        if not problems:
+            configurers = [configurer for _, configurer in made]
+            call_hook(self.plugins, "mosaic_before_configure", config=checked.config, configurers=configurers)
+        connectors = _connectors(made, checked.document, problems)
         if problems:
             raise ConfigError(problems)
         every = [handler for connector in connectors for handler in connector.handlers]
         call_hook(self.plugins, "mosaic_after_configure", config=checked.config, handlers=every)
         return Configured(checked.config, tuple(connectors), self.shared, self.plugins)
 
-    def _configurers(self, checked: CheckedConfig) -> list[Configurer[Any]]:
-        made: list[Configurer[Any]] = []
+    def problems(self, validation: Validation) -> tuple[Problem, ...]:
+        """What :meth:`configure` would refuse of the connectors that have no mistake so far; calls no hook.
+
+        Handlers are made and thrown away: what they do to devices begins with their bodies.
+        """
         problems: list[Problem] = []
-        for one in checked.connectors:
+        made = self._configurers(validation.connectors, validation.document, problems)
+        _connectors(made, validation.document, problems)
+        return tuple(problems)
+
+    def _configurers(
+        self, connectors: Sequence[CheckedConnector], document: YamlDocument, problems: list[Problem]
+    ) -> list[Made]:
+        made: list[Made] = []
+        for one in connectors:
             try:
-                made.append(one.configurer(one.config.label, one.params, safety=one.safety, shared=self.shared))
+                made.append((one, one.configurer(one.config.label, one.params, safety=one.safety, shared=self.shared)))
             except Exception as error:  # noqa: BLE001 - a plugin's code may fail in any way
-                problems.append(_broken(one, checked, f"{type(error).__name__}: {error}"))
-        if problems:
-            raise ConfigError(problems)
+                problems.append(_broken(one, document, f"{type(error).__name__}: {error}"))
         return made
 
 
-def _broken(one: CheckedConnector, checked: CheckedConfig, cause: str) -> Problem:
+def _connectors(made: Sequence[Made], document: YamlDocument, problems: list[Problem]) -> list[Connector]:
+    connectors: list[Connector] = []
+    for one, configurer in made:
+        handlers = _handlers(one, configurer, document, problems)
+        if not handlers:
+            continue
+        try:
+            problems += safety_problems(one, handlers, document)
+            connectors.append(_connector(one, handlers))
+        except PydanticUserError as error:
+            problems.append(_broken(one, document, f"its message type has no JSON Schema: {error.message}"))
+    places = {one.config.label: one.place for one, _ in made}
+    problems += _taken_channels(connectors, document, places)
+    return connectors
+
+
+def _broken(one: CheckedConnector, document: YamlDocument, cause: str) -> Problem:
     message = f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}"
-    return checked.document.problem(one.place, message, code="config.broken_plugin")
+    return document.problem(one.place, message, code="config.broken_plugin")
 
 
 def _handlers(
-    one: CheckedConnector, configurer: Configurer[Any], checked: CheckedConfig, problems: list[Problem]
+    one: CheckedConnector, configurer: Configurer[Any], document: YamlDocument, problems: list[Problem]
 ) -> tuple[Handler, ...]:
     def broken(cause: str) -> tuple[Handler, ...]:
-        problems.append(_broken(one, checked, cause))
+        problems.append(_broken(one, document, cause))
         return ()
 
     try:
@@ -126,11 +146,12 @@ def _connector(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Connecto
     return Connector(one.config, handlers, entry, safety, delivery)
 
 
-def _taken_channels(connectors: Sequence[Connector], checked: CheckedConfig) -> list[Problem]:
+def _taken_channels(
+    connectors: Sequence[Connector], document: YamlDocument, places: Mapping[str, Place]
+) -> list[Problem]:
     """Channel names must be unique beyond the labels: ``connection-check`` makes ``L-receiver`` and ``L-sender``."""
     owner: dict[str, str] = {}
     problems = []
-    places = {one.config.label: one.place for one in checked.connectors}
     for connector in connectors:
         for name in dict.fromkeys(handler.label for handler in connector.handlers):
             other = owner.setdefault(name, connector.config.label)
@@ -139,9 +160,9 @@ def _taken_channels(connectors: Sequence[Connector], checked: CheckedConfig) -> 
                     f"connector '{connector.config.label}' makes the channel '{name}', which '{other}' has already"
                 )
                 place = (*places[connector.config.label], "label")
-                problems.append(checked.document.problem(place, message, code="config.duplicate_label"))
+                problems.append(document.problem(place, message, code="config.duplicate_label"))
         if len({handler.label for handler in connector.handlers}) < len(connector.handlers):
             message = f"connector '{connector.config.label}' makes two channels of one name"
             place = places[connector.config.label]
-            problems.append(checked.document.problem(place, message, code="config.broken_plugin"))
+            problems.append(document.problem(place, message, code="config.broken_plugin"))
     return problems

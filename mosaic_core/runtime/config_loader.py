@@ -47,13 +47,18 @@ class CheckedConfig:
 
 @dataclass(frozen=True, slots=True)
 class Validation:
-    """All that can be said about a configuration. ``checked`` is ``None`` if there are problems, or if the values of
-    missing environment variables were forgiven: nothing can be started from it then."""
+    """All that can be said about a configuration without making its handlers.
+
+    ``checked`` is ``None`` if there are problems, or if the values of missing environment variables were forgiven:
+    nothing can be started from it then. ``connectors`` are those without a mistake whose values are all known, also
+    beside mistakes elsewhere.
+    """
 
     problems: tuple[Problem, ...]
     hints: tuple[Problem, ...]
     checked: CheckedConfig | None
     document: YamlDocument
+    connectors: tuple[CheckedConnector, ...]
 
 
 def load_config(
@@ -103,7 +108,13 @@ def validate_document(document: YamlDocument, resolver: ConnectorResolver | None
         hints = hints_of(config, connectors, document)
     if config is not None and not problems and not document.unknown:
         checked = CheckedConfig(config, tuple(connectors), document, hints)
-    return Validation(problems, hints, checked, document)
+    known = tuple(one for one in connectors if not _is_unknown(one.place, document))
+    return Validation(problems, hints, checked, document, known)
+
+
+def _is_unknown(place: Place, document: YamlDocument) -> bool:
+    """Whether a value at or below ``place`` depends on a missing variable or file."""
+    return any(one[: len(place)] == place for one in document.unknown)
 
 
 class _Checker:
@@ -160,6 +171,9 @@ class _Checker:
             return None
         params = self._part(configurer.params_model, raw, (*place, "params"))
         safety = self._part(configurer.safety_model, raw, (*place, "safety"))
+        if config is None:
+            # The robot's own part has a mistake or depends on what only the robot knows; this connector may be fine.
+            config, _already_reported = validated(ConnectorConfig, raw, self._document, place)
         if config is None or params is None or safety is None:
             return None
         return CheckedConnector(config, configurer, params, safety, installed, place)

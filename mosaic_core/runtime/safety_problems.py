@@ -9,28 +9,29 @@ from pydantic import AliasChoices, AliasPath, BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
 from mosaic_core.runtime.catalogue_entry import message_schema, receivers
-from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector
+from mosaic_core.runtime.config_loader import CheckedConnector
 from mosaic_core.runtime.resolver import nearest
+from mosaic_core.runtime.yaml_document import YamlDocument
 from mosaic_core.words.errors import Problem
 
 _MAX_DEPTH = 5
 """A model may contain itself."""
 
 
-def safety_problems(one: CheckedConnector, handlers: tuple[Handler, ...], checked: CheckedConfig) -> Iterator[Problem]:
+def safety_problems(one: CheckedConnector, handlers: tuple[Handler, ...], document: YamlDocument) -> Iterator[Problem]:
     """What the ``safety:`` of this connector says that nothing of it can follow."""
     found = receivers(handlers)
     if one.config.safety and not found:
         message = f"connector '{one.config.label}' ({one.config.type}) receives nothing that could be limited"
-        yield checked.document.problem((*one.place, "safety"), message, cure="remove `safety:`")
+        yield document.problem((*one.place, "safety"), message, cure="remove `safety:`")
     for handler in found:
-        yield from _receiver_problems(one, handler, checked)
+        yield from _receiver_problems(one, handler, document)
 
 
 def _receiver_problems(
-    one: CheckedConnector, handler: DataChannelReceivable[Any], checked: CheckedConfig
+    one: CheckedConnector, handler: DataChannelReceivable[Any], document: YamlDocument
 ) -> Iterator[Problem]:
-    safety, place, document = one.safety, (*one.place, "safety"), checked.document
+    safety, place = one.safety, (*one.place, "safety")
     needs_lease = handler.requires_lease if safety.requires_lease is None else safety.requires_lease
     if "resource" in safety.model_fields_set and not needs_lease:
         message = (

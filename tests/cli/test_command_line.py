@@ -117,6 +117,88 @@ def test_missing_variables_may_be_forgiven(mosaic: Mosaic, robot_yaml: Path, mon
     assert mosaic("run", str(robot_yaml)).code == 2
 
 
+BASE = """\
+  - type: cmd-vel
+    label: base
+    params: { drive: { type: log } }
+    safety: SAFETY
+"""
+
+
+@pytest.mark.parametrize(
+    ("safety", "path", "cure"),
+    [
+        ("{ limits: { linear.X: { max: 1 } } }", "connectors[1].safety.limits.linear.X", "did you mean 'linear.x'?"),
+        ("{ requires_lease: false, resource: arm }", "connectors[1].safety.resource", "add `requires_lease: true`"),
+    ],
+)
+@pytest.mark.parametrize("robot_id", ["7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11", "${ROBOT_ID}"])
+def test_what_a_start_refuses_is_refused_before(
+    mosaic: Mosaic, robot_yaml: Path, safety: str, path: str, cure: str, robot_id: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ROBOT_ID", raising=False)
+    text = robot_yaml.read_text() + BASE.replace("SAFETY", safety)
+    robot_yaml.write_text(text.replace("7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11", robot_id))
+    done = mosaic("validate", str(robot_yaml), "--allow-missing-env", "--json")
+    assert done.code == 2
+    (problem,) = json.loads(done.out)["problems"]
+    assert (problem["path"], problem["line"]) == (path, 10)
+    assert cure in problem["cure"]
+    if "$" not in robot_id:
+        assert path in mosaic("run", str(robot_yaml)).err
+
+
+ALIASED = """
+from pydantic import Field
+from mosaic_core import *
+
+class Turn(Message):
+    speed: float = Field(default=0.0, validation_alias="v")
+    model_config = {"populate_by_name": True}
+
+class Wheel(DataChannelReceivable[Turn]):
+    requires_lease = True
+    motion_fields = ("speed",)
+    def handle_data(self, data): ...
+
+class WheelConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self):
+        return Wheel(self.label)
+
+class Stuck(DataChannelConfigurer[NoParams]):
+    def configure(self):
+        raise RuntimeError("no wheel")
+"""
+
+
+def test_mistakes_of_all_handlers_are_told_in_the_order_of_the_file(
+    mosaic: Mosaic, robot_yaml: Path, install_distribution: InstallDistribution
+) -> None:
+    points = {"mosaic.connectors": {"wheel": "acme_wheel:WheelConfigurer", "stuck": "acme_wheel:Stuck"}}
+    install_distribution("acme-wheel", modules={"acme_wheel": ALIASED}, entry_points=points)
+    more = "  - { type: stuck, label: stuck }\n  - { type: wheel, label: wheel }\n  - { type: wheel, label: _no }\n"
+    robot_yaml.write_text(robot_yaml.read_text() + more)
+    problems = json.loads(mosaic("validate", str(robot_yaml), "--json").out)["problems"]
+    assert [one["line"] for one in problems] == [7, 8, 9]
+    assert "no wheel" in problems[0]["message"]
+    assert "'speed' of the messages of connector 'wheel' can be written under two names" in problems[1]["message"]
+
+
+def test_a_connector_with_a_value_that_only_the_robot_knows_is_not_made(
+    mosaic: Mosaic, robot_yaml: Path, install_distribution: InstallDistribution, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("PORT", raising=False)
+    module = GAUGE.replace(
+        "        return Gauge", "        assert self.params.port == '/dev/gauge'\n        return Gauge"
+    )
+    install_distribution("acme-gauge", modules={"acme_gauge": module}, entry_points=GAUGE_POINT)
+    gauge = "  - { type: gauge, label: gauge, params: { port: '${PORT}' } }\n"
+    robot_yaml.write_text(robot_yaml.read_text() + gauge)
+    assert mosaic("validate", str(robot_yaml), "--allow-missing-env").code == 0
+    monkeypatch.setenv("PORT", "/dev/other")
+    assert mosaic("validate", str(robot_yaml), "--allow-missing-env").code == 2
+
+
 # -- connectors ----------------------------------------------------------------------------------------------------
 
 
