@@ -19,8 +19,11 @@ from mosaic_core.machines.watchdog import Watchdog
 from mosaic_core.runtime.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.runtime.fence import Fence
 from mosaic_core.runtime.hook_calls import hook_plugins
+from mosaic_core.runtime.peer_control import PeerControl
 from mosaic_core.runtime.resolver import ConnectorResolver
+from mosaic_core.runtime.stop_link import StopLink
 from mosaic_core.testing.joining import ConnectorEntry, _checked, connector
+from mosaic_core.words.control import ControlMessage, Stop
 
 
 class Wish(Message):
@@ -175,8 +178,35 @@ def test_a_framework_without_one_of_its_guards_fails(
     assert findings(sled(Sled), only=(exercise,))[exercise].verdict == "failed"
 
 
+def _deaf_stop_lane(link: StopLink, data: bytes | str) -> None:
+    """Hears nothing."""
+
+
+def _deaf_control_lane(peer: PeerControl, message: ControlMessage, hear: Any = PeerControl.heard) -> None:
+    if not isinstance(message, Stop):
+        hear(peer, message)
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "broken", "fails", "passes"),
+    [
+        (StopLink, "_received", _deaf_stop_lane, "stop", "stop-on-control"),
+        (PeerControl, "heard", _deaf_control_lane, "stop-on-control", "stop"),
+    ],
+)
+def test_each_lane_of_the_stop_is_exercised_alone(
+    monkeypatch: pytest.MonkeyPatch, owner: type[Any], name: str, broken: Any, fails: str, passes: str
+) -> None:
+    monkeypatch.setattr(owner, name, broken)
+    found = findings(sled(Sled), only=(fails, passes, "silence"))
+    assert {exercise: one.verdict for exercise, one in found.items()} == {
+        fails: "failed", passes: "passed", "silence": "passed",
+    }  # fmt: skip
+    assert "safe action did not run" in found[fails].why
+
+
 def test_a_stop_that_does_not_hold_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Fence, "refusal", lambda fence, safety, peer_id, epoch: None)
+    monkeypatch.setattr(Fence, "refusal", lambda *asked: None)
     found = findings(sled(Sled), only=("stop",))["stop"]
     assert (found.verdict, found.why) == ("failed", "it took commands while it was stopped")
 

@@ -33,7 +33,7 @@ def test_the_page_drives_and_stops_a_robot(capsys: pytest.CaptureFixture[str]) -
             await names["drive"](link.connection)
             assert refused == []
             (row,) = link.robot.snapshot().connectors
-            assert row.messages >= 20
+            assert row.messages >= 10  # of twenty; newer ones replace those that a busy machine has not taken yet
             await names["stop"](link.connection)
 
     asyncio.run(scenario())
