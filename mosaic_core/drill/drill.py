@@ -21,6 +21,7 @@ EXERCISES: Mapping[str, Exercise] = {
     "leaves": silence.leaves,
     "frozen-picture": silence.frozen_picture,
     "stop": strangers.stop,
+    "stop-on-control": strangers.stop_on_control,
     "take-over": strangers.take_over,
     "lease-expiry": silence.lease_expiry,
     "stranger": strangers.stranger,

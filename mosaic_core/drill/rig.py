@@ -66,6 +66,10 @@ class DrillOperator:
         """From now on nothing of it arrives, and nobody is told."""
         self.link.is_cut = True
 
+    def lose(self, label: str) -> None:
+        """From now on nothing passes on this one channel, either way."""
+        self.link.lost_labels.add(label)
+
     async def until_refused(self, code: str, timeout_s: float = 1.0) -> bool:
         """Whether the robot has said so by then."""
         return await until(lambda: code in self.refusals, timeout_s)

@@ -13,31 +13,49 @@ from mosaic_core.drill.rig import Rig, Subject, until
 from mosaic_core.drill.silence import AT_ONCE_S, WAIT_S
 from mosaic_core.machines.framing import PayloadKind
 from mosaic_core.operator import LeaseDenied
+from mosaic_core.words.control import CONTROL_LABEL, STOP_LABEL
 
 SETTLE_S = 0.15
 """For what was said to be carried out, or not."""
 
 
 async def stop(rig: Rig, subject: Subject) -> Passed:
-    """An observer says stop while somebody drives on; afterwards a supervisor clears it."""
+    """An observer says stop while somebody drives on; of the two lanes that take it only its own works."""
+    return await _stopped(rig, subject, lost_lane=CONTROL_LABEL)
+
+
+async def stop_on_control(rig: Rig, subject: Subject) -> Passed:
+    """The same where only the control channel works."""
+    return await _stopped(rig, subject, lost_lane=STOP_LABEL)
+
+
+async def _stopped(rig: Rig, subject: Subject, *, lost_lane: str) -> Passed:
+    """Said on both lanes, a stop would hide that one of them is broken. A supervisor clears it afterwards."""
     observer, supervisor = await rig.operator("observer"), await rig.operator("supervisor")
     try:
         async with moving(rig, subject) as stream, in_background(stream):
+            observer.lose(lost_lane)
             began_s = time.monotonic()
-            await observer.control.stop("safety drill")
-            recorder = subject.recorder
-            await until(lambda: recorder.safe_since(began_s), WAIT_S)
-            safe = recorder.safe_since(began_s)
-            if safe is None:
-                raise Failed("the safe action did not run, or did not return", limit=f"{AT_ONCE_S * 1e3:.0f} ms")
+            saying = asyncio.create_task(observer.control.stop("safety drill"))
+            try:
+                await until(lambda: subject.recorder.safe_since(began_s), WAIT_S)
+                safe = subject.recorder.safe_since(began_s)
+                if safe is None:
+                    why = "the safe action did not run, or did not return"
+                    raise Failed(why, limit=f"{AT_ONCE_S * 1e3:.0f} ms")
+                if not await until(saying.done, WAIT_S):
+                    raise Failed("it stood, but whoever said stop was not told")
+            finally:
+                saying.cancel()
+                await asyncio.gather(saying, return_exceptions=True)
             await asyncio.sleep(SETTLE_S)
-            if any(stream.moves(act) for act in recorder.commands_since(safe.at_s)):
+            if any(stream.moves(act) for act in subject.recorder.commands_since(safe.at_s)):
                 raise Failed("it took commands while it was stopped")
-            await supervisor.control.clear_stop()
             return in_time(safe.at_s - began_s, AT_ONCE_S)
     finally:
+        await rig.dismiss(observer)  # first: a stop that was not heard is said again and again
         await supervisor.control.clear_stop()
-        await rig.dismiss(observer, supervisor)
+        await rig.dismiss(supervisor)
 
 
 async def take_over(rig: Rig, subject: Subject) -> Passed:

@@ -53,7 +53,8 @@ class MemoryChannel:
         asyncio.get_running_loop().call_soon(self.other.receive, data)
 
     def receive(self, data: bytes | str) -> None:
-        if self.is_open and not self._link.is_cut and self.on_message is not None:
+        is_lost = self._link.is_cut or self.label in self._link.lost_labels
+        if self.is_open and not is_lost and self.on_message is not None:
             self.on_message(data)
 
     def opened(self) -> None:
@@ -119,6 +120,7 @@ class MemoryLink:
     def __init__(self, number: int, listener: OffererListener) -> None:
         self.sdp = f"memory {number}"
         self.is_cut = False
+        self.lost_labels: set[str] = set()
         self._offerer = listener
         self._answerer: AnswererListener | None = None
         self._is_connected = False
