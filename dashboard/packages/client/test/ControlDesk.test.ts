@@ -529,6 +529,28 @@ describe('the stop', () => {
     await expect(cleared).resolves.toEqual({ isCleared: false, code: 'signal.timeout' })
   })
 
+  test('of mine is not taken for cleared before the robot has told that it stands', async () => {
+    const { control, robot, me } = await meet()
+    const toldLater: (() => void)[] = []
+    const say = robot.say.bind(robot)
+    const slow = vi.spyOn(robot, 'say').mockImplementation((guest, type, data) => void toldLater.push(() => say(guest, type, data)))
+    const report = await withTime(control.stop(), 100)
+    expect(report.phase).toBe('safe')
+    expect(control.stopState.get().isStopped).toBe(false)
+    const cleared = control.clearStop()
+    expect(robot.sentBy('me', 'stop.clear')).toHaveLength(1)
+    for (const tell of toldLater) tell()
+    await expect(cleared).resolves.toEqual({ isCleared: false, code: 'lease.required' })
+    expect(robot.isStopped).toBe(true)
+
+    slow.mockRestore()
+    me.info.role = 'supervisor'
+    await expect(control.clearStop()).resolves.toEqual({ isCleared: true })
+    const asked = robot.sentBy('me', 'stop.clear').length
+    await expect(control.clearStop()).resolves.toEqual({ isCleared: true })
+    expect(robot.sentBy('me', 'stop.clear')).toHaveLength(asked)
+  })
+
   test('that is not there needs no clearing', async () => {
     const { control, robot } = await meet()
     await expect(control.clearStop()).resolves.toEqual({ isCleared: true })

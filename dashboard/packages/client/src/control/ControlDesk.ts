@@ -63,6 +63,8 @@ export class ControlDesk {
   private readonly told = new Listeners<[ControlEvent]>()
   private readonly board = new DeskBoard()
   private endTicks: (() => void) | null = null
+  /** And the robot has not told since that it may move again. */
+  private hasSaidStop = false
 
   /** Whether the robot knows leases and the stop at all. */
   readonly availability: Readable<Availability> = this.board.availability
@@ -114,13 +116,15 @@ export class ControlDesk {
    * over a reconnect too. Never rejects. This is no certified emergency stop.
    */
   stop(reason = ''): Promise<StopReport> {
-    return this.stops.say(cut(reason), this.availability.get() !== 'unavailable')
+    this.hasSaidStop = this.availability.get() !== 'unavailable'
+    return this.stops.say(cut(reason), this.hasSaidStop)
   }
 
   /** Let commands act again: the deliberate act of somebody who holds a lease, or of a supervisor. Never rejects. */
   clearStop(): Promise<ClearReport> {
     const isClear = this.availability.get() === 'available' && !this.stopState.get().isStopped
-    if (isClear) return Promise.resolve({ isCleared: true })
+    // The answer to my own stop comes on a faster lane than the state of the robot: it may stand and not have said so.
+    if (isClear && !this.hasSaidStop) return Promise.resolve({ isCleared: true })
     return this.answers.clear()
   }
 
@@ -229,6 +233,9 @@ export class ControlDesk {
   private stopHeard(state: StopState): void {
     const was = this.stopState.get()
     this.board.showStop(state)
+    // One that was on its way when my stop was said tells of the time before.
+    const isLater = was.isStopped && was.mine?.phase !== 'sending'
+    if (!state.isStopped && isLater) this.hasSaidStop = false
     if (!state.isStopped) this.answers.stopCleared()
     this.changed()
     if (state.isStopped && !was.isStopped) this.told.tell({ type: 'stopped', by: state.by, reason: state.reason })
