@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +15,7 @@ from mosaic_core.cli import config_commands, connectors_commands, control_comman
 from mosaic_core.cli.error_report import FAILED, FINE, USAGE, as_json, exit_code_of, report, report_problems
 from mosaic_core.cli.log_output import LogFormat, LogLevel
 from mosaic_core.cli.plugin_commands import GroupWithPlugins
-from mosaic_core.words.errors import ConfigError, MosaicError
+from mosaic_core.words.errors import ConfigError, MosaicError, Problem
 
 DEFAULT_CONFIG = Path("mosaic_config.yaml")
 
@@ -73,21 +73,30 @@ def validate(
     from mosaic_core.runtime.auto_configurer import AutoConfigurer
     from mosaic_core.runtime.config_loader import validate_file
 
+    leases: Mapping[str, Sequence[str]] = {}
     try:
         validation = validate_file(config, allow_missing_env=allow_missing_env)
-        found = (*validation.problems, *AutoConfigurer().problems(validation))
-        problems, hints = tuple(sorted(found, key=lambda one: one.line or 0)), validation.hints
+        rehearsal = AutoConfigurer().rehearse(validation)
+        problems = _by_line((*validation.problems, *rehearsal.problems))
+        hints, leases = _by_line((*validation.hints, *rehearsal.hints)), rehearsal.leases
     except ConfigError as error:
         problems, hints = error.problems, ()
     if as_json_text:
-        typer.echo(json.dumps({"valid": not problems, "problems": as_json(problems), "hints": as_json(hints)}))
+        found = {"problems": as_json(problems), "hints": as_json(hints), "leases": leases}
+        typer.echo(json.dumps({"valid": not problems, **found}))
     else:
         report_problems(hints, as_hints=True)
+        for resource, labels in leases.items() if len(leases) > 1 else ():
+            typer.echo(f"lease '{resource}': {', '.join(labels)}")
         if problems:
             report_problems(problems)
         else:
             typer.echo(f"{config}: valid")
     raise typer.Exit(USAGE if problems else FINE)
+
+
+def _by_line(problems: Sequence[Problem]) -> tuple[Problem, ...]:
+    return tuple(sorted(problems, key=lambda one: one.line or 0))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -20,6 +20,7 @@ from mosaic_core.runtime.catalogue_entry import catalogue_entry, effective_safet
 from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector, Validation, check_config, load_config
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.hook_calls import call_hook, hook_plugins
+from mosaic_core.runtime.lease_groups import lease_groups, lookalikes
 from mosaic_core.runtime.resolver import ConnectorResolver
 from mosaic_core.runtime.safety_problems import safety_problems
 from mosaic_core.runtime.yaml_document import Place, YamlDocument
@@ -37,6 +38,15 @@ class Configured:
     connectors: tuple[Connector, ...]
     shared: Shared
     plugins: pluggy.PluginManager
+
+
+@dataclass(frozen=True, slots=True)
+class Rehearsal:
+    """What a start would refuse, what is only odd, and the connectors that each lease covers, by resource."""
+
+    problems: tuple[Problem, ...]
+    hints: tuple[Problem, ...]
+    leases: Mapping[str, tuple[str, ...]]
 
 
 class AutoConfigurer:
@@ -75,15 +85,17 @@ class AutoConfigurer:
         call_hook(self.plugins, "mosaic_after_configure", config=checked.config, handlers=every)
         return Configured(checked.config, tuple(connectors), self.shared, self.plugins)
 
-    def problems(self, validation: Validation) -> tuple[Problem, ...]:
-        """What :meth:`configure` would refuse of the connectors that have no mistake so far; calls no hook.
+    def rehearse(self, validation: Validation) -> Rehearsal:
+        """What :meth:`configure` would say of the connectors that have no mistake so far; calls no hook.
 
         Handlers are made and thrown away: what they do to devices begins with their bodies.
         """
         problems: list[Problem] = []
-        made = self._configurers(validation.connectors, validation.document, problems)
-        _connectors(made, validation.document, problems)
-        return tuple(problems)
+        document = validation.document
+        made = self._configurers(validation.connectors, document, problems)
+        groups = lease_groups(_connectors(made, document, problems))
+        places = {one.config.label: one.place for one in validation.connectors}
+        return Rehearsal(tuple(problems), tuple(lookalikes(groups, places, document)), groups)
 
     def _configurers(
         self, connectors: Sequence[CheckedConnector], document: YamlDocument, problems: list[Problem]

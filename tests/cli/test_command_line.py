@@ -66,7 +66,9 @@ def test_light_commands_load_nothing_heavy(words: list[str], robot_yaml: Path) -
 def test_a_valid_file_is_said_to_be_so(mosaic: Mosaic, robot_yaml: Path) -> None:
     done = mosaic("validate", str(robot_yaml))
     assert (done.code, done.out, done.err) == (0, f"{robot_yaml}: valid\n", "")
-    assert json.loads(mosaic("validate", str(robot_yaml), "--json").out) == {"valid": True, "problems": [], "hints": []}
+    assert json.loads(mosaic("validate", str(robot_yaml), "--json").out) == {
+        "valid": True, "problems": [], "hints": [], "leases": {},
+    }  # fmt: skip
 
 
 def test_mistakes_are_shown_with_their_line_and_cure(mosaic: Mosaic, robot_yaml: Path) -> None:
@@ -146,6 +148,28 @@ def test_what_a_start_refuses_is_refused_before(
     assert cure in problem["cure"]
     if "$" not in robot_id:
         assert path in mosaic("run", str(robot_yaml)).err
+
+
+def test_the_connectors_of_each_lease_are_told_and_a_slip_of_the_finger_is_seen(
+    mosaic: Mosaic, robot_yaml: Path
+) -> None:
+    def leased(label: str, safety: str) -> str:
+        return BASE.replace("base", label).replace("SAFETY", safety)
+
+    whole = robot_yaml.read_text() + leased("wheels", "{}") + leased("lift", "{}")
+    robot_yaml.write_text(whole)
+    assert "lease" not in mosaic("validate", str(robot_yaml)).out
+    robot_yaml.write_text(whole + leased("elbow", "{ resource: arm }") + leased("wrist", "{ resource: amr }"))
+    done = mosaic("validate", str(robot_yaml))
+    assert (done.code, done.out.splitlines()[:3]) == (
+        0,
+        ["lease 'motion': wheels, lift", "lease 'arm': elbow", "lease 'amr': wrist"],
+    )
+    result = json.loads(mosaic("validate", str(robot_yaml), "--json").out)
+    assert result["leases"] == {"motion": ["wheels", "lift"], "arm": ["elbow"], "amr": ["wrist"]}
+    (slip,) = [one for one in result["hints"] if "two leases" in one["message"]]
+    assert (slip["path"], slip["line"]) == ("connectors[4].safety.resource", 22)
+    assert slip["cure"].startswith("did you mean 'arm'?")
 
 
 ALIASED = """
