@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, help="Exercise what keeps a robot safe.")
 
+_PIPE_WIDTH = 160
+"""A file or a pipe has no edge: no reason to fold anything before the reasons get long."""
+_TABLE_WIDTH = 110
+"""On a narrower terminal the reasons stand below the table."""
 _STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
@@ -98,7 +102,8 @@ def _run(configured: Configured, *, live: bool, only: tuple[str, ...], as_json: 
 
     found = asyncio.run(main())
     if not as_json:
-        _show(found, Console(markup=False, highlight=False), live=live)
+        out = Console(markup=False, highlight=False)
+        _show(found, out if out.is_terminal else Console(markup=False, highlight=False, width=_PIPE_WIDTH), live=live)
     return FAILED if any(one.verdict == "failed" for one in found) else FINE
 
 
@@ -107,12 +112,16 @@ def _show(found: list[Finding], console: Console, *, live: bool) -> None:
     from rich.text import Text
 
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for name in ("what", "connector", "limit", "measured", "", "why"):
+    is_wide = console.width >= _TABLE_WIDTH
+    for name in ("what", "connector", "limit", "measured", "", *(["why"] if is_wide else [])):
         table.add_column(name, no_wrap=name != "why", overflow="fold")
     for one in found:
         verdict = Text(one.verdict, style=_STYLES[one.verdict])
-        table.add_row(one.exercise, one.label, one.limit, one.measured, verdict, one.why)
+        table.add_row(one.exercise, one.label, one.limit, one.measured, verdict, *([one.why] if is_wide else []))
     console.print(table if found else "no connector takes commands: nothing to exercise")
+    for one in found:
+        if one.why and not is_wide:
+            console.print(f"{one.exercise}, {one.label}: {one.why}")
     counts = {verdict: sum(one.verdict == verdict for one in found) for verdict in _STYLES}
     console.print(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
     if not live:

@@ -8,6 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
+
+from mosaic_core.cli.safety_commands import _show
+from mosaic_core.drill.findings import Finding
 
 BASE = """\
   - { type: cmd-vel, label: cmd_vel, params: { drive: { type: log } } }
@@ -26,6 +30,25 @@ def test_the_drill_prints_a_table_and_ends_well(mosaic: Callable[..., Any], base
     assert "300 ms" in ended.out
     assert "2 passed, 0 failed" in ended.out
     assert "no device was touched" in ended.out
+
+
+def test_in_a_pipe_a_row_is_a_line(
+    mosaic: Callable[..., Any], base_yaml: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    ended = mosaic("safety", "drill", str(base_yaml), "--only", "frozen-picture", "--only", "too-fast")
+    lines = [line.rstrip() for line in ended.out.splitlines()]
+    assert any(line.endswith("the configuration has no camera") for line in lines)
+    assert any(line.startswith("too-fast ") and "max_rate_hz" in line for line in lines)
+
+
+def test_on_a_narrow_terminal_the_reasons_stand_below(capsys: pytest.CaptureFixture[str]) -> None:
+    why = "the safe action did not run, or did not return"
+    found = [Finding("stop", "base", "failed", "50 ms", "none", why), Finding("silence", "base", "passed", "300 ms")]
+    _show(found, Console(width=80, color_system=None), live=True)
+    lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    assert [line.split()[0] for line in lines[:3]] == ["what", "stop", "silence"]
+    assert lines[3:] == [f"stop, base: {why}", "1 passed, 1 failed, 0 skipped"]
 
 
 def test_the_drill_speaks_json(mosaic: Callable[..., Any], base_yaml: Path) -> None:
