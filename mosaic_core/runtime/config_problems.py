@@ -22,9 +22,11 @@ _SECRET_KEYS = frozenset({"token", "credential", "password", "secret", "api_key"
 
 _EXPLAINED = ("value_error", "assertion_error")
 """A validator's own words, which name the value themselves."""
-_PATTERNS = {
+_PATTERNS = {  # by key, or by the pattern itself where plugins may have keys of that name
     "label": "letters, digits and _.:/- (at most 64, a letter or digit first; names starting with '_' are reserved)",
     "ws_url": "a URL without a path such as wss://mosaic.example.org",
+    r"^[a-z][a-z0-9_-]{0,31}$": "a name of small letters, digits, - and _ (at most 32, a letter first) such as arm",
+    r"^[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z0-9_-]+)*$": "the dotted path of a number in the message, such as linear.x",
 }
 _EXPECTED = {
     "int_type": "a whole number",
@@ -81,7 +83,7 @@ def validated(
         except ValidationError as error:
             mistakes = error.errors(include_url=False)
     problems = []
-    for mistake in mistakes:
+    for mistake, word in _told_once(mistakes):
         place = real_place(mistake["loc"], document, base)
         if any(place[:length] in document.unknown for length in range(len(place) + 1)):
             continue
@@ -89,8 +91,25 @@ def validated(
             cure = where_it_belongs(place) or _nearest_key(mistake["loc"], model)
             problems.append(document.problem(place, f"unknown key '{place[-1]}'", cure=cure))
         else:
-            problems.append(_problem(mistake, place, model, document))
+            problems.append(_problem(mistake, place, model, document, word))
     return None, problems
+
+
+def _told_once(mistakes: Sequence[ErrorDetails]) -> Iterator[tuple[ErrorDetails, str]]:
+    """Each mistake, and the word (``'off'``) that could stand in its place: where a value or a word is taken, pydantic
+    complains once about either."""
+    words = {one["loc"][:-1]: one for one in mistakes if "".join(map(str, one["loc"][-1:])).startswith("literal[")}
+    words = {loc: one for loc, one in words.items() if any(_is_beside(other, one) for other in mistakes)}
+    for one in mistakes:
+        if one not in words.values():
+            word = words.get(one["loc"][:-1])
+            yield one, "" if word is None else str(word.get("ctx", {}).get("expected", ""))
+
+
+def _is_beside(other: ErrorDetails, one: ErrorDetails) -> bool:
+    """Whether ``other`` is another opinion on the value that ``one`` speaks of, or on something in it."""
+    loc = one["loc"]
+    return len(other["loc"]) >= len(loc) and other["loc"][: len(loc) - 1] == loc[:-1] and other["loc"] != loc
 
 
 def _meant_as_text(mistakes: list[ErrorDetails], document: YamlDocument, base: Place) -> Iterator[Place]:
@@ -120,11 +139,16 @@ def real_place(loc: tuple[int | str, ...], document: YamlDocument, base: Place) 
     return place
 
 
-def _problem(mistake: ErrorDetails, place: Place, model: type[BaseModel], document: YamlDocument) -> Problem:
+def _problem(mistake: ErrorDetails, place: Place, model: type[BaseModel], document: YamlDocument, word: str) -> Problem:
     loc = mistake["loc"]
     if mistake["type"] == "missing":
         return document.problem((*place, loc[-1]), f"'{loc[-1]}' is missing", cure=_description(model, loc))
     message, cure = _expectation(mistake, str(place[-1]) if place else "")
+    if word and mistake["type"] in _EXPECTED:
+        guess = nearest(str(mistake["input"]), _QUOTED.findall(word))
+        message, cure = f"{message} or {word}", f"did you mean '{guess}'?" if guess else cure
+    if mistake["type"] == "literal_error" and not cure:
+        cure = _description(model, loc)
     got = "" if mistake["type"] in _EXPLAINED else _shown(mistake["input"], place, document)
     return document.problem(place, message + got, cure=cure)
 
@@ -136,8 +160,9 @@ def _expectation(mistake: ErrorDetails, key: str) -> tuple[str, str]:
         known = _QUOTED.findall(str(context.get("expected", "")))
         guess = nearest(str(mistake["input"]), known)
         return f"expected {context.get('expected')}", f"did you mean '{guess}'?" if guess else ""
-    if kind == "string_pattern_mismatch" and key in _PATTERNS:
-        return f"expected {_PATTERNS[key]}", ""
+    for known_as in (key, str(context.get("pattern"))):
+        if kind == "string_pattern_mismatch" and known_as in _PATTERNS:
+            return f"expected {_PATTERNS[known_as]}", ""
     if kind in _EXPLAINED:
         return str(context.get("error", mistake["msg"])), ""
     if kind in _EXPECTED:
