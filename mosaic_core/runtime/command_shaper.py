@@ -49,6 +49,7 @@ class CommandShaper:
         self._now_s = now_s
         self._before: EnvelopeState | None = None
         self._last: dict[str, Any] | None = None
+        self._last_before: dict[str, Any] | None = None
 
     def read(self, payload: bytes, peer_id: str) -> Command:
         """The command as it may act now; raises :class:`Refused`, or whatever a validator of the plugin raises.
@@ -64,7 +65,7 @@ class CommandShaper:
         if fired != self._shaped_after:
             self._envelope.stand_still()
             self._shaped_after = fired
-        self._before = self._envelope.state
+        self._before, self._last_before = self._envelope.state, self._last
         factor = self._factor(peer_id) if self._is_slowed else 1.0
         try:
             shaped = self._envelope.shaped(value, factor, self._now_s())
@@ -81,6 +82,7 @@ class CommandShaper:
         """The command was refused: the next one starts where the last one ended."""
         if self._envelope is not None and self._before is not None:
             self._envelope.restore(self._before)
+            self._last = self._last_before
 
     def zeros(self) -> Any:
         """The last command with all motion at zero, as the handler takes it; ``None``: there is nothing to repeat."""

@@ -68,7 +68,7 @@ class SafetyWatch:
         self._before: tuple[Feeding, str | None, int] | None = None
         self._zeros: tuple[int, float] | None = None
         self._failures = 0
-        self._retry: tuple[float, str] | None = None
+        self._retry: tuple[float, str, bool] | None = None
 
     @property
     def due_at_s(self) -> float | None:
@@ -212,7 +212,8 @@ class SafetyWatch:
         if self.watchdog.expire(now_s):
             self._follow(self.safety.on_timeout, "safety.timeout")
         elif self._retry is not None and now_s >= self._retry[0]:
-            self._act(self._retry[1])
+            _, cause, with_zeros = self._retry
+            self._act(cause, with_zeros=with_zeros)
 
     def _lost(self) -> None:
         self._follow(self.safety.on_loss, "safety.peer_left")
@@ -239,7 +240,7 @@ class SafetyWatch:
             with self._owner.changed:
                 wait_s = _RETRY_S[min(self._failures, len(_RETRY_S) - 1)]
                 self._failures += 1
-                self._retry = (time.monotonic() + wait_s, cause)
+                self._retry = (time.monotonic() + wait_s, cause, zeros_of is not None)
             raise
         with self._owner.changed:
             self._failures, self._retry = 0, None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import Field, GetJsonSchemaHandler, SerializeAsAny, ValidationError, WrapValidator
+from pydantic import Field, GetJsonSchemaHandler, SerializeAsAny, ValidationError, WrapValidator, field_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError
 
@@ -14,6 +14,7 @@ from mosaic_cmdvel.drive_registry import DriveNotFound, installed_drives, load_d
 from mosaic_core.contract.params import Params
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.limits import FieldLimit
+from mosaic_core.words.safety_config import SafePolicy
 
 
 def _params_of_its_drive(value: Any, _handler: Any) -> DriveParams:
@@ -79,6 +80,13 @@ class CmdVelSafety(SafetyConfig):
     max_angular_accel_radps2: float | None = _rate("rad/s²", "gain of angular velocity")
     max_angular_decel_radps2: float | None = _rate("rad/s²", "loss of angular velocity on command")
     requires_lease: bool = Field(default=True, description="Take commands only from the lease's holder.")
+
+    @field_validator("on_timeout", "on_loss")
+    @classmethod
+    def _stands_in_the_end(cls, policy: SafePolicy | None) -> SafePolicy | None:
+        if policy == "hold":
+            raise ValueError("a base that holds its velocity drives on for ever; use callback (it stops) or zero")
+        return policy
 
     def field_limits(self) -> tuple[FieldLimit, ...]:
         """Both parts as vectors: a base that is told to go too fast keeps its direction."""

@@ -90,3 +90,10 @@ def test_no_limit_can_be_switched_off(field: str, value: Any) -> None:
 
 def test_an_empty_time_out_is_the_default_and_not_none() -> None:
     assert CmdVelSafety.model_validate({"timeout_s": None}).timeout_s == 0.3
+
+
+@pytest.mark.parametrize("field", ["on_timeout", "on_loss"])
+def test_a_base_never_holds_its_velocity(field: str) -> None:
+    with pytest.raises(ValidationError, match="drives on for ever"):
+        CmdVelSafety.model_validate({field: "hold"})
+    assert CmdVelSafety.model_validate({field: "zero"})

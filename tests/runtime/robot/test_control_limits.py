@@ -264,6 +264,26 @@ def test_the_policy_zero_sends_zeros_for_a_second_after_the_safe_action(kit: Any
     played(kit, base, body, {"on_timeout": "zero", "slow_down": "off"})
 
 
+class Sticky(Typed):
+    """Its safe action fails the first time."""
+
+    def make_safe(self, cause: str) -> None:
+        super().make_safe(cause)
+        if self.log.count(cause) == 1:
+            raise OSError("the bus is busy")
+
+
+def test_the_policy_zero_sends_zeros_also_when_the_safe_action_works_only_at_the_second_try(kit: Any) -> None:
+    base = Sticky()
+
+    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+        ann.open("drive").say({"v": 1.0})
+        await kit.until(lambda: (0.0, "walk") in base.log)
+        assert base.log[:3] == [(1.0, "walk"), "safety.timeout", "safety.timeout"]
+
+    played(kit, base, body, {"on_timeout": "zero", "slow_down": "off"})
+
+
 def test_the_frameworks_zeros_end_with_the_next_command_and_with_a_stop(kit: Any) -> None:
     base = Typed()
 
