@@ -23,6 +23,8 @@ logger = logging.getLogger(__name__)
 
 REQUESTS_PER_S = 50.0
 """Of one peer; a program that takes a dozen resources at once is still within it."""
+KEEPS_PER_S = 20.0
+"""Ten times what a holder sends; the surplus says nothing new."""
 STOPS_PER_S = 200.0
 """Copies of a stop that are acknowledged; every copy stops."""
 LOST = frozenset({"peer.lost", "peer.replaced", "ice.failed", "ice.timeout", "dtls.timeout"})
@@ -59,6 +61,7 @@ class _Present:
     def __init__(self, peer: Controlled) -> None:
         self.peer = peer
         self.requests = RateGate(REQUESTS_PER_S)
+        self.keeps = RateGate(KEEPS_PER_S)
         self.stops = RateGate(STOPS_PER_S)
 
 
@@ -145,7 +148,8 @@ class ControlDesk:
         peer_id = peer.sender.peer_id
         present = self._present.get(peer_id)
         if isinstance(message, control.LeaseKeep):
-            self.fence.handle(lease.Kept(peer_id, message.epochs))
+            if present is not None and present.keeps.admits(now_s):
+                self.fence.handle(lease.Kept(peer_id, message.epochs))
             return
         if present is None or not present.requests.admits(now_s):
             peer.answer(control.Refusal(label=CONTROL_LABEL, code="signal.too_slow" if present else "lease.required"))
@@ -179,11 +183,16 @@ class ControlDesk:
 
     def _clear(self, peer: Controlled, now_s: float) -> None:
         with self.fence.lock:
-            party = words.party_of(peer.sender)
+            party, was_stopped = words.party_of(peer.sender), self.fence.latch.is_stopped
             code = self.fence.latch.clear(party, self.fence.desk.holds_any(party.peer_id, now_s))
         if code is not None:
             peer.answer(control.Refusal(label=STOP_LABEL, code=code))
-            self._journal.note("stop.clear", who=_name(peer.sender), code=code)
+            self._journal.refused(STOP_LABEL, peer.sender, code)
+            return
+        if not was_stopped:
+            with self.fence.lock:
+                state = words.stop_state(self.fence.latch)
+            peer.answer(state)
             return
         self._awaited.clear()
         self._stop_changed(False, _name(peer.sender), "")
@@ -193,7 +202,8 @@ class ControlDesk:
             state = words.stop_state(self.fence.latch, by)
         for peer in self._peers():
             peer.tell(state)
-        logger.warning("stopped by %s: %s", by, reason) if is_stopped else logger.warning("stop cleared by %s", by)
+        # as literals: names and reasons come from outside, and a line break would forge a line of the log
+        logger.warning("stopped by %r: %r", by, reason) if is_stopped else logger.warning("stop cleared by %r", by)
         self._journal.note("stop" if is_stopped else "stop.clear", who=by, message=reason)
         self._listener.stop_changed(is_stopped, by, reason)
 

@@ -26,6 +26,8 @@ OVERTAKEN = "overtaken"
 """A safe action has run since the command was shaped: shape it anew, from a standstill."""
 _FRAMEWORK = ""
 """Who acts when the framework sends zeros."""
+MAX_FAREWELLS = 256
+"""A plugin's ``peer_left`` that hangs while somebody opens and closes the channel for ever must not fill our memory."""
 Action = Callable[[], None]
 
 
@@ -181,7 +183,8 @@ class SafetyWatch:
             self._openings.pop(sender.peer_id, None)
             if sender.peer_id in (self.mover, self._handling):
                 self._lost()
-            self.farewells.append(lambda: self._peer_left(sender))
+            if len(self.farewells) < MAX_FAREWELLS:
+                self.farewells.append(lambda: self._peer_left(sender))
             self._owner.changed.notify_all()
 
     def lease_lost(self, peer_id: str) -> None:

@@ -169,3 +169,37 @@ def test_what_is_said_before_the_hello_is_answered_and_does_nothing(kit: Any) ->
         assert scene.robot.snapshot().leases[0].holder_id is None
 
     played(kit, body)
+
+
+def test_who_may_not_clear_fills_no_journal_and_clearing_nothing_is_no_news(kit: Any) -> None:
+    async def body(scene: Any, motor: Motor) -> None:
+        eve, boss = await scene.enters("eve", role="observer"), await scene.enters("boss", role="supervisor")
+        eve.stop(reason="fire\nERROR forged")
+        await kit.until(lambda: eve.heard("stop.state")[-1].is_stopped)
+        for _ in range(4):
+            eve.say(control.StopClear())
+        await kit.until(lambda: [refusal for refusal in eve.heard("refusal") if refusal.label == control.STOP_LABEL])
+        boss.say(control.StopClear())
+        await kit.until(lambda: not eve.heard("stop.state")[-1].is_stopped)
+        told, heard = len(eve.heard("stop.state")), len(boss.heard("stop.state"))
+        boss.say(control.StopClear())
+        await kit.until(lambda: len(boss.heard("stop.state")) > heard)
+        assert len(eve.heard("stop.state")) == told
+        boss.say(control.JournalRead())
+        what = [(entry.what, entry.who) for entry in (await boss.hears("journal")).entries]
+        assert what.count(("command.refused", "eve")) == 1
+        assert what.count(("stop.clear", "boss")) == 1
+
+    played(kit, body)
+
+
+def test_a_reason_forges_no_line_of_the_log(kit: Any, caplog: pytest.LogCaptureFixture) -> None:
+    async def body(scene: Any, motor: Motor) -> None:
+        eve = await scene.enters("eve", role="observer")
+        eve.stop(reason="fire\nERROR forged")
+        await kit.until(lambda: "safety.stop" in motor.log)
+        await eve.stops_ack()
+
+    played(kit, body)
+    (line,) = [record.getMessage() for record in caplog.records if "forged" in record.getMessage()]
+    assert "\n" not in line

@@ -11,7 +11,7 @@ import pytest
 from mosaic_core import Sender
 from mosaic_core.runtime.inbox import Incoming
 from mosaic_core.runtime.receiver_safety import ReceiverSafety
-from mosaic_core.runtime.safety_watch import SafetyWatch
+from mosaic_core.runtime.safety_watch import MAX_FAREWELLS, SafetyWatch
 from mosaic_core.runtime.safety_watchdog import SafetyWatchdog
 
 ANN = Sender("ann", "s")
@@ -295,3 +295,17 @@ def test_a_busy_processor_does_not_delay_it(safety: SafetyWatchdog) -> None:
     for burner in burners:
         burner.join()
     assert sorted(late_s)[3] < 0.06, "three burning threads may each keep the interpreter for 5 ms"
+
+
+def test_farewells_behind_a_peer_left_that_hangs_are_bounded_and_the_safe_action_still_runs(
+    safety: SafetyWatchdog,
+) -> None:
+    release, motor = threading.Event(), Motor()
+    watch = safety.guard("drive", ReceiverSafety(), motor.make_safe, lambda _: release.wait(PATIENCE_S) and None)
+    for _ in range(2 * MAX_FAREWELLS):
+        watch.peer_joined("ann")
+        watch.peer_left(ANN)
+    assert len(watch.farewells) <= MAX_FAREWELLS
+    watch.make_safe("safety.stop")
+    assert motor.called.acquire(timeout=PATIENCE_S)
+    release.set()
