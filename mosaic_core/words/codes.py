@@ -104,6 +104,15 @@ REASONS: dict[str, Reason] = {
         Reason("channel.queue_full", "Data was produced faster than the link takes it."),
         Reason("channel.too_large", "A message was larger than the channel takes."),
         Reason("channel.invalid", "A message does not fit the connector's schema."),
+        Reason(
+            "channel.wrong_lane",
+            "The second connection carries connectors with delivery bulk only.",
+            "Set `delivery: bulk` for this connector.",
+        ),
+        Reason(
+            "lane.refused",
+            "The robot makes no second connection for bulk data now; it goes over the main one.",
+        ),
         Reason("media.no_line", "The offer had no media line left for this camera."),
         Reason(
             "media.no_encoder",

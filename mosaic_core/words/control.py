@@ -14,12 +14,15 @@ from pydantic import Field, ValidationError
 
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.errors import WireError
+from mosaic_core.words.signaling import IceCandidate
 from mosaic_core.words.wire_model import WireModel, to_json
 
 CONTROL_LABEL = "_mosaic"
 STOP_LABEL = "_stop"
 """A lane of its own for :class:`Stop` and :class:`StopAck`: unordered, nothing retransmitted, so that a lost packet of
 anything else delays no stop. The operator creates it in its first offer and repeats the stop until it is answered."""
+LANE_LABEL = "_lane"
+"""The first channel of a second peer connection: pings, so that a dead one is noticed before ICE does."""
 CHANNEL_PROTOCOL = "mosaic.1"
 """The DCEP protocol of our own data channels: every message carries the frame header of ``machines.framing``."""
 CONTROL_PROTOCOL_VERSION = 1
@@ -34,7 +37,7 @@ MEDIA_SEEN_PERIOD_S = 0.1
 
 CONTROL_EXTENSIONS: dict[str, int] = {
     "catalogue": 1, "mediaWatch": 1, "mediaOrigin": 1, "refusals": 1,
-    "lease": 1, "stop": 1, "safetyLimit": 1, "journal": 1,
+    "lease": 1, "stop": 1, "safetyLimit": 1, "journal": 1, "bulkLane": 1,
 }  # fmt: skip
 Role = Literal["observer", "operator", "supervisor"]
 ResourceName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,31}$")]
@@ -322,6 +325,91 @@ class Journal(ControlMessage):
     entries: tuple[JournalEntry, ...] = ()
 
 
+# -- more than the first offer: the second connection, and more media lines ---------------------------------------
+
+
+LaneName = Literal["bulk"]
+AttemptNumber = Annotated[int, Field(ge=1, le=0xFFFFFFFF)]
+"""Counts the offers of one peer: what still comes of an abandoned one is recognized by it."""
+MAX_LANE_SDP_BYTES = 16 * 1024
+"""Its only line is that of the data channels: about 1 KB, and the candidates."""
+
+
+class LaneOffer(ControlMessage):
+    """Operator → robot: a second peer connection of the same session, which carries data channels only."""
+
+    type = "lane.offer"
+    lane: LaneName = "bulk"
+    attempt: AttemptNumber
+    sdp: Annotated[str, Field(max_length=MAX_LANE_SDP_BYTES)]
+
+
+class LaneAnswer(ControlMessage):
+    """Robot → operator: the answer to that offer."""
+
+    type = "lane.answer"
+    lane: LaneName = "bulk"
+    attempt: AttemptNumber
+    sdp: Annotated[str, Field(max_length=MAX_LANE_SDP_BYTES)]
+
+
+class LaneCandidate(ControlMessage):
+    """Both ways: an ICE candidate of the lane."""
+
+    type = "lane.candidate"
+    lane: LaneName = "bulk"
+    attempt: AttemptNumber
+    candidate: Annotated[str, Field(max_length=1024)]
+    sdp_mid: Annotated[str, Field(max_length=64)] = "0"
+    sdp_m_line_index: Annotated[int, Field(alias="sdpMLineIndex", ge=0, le=0xFFFF)] = 0
+
+    @staticmethod
+    def of(attempt: int, found: IceCandidate) -> LaneCandidate:
+        return LaneCandidate(
+            attempt=attempt,
+            candidate=found.candidate,
+            sdp_mid=found.sdp_mid,
+            sdp_m_line_index=found.sdp_m_line_index,
+        )
+
+    @property
+    def ice_candidate(self) -> IceCandidate:
+        return IceCandidate(candidate=self.candidate, sdp_mid=self.sdp_mid, sdp_m_line_index=self.sdp_m_line_index)
+
+
+class LaneClose(ControlMessage):
+    """Both ways: the lane is not made, or ends; bulk goes on over the main connection."""
+
+    type = "lane.close"
+    lane: LaneName = "bulk"
+    attempt: AttemptNumber
+    code: str = "peer.closed"
+    message: Annotated[str, Field(max_length=500)] | None = None
+
+
+MAX_OFFER_BYTES = 200 * 1024
+"""Chromium needs 80 KB for 16 media lines."""
+
+
+class RenegotiateOffer(ControlMessage):
+    """Operator → robot: the main connection once more, with media lines for labels that it was made without."""
+
+    type = "renegotiate.offer"
+    attempt: AttemptNumber
+    sdp: Annotated[str, Field(max_length=MAX_OFFER_BYTES)]
+    tracks: dict[str, str] = Field(default_factory=dict, max_length=256)
+
+
+class RenegotiateAnswer(ControlMessage):
+    """Robot → operator. With a ``code`` instead of an ``sdp`` nothing has changed."""
+
+    type = "renegotiate.answer"
+    attempt: AttemptNumber
+    sdp: Annotated[str, Field(max_length=MAX_OFFER_BYTES)] | None = None
+    code: str = ""
+    message: Annotated[str, Field(max_length=500)] | None = None
+
+
 CONTROL_MESSAGES: dict[str, type[ControlMessage]] = {
     message.type: message
     for message in (
@@ -350,6 +438,12 @@ CONTROL_MESSAGES: dict[str, type[ControlMessage]] = {
         SafetyLimit,
         JournalRead,
         Journal,
+        LaneOffer,
+        LaneAnswer,
+        LaneCandidate,
+        LaneClose,
+        RenegotiateOffer,
+        RenegotiateAnswer,
     )
 }
 

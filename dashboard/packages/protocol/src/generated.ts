@@ -438,6 +438,52 @@ export interface Journal {
   entries: readonly JournalEntry[]
 }
 
+/** Operator → robot: a second peer connection of the same session, which carries data channels only. */
+export interface LaneOffer {
+  lane: string
+  attempt: number
+  sdp: string
+}
+
+/** Robot → operator: the answer to that offer. */
+export interface LaneAnswer {
+  lane: string
+  attempt: number
+  sdp: string
+}
+
+/** Both ways: an ICE candidate of the lane. */
+export interface LaneCandidate {
+  lane: string
+  attempt: number
+  candidate: string
+  sdpMid: string
+  sdpMLineIndex: number
+}
+
+/** Both ways: the lane is not made, or ends; bulk goes on over the main connection. */
+export interface LaneClose {
+  lane: string
+  attempt: number
+  code: string
+  message?: string
+}
+
+/** Operator → robot: the main connection once more, with media lines for labels that it was made without. */
+export interface RenegotiateOffer {
+  attempt: number
+  sdp: string
+  tracks: Record<string, string>
+}
+
+/** Robot → operator. With a `code` instead of an `sdp` nothing has changed. */
+export interface RenegotiateAnswer {
+  attempt: number
+  sdp?: string
+  code: string
+  message?: string
+}
+
 /** The data of each message, by its type. */
 export interface SignalingMessages {
   'authorize.req': AuthorizeRequest
@@ -485,6 +531,12 @@ export interface ControlMessages {
   'safety.limit': SafetyLimit
   'journal.read': JournalRead
   'journal': Journal
+  'lane.offer': LaneOffer
+  'lane.answer': LaneAnswer
+  'lane.candidate': LaneCandidate
+  'lane.close': LaneClose
+  'renegotiate.offer': RenegotiateOffer
+  'renegotiate.answer': RenegotiateAnswer
 }
 
 export const CONTROL_LABEL = '_mosaic'
@@ -550,6 +602,8 @@ export const REASONS = {
   'channel.queue_full': { sentence: 'Data was produced faster than the link takes it.', cure: '' },
   'channel.too_large': { sentence: 'A message was larger than the channel takes.', cure: '' },
   'channel.invalid': { sentence: "A message does not fit the connector's schema.", cure: '' },
+  'channel.wrong_lane': { sentence: 'The second connection carries connectors with delivery bulk only.', cure: 'Set `delivery: bulk` for this connector.' },
+  'lane.refused': { sentence: 'The robot makes no second connection for bulk data now; it goes over the main one.', cure: '' },
   'media.no_line': { sentence: 'The offer had no media line left for this camera.', cure: '' },
   'media.no_encoder': { sentence: "No video encoder for this operator's codec works on the robot.", cure: 'Run `mosaic doctor encoders` on the robot.' },
   'media.not_decodable': { sentence: "The camera sends a codec that this operator does not have, and the robot can't convert it.", cure: 'Set the camera to H.264, or `passthrough: never`.' },
@@ -653,6 +707,7 @@ export const CONTROL_EXTENSIONS: Record<string, number> = {
   'stop': 1,
   'safetyLimit': 1,
   'journal': 1,
+  'bulkLane': 1,
 }
 
 /** Which definition describes the data of a message. */
@@ -701,6 +756,12 @@ export const CONTROL_SCHEMAS = {
   'safety.limit': 'SafetyLimit',
   'journal.read': 'JournalRead',
   'journal': 'Journal',
+  'lane.offer': 'LaneOffer',
+  'lane.answer': 'LaneAnswer',
+  'lane.candidate': 'LaneCandidate',
+  'lane.close': 'LaneClose',
+  'renegotiate.offer': 'RenegotiateOffer',
+  'renegotiate.answer': 'RenegotiateAnswer',
 } as const
 
 /** JSON Schema of every message and its parts; a `$ref` is a key of this table. */
@@ -726,6 +787,10 @@ export const DEFINITIONS: Record<string, unknown> = {
   JournalEntry: {"properties": {"number": {"type": "integer"}, "at": {"type": "string"}, "what": {"type": "string"}, "who": {"default": "", "type": "string"}, "subject": {"default": "", "type": "string"}, "code": {"default": "", "type": "string"}, "message": {"default": "", "type": "string"}}, "required": ["number", "at", "what"], "type": "object"},
   JournalRead: {"properties": {"limit": {"default": 100, "maximum": 200, "minimum": 1, "type": "integer"}, "before": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "type": "object"},
   Kind: {"enum": ["data", "video", "audio"], "type": "string"},
+  LaneAnswer: {"properties": {"lane": {"const": "bulk", "default": "bulk", "type": "string"}, "attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"maxLength": 16384, "type": "string"}}, "required": ["attempt", "sdp"], "type": "object"},
+  LaneCandidate: {"properties": {"lane": {"const": "bulk", "default": "bulk", "type": "string"}, "attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "candidate": {"maxLength": 1024, "type": "string"}, "sdpMid": {"default": "0", "maxLength": 64, "type": "string"}, "sdpMLineIndex": {"default": 0, "maximum": 65535, "minimum": 0, "type": "integer"}}, "required": ["attempt", "candidate"], "type": "object"},
+  LaneClose: {"properties": {"lane": {"const": "bulk", "default": "bulk", "type": "string"}, "attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "code": {"default": "peer.closed", "type": "string"}, "message": {"anyOf": [{"maxLength": 500, "type": "string"}, {"type": "null"}], "default": null}}, "required": ["attempt"], "type": "object"},
+  LaneOffer: {"properties": {"lane": {"const": "bulk", "default": "bulk", "type": "string"}, "attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"maxLength": 16384, "type": "string"}}, "required": ["attempt", "sdp"], "type": "object"},
   LeaseAnswer: {"properties": {"resource": {"default": "motion", "pattern": "^[a-z][a-z0-9_-]{0,31}$", "type": "string"}, "peerId": {"type": "string"}, "grant": {"type": "boolean"}, "message": {"default": "", "maxLength": 200, "type": "string"}}, "required": ["peerId", "grant"], "type": "object"},
   LeaseKeep: {"properties": {"epochs": {"additionalProperties": {"type": "integer"}, "maxProperties": 32, "type": "object"}}, "type": "object"},
   LeaseRelease: {"properties": {"resource": {"default": "motion", "pattern": "^[a-z][a-z0-9_-]{0,31}$", "type": "string"}}, "type": "object"},
@@ -748,6 +813,8 @@ export const DEFINITIONS: Record<string, unknown> = {
   Pong: {"properties": {"t0": {"type": "integer"}, "t1": {"type": "integer"}, "t2": {"type": "integer"}}, "required": ["t0", "t1", "t2"], "type": "object"},
   PrepareConnection: {"properties": {"rtcConnectionId": {"type": "string"}, "sessionId": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "operator": {"anyOf": [{"$ref": "OperatorIdentity"}, {"type": "null"}], "default": null}, "ticket": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "iceServers": {"anyOf": [{"items": {"$ref": "IceServer"}, "type": "array"}, {"type": "null"}], "default": null}}, "required": ["rtcConnectionId"], "type": "object"},
   Refusal: {"properties": {"label": {"type": "string"}, "seq": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}, "code": {"type": "string"}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["label", "code"], "type": "object"},
+  RenegotiateAnswer: {"properties": {"attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"anyOf": [{"maxLength": 204800, "type": "string"}, {"type": "null"}], "default": null}, "code": {"default": "", "type": "string"}, "message": {"anyOf": [{"maxLength": 500, "type": "string"}, {"type": "null"}], "default": null}}, "required": ["attempt"], "type": "object"},
+  RenegotiateOffer: {"properties": {"attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"maxLength": 204800, "type": "string"}, "tracks": {"additionalProperties": {"type": "string"}, "maxProperties": 256, "type": "object"}}, "required": ["attempt", "sdp"], "type": "object"},
   RobotStatus: {"enum": [0, 1, 2, 3, 4, 5, 6], "type": "integer"},
   SafetyCause: {"properties": {"cause": {"enum": ["rtt", "loss", "picture"], "type": "string"}, "value": {"anyOf": [{"type": "number"}, {"type": "null"}], "default": null}, "factor": {"maximum": 1, "minimum": 0, "type": "number"}}, "required": ["cause", "factor"], "type": "object"},
   SafetyLimit: {"properties": {"label": {"type": "string"}, "factor": {"maximum": 1, "minimum": 0, "type": "number"}, "causes": {"default": [], "items": {"$ref": "SafetyCause"}, "type": "array"}}, "required": ["label", "factor"], "type": "object"},
