@@ -6,7 +6,7 @@ loop. ``send_*`` may be called from any thread, never blocks, and says whether t
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Awaitable, Iterable, Iterator, Mapping
+from collections.abc import AsyncIterator, Awaitable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel
@@ -66,6 +66,9 @@ class Handler:
     kind: ClassVar[Kind] = Kind.DATA
     delivery: ClassVar[Delivery] = Delivery.RELIABLE
     """The default of this handler; ``delivery:`` in the YAML file overrides it."""
+    is_for_originals: bool = False
+    """A channel that only original dashboards know: no operator of ours is told of it. Whoever opens it wakes the
+    ``watched`` body of the connector's first handler."""
     widget: ClassVar[str | None] = None
     """The widget that shows it best; a hint for the dashboard."""
     data_type: MosaicDataType
@@ -95,6 +98,11 @@ class Handler:
     def is_stopping(self) -> bool:
         return self._host.is_stopping
 
+    @property
+    def is_heard(self) -> bool:
+        """Whether anybody has this data channel open now: what nobody gets need not be computed. Any thread."""
+        return self._host.is_heard(self.label)
+
     def monotonic_s(self) -> float:
         """The robot's monotonic clock; the kit's fake clock in tests."""
         return self._host.monotonic_s()
@@ -104,14 +112,15 @@ class Handler:
         ``with self.tap_media("front") as tap: picture = tap.next(timeout_s=1.0)``. Any thread."""
         return self._host.tap_media(label, codec)
 
-    def _send(self, kind: PayloadKind, payload: bytes, to: Sender | None, channel: str | None = None) -> bool:
+    def _send(self, kind: PayloadKind, payload: bytes, to: Sender | None, followers: tuple[bytes, ...] = ()) -> bool:
         return self._host.send(
             Outgoing(
-                channel=channel or self.label,
+                channel=self.label,
                 kind=kind,
                 payload=payload,
                 stamp_us=int(self._host.monotonic_s() * 1e6),
                 to=to.peer_id if to else None,
+                followers=followers,
             )
         )
 
@@ -145,6 +154,12 @@ class _Sends(Handler):
 
     def send_bytes(self, data: bytes, to: Sender | None = None) -> bool:
         return self._send(PayloadKind.BYTES, bytes(data), to)
+
+    def send_burst(self, parts: Sequence[bytes], to: Sender | None = None) -> bool:
+        """Binary messages that mean something only together, in order. Waiting, they are one: replaced or dropped
+        as a whole."""
+        first, *followers = (bytes(part) for part in parts)
+        return self._send(PayloadKind.BYTES, first, to, tuple(followers))
 
     def send(self, value: Any, to: Sender | None = None) -> bool:
         """Whatever ``messages()`` yields: a message or mapping as JSON, ``str``, or ``bytes``."""

@@ -35,13 +35,23 @@ class Sender:
 
 @dataclass(frozen=True, slots=True)
 class Outgoing:
-    """One message on its way out. ``channel`` is the data channel's label, ``to`` a peer id or ``None`` for all."""
+    """One message on its way out. ``channel`` is the data channel's label, ``to`` a peer id or ``None`` for all.
+
+    ``followers``: more payloads that travel right behind the first, each a message of its own to whoever receives
+    them; here they are queued, replaced and counted as one.
+    """
 
     channel: str
     kind: PayloadKind
     payload: bytes
     stamp_us: int
     to: str | None = None
+    followers: tuple[bytes, ...] = ()
+
+    @property
+    def size_bytes(self) -> int:
+        """Of all its payloads."""
+        return len(self.payload) + sum(map(len, self.followers))
 
 
 class HandlerHost(Protocol):
@@ -65,6 +75,10 @@ class HandlerHost(Protocol):
 
     def send(self, message: Outgoing) -> bool:
         """Hand a message over; ``False`` if nobody listens or the queue is full."""
+        ...
+
+    def is_heard(self, channel: str) -> bool:
+        """Whether anybody has the data channel open now."""
         ...
 
     def send_picture(self, label: str, picture: Picture) -> bool:
@@ -99,6 +113,9 @@ class UnboundHost:
         return False
 
     def send(self, message: Outgoing) -> bool:
+        return False
+
+    def is_heard(self, channel: str) -> bool:
         return False
 
     def send_picture(self, label: str, picture: Any) -> bool:

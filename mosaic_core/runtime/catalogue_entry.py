@@ -40,7 +40,7 @@ def catalogue_entry(label: str, connector_type: str, handlers: Sequence[Handler]
         channels=tuple(
             ChannelEntry(label=handler.label, data_type=handler.data_type)
             for handler in handlers
-            if handler.data_type is not MosaicDataType.MEDIA
+            if handler.data_type is not MosaicDataType.MEDIA and not handler.is_for_originals
         ),
         delivery=first.delivery,
         widget=next((handler.widget for handler in handlers if handler.widget), None),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from itertools import chain
 
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.command_gate import ArrivalBaseline, CommandGate
@@ -41,14 +42,19 @@ class ChannelLink:
 
     def outgoing(self, message: Outgoing, flags: FrameFlag = FrameFlag.NONE) -> QueuedMessage:
         """What goes over the wire for ``message``."""
-        size = len(message.payload)
+        payloads = (message.payload, *message.followers)
+        size = message.size_bytes
         if not self.is_framed:
-            payload = message.payload
-            bare = payload if message.kind is PayloadKind.BYTES else payload.decode()
-            return QueuedMessage(self.channel.label, iter((bare,)), size)
+            is_text = message.kind is not PayloadKind.BYTES
+            bare = (payload.decode() if is_text else payload for payload in payloads)
+            return QueuedMessage(self.channel.label, bare, size)
+        frames = [self._framed(message, payload, flags) for payload in payloads]
+        pieces = chain.from_iterable(encode_frame(frame) for frame in frames)
+        return QueuedMessage(self.channel.label, pieces, size + HEADER_BYTES * len(frames))
+
+    def _framed(self, message: Outgoing, payload: bytes, flags: FrameFlag) -> Frame:
         self._seq = (self._seq + 1) % SEQ_MODULUS
-        frame = Frame(message.kind, message.payload, seq=self._seq, stamp_us=message.stamp_us, flags=flags)
-        return QueuedMessage(self.channel.label, encode_frame(frame), size + HEADER_BYTES)
+        return Frame(message.kind, payload, seq=self._seq, stamp_us=message.stamp_us, flags=flags)
 
     def incoming(self, data: bytes | str) -> Frame | None:
         """The message that ``data`` completes; raises :class:`WireError`. Bare payloads have ``seq`` 0."""

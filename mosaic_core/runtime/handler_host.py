@@ -24,10 +24,12 @@ class RuntimeHost:
         loop: asyncio.AbstractEventLoop,
         post: Callable[[Outgoing], bool],
         media: MediaHub,
+        is_heard: Callable[[str], bool] = lambda channel: False,
     ) -> None:
         self._loop = loop
         self._post = post
         self._media = media
+        self._is_heard = is_heard
         self._stop = threading.Event()
         self._stop_async = asyncio.Event()
 
@@ -78,6 +80,9 @@ class RuntimeHost:
 
     def send(self, message: Outgoing) -> bool:
         return self._post(message)
+
+    def is_heard(self, channel: str) -> bool:
+        return self._is_heard(channel)
 
     def send_picture(self, label: str, picture: Picture) -> bool:
         return self._media.post(label, picture)

@@ -22,7 +22,7 @@ from mosaic_core.runtime.media_hub import MediaHub
 from mosaic_core.runtime.outbox import Outbox
 from mosaic_core.runtime.plain_stream import plain_sound
 from mosaic_core.runtime.receiver import Outcome, Receiver
-from mosaic_core.runtime.routes import Route, data_routes, media_handlers, microphones, speakers
+from mosaic_core.runtime.routes import Route, data_routes, media_handlers, microphones, original_groups, speakers
 from mosaic_core.runtime.runner import Runner, runner_of
 from mosaic_core.runtime.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.sound_transport import SoundStreamFactory
@@ -71,6 +71,7 @@ class HandlerRuns:
         self._runners: dict[str, Runner] = {}
         self._failures: dict[str, Failures] = {}
         self._always: set[str] = set()
+        self._groups = original_groups(connectors)
         for route in self.routes.values():
             self._take(route.handler)
             self.outbox.add_channel(route.label, route.connector.delivery, route.counters)
@@ -92,7 +93,7 @@ class HandlerRuns:
 
     def _take(self, handler: Handler) -> None:
         """Bind the handler and prepare its body."""
-        host = RuntimeHost(self._loop, self.outbox.post, self.media)
+        host = RuntimeHost(self._loop, self.outbox.post, self.media, self.outbox.is_heard)
         handler.bind(host)
         failures = Failures(handler.label, lambda *failure: self._failed.put(failure))
         self._failures[handler.label] = failures
@@ -147,8 +148,10 @@ class HandlerRuns:
         return [route.receiver for route in self.routes.values() if route.receiver is not None]
 
     def _watched(self, label: str, on: bool) -> None:
-        runner = self._runners.get(label)
-        if runner is not None and label not in self._always:
+        group = self._groups.get(label, (label,))
+        runner = self._runners.get(group[0])
+        others = [other for other in group if other != label and self.outbox.is_heard(other)]
+        if runner is not None and group[0] not in self._always and not others:
             runner.want(on)
 
     # -- what happened -------------------------------------------------------------------------------------------

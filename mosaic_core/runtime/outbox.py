@@ -53,10 +53,11 @@ class Outbox:
 
     def post(self, message: Outgoing) -> bool:
         """Any thread. ``False``: nobody listens, the message is too large, or every listener's queue is full."""
-        if len(message.payload) > MAX_MESSAGE_BYTES:
-            self._complain(message.channel, len(message.payload))
+        largest = max(len(message.payload), *map(len, message.followers)) if message.followers else len(message.payload)
+        if largest > MAX_MESSAGE_BYTES:
+            self._complain(message.channel, largest)
             return False
-        too_much = len(self._handover) * len(message.payload) > _MAX_PENDING_BYTES
+        too_much = len(self._handover) * message.size_bytes > _MAX_PENDING_BYTES
         if too_much or not self._handover.put(message):
             counters = self._counters.get(message.channel)
             if counters is not None:
@@ -75,6 +76,10 @@ class Outbox:
             self._complained.add(channel)
             fields = {"label": channel, "code": "channel.too_large"}
             logger.error("%r: a message of %d bytes is too large to send", channel, size_bytes, extra=fields)
+
+    def is_heard(self, channel: str) -> bool:
+        """Any thread."""
+        return bool(self._listeners.get(channel))
 
     # -- on the event loop ---------------------------------------------------------------------------------------
 
@@ -117,4 +122,4 @@ class Outbox:
             counters.dropped += offered is not Offered.QUEUED
             if offered is Offered.REFUSED:
                 self._full |= {(peer_id, message.channel)}
-        counters.count(len(message.payload), time.monotonic())
+        counters.count(message.size_bytes, time.monotonic())

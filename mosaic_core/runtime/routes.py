@@ -65,6 +65,18 @@ def data_routes(connectors: Sequence[Connector], counters: dict[str, ConnectorCo
     }
 
 
+def original_groups(connectors: Sequence[Connector]) -> dict[str, tuple[str, ...]]:
+    """Of connectors with channels for original dashboards alone: by each of these labels, and by that of the
+    connector's first handler, all of them; the first handler comes first."""
+    groups: dict[str, tuple[str, ...]] = {}
+    for connector in connectors:
+        labels = tuple(handler.label for handler in connector.handlers if handler.is_for_originals)
+        if labels:
+            group = tuple(dict.fromkeys((connector.handlers[0].label, *labels)))
+            groups.update(dict.fromkeys(group, group))
+    return groups
+
+
 def _safety(connector: Connector, handler: Handler) -> ReceiverSafety:
     if isinstance(handler, DataChannelReceivable):
         return ReceiverSafety.of(connector.safety, handler)

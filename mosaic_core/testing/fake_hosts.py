@@ -65,6 +65,8 @@ class FakeHost:
         self.tapped: dict[str, list[TappedPicture]] = {}
         """What taps of other connectors give, by label; a label that isn't here is unknown."""
         self.accepts = True
+        self.heard: set[str] | None = None
+        """The channels that somebody has open; ``None``: all."""
         self.safety: ReceiverSafety | None = None
         """The receiver's limits in force; ``build`` sets them."""
         self.stop_at_s = float("inf")
@@ -99,6 +101,9 @@ class FakeHost:
         if self.accepts:
             self.sent.append(message)
         return self.accepts
+
+    def is_heard(self, channel: str) -> bool:
+        return self.heard is None or channel in self.heard
 
     def send_picture(self, label: str, picture: Picture) -> bool:
         if self.accepts:
