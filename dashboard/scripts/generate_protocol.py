@@ -20,6 +20,7 @@ from pydantic.json_schema import models_json_schema
 from mosaic_core.machines import framing
 from mosaic_core.words import codes, control, data_type, signaling
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
+from mosaic_core.words.finding import Finding
 from mosaic_core.words.ice import IceServer
 
 OUTPUT = Path(__file__).parents[1] / "packages" / "protocol" / "src" / "generated.ts"
@@ -28,6 +29,7 @@ _SHARED: tuple[type[BaseModel], ...] = (
     CatalogueEntry,
     Catalogue,
     IceServer,
+    Finding,
     signaling.TicketKey,
     signaling.OperatorIdentity,
     signaling.IceCandidate,

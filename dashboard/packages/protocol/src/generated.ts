@@ -105,6 +105,19 @@ export interface IceServer {
   credential?: string
 }
 
+/** One result of a check; the same in the terminal, as JSON and in the dashboard. */
+export interface Finding {
+  /** What was looked at: group and name, e.g. `server.tls`. Stable. */
+  check: string
+  status: 'ok' | 'warn' | 'fail' | 'skipped'
+  /** Key of the table of reason codes. */
+  code: string
+  sentence: string
+  cure: string
+  /** Figures and names, by stable keys. */
+  facts: Record<string, unknown>
+}
+
 /** A public key (Ed25519, raw 32 bytes, base64url) with which the server signs tickets. */
 export interface TicketKey {
   kid: string
@@ -586,18 +599,42 @@ export const REASONS = {
   'signal.replaced': { sentence: 'The same robot connected a second time; the newest one wins.', cure: 'Stop the other process or give it an identity of its own.' },
   'signal.too_slow': { sentence: 'The receiver did not keep up, or sent too much.', cure: '' },
   'signal.unreachable': { sentence: "The server can't be reached.", cure: "Check the server's address and the network." },
-  'signal.robot_offline': { sentence: "The robot isn't connected to the server.", cure: '' },
+  'signal.robot_offline': { sentence: "The robot isn't connected to the server.", cure: 'Start it with `mosaic run`, or run `mosaic doctor mosaic_config.yaml` on it.' },
   'signal.robot_busy': { sentence: 'The robot takes one operator at a time and has one.', cure: '' },
   'signal.unknown_connection': { sentence: "No such connection, or it isn't yours.", cure: '' },
   'signal.server_restart': { sentence: 'The server is restarting.', cure: '' },
+  'signal.no_answer': { sentence: 'The robot did not answer the offer in time.', cure: "See what the robot's log says; if it is busy, try again." },
+  'signal.name_unknown': { sentence: "The server's name can't be resolved.", cure: 'Check the spelling of the address and the name server of this machine.' },
+  'signal.tls': { sentence: "The server's certificate can't be trusted.", cure: 'Use a certificate for this very name from an authority that this machine trusts.' },
+  'signal.certificate_ends': { sentence: "The server's certificate ends soon.", cure: 'Renew it, and see why that does not happen by itself.' },
+  'signal.not_mosaic': { sentence: 'What answers at this address is no MOSAIC server.', cure: 'Check host and port; a proxy in front must pass /api and /ws on.' },
+  'signal.no_websocket': { sentence: 'The server answers, but WebSockets do not get through to it.', cure: 'Let the proxy in front of the server pass on `Upgrade: websocket` for /ws.' },
+  'signal.original_server': { sentence: 'The server speaks no extensions: it is an original one, or older than this.', cure: 'Robots and operators connect; roles, several operators and TURN credentials need a newer server.' },
+  'signal.clock_skew': { sentence: 'The clocks of this machine and of the server differ.', cure: 'Let both set their clocks by NTP (`timedatectl set-ntp true`); tickets and certificates depend on it.' },
   'sdp.invalid': { sentence: 'The session description could not be understood.', cure: '' },
   'sdp.no_common_codec': { sentence: 'Operator and robot share no codec for one of the media lines.', cure: '' },
+  'sdp.timeout': { sentence: 'The session description was not made in time.', cure: 'This machine may be overloaded; try again, and run `mosaic doctor`.' },
   'ice.no_address': { sentence: 'This machine has no network address that WebRTC can use.', cure: 'Bring up a network interface; loopback alone is never offered by WebRTC.' },
   'ice.no_relay': { sentence: 'No TURN server gave an address, and nothing else may be used.', cure: 'See what `mosaic run --log-level info` says of the TURN server, or allow ice_transport_policy: all.' },
   'ice.timeout': { sentence: 'No network path to the other side was found in time.', cure: 'Both sides may be behind NAT: configure a TURN server.' },
-  'ice.failed': { sentence: 'The network path to the other side failed.', cure: '' },
-  'dtls.timeout': { sentence: 'The encrypted connection could not be set up in time.', cure: '' },
-  'channel.timeout': { sentence: 'The data channel did not open in time.', cure: '' },
+  'ice.failed': { sentence: 'The network path to the other side failed.', cure: 'Run `mosaic doctor` on both sides.' },
+  'ice.link_local_only': { sentence: 'This machine has link-local addresses only.', cure: 'See why its network interface got no address (DHCP, cable, Wi-Fi password).' },
+  'ice.no_ipv4': { sentence: 'This machine has no IPv4 address; operators without IPv6 need a TURN server.', cure: '' },
+  'ice.no_servers': { sentence: 'No STUN or TURN server is known: connections work within one network only.', cure: 'Set up a TURN server (docs/howto/turn.md) and tell it to the server: `mosaic server ice add`.' },
+  'ice.stun_silent': { sentence: 'The STUN server does not answer.', cure: "Check its address, and that UDP to it isn't blocked." },
+  'ice.turn_silent': { sentence: 'The TURN server does not answer.', cure: 'Check its address and port, its firewall, and that this network lets the protocol out.' },
+  'ice.turn_refused': { sentence: 'The TURN server refuses the credentials.', cure: 'Compare the shared secret of TURN server and MOSAIC server, and the clocks of both.' },
+  'ice.turn_no_credentials': { sentence: 'A TURN server needs credentials, and none are known.', cure: '' },
+  'ice.turn_quota': { sentence: 'The TURN server has no allocation left for this account.', cure: 'Raise `user-quota` or `total-quota` of the TURN server, or wait until old allocations end.' },
+  'ice.turn_forbidden': { sentence: 'The TURN server forbids this.', cure: "Look into the TURN server's log." },
+  'ice.turn_failed': { sentence: 'The TURN server gives no relayed address.', cure: "Look into the TURN server's log." },
+  'ice.no_turn': { sentence: 'No TURN server works from here.', cure: 'Without one, connections between two strict networks fail: set one up (docs/howto/turn.md).' },
+  'ice.nat_symmetric': { sentence: 'The NAT in front of this machine takes another port for every destination (symmetric NAT).', cure: 'Direct connections fail unless the other side is reachable: have a TURN server.' },
+  'ice.nat_unknown': { sentence: 'What kind of NAT is in front of this machine is unknown: that takes two STUN servers.', cure: 'Name two STUN servers at different addresses.' },
+  'ice.mdns_only': { sentence: 'The browser hides its local addresses behind names that only work on the same network segment.', cure: "Allow the microphone once for this page if robots on another local network can't be reached." },
+  'dtls.timeout': { sentence: 'The encrypted connection could not be set up in time.', cure: 'Run `mosaic doctor`.' },
+  'dtls.failed': { sentence: 'The encrypted connection could not be set up.', cure: 'Something between the two changes packets, or one side is too old; run `mosaic doctor` on both.' },
+  'channel.timeout': { sentence: 'The data channel did not open in time.', cure: 'Large packets may get lost on the way (VPN, MTU); try again, and run `mosaic doctor`.' },
   'channel.unknown_label': { sentence: 'The robot has no connector with this label.', cure: '' },
   'channel.queue_full': { sentence: 'Data was produced faster than the link takes it.', cure: '' },
   'channel.too_large': { sentence: 'A message was larger than the channel takes.', cure: '' },
@@ -607,6 +644,10 @@ export const REASONS = {
   'media.no_line': { sentence: 'The offer had no media line left for this camera.', cure: '' },
   'media.no_encoder': { sentence: "No video encoder for this operator's codec works on the robot.", cure: 'Run `mosaic doctor encoders` on the robot.' },
   'media.not_decodable': { sentence: "The camera sends a codec that this operator does not have, and the robot can't convert it.", cure: 'Set the camera to H.264, or `passthrough: never`.' },
+  'media.no_first_frame': { sentence: 'The camera is watched, but no picture came in time.', cure: 'Check the camera on the robot; `mosaic run` shows what it sends.' },
+  'media.not_sent': { sentence: 'The robot sends no picture: its camera or its encoder gives none.', cure: 'Check the camera on the robot with `mosaic doctor`; its log names the cause.' },
+  'media.no_packets': { sentence: 'The robot sends pictures, but none of their packets arrive.', cure: 'Something on the way drops large packets (VPN, MTU) or is overloaded: try another network or a TURN server.' },
+  'media.not_decoded': { sentence: 'Packets of the picture arrive, but none can be decoded.', cure: "Reload the page; if that does not help, set the camera's codec to VP8 or H.264 baseline." },
   'media.talk_busy': { sentence: 'Somebody else is talking.', cure: 'Wait until they have finished.' },
   'peer.closed': { sentence: 'The other side closed the connection.', cure: '' },
   'peer.lost': { sentence: 'The other side fell silent.', cure: '' },
@@ -640,8 +681,28 @@ export const REASONS = {
   'lease.preempted': { sentence: 'A person took the lease from a program.', cure: '' },
   'lease.peer_left': { sentence: "The holder's connection ended, and with it the lease.", cure: '' },
   'lease.original_observes': { sentence: 'This robot lets original dashboards watch, but not command.', cure: '' },
+  'check.ok': { sentence: 'It works.', cure: '' },
+  'check.skipped': { sentence: 'It was not looked at.', cure: '' },
+  'check.failed': { sentence: 'The check itself failed.', cure: 'Please report it with the text of the error.' },
+  'check.timeout': { sentence: 'The check took too long.', cure: 'Run `mosaic doctor --only` with its name alone.' },
+  'check.old_python': { sentence: 'This Python is too old.', cure: 'Install Python 3.11 or newer.' },
+  'check.odd_platform': { sentence: 'This kind of machine is not tested.', cure: '' },
+  'check.version_mismatch': { sentence: 'Distributions of MOSAIC have different versions.', cure: 'Update all of them together: `pip install --upgrade mosaic-core mosaic-…`.' },
+  'check.no_uvloop': { sentence: 'uvloop is not used: small messages travel about ten times slower.', cure: '`pip install uvloop`.' },
+  'check.slow_loop': { sentence: 'The event loop is late: this machine is overloaded.', cure: "See with `top` what else runs; lower the cameras' size or rate." },
+  'check.disk_full': { sentence: 'The disk is almost full.', cure: "Delete what isn't needed; recordings take the most." },
+  'check.small_udp_buffer': { sentence: 'The kernel allows small receive buffers only: bursts lose packets.', cure: '`sudo sysctl -w net.core.rmem_max=4194304`, and the same in /etc/sysctl.d to keep it.' },
+  'check.no_realtime': { sentence: 'Safety threads may not run before ordinary ones: stops come later on a busy machine.', cure: 'Give the service `LimitRTPRIO=1` (systemd), or the account an rtprio limit.' },
+  'check.slow_path': { sentence: 'A connection through this machine is slow.', cure: 'Another program may take the processor; a camera needs about 2 Mbit/s.' },
+  'check.no_webrtc': { sentence: 'This browser has no WebRTC.', cure: 'Use a current Chrome, Edge, Firefox or Safari; some privacy settings switch it off.' },
+  'check.insecure_page': { sentence: 'The page came without TLS: microphone, gamepad and some decoders are off.', cure: 'Open it over https, or from localhost.' },
+  'check.no_microphone': { sentence: 'The microphone may not be used.', cure: "Allow it in the browser's site settings." },
+  'check.no_gamepad': { sentence: 'This browser gives no gamepads to this page.', cure: '' },
+  'check.no_decoder': { sentence: "This browser can't decode one of the codecs that robots send.", cure: '' },
+  'check.far_server': { sentence: 'The server is far away: setting up takes longer than it must.', cure: '' },
   'plugin.failed': { sentence: "The connector's handler ended with an error; it will be restarted.", cure: '' },
   'plugin.no_device': { sentence: "The connector's device isn't available; it is being tried again.", cure: '' },
+  'plugin.no_permission': { sentence: 'This account may not use a device that the configuration names.', cure: 'Add it to the group that owns the device, e.g. `sudo usermod -aG video,dialout $USER`, and log in again.' },
   'plugin.ignored_stop': { sentence: 'The handler did not stop in time and was abandoned.', cure: '' },
   'recorder.already_recording': { sentence: 'This is being recorded already.', cure: 'Stop or resume that recording.' },
   'recorder.not_recording': { sentence: 'Nothing of this is being recorded.', cure: 'Start a recording first.' },
@@ -780,6 +841,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   Delivery: {"enum": ["reliable", "latest", "bulk"], "type": "string"},
   Direction: {"enum": ["to-operator", "to-robot", "both"], "type": "string"},
   ExchangeIceCandidate: {"properties": {"rtcConnectionId": {"type": "string"}, "iceCandidate": {"$ref": "IceCandidate"}}, "required": ["rtcConnectionId", "iceCandidate"], "type": "object"},
+  Finding: {"properties": {"check": {"type": "string"}, "status": {"enum": ["ok", "warn", "fail", "skipped"], "type": "string"}, "code": {"type": "string"}, "sentence": {"type": "string"}, "cure": {"default": "", "type": "string"}, "facts": {"additionalProperties": true, "type": "object"}}, "required": ["check", "status", "code", "sentence"], "type": "object"},
   Hello: {"properties": {"protocol": {"default": 1, "type": "integer"}, "extensions": {"additionalProperties": {"type": "integer"}, "type": "object"}, "software": {"type": "string"}, "bootId": {"type": "string"}, "isPerson": {"default": false, "type": "boolean"}}, "required": ["software", "bootId"], "type": "object"},
   IceCandidate: {"properties": {"candidate": {"type": "string"}, "sdpMid": {"type": "string"}, "sdpMLineIndex": {"default": 0, "type": "integer"}}, "required": ["candidate", "sdpMid"], "type": "object"},
   IceServer: {"properties": {"urls": {"items": {"type": "string"}, "type": "array"}, "username": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "credential": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["urls"], "type": "object"},
