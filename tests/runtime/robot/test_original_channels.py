@@ -1,4 +1,4 @@
-"""Channels that only original dashboards know: they wake the connector's body, and no operator of ours is told of them."""
+"""Channels that only original dashboards know wake the connector's body, and no operator of ours is told of them."""
 
 from __future__ import annotations
 
