@@ -7,8 +7,9 @@ from dataclasses import dataclass
 DATE_STEP_S = 1.0
 """``Date`` has whole seconds (RFC 9110 §5.6.7)."""
 NOTICEABLE_S = 5.0
+TICKET_LIFETIME_S = 300.0
 TICKET_LEEWAY_S = 60.0
-"""Robots take tickets that are this much from the future or too old, and no others."""
+"""Robots take tickets that are this much from the future or too old by their own clock, and no others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +26,8 @@ class ClockSkew:
     @property
     def breaks_tickets(self) -> bool:
         """Far enough for tickets to look expired, or not valid yet."""
-        return abs(self.ahead_s) - self.error_s > TICKET_LEEWAY_S
+        limit_s = TICKET_LEEWAY_S if self.ahead_s < 0 else TICKET_LIFETIME_S + TICKET_LEEWAY_S
+        return abs(self.ahead_s) - self.error_s > limit_s
 
     @property
     def sentence(self) -> str:

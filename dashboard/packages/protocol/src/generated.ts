@@ -646,7 +646,7 @@ export const REASONS = {
   'media.not_decodable': { sentence: "The camera sends a codec that this operator does not have, and the robot can't convert it.", cure: 'Set the camera to H.264, or `passthrough: never`.' },
   'media.no_first_frame': { sentence: 'The camera is watched, but no picture came in time.', cure: 'Check the camera on the robot; `mosaic run` shows what it sends.' },
   'media.not_sent': { sentence: 'The robot sends no picture: its camera or its encoder gives none.', cure: 'Check the camera on the robot with `mosaic doctor`; its log names the cause.' },
-  'media.no_packets': { sentence: 'The robot sends pictures, but none of their packets arrive.', cure: 'Something on the way drops large packets (VPN, MTU) or is overloaded: try another network or a TURN server.' },
+  'media.no_packets': { sentence: 'The robot sends pictures, but none of their packets arrive.', cure: 'Something on the way drops large packets (VPN, MTU) or is overloaded; try another network or TURN.' },
   'media.not_decoded': { sentence: 'Packets of the picture arrive, but none can be decoded.', cure: "Reload the page; if that does not help, set the camera's codec to VP8 or H.264 baseline." },
   'media.talk_busy': { sentence: 'Somebody else is talking.', cure: 'Wait until they have finished.' },
   'peer.closed': { sentence: 'The other side closed the connection.', cure: '' },
