@@ -13,6 +13,7 @@ from mosaic_core.machines import peer_session as session
 from mosaic_core.machines.command_gate import ArrivalBaseline
 from mosaic_core.machines.peer_admission import StartPeer
 from mosaic_core.machines.send_scheduler import Offered
+from mosaic_core.runtime.bulk_lane import BulkLane, LaneOwner
 from mosaic_core.runtime.control_link import ControlLink
 from mosaic_core.runtime.peer_channels import PeerChannels
 from mosaic_core.runtime.peer_control import PeerControl
@@ -44,8 +45,9 @@ class OperatorPeer:
         self._loop = asyncio.get_running_loop()
         self._session = session.PeerSession(time.monotonic())
         self._baseline = ArrivalBaseline()
-        self._queue = SendQueue(lambda label: site.outbox.has_room(label, start.peer_id))
+        self._queue = SendQueue(self._has_room)
         self._channels = PeerChannels(lambda: self.sender, site, self._queue, self._baseline, self.refuse)
+        self._lane = BulkLane(self._lane_owner(make_answerer))
         self._unbound: list[str] = []
         self._origins: list[control.MediaOrigin] = []
         self._early: list[IceCandidate] | None = []
@@ -72,6 +74,20 @@ class OperatorPeer:
     def channels(self) -> tuple[str, ...]:
         """Labels of the open data channels."""
         return self._channels.labels()
+
+    def _has_room(self, label: str) -> None:
+        self._site.outbox.has_room(label, self.peer_id)
+
+    def _lane_owner(self, make_answerer: AnswererFactory) -> LaneOwner:
+        return LaneOwner(
+            self.peer_id,
+            make_answerer,
+            lambda: self._site.listener.newest_ice_servers() or self._start.ice_servers,
+            self._control.answer,
+            self._channels.opened_for_bulk,
+            self._channels.drop,
+            self._has_room,
+        )
 
     # -- life ----------------------------------------------------------------------------------------------------
 
@@ -174,6 +190,7 @@ class OperatorPeer:
             self._control.link.send(control.Bye(code=code, message=message or None))
         self._site.media.leave(self.peer_id)
         self._site.talk.leave(self.peer_id)
+        self._lane.close()
         self._channels.close_all()
         self._control.left(code)
         self._site.listener.peer_closed(self, code, message)
@@ -187,6 +204,7 @@ class OperatorPeer:
                 await self._answerer.close()
             except Exception:  # it is over either way, but whoever looks for a leak must find it
                 logger.warning("the transport of peer %s did not close cleanly", self.peer_id, exc_info=True)
+        await self._lane.closed()
         self._closed.set()
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
@@ -256,6 +274,10 @@ class OperatorPeer:
             case control.MediaWatch():
                 self._handle(session.ControlReceived())
                 self._watch(message.label, message.on)
+            case control.LaneOffer() | control.LaneCandidate() | control.LaneClose():
+                self._handle(session.ControlReceived())
+                if self.phase == "open":
+                    self._lane.heard(message)
             case None:
                 self._handle(session.ControlReceived())
             case _:

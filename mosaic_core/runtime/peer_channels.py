@@ -9,7 +9,7 @@ from mosaic_core.contract.host import Outgoing, Sender
 from mosaic_core.machines.command_gate import ArrivalBaseline
 from mosaic_core.machines.framing import Frame, FrameFlag
 from mosaic_core.machines.rate_gate import RateGate
-from mosaic_core.machines.send_scheduler import Offered
+from mosaic_core.machines.send_scheduler import Lane, Offered
 from mosaic_core.runtime.channel_link import ChannelLink
 from mosaic_core.runtime.inbox import Incoming
 from mosaic_core.runtime.receiver import Receiver
@@ -38,11 +38,22 @@ class PeerChannels:
         self._refuse = refuse
         self._links: dict[str, ChannelLink] = {}
         self._rates: dict[str, RateGate] = {}
+        self._carriers: dict[str, SendQueue] = {}
+        """The queue of every open channel: that of the main connection, or of the one for bulk."""
 
     def labels(self) -> tuple[str, ...]:
         return tuple(self._links)
 
-    def opened(self, channel: Channel) -> None:
+    def opened_for_bulk(self, channel: Channel, queue: SendQueue) -> None:
+        """A channel on the second peer connection, where nothing else than bulk belongs."""
+        route = self._site.routes.get(channel.label)
+        if route is None or (route.lane is Lane.BULK and channel.protocol == CHANNEL_PROTOCOL):
+            self.opened(channel, queue)
+            return
+        self._refuse(channel.label, None, "channel.wrong_lane", "")
+        channel.close()
+
+    def opened(self, channel: Channel, queue: SendQueue | None = None) -> None:
         """A channel of the operator's. One with the label of an open one takes its place."""
         route = self._site.routes.get(channel.label)
         if route is None:
@@ -55,6 +66,7 @@ class PeerChannels:
         # a late command must not act, whoever promised to deliver it in order; a late request may
         link = ChannelLink(channel, self._baseline, route.max_age_s)
         self._links[channel.label] = link
+        self._carriers[channel.label] = queue or self._queue
         opening = 0
         if route.receiver is not None:
             opening = route.receiver.channel_opened(self._sender())
@@ -69,16 +81,17 @@ class PeerChannels:
     def _join(self, route: Route, link: ChannelLink) -> None:
         if self._links.get(route.label) is not link:
             return
-        self._queue.open(link.channel, route.lane)
+        queue = self._carriers[route.label]
+        queue.open(link.channel, route.lane)
         latched = self._site.outbox.join(route.label, self._peer_id, self)
         if latched is not None and link.is_framed:  # a bare payload could not say that it is old
-            self._queue.offer(link.outgoing(latched, FrameFlag.LATCHED))
+            queue.offer(link.outgoing(latched, FrameFlag.LATCHED))
 
     def deliver(self, message: Outgoing) -> Offered:
         link = self._links.get(message.channel)
         if link is None:
             return Offered.REFUSED
-        return self._queue.offer(link.outgoing(message))
+        return self._carriers[message.channel].offer(link.outgoing(message))
 
     def _closed(self, link: ChannelLink) -> None:
         label = link.channel.label
@@ -88,7 +101,13 @@ class PeerChannels:
 
     def close_all(self) -> None:
         """The peer is gone."""
-        labels = list(self._links)
+        self._close(list(self._links))
+
+    def drop(self, queue: SendQueue) -> None:
+        """The peer connection that ``queue`` fills is gone."""
+        self._close([label for label, carrier in self._carriers.items() if carrier is queue])
+
+    def _close(self, labels: list[str]) -> None:
         for label in labels:
             self._detach(label)
         for label in labels:
@@ -104,7 +123,7 @@ class PeerChannels:
         if link is None:
             return
         link.channel.on_message = link.channel.on_open = link.channel.on_close = link.channel.on_drained = None
-        self._queue.close(label)
+        self._carriers.pop(label).close(label)
         self._site.outbox.leave(label, self._peer_id)
         measured = self._site.links.get(self._peer_id)
         if measured is not None:

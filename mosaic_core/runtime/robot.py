@@ -33,6 +33,7 @@ from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import reason
 from mosaic_core.words.config import RobotConfig
 from mosaic_core.words.errors import SignalingError
+from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import SignalingMessage
 
 logger = logging.getLogger(__name__)
@@ -71,6 +72,7 @@ class Robot:
         self._started_at_s = time.monotonic()
         self._peers: dict[str, OperatorPeer] = {}
         self._closing: set[OperatorPeer] = set()
+        self._newest_ice_servers: Sequence[IceServer] = ()
         self._runs: HandlerRuns | None = None
         self._site: Site | None = None
         self._control: RobotControl | None = None
@@ -207,6 +209,7 @@ class Robot:
         assert self._site is not None
         peer = OperatorPeer(start, self._site, self._make_answerer)
         self._peers[peer.peer_id] = peer
+        self._newest_ice_servers = start.ice_servers
         peer.begin()
 
     def _change_state(self, state: str) -> None:
@@ -229,6 +232,9 @@ class Robot:
     def signal(self, message: SignalingMessage) -> None:
         assert self._signaling is not None
         self._signaling.tell(session.MessageReady(message))
+
+    def newest_ice_servers(self) -> Sequence[IceServer]:
+        return self._newest_ice_servers
 
     def peer_connected(self, peer: OperatorPeer) -> None:
         assert self._signaling is not None

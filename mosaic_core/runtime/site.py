@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -14,6 +15,7 @@ from mosaic_core.runtime.outbox import Outbox
 from mosaic_core.runtime.routes import Route
 from mosaic_core.runtime.talk_hub import TalkHub
 from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import SignalingMessage
 
 if TYPE_CHECKING:
@@ -31,6 +33,10 @@ class PeerListener(Protocol):
     def peer_closed(self, peer: OperatorPeer, code: str, message: str) -> None: ...
     def command_refused(self, label: str, sender: Sender, code: str) -> None:
         """A message for a connector was refused before its receiver saw it."""
+        ...
+
+    def newest_ice_servers(self) -> Sequence[IceServer]:
+        """Those of the youngest peer: their credentials live longest."""
         ...
 
 
