@@ -17,6 +17,7 @@ from mosaic_core.adapters.aiortc_private import name_stream, prefer_codecs, sent
 from mosaic_core.adapters.offer_vetting import VettedOffer, lines_for_labels, sound_lines, vetted_offer
 from mosaic_core.adapters.sound_lines import SoundLines
 from mosaic_core.adapters.video_track import VideoTrack
+from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.runtime.sound_transport import NO_SOUND, SoundLabels
 from mosaic_core.runtime.transport import AnswererListener
 from mosaic_core.words.errors import ConnectionFailed
@@ -74,6 +75,10 @@ class AiortcAnswerer:
             self._early.append(candidate)
         else:
             self._peer.add_candidate(candidate)
+
+    def path(self) -> ChosenPath | None:
+        """The path that ICE chose; ``None`` before."""
+        return None if self._peer is None else self._peer.path()
 
     async def close(self) -> None:
         self._is_closed = True

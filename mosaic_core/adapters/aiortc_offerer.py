@@ -12,6 +12,7 @@ from mosaic_core.adapters.incoming_video import IncomingVideo
 from mosaic_core.adapters.offer_vetting import separated_candidates
 from mosaic_core.adapters.sound_track import OutgoingVoice, ReceivedSound, SoundTrack
 from mosaic_core.contract.sound import SoundEncoding
+from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.runtime.operator_transport import OffererListener
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -88,6 +89,10 @@ class AiortcOfferer:
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """Add a remote candidate, also before the answer."""
         self._peer.add_candidate(candidate)
+
+    def path(self) -> ChosenPath | None:
+        """The path that ICE chose; ``None`` before."""
+        return self._peer.path()
 
     async def close(self) -> None:
         await self._peer.close()

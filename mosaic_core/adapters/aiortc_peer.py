@@ -17,11 +17,13 @@ from mosaic_core.adapters.aiortc_private import (
     EarlyGathering,
     candidate_from_sdp,
     candidate_to_sdp,
+    chosen_path,
     ice_transports,
     quicken,
     widen_udp_buffer,
 )
 from mosaic_core.adapters.offer_vetting import first_mid, without_end_of_candidates
+from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
 
@@ -112,6 +114,10 @@ class AiortcPeer:
         else:
             parsed.sdpMLineIndex = candidate.sdp_m_line_index
         self._run(self._add(parsed))
+
+    def path(self) -> ChosenPath | None:
+        """The path that ICE chose; ``None`` before."""
+        return chosen_path(self.pc)
 
     async def close(self) -> None:
         """End the connection; may be called often, returns within :data:`CLOSE_TIMEOUT_S`."""

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from mosaic_core.contract.sound import Sound
+from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.runtime.transport import Channel
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
@@ -77,6 +78,10 @@ class Offerer(Protocol):
 
     async def accept_answer(self, sdp: str) -> None: ...
     async def add_candidate(self, candidate: IceCandidate) -> None: ...
+    def path(self) -> ChosenPath | None:
+        """The path that ICE chose; ``None`` before, and where it is not known."""
+        ...
+
     async def close(self) -> None: ...
 
 

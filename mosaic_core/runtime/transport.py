@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from typing import Any, Protocol, TypeAlias
 
 from mosaic_core.contract.media import EncodingParams, Picture
+from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.machines.rate_control import Feedback
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.sound_transport import NO_SOUND, IncomingSound, SoundLabels
@@ -153,6 +154,10 @@ class Answerer(Protocol):
 
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """Add a remote candidate; a bad one is logged and dropped."""
+        ...
+
+    def path(self) -> ChosenPath | None:
+        """The path that ICE chose; ``None`` before, and where it is not known."""
         ...
 
     async def close(self) -> None: ...

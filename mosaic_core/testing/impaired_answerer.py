@@ -7,6 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
+from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.runtime.sound_transport import NO_SOUND, IncomingSound, SoundLabels
 from mosaic_core.runtime.transport import Answerer, AnswererFactory, AnswererListener, Channel, PictureFeed
 from mosaic_core.testing.impaired_path import ImpairedPath
@@ -72,6 +73,9 @@ class _ImpairedAnswerer:
 
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """Dropped."""
+
+    def path(self) -> ChosenPath | None:
+        return self._answerer.path()
 
     async def close(self) -> None:
         await self._answerer.close()

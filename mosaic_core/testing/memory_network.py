@@ -9,6 +9,7 @@ from typing import Any
 
 from mosaic_core.contract.media import Captured, Picture
 from mosaic_core.contract.sound import Sound
+from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.runtime.operator_transport import OffererListener
 from mosaic_core.runtime.sound_transport import NO_SOUND, HeardSound, SoundLabels
 from mosaic_core.runtime.transport import AnswererListener, PictureFeed
@@ -162,6 +163,10 @@ class MemoryLink:
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """There are none in memory."""
 
+    def path(self) -> ChosenPath | None:
+        """In memory there is none."""
+        return None
+
     async def close(self) -> None:
         self._close()
 
@@ -231,6 +236,10 @@ class MemoryAnswerer:
 
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """There are none in memory."""
+
+    def path(self) -> ChosenPath | None:
+        """In memory there is none."""
+        return None
 
     async def close(self) -> None:
         if self._link is not None:

@@ -180,6 +180,9 @@ class FakeRobot:
 
     async def add_candidate(self, candidate: Any) -> None: ...
 
+    def path(self) -> None:
+        return None
+
     async def close(self) -> None:
         self.is_closed = True
 

@@ -8,6 +8,7 @@ from aiortc.sdp import MediaDescription, SessionDescription, candidate_from_sdp,
 from mosaic_core.adapters.aiortc_private.codecs import has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.gathering import EarlyGathering, ice_transports, widen_udp_buffer
 from mosaic_core.adapters.aiortc_private.pacing import PacedTransport
+from mosaic_core.adapters.aiortc_private.paths import chosen_path
 from mosaic_core.adapters.aiortc_private.quick_sctp import quicken
 from mosaic_core.adapters.aiortc_private.sctp import SctpQueue
 from mosaic_core.adapters.aiortc_private.senders import RtpOriginLearner, SenderFeedback, name_stream, ssrc_of
@@ -22,6 +23,7 @@ __all__ = [
     "SessionDescription",
     "candidate_from_sdp",
     "candidate_to_sdp",
+    "chosen_path",
     "has_common_codec",
     "ice_transports",
     "name_stream",

@@ -141,6 +141,9 @@ class FakeAnswerer:
     async def add_candidate(self, candidate: IceCandidate) -> None:
         self.candidates.append(candidate)
 
+    def path(self) -> None:
+        return None
+
     async def close(self) -> None:
         self.is_closed = True
 
