@@ -142,6 +142,37 @@ class Refusal(ControlMessage):
     message: str | None = None
 
 
+# -- what outlives a connection ----------------------------------------------------------------------------------
+
+
+Seq = Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
+Seqs = Annotated[dict[str, Seq], Field(max_length=1024)]
+
+
+class Resume(ControlMessage):
+    """Both ways, once per peer connection, the operator right after its hello, the robot in answer to it: how far the
+    reliable channels of this session are. No data goes over them before.
+
+    ``received`` is the highest number that has arrived from the other side, by label: the robot names every channel on
+    which it takes part, the operator those that it has open. ``upcoming`` is the number that one's own next message
+    will have; a label that is left out there and was used before has been forgotten. ``is_new``: the robot remembers
+    nothing of the session. ``boot_id`` of the operator's message is the robot's that it remembers."""
+
+    type = "resume"
+    boot_id: str = ""
+    is_new: bool = False
+    received: Seqs = Field(default_factory=dict)
+    upcoming: Seqs = Field(default_factory=dict)
+
+
+class Delivered(ControlMessage):
+    """Both ways, where something has arrived since the last one, every 250 ms or after many messages: the highest
+    number by label. The sender keeps what is not told here, and repeats it on the next connection."""
+
+    type = "delivered"
+    seqs: Seqs = Field(default_factory=dict)
+
+
 # -- the lease: who commands -------------------------------------------------------------------------------------
 
 
@@ -424,6 +455,8 @@ CONTROL_MESSAGES: dict[str, type[ControlMessage]] = {
         MediaSeen,
         MediaTalking,
         Refusal,
+        Resume,
+        Delivered,
         Peers,
         LeaseRequest,
         LeaseReply,

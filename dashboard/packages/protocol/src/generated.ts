@@ -350,6 +350,30 @@ export interface Refusal {
   message?: string
 }
 
+/**
+ * Both ways, once per peer connection, the operator right after its hello, the robot in answer to it: how far the
+ * reliable channels of this session are. No data goes over them before.
+ *
+ * `received` is the highest number that has arrived from the other side, by label: the robot names every channel on
+ * which it takes part, the operator those that it has open. `upcoming` is the number that one's own next message
+ * will have; a label that is left out there and was used before has been forgotten. `is_new`: the robot remembers
+ * nothing of the session. `boot_id` of the operator's message is the robot's that it remembers.
+ */
+export interface Resume {
+  bootId: string
+  isNew: boolean
+  received: Record<string, number>
+  upcoming: Record<string, number>
+}
+
+/**
+ * Both ways, where something has arrived since the last one, every 250 ms or after many messages: the highest
+ * number by label. The sender keeps what is not told here, and repeats it on the next connection.
+ */
+export interface Delivered {
+  seqs: Record<string, number>
+}
+
 /** Robot → operator, at first and on every change: everybody who is connected. `you` is the reader's peer id. */
 export interface Peers {
   you: string
@@ -530,6 +554,8 @@ export interface ControlMessages {
   'media.seen': MediaSeen
   'media.talking': MediaTalking
   'refusal': Refusal
+  'resume': Resume
+  'delivered': Delivered
   'peers': Peers
   'lease.request': LeaseRequest
   'lease.reply': LeaseReply
@@ -803,6 +829,8 @@ export const CONTROL_SCHEMAS = {
   'media.seen': 'MediaSeen',
   'media.talking': 'MediaTalking',
   'refusal': 'Refusal',
+  'resume': 'Resume',
+  'delivered': 'Delivered',
   'peers': 'Peers',
   'lease.request': 'LeaseRequest',
   'lease.reply': 'LeaseReply',
@@ -838,6 +866,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   CatalogueUpdate: {"properties": {"robotId": {"type": "string"}, "catalogue": {"$ref": "Catalogue"}}, "required": ["robotId", "catalogue"], "type": "object"},
   ChannelEntry: {"properties": {"label": {"type": "string"}, "dataType": {"$ref": "MosaicDataType"}}, "required": ["label", "dataType"], "type": "object"},
   ClosePeerConnection: {"properties": {"rtcConnectionId": {"type": "string"}, "code": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["rtcConnectionId"], "type": "object"},
+  Delivered: {"properties": {"seqs": {"additionalProperties": {"maximum": 4294967295, "minimum": 0, "type": "integer"}, "maxProperties": 1024, "type": "object"}}, "type": "object"},
   Delivery: {"enum": ["reliable", "latest", "bulk"], "type": "string"},
   Direction: {"enum": ["to-operator", "to-robot", "both"], "type": "string"},
   ExchangeIceCandidate: {"properties": {"rtcConnectionId": {"type": "string"}, "iceCandidate": {"$ref": "IceCandidate"}}, "required": ["rtcConnectionId", "iceCandidate"], "type": "object"},
@@ -877,6 +906,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   Refusal: {"properties": {"label": {"type": "string"}, "seq": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}, "code": {"type": "string"}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["label", "code"], "type": "object"},
   RenegotiateAnswer: {"properties": {"attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"anyOf": [{"maxLength": 204800, "type": "string"}, {"type": "null"}], "default": null}, "code": {"default": "", "type": "string"}, "message": {"anyOf": [{"maxLength": 500, "type": "string"}, {"type": "null"}], "default": null}}, "required": ["attempt"], "type": "object"},
   RenegotiateOffer: {"properties": {"attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"maxLength": 204800, "type": "string"}, "tracks": {"additionalProperties": {"type": "string"}, "maxProperties": 256, "type": "object"}}, "required": ["attempt", "sdp"], "type": "object"},
+  Resume: {"properties": {"bootId": {"default": "", "type": "string"}, "isNew": {"default": false, "type": "boolean"}, "received": {"additionalProperties": {"maximum": 4294967295, "minimum": 0, "type": "integer"}, "maxProperties": 1024, "type": "object"}, "upcoming": {"additionalProperties": {"maximum": 4294967295, "minimum": 0, "type": "integer"}, "maxProperties": 1024, "type": "object"}}, "type": "object"},
   RobotStatus: {"enum": [0, 1, 2, 3, 4, 5, 6], "type": "integer"},
   SafetyCause: {"properties": {"cause": {"enum": ["rtt", "loss", "picture"], "type": "string"}, "value": {"anyOf": [{"type": "number"}, {"type": "null"}], "default": null}, "factor": {"maximum": 1, "minimum": 0, "type": "number"}}, "required": ["cause", "factor"], "type": "object"},
   SafetyLimit: {"properties": {"label": {"type": "string"}, "factor": {"maximum": 1, "minimum": 0, "type": "number"}, "causes": {"default": [], "items": {"$ref": "SafetyCause"}, "type": "array"}}, "required": ["label", "factor"], "type": "object"},
