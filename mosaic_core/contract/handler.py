@@ -17,6 +17,7 @@ from mosaic_core.contract.media_tap import MediaTap, TapCodec
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
+from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.wire_model import to_json
 
 T = TypeVar("T")
@@ -64,8 +65,8 @@ class Handler:
     runs: ClassVar[Runs] = "always"
     """``always``: while the robot runs. ``watched``: only while an operator listens or watches."""
     kind: ClassVar[Kind] = Kind.DATA
-    delivery: ClassVar[Delivery] = Delivery.RELIABLE
-    """The default of this handler; ``delivery:`` in the YAML file overrides it."""
+    delivery: ClassVar[Delivery | DeliveryContract] = Delivery.RELIABLE
+    """The default of this handler: a mode, or one with bounds of its own. ``delivery:`` in the YAML file overrides it."""
     is_for_originals: bool = False
     """A channel that only original dashboards know: no operator of ours is told of it. Whoever opens it wakes the
     ``watched`` body of the connector's first handler."""
@@ -267,7 +268,7 @@ class MediaTrackHandler(Handler):
 
     runs: ClassVar[Runs] = "watched"
     kind: ClassVar[Kind] = Kind.VIDEO
-    delivery: ClassVar[Delivery] = Delivery.LATEST
+    delivery: ClassVar[Delivery | DeliveryContract] = Delivery.LATEST
     data_type = MosaicDataType.MEDIA
     encoding: EncodingParams = EncodingParams()
     """How the pictures are encoded; set it in ``__init__``, before the robot starts."""
@@ -286,7 +287,7 @@ class AudioTrackHandler(Handler):
 
     runs: ClassVar[Runs] = "watched"
     kind: ClassVar[Kind] = Kind.AUDIO
-    delivery: ClassVar[Delivery] = Delivery.LATEST
+    delivery: ClassVar[Delivery | DeliveryContract] = Delivery.LATEST
     data_type = MosaicDataType.MEDIA
     encoding: SoundEncoding = SoundEncoding()
     """How the sound is encoded; set it in ``__init__``, before the robot starts."""
@@ -304,7 +305,7 @@ class AudioReceivable(Handler):
     """Operators → robot: the voice of one operator at a time. Both methods run on this receiver's own thread."""
 
     kind: ClassVar[Kind] = Kind.AUDIO
-    delivery: ClassVar[Delivery] = Delivery.LATEST
+    delivery: ClassVar[Delivery | DeliveryContract] = Delivery.LATEST
     data_type = MosaicDataType.MEDIA
 
     @property

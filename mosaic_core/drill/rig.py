@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any
+from uuid import UUID
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler
@@ -23,12 +24,16 @@ from mosaic_core.runtime.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.robot import Robot
 from mosaic_core.testing.memory_network import MemoryLink, MemoryNetwork, memory_picture
 from mosaic_core.testing.memory_server import BASE_URL, MemoryServer
-from mosaic_core.words.config import RobotConfig
+from mosaic_core.words.config import AuthConfig, RobotConfig, ServerConfig
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import RobotStatus
 
 PATIENCE_S = 10.0
+_NO_SERVER = ServerConfig(
+    ws_url=BASE_URL.replace("http", "ws", 1), auth=AuthConfig(type="no-authorization", robot_id=UUID(int=1))
+)
+"""In place of the one that a configuration for the LAN alone does not name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,8 +124,9 @@ class Rig:
 async def rig_of(configured: Configured, *, live: bool) -> AsyncIterator[Rig]:
     """Run the robot of a configuration. Dry: no shared thing is entered, no sender or camera runs, no receiver acts."""
     subjects, connectors, cameras = _staged(configured.connectors, live=live)
-    config = _without_journal_file(configured.config)
-    robot_id = str(config.server.auth.robot_id)
+    home = configured.config.server or _NO_SERVER
+    config = _staged_config(configured.config, home)
+    robot_id = str(home.auth.robot_id)
     server, network = MemoryServer(robot_id), MemoryNetwork()
     robot = Robot(
         config,
@@ -145,9 +151,10 @@ async def rig_of(configured: Configured, *, live: bool) -> AsyncIterator[Rig]:
     running[0].result()
 
 
-def _without_journal_file(config: RobotConfig) -> RobotConfig:
+def _staged_config(config: RobotConfig, server: ServerConfig) -> RobotConfig:
     """What is only a drill must not stand in the robot's own journal."""
-    return config.model_copy(update={"control": config.control.model_copy(update={"journal_file": None})})
+    control = config.control.model_copy(update={"journal_file": None})
+    return config.model_copy(update={"control": control, "server": server})
 
 
 def _staged(
@@ -168,7 +175,7 @@ def _staged(
             stand_ins = tuple(_Camera(label) for label in media)
             kept.append(
                 Connector(
-                    connector.config, (*receivers, *stand_ins), connector.entry, connector.safety, connector.delivery
+                    connector.config, (*receivers, *stand_ins), connector.entry, connector.safety, connector.terms
                 )
             )
     return tuple(subjects), tuple(kept), tuple(cameras)

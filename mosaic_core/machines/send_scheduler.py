@@ -8,11 +8,14 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
+from heapq import heappop, heappush
 
 HIGH_WATER_BYTES = 64 * 1024
 """SCTP's own buffer is filled up to here: at 64 KiB a command waits a few milliseconds behind it (measured)."""
 LOW_WATER_BYTES = 16 * 1024
 """Below this the adapter reports ``on_drained``, and a latest value may go: it leaves at once or is replaced here."""
+PIECE_COST_BYTES = 64
+"""What a piece costs the link beside its payload (SCTP, DTLS, UDP and IP headers); counted for fairness only."""
 
 
 class Lane(IntEnum):
@@ -25,18 +28,22 @@ class Lane(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class LaneLimits:
-    """The most that may wait for one channel. One message is always taken while nothing waits."""
+class QueueLimits:
+    """The most that may wait for one channel. One message is always taken while nothing waits.
+
+    ``newest_wins``: a full queue loses its oldest message to a newer one instead of refusing that.
+    """
 
     messages: int
     size_bytes: int
+    newest_wins: bool = False
 
 
-LIMITS: dict[Lane, LaneLimits] = {
-    Lane.CONTROL: LaneLimits(messages=1024, size_bytes=4 * 1024 * 1024),
-    Lane.LATEST: LaneLimits(messages=1, size_bytes=16 * 1024 * 1024),
-    Lane.RELIABLE: LaneLimits(messages=512, size_bytes=2 * 1024 * 1024),
-    Lane.BULK: LaneLimits(messages=64, size_bytes=32 * 1024 * 1024),
+LIMITS: dict[Lane, QueueLimits] = {
+    Lane.CONTROL: QueueLimits(messages=1024, size_bytes=4 * 1024 * 1024),
+    Lane.LATEST: QueueLimits(messages=1, size_bytes=16 * 1024 * 1024, newest_wins=True),
+    Lane.RELIABLE: QueueLimits(messages=512, size_bytes=2 * 1024 * 1024),
+    Lane.BULK: QueueLimits(messages=64, size_bytes=32 * 1024 * 1024),
 }
 _CEILING_BYTES: dict[Lane, int] = {
     Lane.CONTROL: 4 * HIGH_WATER_BYTES,
@@ -61,17 +68,22 @@ class Offered(IntEnum):
 
     QUEUED = 0
     REPLACED = 1
-    """Queued in place of an older value that nobody will see."""
+    """Queued in place of an older one that nobody will see."""
     REFUSED = 2
     """The queue is full."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Queue:
+    channel: str
     lane: Lane
+    limits: QueueLimits
     waiting: deque[QueuedMessage] = field(default_factory=deque)
     size_bytes: int = 0
     current: Iterator[bytes | str] | None = None
+    served_bytes: int = 0
+    """Its place in the lane: who has been served least goes first."""
+    has_turn: bool = False
 
 
 @dataclass(slots=True)
@@ -83,61 +95,73 @@ class SchedulerCounters:
 
 
 class SendScheduler:
-    """The queues of one peer. Not thread-safe."""
+    """The queues of one peer. Not thread-safe.
 
-    def __init__(self, limits: dict[Lane, LaneLimits] | None = None) -> None:
-        self._limits = limits or LIMITS
+    The channels of a lane share it by bytes: by turns, a channel of large pieces would take all but the crumbs from
+    one of small messages. A channel that was idle joins where the others are, and earns nothing by having waited.
+    """
+
+    def __init__(self) -> None:
         self._queues: dict[str, _Queue] = {}
-        self._turns: dict[Lane, deque[str]] = {lane: deque() for lane in Lane}
+        self._turns: dict[Lane, list[tuple[int, int, _Queue]]] = {lane: [] for lane in Lane}
+        self._reached_bytes: dict[Lane, int] = dict.fromkeys(Lane, 0)
+        self._number = 0
         self.counters = SchedulerCounters()
 
-    def open(self, channel: str, lane: Lane) -> None:
+    def open(self, channel: str, lane: Lane, limits: QueueLimits | None = None) -> None:
         """Messages for ``channel`` may be offered from now on; what an older one of that name left is forgotten."""
         self.close(channel)
-        self._queues[channel] = _Queue(lane)
-        self._turns[lane].append(channel)
+        self._queues[channel] = _Queue(channel, lane, limits or LIMITS[lane])
 
     def close(self, channel: str) -> None:
         """The channel is gone, and what waited for it."""
         queue = self._queues.pop(channel, None)
         if queue is not None:
-            self._turns[queue.lane].remove(channel)
+            queue.waiting.clear()
+            queue.current = None
 
     def offer(self, message: QueuedMessage) -> Offered:
         """Queue one message; :class:`KeyError` if its channel isn't open."""
         queue = self._queues[message.channel]
-        limits = self._limits[queue.lane]
-        if queue.lane is Lane.LATEST:
-            replaced = bool(queue.waiting)
-            queue.waiting.clear()
-            queue.waiting.append(message)
-            queue.size_bytes = message.size_bytes
-            self.counters.replaced += replaced
-            return Offered.REPLACED if replaced else Offered.QUEUED
-        too_much = queue.size_bytes + message.size_bytes > limits.size_bytes
-        if queue.waiting and (len(queue.waiting) >= limits.messages or too_much):
-            self.counters.refused += 1
-            return Offered.REFUSED
+        limits, offered = queue.limits, Offered.QUEUED
+        while queue.waiting and (
+            len(queue.waiting) >= limits.messages or queue.size_bytes + message.size_bytes > limits.size_bytes
+        ):
+            if not limits.newest_wins:
+                self.counters.refused += 1
+                return Offered.REFUSED
+            queue.size_bytes -= queue.waiting.popleft().size_bytes
+            self.counters.replaced += 1
+            offered = Offered.REPLACED
         queue.waiting.append(message)
         queue.size_bytes += message.size_bytes
-        return Offered.QUEUED
+        if not queue.has_turn:
+            queue.served_bytes = max(queue.served_bytes, self._reached_bytes[queue.lane])
+            self._take_turn(queue)
+        return offered
+
+    def _take_turn(self, queue: _Queue) -> None:
+        queue.has_turn = True
+        self._number += 1  # among equals, who came first
+        heappush(self._turns[queue.lane], (queue.served_bytes, self._number, queue))
 
     def take(self, buffered_bytes: int) -> tuple[str, bytes | str] | None:
         """The next ``(channel, piece)`` to send now, given how much waits below; ``None``: wait until it drains."""
-        for lane in Lane:
-            if buffered_bytes > 0 and buffered_bytes >= _CEILING_BYTES[lane]:
+        for lane, turns in self._turns.items():
+            if not turns or (buffered_bytes > 0 and buffered_bytes >= _CEILING_BYTES[lane]):
                 continue
-            turns = self._turns[lane]
-            for _ in range(len(turns)):
-                channel = turns[0]
-                turns.rotate(-1)  # the channels of a lane take turns
-                piece = self._next_piece(channel)
+            while turns:
+                _, _, queue = heappop(turns)
+                queue.has_turn = False
+                piece = self._next_piece(queue)
                 if piece is not None:
-                    return channel, piece
+                    self._reached_bytes[lane] = queue.served_bytes
+                    queue.served_bytes += len(piece) + PIECE_COST_BYTES
+                    self._take_turn(queue)
+                    return queue.channel, piece
         return None
 
-    def _next_piece(self, channel: str) -> bytes | str | None:
-        queue = self._queues[channel]
+    def _next_piece(self, queue: _Queue) -> bytes | str | None:
         while True:
             if queue.current is not None:
                 piece = next(queue.current, None)
@@ -162,10 +186,10 @@ class SendScheduler:
         queue = self._queues.get(channel)
         if queue is None or not queue.waiting:
             return True
-        limits = self._limits[queue.lane]
+        limits = queue.limits
         return len(queue.waiting) * 2 <= limits.messages and queue.size_bytes * 2 <= limits.size_bytes
 
-    def waiting(self, channel: str) -> int:
-        """Messages that wait for ``channel``."""
+    def waiting(self, channel: str) -> tuple[int, int]:
+        """``(messages, bytes)`` that wait for ``channel``, whose sending has not begun."""
         queue = self._queues.get(channel)
-        return len(queue.waiting) if queue else 0
+        return (len(queue.waiting), queue.size_bytes) if queue else (0, 0)

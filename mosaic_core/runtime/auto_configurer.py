@@ -16,9 +16,11 @@ from pydantic import PydanticUserError
 
 from mosaic_core.contract.configurer import Configurer, Shared
 from mosaic_core.contract.handler import Handler
+from mosaic_core.machines.delivery_terms import chosen, terms_of
 from mosaic_core.runtime.catalogue_entry import catalogue_entry, effective_safety, safety_limits
 from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector, Validation, check_config, load_config
 from mosaic_core.runtime.connector import Connector
+from mosaic_core.runtime.delivery_problems import delivery_problems
 from mosaic_core.runtime.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.lease_groups import lease_groups, lookalikes
 from mosaic_core.runtime.resolver import ConnectorResolver
@@ -117,6 +119,7 @@ def _connectors(made: Sequence[Made], document: YamlDocument, problems: list[Pro
             continue
         try:
             problems += safety_problems(one, handlers, document)
+            problems += delivery_problems(one, handlers, document)
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:
             problems.append(_broken(one, document, f"its message type has no JSON Schema: {error.message}"))
@@ -152,10 +155,10 @@ def _handlers(
 
 def _connector(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Connector:
     safety = effective_safety(one.safety, handlers)
-    delivery = one.config.delivery or handlers[0].delivery
+    terms = terms_of(chosen(handlers[0].delivery, one.config.delivery))
     entry = catalogue_entry(one.config.label, one.config.type, handlers)
-    entry = entry.model_copy(update={"delivery": delivery, "safety": safety_limits(safety, handlers)})
-    return Connector(one.config, handlers, entry, safety, delivery)
+    entry = entry.model_copy(update={"delivery": terms.mode, "safety": safety_limits(safety, handlers)})
+    return Connector(one.config, handlers, entry, safety, terms)
 
 
 def _taken_channels(

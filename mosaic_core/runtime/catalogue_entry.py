@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
+from mosaic_core.machines.delivery_terms import terms_of
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.data_type import Direction, MosaicDataType
@@ -42,7 +43,7 @@ def catalogue_entry(label: str, connector_type: str, handlers: Sequence[Handler]
             for handler in handlers
             if handler.data_type is not MosaicDataType.MEDIA and not handler.is_for_originals
         ),
-        delivery=first.delivery,
+        delivery=terms_of(first.delivery).mode,
         widget=next((handler.widget for handler in handlers if handler.widget), None),
         message_schema=message_schema(first),
     )

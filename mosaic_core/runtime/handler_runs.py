@@ -74,7 +74,7 @@ class HandlerRuns:
         self._groups = original_groups(connectors)
         for route in self.routes.values():
             self._take(route.handler)
-            self.outbox.add_channel(route.label, route.connector.delivery, route.counters)
+            self.outbox.add_channel(route.label, route.connector.terms, route.counters)
             if isinstance(route.handler, DataChannelReceivable):
                 route.receiver = self._receiver(route, route.handler)
         for connector, handler in media_handlers(connectors):

@@ -12,11 +12,11 @@ from collections.abc import Callable
 from typing import Protocol
 
 from mosaic_core.contract.host import Outgoing
+from mosaic_core.machines.delivery_terms import DeliveryTerms
 from mosaic_core.machines.framing import MAX_MESSAGE_BYTES
 from mosaic_core.machines.send_scheduler import Offered
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.handover import Handover
-from mosaic_core.words.data_type import Delivery
 
 logger = logging.getLogger(__name__)
 
@@ -44,11 +44,11 @@ class Outbox:
         self._latched: dict[str, Outgoing] = {}
         self._complained: set[str] = set()
 
-    def add_channel(self, channel: str, delivery: Delivery, counters: ConnectorCounters) -> None:
-        """A channel of a connector that sends. Bulk is not kept for late joiners: it would hold a map for ever."""
+    def add_channel(self, channel: str, terms: DeliveryTerms, counters: ConnectorCounters) -> None:
+        """A channel of a connector that sends."""
         self._counters[channel] = counters
         self._listeners[channel] = {}
-        if delivery is not Delivery.BULK:
+        if terms.latch:
             self._latching.add(channel)
 
     def post(self, message: Outgoing) -> bool:

@@ -82,7 +82,7 @@ class PeerChannels:
         if self._links.get(route.label) is not link:
             return
         queue = self._carriers[route.label]
-        queue.open(link.channel, route.lane)
+        queue.open(link.channel, route.lane, route.connector.terms.limits)
         latched = self._site.outbox.join(route.label, self._peer_id, self)
         if latched is not None and link.is_framed:  # a bare payload could not say that it is old
             queue.offer(link.outgoing(latched, FrameFlag.LATCHED))

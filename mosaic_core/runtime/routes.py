@@ -20,7 +20,6 @@ from mosaic_core.runtime.receiver import Receiver
 from mosaic_core.runtime.receiver_safety import ReceiverSafety
 from mosaic_core.words.data_type import Delivery
 
-LANES = {Delivery.RELIABLE: Lane.RELIABLE, Delivery.LATEST: Lane.LATEST, Delivery.BULK: Lane.BULK}
 LATEST_MAX_AGE_S = 1.0
 """A ``latest`` message for a receiver without time-out that took this much longer than the fastest is worthless."""
 
@@ -38,7 +37,7 @@ class Route:
 
     @property
     def lane(self) -> Lane:
-        return LANES[self.connector.delivery]
+        return self.connector.terms.lane
 
     @property
     def is_latest(self) -> bool:

@@ -6,7 +6,7 @@ import asyncio
 import logging
 from collections.abc import Callable
 
-from mosaic_core.machines.send_scheduler import Lane, Offered, QueuedMessage, SendScheduler
+from mosaic_core.machines.send_scheduler import Lane, Offered, QueuedMessage, QueueLimits, SendScheduler
 from mosaic_core.runtime.transport import Channel
 from mosaic_core.words.errors import ConnectionFailed
 
@@ -30,9 +30,9 @@ class SendQueue:
         self._timer: asyncio.Handle | None = None
         self._is_pumping = False
 
-    def open(self, channel: Channel, lane: Lane) -> None:
+    def open(self, channel: Channel, lane: Lane, limits: QueueLimits | None = None) -> None:
         self._channels[channel.label] = channel
-        self._scheduler.open(channel.label, lane)
+        self._scheduler.open(channel.label, lane, limits)
         channel.on_drained = self.pump
 
     def close(self, label: str) -> None:

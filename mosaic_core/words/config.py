@@ -10,7 +10,7 @@ from uuid import UUID
 from pydantic import AliasChoices, Field, SecretStr, field_validator, model_validator
 
 from mosaic_core.words.config_model import ConfigModel
-from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.ice import IceServer, IceTransportPolicy
 from mosaic_core.words.safety_config import ControlConfig, SafetyConfig
 
@@ -21,6 +21,7 @@ __all__ = [
     "ConfigModel",
     "ConnectorConfig",
     "ControlConfig",
+    "DeliveryContract",
     "RobotConfig",
     "SafetyConfig",
     "ServerConfig",
@@ -89,7 +90,9 @@ class ConnectorConfig(ConfigModel):
     type: str = Field(description="The connector type; `mosaic connectors list` shows those installed.")
     label: Label
     params: dict[str, Any] = Field(default_factory=dict)
-    delivery: Delivery | None = Field(default=None, description="How the data travels; default: the connector's own.")
+    delivery: DeliveryContract | None = Field(
+        default=None, description="How the data travels: a mode, or more; default: the connector's own."
+    )
     safety: dict[str, Any] | None = Field(default=None, description="Limits; validated by the connector's own model.")
 
 
@@ -97,6 +100,8 @@ class RobotConfig(ConfigModel):
     """The whole file."""
 
     version: Literal[1] = 1
-    server: ServerConfig
+    server: ServerConfig | None = Field(
+        default=None, description="Who introduces operators. Without it: `mosaic run --serve`, and the LAN alone."
+    )
     control: ControlConfig = ControlConfig()
     connectors: tuple[ConnectorConfig, ...] = ()

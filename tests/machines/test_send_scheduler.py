@@ -10,9 +10,9 @@ from mosaic_core.machines.send_scheduler import (
     HIGH_WATER_BYTES,
     LOW_WATER_BYTES,
     Lane,
-    LaneLimits,
     Offered,
     QueuedMessage,
+    QueueLimits,
     SendScheduler,
 )
 
@@ -76,11 +76,11 @@ def test_channels_of_one_lane_take_turns() -> None:
 
 
 def test_a_full_queue_refuses_and_says_when_there_is_room_again() -> None:
-    it = SendScheduler({lane: LaneLimits(messages=4, size_bytes=100) for lane in Lane})
-    it.open("a", Lane.RELIABLE)
+    it = SendScheduler()
+    it.open("a", Lane.RELIABLE, QueueLimits(messages=4, size_bytes=100))
     assert [it.offer(message("a", b"x")) for _ in range(5)] == [Offered.QUEUED] * 4 + [Offered.REFUSED]
     assert not it.has_room("a")
-    assert it.waiting("a") == 4
+    assert it.waiting("a") == (4, 4)
     for _ in range(3):
         it.take(0)
     assert it.has_room("a")
@@ -88,8 +88,8 @@ def test_a_full_queue_refuses_and_says_when_there_is_room_again() -> None:
 
 
 def test_one_message_larger_than_the_queue_is_taken_while_nothing_waits() -> None:
-    it = SendScheduler({lane: LaneLimits(messages=4, size_bytes=10) for lane in Lane})
-    it.open("a", Lane.BULK)
+    it = SendScheduler()
+    it.open("a", Lane.BULK, QueueLimits(messages=4, size_bytes=10))
     assert it.offer(message("a", b"x" * 50)) is Offered.QUEUED
     assert it.offer(message("a", b"x")) is Offered.REFUSED
 
@@ -117,7 +117,7 @@ def test_a_closed_channel_forgets_what_waited_and_can_open_again() -> None:
     assert it.take(0) is None
     it.close("a")
     it.close("a")
-    assert it.waiting("a") == 0
+    assert it.waiting("a") == (0, 0)
     assert it.has_room("a")
     with pytest.raises(KeyError):
         it.offer(message("a", b"x"))

@@ -13,6 +13,7 @@ from mosaic_core.runtime.config_loader import Validation, check_config, load_con
 from mosaic_core.runtime.resolver import ConnectorResolver
 from mosaic_core.words.config import AuthConfig, AuthParams, ConnectorConfig, RobotConfig, ServerConfig
 from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import ConfigError, Problem
 
 ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
@@ -52,7 +53,7 @@ connectors:
     config = config_of(validation)
     assert config.server.auth.params.token is not None
     assert config.server.auth.params.token.get_secret_value() == "s3cret: { } #"
-    assert config.connectors[1].delivery is Delivery.LATEST
+    assert config.connectors[1].delivery == DeliveryContract(mode=Delivery.LATEST)
     assert validation.checked is not None
     assert validation.checked.connectors[1].safety.model_dump(exclude_unset=True) == {"timeout_s": 0.3, "max_mps": 0.8}
 

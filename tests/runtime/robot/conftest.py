@@ -15,6 +15,7 @@ import pytest
 from mosaic_core.contract import hooks
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import Handler
+from mosaic_core.machines.delivery_terms import terms_of
 from mosaic_core.machines.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.peer_admission import PeerIdentity, StartPeer
 from mosaic_core.runtime.connector import Connector
@@ -37,6 +38,7 @@ from mosaic_core.words.control import (
     parse_control,
 )
 from mosaic_core.words.data_type import Delivery, Kind
+from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import ConnectionFailed, SignalingError
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
@@ -307,14 +309,14 @@ class FakeNetwork:
 def connector_of(
     *handlers: Handler,
     label: str | None = None,
-    delivery: Delivery | None = None,
+    delivery: Delivery | DeliveryContract | None = None,
     timeout_s: float | None = None,
     safety: Mapping[str, Any] | None = None,
 ) -> Connector:
     """A built connector without a YAML file."""
     first = handlers[0]
     name = label or first.label
-    effective = delivery or first.delivery
+    terms = terms_of(delivery or first.delivery)
     entry = CatalogueEntry(
         label=name,
         type="test",
@@ -322,7 +324,7 @@ def connector_of(
         data_type=first.data_type,
         direction=first.data_type.direction,
         channels=tuple(ChannelEntry(label=handler.label, data_type=handler.data_type) for handler in handlers),
-        delivery=effective,
+        delivery=terms.mode,
     )
     config = ConnectorConfig(type="test", label=name)
     return Connector(
@@ -330,7 +332,7 @@ def connector_of(
         tuple(handlers),
         entry,
         SafetyConfig.model_validate({"timeout_s": timeout_s, **(safety or {})}),
-        effective,
+        terms,
     )
 
 

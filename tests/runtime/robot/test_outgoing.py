@@ -7,6 +7,7 @@ import threading
 from typing import Any
 
 from mosaic_core.contract.host import Outgoing
+from mosaic_core.machines.delivery_terms import terms_of
 from mosaic_core.machines.framing import MAX_MESSAGE_BYTES, PayloadKind
 from mosaic_core.machines.send_scheduler import HIGH_WATER_BYTES, Lane, Offered, QueuedMessage
 from mosaic_core.runtime.counters import ConnectorCounters, RateMeter
@@ -34,7 +35,7 @@ def outbox(delivery: Delivery = Delivery.RELIABLE) -> tuple[Outbox, ConnectorCou
     listened: list[tuple[str, bool]] = []
     it = Outbox(asyncio.get_running_loop(), lambda channel, on: listened.append((channel, on)))
     counters = ConnectorCounters()
-    it.add_channel("a", delivery, counters)
+    it.add_channel("a", terms_of(delivery), counters)
     return it, counters, listened
 
 
