@@ -38,7 +38,8 @@ class MosaicOperator:
     """One signed-in account; use it as ``async with await MosaicOperator.login(…) as operator``.
 
     All calls and callbacks on one event loop. ``is_person``: a person decides what is sent; programs give way to
-    persons, so say so only where it is true. ``ice_transport_policy="relay"`` goes only through TURN. ``open_socket``,
+    persons, so say so only where it is true. ``ice_transport_policy="relay"`` goes only through TURN.
+    ``uses_bulk_lane=False`` puts bulk data beside everything else on the one peer connection. ``open_socket``,
     ``make_offerer``, ``http`` and ``clock_us`` (this operator's monotonic clock) are for tests.
     """
 
@@ -49,6 +50,7 @@ class MosaicOperator:
         *,
         is_person: bool = False,
         ice_transport_policy: IceTransportPolicy = "all",
+        uses_bulk_lane: bool = True,
         open_socket: SocketConnector | None = None,
         make_offerer: OffererFactory | None = None,
         http: httpx.AsyncBaseTransport | None = None,
@@ -57,6 +59,7 @@ class MosaicOperator:
         self.access_token = access_token
         self.is_person = is_person
         self.ice_transport_policy: IceTransportPolicy = ice_transport_policy
+        self.uses_bulk_lane = uses_bulk_lane
         self.rest = RestApi(base_url, access_token, http)
         self.stores = StoreManager(self._catalogue_of, self._store_opened, self._store_released)
         self.statuses: dict[str, RobotStatus] = {}
@@ -201,6 +204,8 @@ class MosaicOperator:
             agreed=agreed,
             is_person=self.is_person,
             clock_us=self._clock_us,
+            fresh_ice_servers=self._ice_servers,
+            uses_bulk_lane=self.uses_bulk_lane,
         )
 
     async def _ice_servers(self) -> tuple[IceServer, ...]:

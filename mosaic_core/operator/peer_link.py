@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -37,6 +37,8 @@ class ConnectionPlan:
     agreed: dict[str, int]
     is_person: bool = False
     clock_us: Callable[[], int] = now_us
+    fresh_ice_servers: Callable[[], Awaitable[Sequence[IceServer]]] | None = None
+    uses_bulk_lane: bool = True
 
 
 class PeerOwner(Protocol):

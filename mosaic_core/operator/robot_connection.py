@@ -6,6 +6,8 @@ import asyncio
 from collections.abc import Callable, Mapping
 from typing import Literal, TypeVar
 
+from mosaic_core.machines.operator_lane import LaneState
+from mosaic_core.operator.bulk_lane import BulkLane, LaneOwner
 from mosaic_core.operator.control_desk import ControlDesk
 from mosaic_core.operator.control_port import ControlPort
 from mosaic_core.operator.media_store import MediaStreamStore
@@ -16,7 +18,7 @@ from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_links import StoreLinks, Surroundings
 from mosaic_core.operator.store_manager import StoreManager
 from mosaic_core.operator.stores import BidirectionalStore, MosaicStore, ReceivableStore, SendableStore
-from mosaic_core.runtime.operator_transport import IncomingVideo, OffererFactory
+from mosaic_core.runtime.operator_transport import IncomingVideo, Offerer, OffererFactory
 from mosaic_core.words import control
 from mosaic_core.words.codes import REASONS, reason
 from mosaic_core.words.data_type import MosaicDataType
@@ -62,7 +64,10 @@ class RobotConnection:
         self._peer = PeerLink(plan, self, self._make_offerer, self._send)
         self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
         around = Surroundings(self._watch, self._to_ours_us, plan.clock_us, self.control.epoch_of, self._pictures.shown)
-        self._links = StoreLinks(self._peer.offerer, around, self._peer.voices)
+        self._lane = BulkLane(
+            LaneOwner(self._make_offerer, plan.ice_servers, plan.fresh_ice_servers, self._say, self._lane_changed)
+        )
+        self._links = StoreLinks(self._peer.offerer, self._lane, around, self._peer.voices)
         self._settled = asyncio.Event()
         self._is_ours: bool | None = None
 
@@ -80,6 +85,12 @@ class RobotConnection:
     def is_original(self) -> bool:
         """The robot speaks no ``mosaic.1``: no catalogue, bare payloads."""
         return self._is_ours is False
+
+    @property
+    def bulk_lane(self) -> LaneState:
+        """The second peer connection, for connectors with ``delivery: bulk``: ``none`` (none wanted, or the robot
+        knows none), ``connecting``, ``up``, or ``failed``: bulk goes over the main one, and it is tried again."""
+        return self._lane.state
 
     @property
     def round_trip_ms(self) -> float | None:
@@ -144,6 +155,7 @@ class RobotConnection:
         """Say good-bye and end the connection for good; doing so twice does nothing."""
         self._is_kept = False
         await self._peer.close()
+        await self._lane.close()
         if self.state == "reconnecting":
             self.give_up(ConnectionFailed(reason("peer.closed").sentence, code="peer.closed"))
 
@@ -184,6 +196,7 @@ class RobotConnection:
         if self.state != "reconnecting":
             return
         await self._peer.close()
+        await self._lane.close()
         self.error = None
         self.control.renew(plan.peer_id)
         self._begin(plan)
@@ -220,6 +233,7 @@ class RobotConnection:
 
     def greeted(self, port: ControlPort, extensions: Mapping[str, int]) -> None:
         self.control.open(port, extensions)
+        self._lane.greeted(is_known="bulkLane" in extensions and self._plan.uses_bulk_lane)
 
     def control_heard(self, message: control.ControlMessage) -> None:
         self.control.hear(message)
@@ -232,6 +246,8 @@ class RobotConnection:
                     callback(message)
             case control.MediaOrigin(label=label, rtp_origin=origin):
                 self._pictures.origin_known(label, origin)
+            case control.LaneAnswer() | control.LaneCandidate() | control.LaneClose():
+                self._lane.hear(message)
             case control.MediaTalking(label=label, peer_id=peer_id, name=name):
                 self._links.talking_changed(label, None if peer_id is None else name)
             case control.MediaUnavailable(label=label, code=code, message=text):
@@ -244,6 +260,7 @@ class RobotConnection:
         self.error = error
         comes_back = self._is_kept and not error.code.startswith(FINAL)
         self.control.close(error, comes_back=comes_back)
+        self._lane.drop()
         self._links.close()
         self._settled.set()
         if not comes_back:
@@ -262,8 +279,14 @@ class RobotConnection:
             self._settled.set()
 
     def _watch(self, label: str, on: bool) -> None:
-        if self._peer.control is not None and self._is_ours:
-            self._peer.control.send(control.MediaWatch(label=label, on=on))
+        if self._is_ours:
+            self._say(control.MediaWatch(label=label, on=on))
+
+    def _say(self, message: control.ControlMessage) -> bool:
+        return self._peer.control is not None and self._peer.control.send(message)
+
+    def _lane_changed(self, lost: Offerer | None) -> None:
+        self._links.lane_changed(lost)
 
     def _robot_now_us(self) -> int | None:
         return self._peer.control.to_theirs_us(self._plan.clock_us()) if self._peer.control else None

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from mosaic_core.machines.framing import Frame
+from mosaic_core.operator.bulk_lane import BulkLane
 from mosaic_core.operator.channel_port import ChannelPort, info_of, no_epoch
 from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.media_store import MediaStreamStore
@@ -41,13 +42,18 @@ class Surroundings:
 class _Link:
     store: MosaicStore
     ports: dict[str, ChannelPort] = field(default_factory=dict)
+    lane: Offerer | None = None
+    """The second peer connection, if it carries them."""
 
 
 class StoreLinks:
     """Event loop only."""
 
-    def __init__(self, offerer: Offerer, around: Surroundings, voices: Mapping[str, OutgoingSound]) -> None:
+    def __init__(
+        self, offerer: Offerer, lane: BulkLane, around: Surroundings, voices: Mapping[str, OutgoingSound]
+    ) -> None:
         self._offerer = offerer
+        self._lane = lane
         self._voices = voices
         self._around = around
         self._links: dict[str, _Link] = {}
@@ -60,6 +66,20 @@ class StoreLinks:
     def start(self, catalogue: Catalogue | None, *, is_ours: bool) -> None:
         """The connection is up: open what waits, from now on everything at once."""
         self._catalogue, self._is_ours = catalogue, is_ours
+        self._open_waiting()
+
+    def lane_changed(self, lost: Offerer | None) -> None:
+        """There is a second peer connection for bulk, or there is none any more: what was on it opens anew."""
+        for label, link in list(self._links.items()):
+            if lost is not None and link.lane is lost:
+                del self._links[label]
+                for port in link.ports.values():
+                    port.close()
+                link.store.closed()
+                self._waiting[label] = link.store
+        self._open_waiting()
+
+    def _open_waiting(self) -> None:
         waiting, self._waiting = self._waiting, {}
         for store in waiting.values():
             self.open(store)
@@ -78,8 +98,12 @@ class StoreLinks:
         except ConnectionFailed as error:
             store.failed(error)
             return
+        is_bulk = self._is_ours and any(channel.delivery is Delivery.BULK for channel in plan)
+        if is_bulk and not self._lane.settled():
+            self._waiting[label] = store
+            return
         store.opening()
-        link = self._links[label] = _Link(store)
+        link = self._links[label] = _Link(store, lane=self._lane.offerer if is_bulk else None)
         if isinstance(store, VoiceStore):
             self._lend_voice(store)
             return
@@ -166,7 +190,7 @@ class StoreLinks:
 
     def _port(self, store: MosaicStore, link: _Link, planned: PlannedChannel) -> ChannelPort:
         is_latest = planned.delivery is Delivery.LATEST and self._is_ours is True
-        channel = self._offerer.create_channel(
+        channel = (link.lane or self._offerer).create_channel(
             planned.label,
             protocol=CHANNEL_PROTOCOL if self._is_ours else "",
             ordered=not is_latest,

@@ -68,7 +68,8 @@ class Joined:
     operator: MosaicOperator
     connection: RobotConnection
     """The first operator's; a second one's comes from :meth:`another_operator`."""
-    _network: MemoryNetwork
+    network: MemoryNetwork
+    """What joins them, and can be broken."""
     _server: MemoryServer
     _stack: contextlib.AsyncExitStack
 
@@ -78,12 +79,12 @@ class Joined:
         """A second operator connects, without any lease; signed off when the test ends. ``role``: ``observer``,
         ``operator`` or ``supervisor``."""
         self._server.roles[name] = role
-        _, connection = await _signed_in(self._stack, self._server, self._network, name, is_person)
+        _, connection = await _signed_in(self._stack, self._server, self.network, name, is_person)
         return connection
 
     def cut(self) -> None:
         """Pull the cable: nothing arrives any more and nobody is told. The robot notices within two seconds."""
-        self._network.cut()
+        self.network.cut()
 
 
 @asynccontextmanager
