@@ -186,7 +186,7 @@ def test_a_lease_outlives_silence_by_its_keep_alive_and_dies_with_it() -> None:
         await asyncio.sleep(1.5)
         assert lease.is_held
         assert bob.control.leases["motion"].holder is not None
-        first, *_ = place.link._network.links.values()
+        first, *_ = place.link.network.links.values()
         first.is_cut = True
         since_s = time.monotonic()
         await bob.control.wait_for(lambda: bob.control.leases["motion"].holder is None, WAIT_S)
@@ -256,7 +256,7 @@ def test_an_hour_on_the_operators_clock_changes_nothing(skew_us: int) -> None:
     async def scenario(place: Place) -> None:
         link = place.link
         async with MosaicOperator(
-            BASE_URL, "Tom", open_socket=link._server.connect, make_offerer=link._network.offerer,
+            BASE_URL, "Tom", open_socket=link._server.connect, make_offerer=link.network.offerer,
             http=link._server.http(), is_person=True, clock_us=lambda: time.monotonic_ns() // 1000 + skew_us,
         ) as operator:  # fmt: skip
             robot_id = link.robot.robot_id
@@ -289,7 +289,7 @@ def test_a_connection_that_is_cut_comes_back_with_its_lease_before_anybody_else_
     async def scenario(place: Place) -> None:
         link = place.link
         async with MosaicOperator(
-            BASE_URL, "Tom", open_socket=link._server.connect, make_offerer=link._network.offerer,
+            BASE_URL, "Tom", open_socket=link._server.connect, make_offerer=link.network.offerer,
             http=link._server.http(), is_person=True,
         ) as operator:  # fmt: skip
             tom = await operator.connect(link.robot.robot_id, timeout_s=WAIT_S, reconnect=True)
@@ -297,7 +297,7 @@ def test_a_connection_that_is_cut_comes_back_with_its_lease_before_anybody_else_
             lease = await tom.control.take()
             first_epoch = lease.epoch
             await drive_until(place, pad, lambda: place.acts)
-            list(link._network.links.values())[-1].is_cut = True
+            list(link.network.links.values())[-1].is_cut = True
             await until(lambda: place.acts[-1] == "safety.timeout")
             await until(lambda: tom.state == "reconnecting")
             await until(lambda: tom.state == "connected" and lease.is_held)
