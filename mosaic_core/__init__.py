@@ -29,6 +29,7 @@ from mosaic_core.contract.media import Captured, EncodingParams
 from mosaic_core.contract.params import Message, NoParams, Params, unit
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.words.data_type import Delivery, MosaicDataType
+from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import ConfigError, MosaicError, PluginError
 
 __version__ = "0.1.0"
@@ -48,6 +49,7 @@ __all__ = [
     "DataChannelSendable",
     "DataChannelStringReceivable",
     "Delivery",
+    "DeliveryContract",
     "EncodingParams",
     "Handler",
     "MediaTrackConfigurer",

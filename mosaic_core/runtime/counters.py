@@ -34,13 +34,22 @@ class RateMeter:
 
 @dataclass(slots=True)
 class ConnectorCounters:
-    """Written on the event loop, read anywhere. ``dropped``: replaced by a newer value or the queue was full;
-    ``refused``: messages of operators that were not accepted."""
+    """Written by one thread at a time, read anywhere. Sums over all operators, since the robot started."""
 
     messages: int = 0
     size_bytes: int = 0
+    replaced: int = 0
+    """Sent, but a newer one took its place before it left."""
     dropped: int = 0
+    """Not taken, because a queue was full."""
+    thinned: int = 0
+    """Held back by ``max_rate_hz``."""
     refused: int = 0
+    """Messages of operators that were not accepted."""
+    lost: int = 0
+    """Accepted, but never delivered: the connection was gone for longer than the queue could keep them."""
+    resent: int = 0
+    """Repeated after a connection was lost."""
     last_at_s: float | None = None
     meter: RateMeter = field(default_factory=RateMeter)
 
@@ -54,7 +63,8 @@ class ConnectorCounters:
 
 @dataclass(frozen=True, slots=True)
 class ConnectorSnapshot:
-    """One row of the live table. ``state``: ``waiting``, ``running``, ``failed``, ``ended`` or ``stopped``."""
+    """One row of the live table. ``state``: ``waiting``, ``running``, ``failed``, ``ended`` or ``stopped``; the queue
+    is the longest of any operator, or that of the receiver; the counts are those of :class:`ConnectorCounters`."""
 
     label: str
     type: str
@@ -67,8 +77,14 @@ class ConnectorSnapshot:
     rate_hz: float
     size_bytes: int
     bytes_per_s: float
+    queue_messages: int
+    queue_bytes: int
+    replaced: int
     dropped: int
+    thinned: int
     refused: int
+    lost: int
+    resent: int
     failures: int
     last_error: str
     age_s: float | None
@@ -116,8 +132,17 @@ class StopSnapshot:
 
 
 @dataclass(frozen=True, slots=True)
+class ServerSnapshot:
+    """How the robot stands to one server. ``name``: ``fleet`` for that of its configuration, ``lan`` for its own."""
+
+    name: str
+    url: str
+    state: str
+
+
+@dataclass(frozen=True, slots=True)
 class RobotSnapshot:
-    """The robot now. ``state``: ``connecting``, ``ready``, ``offline`` or ``stopped``."""
+    """The robot now. ``state``: ``connecting``, ``ready``, ``offline`` or ``stopped``; of several servers the best."""
 
     robot_id: str
     state: str
@@ -127,3 +152,4 @@ class RobotSnapshot:
     leases: tuple[LeaseSnapshot, ...] = ()
     stop: StopSnapshot | None = None
     """``None``: it is not stopped."""
+    servers: tuple[ServerSnapshot, ...] = ()

@@ -111,6 +111,7 @@ class HandlerRuns:
             self._failures[route.label],
             self._outcomes.put,
             newest_only=route.is_latest,
+            limits=route.connector.terms.limits,
             max_age_s=route.max_age_s,
             factor=self._links.factor_for(route.safety.curves),
         )
@@ -178,6 +179,7 @@ class HandlerRuns:
         labels = [handler.label for handler in connector.handlers]
         failing = [self._failures[label] for label in labels]
         states = [self._state(label) for label in labels]
+        queue_messages, queue_bytes = max(map(self._waiting, labels))
         return ConnectorSnapshot(
             label=connector.config.label,
             type=connector.config.type,
@@ -190,13 +192,29 @@ class HandlerRuns:
             rate_hz=rate_hz,
             size_bytes=counters.size_bytes,
             bytes_per_s=bytes_per_s,
+            queue_messages=queue_messages,
+            queue_bytes=queue_bytes,
+            replaced=counters.replaced + self._replaced_in(labels),
             dropped=counters.dropped,
+            thinned=counters.thinned,
             refused=counters.refused,
+            lost=counters.lost,
+            resent=counters.resent,
             failures=sum(failures.count for failures in failing),
             last_error=next((failures.last_error for failures in failing if failures.last_error), ""),
             age_s=None if counters.last_at_s is None else now_s - counters.last_at_s,
             limit_factor=min((limit_factors[label] for label in labels if label in limit_factors), default=None),
         )
+
+    def _waiting(self, label: str) -> tuple[int, int]:
+        route = self.routes.get(label)
+        inbox = route.receiver.inbox.waiting() if route is not None and route.receiver is not None else (0, 0)
+        return max(inbox, self.outbox.waiting(label))
+
+    def _replaced_in(self, labels: Sequence[str]) -> int:
+        """Commands that a newer one replaced before the receiver took them."""
+        receivers = (self.routes[label].receiver for label in labels if label in self.routes)
+        return sum(receiver.inbox.replaced for receiver in receivers if receiver is not None)
 
     def _state(self, label: str) -> str:
         if self._failures[label].is_failing:

@@ -1,4 +1,5 @@
-"""What waits for a receiver: one slot per sender under ``latest``, a bounded queue otherwise. Thread-safe.
+"""What waits for a receiver: one slot per sender under ``latest``, otherwise a queue as bounded as a sender's.
+Thread-safe.
 
 A message whose sender has left is forgotten; one that waited too long behind a slow ``handle_data`` is handed out as
 stale, so that an old command never moves anything.
@@ -11,9 +12,7 @@ from collections import OrderedDict, deque
 from dataclasses import dataclass
 
 from mosaic_core.contract.host import Sender
-
-MAX_MESSAGES = 256
-MAX_BYTES = 32 * 1024 * 1024
+from mosaic_core.machines.send_scheduler import LIMITS, Lane, QueueLimits
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +33,9 @@ class Incoming:
 class Inbox:
     """Filled on the event loop, emptied by the receiver."""
 
-    def __init__(self, *, newest_only: bool) -> None:
+    def __init__(self, *, newest_only: bool, limits: QueueLimits = LIMITS[Lane.RELIABLE]) -> None:
         self._newest_only = newest_only
+        self._limits = limits
         self._filled = threading.Condition()
         self._slots: OrderedDict[str, Incoming] = OrderedDict()
         self._queue: deque[Incoming] = deque()
@@ -51,13 +51,19 @@ class Inbox:
                 self.replaced += item.sender.peer_id in self._slots
                 self._slots[item.sender.peer_id] = item
             else:
-                too_much = self._size_bytes + len(item.payload) > MAX_BYTES
-                if self._queue and (len(self._queue) >= MAX_MESSAGES or too_much):
-                    return False
+                while self._queue and self._is_full(len(item.payload)):
+                    if not self._limits.newest_wins:
+                        return False
+                    self._size_bytes -= len(self._queue.popleft().payload)
+                    self.replaced += 1
                 self._queue.append(item)
                 self._size_bytes += len(item.payload)
             self._filled.notify_all()
             return True
+
+    def _is_full(self, more_bytes: int) -> bool:
+        limits = self._limits
+        return len(self._queue) >= limits.messages or self._size_bytes + more_bytes > limits.size_bytes
 
     def take(self) -> Incoming | None:
         """The next one if there is one."""
@@ -107,6 +113,12 @@ class Inbox:
         with self._filled:
             self._is_closed = True
             self._filled.notify_all()
+
+    def waiting(self) -> tuple[int, int]:
+        """``(messages, bytes)``."""
+        with self._filled:
+            slots = sum(len(item.payload) for item in self._slots.values())
+            return len(self._slots) + len(self._queue), slots + self._size_bytes
 
     def __len__(self) -> int:
         return len(self._slots) + len(self._queue)

@@ -16,6 +16,7 @@ from typing import Any
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
+from mosaic_core.machines.send_scheduler import QueueLimits
 from mosaic_core.runtime.body import STOP_PATIENCE_S
 from mosaic_core.runtime.command_shaper import CommandShaper
 from mosaic_core.runtime.failures import Failures
@@ -48,6 +49,7 @@ class Receiver:
         tell: Callable[[Outcome], object],
         *,
         newest_only: bool,
+        limits: QueueLimits,
         max_age_s: float | None,
         factor: Callable[[str], float] = lambda peer_id: 1.0,
     ) -> None:
@@ -61,7 +63,7 @@ class Receiver:
         self._last_sender: Sender | None = None
         self._failures = failures
         self._tell = tell
-        self.inbox = Inbox(newest_only=newest_only)
+        self.inbox = Inbox(newest_only=newest_only, limits=limits)
         self._resting_until_s = 0.0
         self._loop = asyncio.get_running_loop()
         self._arrived = asyncio.Event()

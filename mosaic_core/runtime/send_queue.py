@@ -56,6 +56,10 @@ class SendQueue:
         self.pump()
         return offered
 
+    def waiting(self, label: str) -> tuple[int, int]:
+        """``(messages, bytes)`` that wait for this channel."""
+        return self._scheduler.waiting(label)
+
     def pump(self) -> None:
         """Send what may be sent now."""
         if self._is_pumping:  # a channel may report its drain from within send

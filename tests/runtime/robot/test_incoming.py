@@ -9,7 +9,8 @@ import pytest
 
 from mosaic_core import DataChannelByteReceivable, DataChannelReceivable, DataChannelStringReceivable, Message, Sender
 from mosaic_core.contract.handler import DataChannelJsonReceivable, Refused
-from mosaic_core.runtime.inbox import MAX_MESSAGES, Inbox, Incoming
+from mosaic_core.machines.send_scheduler import QueueLimits
+from mosaic_core.runtime.inbox import Inbox, Incoming
 from mosaic_core.runtime.payload import PayloadReader
 from mosaic_core.runtime.receiver import _takes_sender
 
@@ -29,9 +30,9 @@ def test_latest_keeps_one_slot_per_sender_so_that_nobody_is_starved() -> None:
 
 
 def test_a_queue_is_bounded_and_ordered() -> None:
-    inbox = Inbox(newest_only=False)
-    accepted = [inbox.put(item(str(number).encode())) for number in range(MAX_MESSAGES + 1)]
-    assert accepted == [True] * MAX_MESSAGES + [False]
+    inbox = Inbox(newest_only=False, limits=QueueLimits(messages=256, size_bytes=2000))
+    accepted = [inbox.put(item(str(number).encode())) for number in range(257)]
+    assert accepted == [True] * 256 + [False]
     first = inbox.take()
     assert first is not None
     assert first.payload == b"0"

@@ -30,6 +30,9 @@ class Listener:
         self.got.append(message.payload)
         return self.answer
 
+    def waiting(self, channel: str) -> tuple[int, int]:
+        return len(self.got), sum(map(len, self.got))
+
 
 def outbox(delivery: Delivery = Delivery.RELIABLE) -> tuple[Outbox, ConnectorCounters, list[tuple[str, bool]]]:
     listened: list[tuple[str, bool]] = []
