@@ -8,14 +8,16 @@ from mosaic_core.words.finding import Finding
 
 _EXPLAINS: dict[str, tuple[str, ...]] = {
     "config.yaml": ("server.", "ice.", "device."),
-    "network.addresses": ("server.", "ice.", "webrtc."),
+    "network.addresses": ("server.", "ice.", "webrtc.", "relay."),
     "server.dns": ("server.", "ice.servers"),
     "server.tcp": ("server.", "ice.servers"),
     "server.tls": ("server.", "ice.servers"),
     "server.clock": ("server.token", "ice.turn"),
     "server.http": ("server.websocket", "server.token", "ice.servers"),
     "server.token": ("ice.servers",),
-    "ice.relay": ("ice.turn",),
+    "ice.relay": ("relay.",),
+    "ice.turn": ("ice.relay", "relay."),
+    "ice.servers": ("ice.nat", "relay."),
 }
 """A failed check, and the starts of those that fail with it."""
 MAX_STEPS = 3

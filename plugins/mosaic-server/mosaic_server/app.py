@@ -9,7 +9,18 @@ from importlib.metadata import version
 from fastapi import FastAPI
 from starlette.middleware.cors import CORSMiddleware
 
-from mosaic_server.rest import account, audit, connections, grants, members, organization, robots, server_info, users
+from mosaic_server.rest import (
+    account,
+    audit,
+    connections,
+    grants,
+    members,
+    organization,
+    robot_check,
+    robots,
+    server_info,
+    users,
+)
 from mosaic_server.rest.envelope import Failure, install_error_handlers
 from mosaic_server.services import running
 from mosaic_server.settings import Settings
@@ -36,7 +47,7 @@ def create_app(settings: Settings) -> FastAPI:
         responses={400: {"model": Failure}, 401: {"model": Failure}, 403: {"model": Failure}},
     )
     install_error_handlers(app)
-    for routes in (account, users, members, organization, robots, grants, connections, audit, server_info):
+    for routes in (account, users, members, organization, robots, robot_check, grants, connections, audit, server_info):
         app.include_router(routes.router)
     app.include_router(endpoints.router)
     app.include_router(dashboard_router(settings.dashboard_dir))

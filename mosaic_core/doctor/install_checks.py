@@ -1,0 +1,81 @@
+"""What is installed: versions in lockstep, plugins that load, the fast event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib.util
+from collections.abc import AsyncIterator, Iterable
+from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
+
+from mosaic_core import __version__
+from mosaic_core.contract.checks import CHECKS_GROUP
+from mosaic_core.runtime.resolver import ConnectorResolver
+from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.finding import Finding, failed, passed, warned
+
+OUR_PREFIX = "mosaic-"
+
+
+async def install_checks() -> AsyncIterator[Finding]:
+    """Imports every plugin, on a thread: a broken one may take its time to fail."""
+    yield lockstep(distributions())
+    yield _uvloop()
+    for finding in await asyncio.to_thread(_plugins):
+        yield finding
+
+
+def lockstep(installed: Iterable[Distribution]) -> Finding:
+    """Our own distributions are released together, and only tested together."""
+    versions = {name: one.version for one in installed if (name := _name_of(one)).startswith(OUR_PREFIX)}
+    ours = {name: version for name, version in versions.items() if name in _FIRST_PARTY}
+    shown = ", ".join(f"{name.removeprefix(OUR_PREFIX)} {version}" for name, version in sorted(ours.items()))
+    if len({_series(version) for version in ours.values()} | {_series(__version__)}) > 1:
+        return warned("install.versions", "check.version_mismatch", f"Different versions: {shown}.", facts=ours)
+    return passed("install.versions", f"Installed: {shown}.", **ours)
+
+
+_FIRST_PARTY = frozenset(
+    f"{OUR_PREFIX}{name}" for name in ("core", "audio", "camera", "cmdvel", "recorder", "sensors", "server", "sim")
+)
+
+
+def _name_of(one: Distribution) -> str:
+    try:
+        return str(one.metadata["Name"] or "").lower().replace("_", "-")
+    except (KeyError, TypeError):
+        return ""  # a distribution with broken metadata
+
+
+def _series(version: str) -> str:
+    """``0.1`` of ``0.1.3``: within it everything fits together."""
+    return ".".join(version.split(".")[:2])
+
+
+def _uvloop() -> Finding:
+    if importlib.util.find_spec("uvloop") is None:
+        return warned("install.uvloop", "check.no_uvloop")
+    return passed("install.uvloop", "The fast event loop (uvloop) is used.")
+
+
+def _plugins() -> list[Finding]:
+    resolver, found, broken = ConnectorResolver(), [], list[Finding]()
+    for one in resolver.types():
+        try:
+            resolver.resolve(one.type)
+            found.append(one.type)
+        except MosaicError as error:
+            broken.append(failed(f"install.plugin.{one.type}", error.code, error.message, error.cure))
+    for group in (CHECKS_GROUP, "mosaic.plugins"):
+        broken += [finding for point in entry_points(group=group) if (finding := _broken_point(group, point))]
+    listed = passed("install.plugins", f"Connector types that load: {', '.join(found) or 'none'}.", types=found)
+    return [listed, *broken]
+
+
+def _broken_point(group: str, point: EntryPoint) -> Finding | None:
+    name, source = point.name, point.dist.name if point.dist else point.value
+    try:
+        point.load()
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - an import may fail in any way
+        text = f"'{name}' of {source} ({group}) can't be used: {type(error).__name__}: {error}"
+        return failed(f"install.plugin.{name}", "config.broken_plugin", text)
+    return None

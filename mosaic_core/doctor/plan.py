@@ -1,0 +1,115 @@
+"""Which checks there are, in the order of their findings, and what each is given."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+
+from mosaic_core.contract.checks import CHECKS_GROUP, Check, CheckContext
+from mosaic_core.doctor.config_checks import config_checks, device_checks, read_config
+from mosaic_core.doctor.encoder_checks import encoder_checks
+from mosaic_core.doctor.examination import CheckRun
+from mosaic_core.doctor.ice_checks import address_checks, ice_checks, relays_of
+from mosaic_core.doctor.install_checks import install_checks
+from mosaic_core.doctor.machine_checks import loop_lag_check, machine_checks
+from mosaic_core.doctor.peer_checks import loopback_checks, relay_trial_checks
+from mosaic_core.doctor.server_checks import IssuedIceServers, ServerAddress, server_checks
+from mosaic_core.words.finding import Finding, skipped
+from mosaic_core.words.ice import IceServer
+
+PLUGIN_TIMEOUT_S = 8.0
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """What is examined. ``server_url`` comes before the configuration's own."""
+
+    config: Path | None = None
+    server_url: str = ""
+    only: frozenset[str] = frozenset()
+
+
+class Plan:
+    """Make it on the event loop that runs the checks."""
+
+    def __init__(self, subject: Subject) -> None:
+        self._only = subject.only
+        self._read = None if subject.config is None else read_config(subject.config)
+        self._issued = IssuedIceServers()
+        server = self._read.config.server if self._read and self._read.config else None
+        self._auth = server.auth if server else None
+        self._own_ice_servers = server.webrtc.ice_servers if server else ()
+        url = subject.server_url or (server.ws_url if server else "")
+        self._address = ServerAddress(_as_ws_url(url)) if url else None
+
+    def checks(self) -> list[CheckRun]:
+        """All, or those that are wanted."""
+        read = self._read
+        made = [
+            *([] if read is None else [CheckRun("config", lambda: config_checks(read))]),
+            CheckRun("machine", machine_checks),
+            CheckRun("install", install_checks),
+            CheckRun("network", address_checks),
+            CheckRun("server", self._server),
+            CheckRun("ice", self._ice),
+            CheckRun("webrtc", loopback_checks, is_heavy=True),
+            CheckRun("video", encoder_checks, is_heavy=True),
+            CheckRun("machine", loop_lag_check, is_heavy=True),
+            CheckRun("relay", self._relay, is_heavy=True),
+            *([] if read is None else [CheckRun("device", lambda: device_checks(read))]),
+            *self._of_plugins(),
+        ]
+        return [one for one in made if not self._only or one.name in self._only]
+
+    async def _server(self) -> AsyncIterator[Finding]:
+        if self._address is None:
+            self._issued.settle(())
+            yield skipped("server.dns", "No server is known.", "Name the robot's YAML file, or --server.")
+            return
+        async for finding in server_checks(self._address, self._auth, self._issued):
+            yield finding
+
+    async def _ice_servers(self) -> tuple[IceServer, ...]:
+        if self._only and "server" not in self._only:
+            async for _ in self._server():
+                pass  # for what it issues
+        return (*self._own_ice_servers, *await self._issued.wait())
+
+    async def _ice(self) -> AsyncIterator[Finding]:
+        async for finding in ice_checks(await self._ice_servers()):
+            yield finding
+
+    async def _relay(self) -> AsyncIterator[Finding]:
+        servers = await self._ice_servers()
+        if not relays_of(servers):
+            yield skipped("relay.connection", "No TURN server is known.")
+            return
+        async for finding in relay_trial_checks(servers):
+            yield finding
+
+    def _of_plugins(self) -> list[CheckRun]:
+        context = CheckContext() if self._read is None else self._read.context(PLUGIN_TIMEOUT_S)
+        points = sorted(entry_points(group=CHECKS_GROUP), key=lambda point: point.name)
+        return [CheckRun(point.name, _lazily(point, context), timeout_s=PLUGIN_TIMEOUT_S) for point in points]
+
+
+def _lazily(point: EntryPoint, context: CheckContext) -> Callable[[], AsyncIterator[Finding]]:
+    """The plugin is imported within its check, so that one that can't be is a finding."""
+
+    async def start() -> AsyncIterator[Finding]:
+        check: Check = await asyncio.to_thread(point.load)
+        async for finding in check(context):
+            yield finding
+
+    return start
+
+
+def _as_ws_url(url: str) -> str:
+    """People paste the dashboard's address."""
+    scheme, found, rest = url.partition("://")
+    if not found:
+        return f"wss://{url}"
+    return f"{scheme.replace('http', 'ws')}://{rest.partition('/')[0]}"
