@@ -77,6 +77,11 @@ class ResumeSender(Generic[T]):
         return self._size_bytes
 
     @property
+    def next_seq(self) -> int:
+        """The number of the next message that is accepted."""
+        return self._next
+
+    @property
     def first_seq(self) -> int:
         """The number that would come first on a new connection."""
         return self._kept[0].seq if self._kept else self._next

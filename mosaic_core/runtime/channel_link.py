@@ -40,14 +40,16 @@ class ChannelLink:
         self._gate = CommandGate(baseline, max_age_s) if self.is_framed else None
         self._seq = 0
 
-    def outgoing(self, message: Outgoing, flags: FrameFlag = FrameFlag.NONE) -> QueuedMessage:
-        """What goes over the wire for ``message``."""
+    def outgoing(self, message: Outgoing, flags: FrameFlag = FrameFlag.NONE, seq: int | None = None) -> QueuedMessage:
+        """What goes over the wire for ``message``. ``seq``: its number where numbers outlive the connection."""
         payloads = (message.payload, *message.followers)
         size = message.size_bytes
         if not self.is_framed:
             is_text = message.kind is not PayloadKind.BYTES
             bare = (payload.decode() if is_text else payload for payload in payloads)
             return QueuedMessage(self.channel.label, bare, size)
+        if seq is not None:
+            self._seq = (seq - 1) % SEQ_MODULUS
         frames = [self._framed(message, payload, flags) for payload in payloads]
         pieces = chain.from_iterable(encode_frame(frame) for frame in frames)
         return QueuedMessage(self.channel.label, pieces, size + HEADER_BYTES * len(frames))

@@ -17,6 +17,7 @@ from mosaic_core.runtime.bulk_lane import BulkLane, LaneOwner
 from mosaic_core.runtime.control_link import ControlLink
 from mosaic_core.runtime.peer_channels import PeerChannels
 from mosaic_core.runtime.peer_control import PeerControl
+from mosaic_core.runtime.peer_resume import PeerResume
 from mosaic_core.runtime.plain_stream import NewestFeed
 from mosaic_core.runtime.send_queue import SendQueue
 from mosaic_core.runtime.site import Site
@@ -46,7 +47,10 @@ class OperatorPeer:
         self._session = session.PeerSession(time.monotonic())
         self._baseline = ArrivalBaseline()
         self._queue = SendQueue(self._has_room)
-        self._channels = PeerChannels(lambda: self.sender, site, self._queue, self._baseline, self.refuse)
+        self._resume = PeerResume(lambda: self.sender, site, self._control.answer)
+        self._channels = PeerChannels(
+            lambda: self.sender, site, self._queue, self._baseline, self.refuse, self._resume
+        )
         self._lane = BulkLane(self._lane_owner(make_answerer))
         self._unbound: list[str] = []
         self._origins: list[control.MediaOrigin] = []
@@ -77,6 +81,7 @@ class OperatorPeer:
 
     def _has_room(self, label: str) -> None:
         self._site.outbox.has_room(label, self.peer_id)
+        self._resume.has_room(label)
 
     def _lane_owner(self, make_answerer: AnswererFactory) -> LaneOwner:
         return LaneOwner(
@@ -177,6 +182,7 @@ class OperatorPeer:
         self._control.joined()
 
     def _treat_as_original(self) -> None:
+        self._resume.plain()
         if not self._control.treat_as_original():
             self._loop.call_soon(self.close, "peer.not_allowed")
 
@@ -192,6 +198,7 @@ class OperatorPeer:
         self._site.talk.leave(self.peer_id)
         self._lane.close()
         self._channels.close_all()
+        self._resume.left(code)
         self._control.left(code)
         self._site.listener.peer_closed(self, code, message)
         self._spawn(self._close_transport(_BYE_FLUSH_S if say_bye else 0.0))
@@ -268,6 +275,7 @@ class OperatorPeer:
             case control.Hello():
                 if self.phase not in ("open", "closed"):
                     self._control.greeted(message)
+                    self._resume.greeted(message)
                 self._handle(session.HelloReceived())
             case control.Bye():
                 self._handle(session.ByeReceived(message.code, message.message or ""))
@@ -278,6 +286,10 @@ class OperatorPeer:
                 self._handle(session.ControlReceived())
                 if self.phase == "open":
                     self._lane.heard(message)
+            case control.Resume() | control.Delivered():
+                self._handle(session.ControlReceived())
+                if self.phase == "open":
+                    self._resume.heard(message)
             case None:
                 self._handle(session.ControlReceived())
             case _:

@@ -11,8 +11,10 @@ from mosaic_core.machines.lease_events import LegacyPeers
 from mosaic_core.runtime.control_desk import ControlDesk
 from mosaic_core.runtime.link_watch import LinkWatch
 from mosaic_core.runtime.media_hub import MediaHub
+from mosaic_core.runtime.near_path import NearPath
 from mosaic_core.runtime.outbox import Outbox
 from mosaic_core.runtime.routes import Route
+from mosaic_core.runtime.sessions import SessionBook
 from mosaic_core.runtime.talk_hub import TalkHub
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.ice import IceServer
@@ -46,10 +48,12 @@ class Site:
 
     routes: dict[str, Route]
     outbox: Outbox
+    sessions: SessionBook
     media: MediaHub
     talk: TalkHub
     desk: ControlDesk
     links: LinkWatch
+    near: NearPath
     legacy_peers: LegacyPeers
     catalogue: Catalogue
     boot_id: str

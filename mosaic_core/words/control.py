@@ -37,7 +37,7 @@ MEDIA_SEEN_PERIOD_S = 0.1
 
 CONTROL_EXTENSIONS: dict[str, int] = {
     "catalogue": 1, "mediaWatch": 1, "mediaOrigin": 1, "refusals": 1,
-    "lease": 1, "stop": 1, "safetyLimit": 1, "journal": 1, "bulkLane": 1,
+    "lease": 1, "stop": 1, "safetyLimit": 1, "journal": 1, "bulkLane": 1, "near": 1,
 }  # fmt: skip
 Role = Literal["observer", "operator", "supervisor"]
 ResourceName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,31}$")]
@@ -153,10 +153,10 @@ class Resume(ControlMessage):
     """Both ways, once per peer connection, the operator right after its hello, the robot in answer to it: how far the
     reliable channels of this session are. No data goes over them before.
 
-    ``received`` is the highest number that has arrived from the other side, by label: the robot names every channel on
-    which it takes part, the operator those that it has open. ``upcoming`` is the number that one's own next message
-    will have; a label that is left out there and was used before has been forgotten. ``is_new``: the robot remembers
-    nothing of the session. ``boot_id`` of the operator's message is the robot's that it remembers."""
+    ``received`` is the highest number that has arrived from the other side, ``upcoming`` the number that one's own next
+    message will have, both by label. The robot names every channel that takes part, the operator those that it has
+    open and those on which it has sent. ``is_new``: the robot remembers nothing of the session. ``boot_id`` of the
+    operator's message is that of the robot whose numbers it remembers."""
 
     type = "resume"
     boot_id: str = ""
@@ -441,6 +441,17 @@ class RenegotiateAnswer(ControlMessage):
     message: Annotated[str, Field(max_length=500)] | None = None
 
 
+# -- the near path -----------------------------------------------------------------------------------------------
+
+
+class Near(ControlMessage):
+    """Robot → operators that another server introduced (extension ``near``), at first and on every change: where the
+    robot serves the same page itself on its own network. It works without the internet."""
+
+    type = "near"
+    urls: tuple[Annotated[str, Field(max_length=200, pattern=r"^https?://[^\s/?#@]+$")], ...] = Field(max_length=16)
+
+
 CONTROL_MESSAGES: dict[str, type[ControlMessage]] = {
     message.type: message
     for message in (
@@ -471,6 +482,7 @@ CONTROL_MESSAGES: dict[str, type[ControlMessage]] = {
         SafetyLimit,
         JournalRead,
         Journal,
+        Near,
         LaneOffer,
         LaneAnswer,
         LaneCandidate,
