@@ -6,6 +6,7 @@ import ipaddress
 import socket
 import ssl
 from collections.abc import AsyncIterator
+from pathlib import Path
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import ClientConnection, connect
@@ -57,8 +58,11 @@ class WebSocket:
         return self._connection.close_code
 
 
-async def open_websocket(url: str) -> WebSocket:
-    """A ``SocketConnector``; raises :class:`SignalingError` (``signal.unreachable``) naming the cause."""
+async def open_websocket(url: str, *, certificate: Path | None = None) -> WebSocket:
+    """A ``SocketConnector``; raises :class:`SignalingError` (``signal.unreachable``) naming the cause.
+
+    With ``certificate`` the server must present the very one of that file, whatever name it is for.
+    """
     try:
         return WebSocket(
             await connect(
@@ -70,11 +74,19 @@ async def open_websocket(url: str) -> WebSocket:
                 ping_timeout=PING_TIMEOUT_S,
                 close_timeout=1.0,
                 proxy=None if _is_local(url) else True,
+                ssl=None if certificate is None else _pinned(certificate),
             )
         )
     except (OSError, WebSocketException, ValueError) as error:
         message, cure = _cause(url, error)
         raise SignalingError(message, code="signal.unreachable", cure=cure) from error
+
+
+def _pinned(certificate: Path) -> ssl.SSLContext:
+    context = ssl.create_default_context(cafile=str(certificate))
+    context.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN  # it need not be an authority's
+    context.check_hostname = False
+    return context
 
 
 def _is_local(url: str) -> bool:

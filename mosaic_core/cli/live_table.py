@@ -18,23 +18,31 @@ _STATE_STYLES = {
 _COLUMNS = ("connector", "type", "state", "peers", "rate", "data", "drops", "age", "speed")
 
 
-def robot_table(snapshot: RobotSnapshot, server: str) -> RenderableType:
-    """Everything worth seeing of ``snapshot``; ``server`` is the URL in the first line."""
+def robot_table(snapshot: RobotSnapshot) -> RenderableType:
+    """Everything worth seeing of ``snapshot``."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in _COLUMNS:
         table.add_column(name, justify="left" if name in _COLUMNS[:3] else "right", no_wrap=True)
     for connector in snapshot.connectors:
         table.add_row(*_row(connector))
-    return Group(*_headlines(snapshot, server), table)
+    return Group(*_headlines(snapshot), table)
 
 
-def _headlines(snapshot: RobotSnapshot, server: str) -> tuple[Text, ...]:
-    state = (snapshot.state, _STATE_STYLES.get(snapshot.state, ""))
+def _headlines(snapshot: RobotSnapshot) -> tuple[Text, ...]:
     return (
-        Text.assemble(("server ", "dim"), server, "  ", state, ("  up ", "dim"), duration(snapshot.uptime_s)),
+        Text.assemble(*_servers(snapshot), ("up ", "dim"), duration(snapshot.uptime_s)),
         Text.assemble(("robot ", "dim"), snapshot.robot_id, *_control(snapshot)),
         *_stopped(snapshot),
     )
+
+
+def _servers(snapshot: RobotSnapshot) -> list[str | tuple[str, str]]:
+    """Each server with how the robot stands to it."""
+    words: list[str | tuple[str, str]] = []
+    for server in snapshot.servers:
+        name = "server " if server.name == "fleet" else f"{server.name} "
+        words += [(name, "dim"), server.url, "  ", (server.state, _STATE_STYLES.get(server.state, "")), "  "]
+    return words
 
 
 def _control(snapshot: RobotSnapshot) -> list[str | tuple[str, str]]:
@@ -76,7 +84,7 @@ def _row(connector: ConnectorSnapshot) -> list[Text]:
     state = Text(connector.state, style=_STATE_STYLES.get(connector.state, ""))
     if connector.state == "failed" and connector.last_error:
         state.append(f" {connector.last_error[:40]}", style="red")
-    drops = connector.dropped + connector.refused
+    drops = connector.replaced + connector.dropped + connector.thinned + connector.refused + connector.lost
     return [
         Text(connector.label),
         Text(connector.type, style="dim"),

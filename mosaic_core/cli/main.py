@@ -15,7 +15,9 @@ from mosaic_core.cli import config_commands, connectors_commands, control_comman
 from mosaic_core.cli.error_report import FAILED, FINE, USAGE, as_json, exit_code_of, report, report_problems
 from mosaic_core.cli.log_output import LogFormat, LogLevel
 from mosaic_core.cli.plugin_commands import GroupWithPlugins
+from mosaic_core.cli.serve_option import CommandWithServe, wish_of
 from mosaic_core.words.errors import ConfigError, MosaicError, Problem
+from mosaic_core.words.lan import DEFAULT_ADDRESS
 
 DEFAULT_CONFIG = Path("mosaic_config.yaml")
 
@@ -48,17 +50,30 @@ def mosaic(
     """MOSAIC: robots and operators, connected peer to peer."""
 
 
-@app.command()
+@app.command(cls=CommandWithServe)
 def run(
     config: Annotated[Path, typer.Argument(help="The robot's YAML file.")] = DEFAULT_CONFIG,
     json_lines: Annotated[bool, typer.Option("--json", help="A JSON object per second instead of the table.")] = False,
+    serve: Annotated[
+        str | None,
+        typer.Option(
+            metavar="[HOST:PORT]",
+            help=f"Serve the dashboard to this network, too; without an address on {DEFAULT_ADDRESS}.",
+        ),
+    ] = None,
+    name: Annotated[str, typer.Option(help="What the robot is called on this network; default: the host's name.")] = "",
+    tls_cert: Annotated[
+        Path | None, typer.Option(exists=True, dir_okay=False, help="Certificate for --serve: https instead of http.")
+    ] = None,
+    tls_key: Annotated[Path | None, typer.Option(exists=True, dir_okay=False, help="Its private key.")] = None,
     log_format: Annotated[LogFormat, typer.Option(help="How log lines look on stderr.")] = LogFormat.TEXT,
     log_level: Annotated[LogLevel, typer.Option(help="The least severe lines to show.")] = LogLevel.INFO,
 ) -> None:
     """Run a robot: connect its connectors to operators until SIGINT (Ctrl+C) or SIGTERM."""
     from mosaic_core.cli.run_command import run_robot
 
-    raise typer.Exit(run_robot(config, as_json=json_lines, log_format=log_format, log_level=log_level))
+    lan = wish_of(serve, name, tls_cert, tls_key)
+    raise typer.Exit(run_robot(config, as_json=json_lines, log_format=log_format, log_level=log_level, lan=lan))
 
 
 @app.command()

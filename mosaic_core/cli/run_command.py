@@ -7,8 +7,9 @@ import json
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,43 +18,65 @@ import typer
 
 from mosaic_core import __version__
 from mosaic_core.cli.error_report import FAILED, FINE
+from mosaic_core.cli.lan_serving import LanServing
 from mosaic_core.cli.log_output import LogFormat, LogLevel, set_up_logging
 from mosaic_core.runtime.auto_configurer import AutoConfigurer, Configured
+from mosaic_core.words.config import RobotConfig
+from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.lan import LanWish
 
 if TYPE_CHECKING:
+    from mosaic_core.runtime.lan_twin import LanTwin
     from mosaic_core.runtime.robot import Robot
+    from mosaic_core.runtime.server_link import KnownServer
 
 STOP_WITHIN_S = 1.9
 """The robot abandons what ignores stop after 1.5 s; the promise for the whole process is 2 s."""
+GOODBYE_S = 0.7
+"""So long its own server outlives a robot that is slow to stop; it needs up to a second itself."""
 JSON_PERIOD_S = 1.0
 TABLE_PERIOD_S = 0.5
 
 
-def run_robot(path: Path, *, as_json: bool, log_format: LogFormat, log_level: LogLevel) -> int:
-    """Run until a signal; the exit code. Raises :class:`ConfigError` before anything starts."""
+def run_robot(
+    path: Path, *, as_json: bool, log_format: LogFormat, log_level: LogLevel, lan: LanWish | None = None
+) -> int:
+    """Run until a signal; the exit code. Raises :class:`MosaicError` before anything starts."""
     with_table = not as_json and log_format is LogFormat.TEXT and sys.stdout.isatty()
     if not with_table:
         set_up_logging(log_level, log_format)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(FINE))  # until the event loop takes over
     configured = AutoConfigurer().from_file(path)
+    serving = _lan_serving(configured.config, lan, path, has_screen=with_table)
 
     # Only now, so that mistakes in the file are told without waiting for WebRTC and video libraries.
     from mosaic_core.adapters.event_loop import run_event_loop
 
     if with_table:
-        return run_event_loop(_run_with_table(configured, log_level))
-    return run_event_loop(_run(configured, _print_json if as_json else None, JSON_PERIOD_S))
+        return run_event_loop(_run_with_table(configured, log_level, serving))
+    return run_event_loop(_run(configured, _print_json if as_json else None, JSON_PERIOD_S, serving))
 
 
-def make_robot(configured: Configured) -> Robot:
-    """A robot on the real network."""
+def _lan_serving(config: RobotConfig, wish: LanWish | None, path: Path, *, has_screen: bool) -> LanServing | None:
+    if wish is not None:
+        robot_id = None if config.server is None else str(config.server.auth.robot_id)
+        return LanServing(replace(wish, robot_id=robot_id, has_screen=has_screen))
+    if config.server is None:
+        cure = "add a server section, or run it for its own network alone: `mosaic run --serve`"
+        raise ConfigError([Problem("'server' is missing", file=str(path), path="server", cure=cure)])
+    return None
+
+
+def make_robot(configured: Configured, *, lan: KnownServer | None = None) -> Robot:
+    """A robot on the real network. ``lan``: the server that it runs itself."""
     from mosaic_core.adapters.aiortc_answerer import aiortc_answerer
     from mosaic_core.adapters.shared_sound import SharedSound
     from mosaic_core.adapters.shared_video import SharedVideo
     from mosaic_core.adapters.websocket import open_websocket
     from mosaic_core.runtime.robot import Robot
 
-    policy = configured.config.server.webrtc.ice_transport_policy
+    server = configured.config.server
+    policy = server.webrtc.ice_transport_policy if server is not None else "all"
     return Robot(
         configured.config,
         configured.connectors,
@@ -64,55 +87,73 @@ def make_robot(configured: Configured) -> Robot:
         open_stream=SharedVideo,
         open_sound=SharedSound,
         software=f"mosaic-core/{__version__}",
+        lan=lan,
     )
 
 
-async def _run_with_table(configured: Configured, log_level: LogLevel) -> int:
-    from rich.console import Console
+async def _run_with_table(configured: Configured, log_level: LogLevel, serving: LanServing | None) -> int:
+    from rich.console import Console, Group
     from rich.live import Live
+    from rich.text import Text
 
     from mosaic_core.cli.live_table import robot_table
 
     console = Console()
     set_up_logging(log_level, console=console)
     with Live(console=console, auto_refresh=False) as live:
-        server = configured.config.server.ws_url
 
         def show(robot: Robot) -> None:
-            live.update(robot_table(robot.snapshot(), server), refresh=True)
+            above = serving.shown(console.height) if serving is not None else ""
+            live.update(Group(*([Text.from_ansi(above)] if above else []), robot_table(robot.snapshot())), refresh=True)
 
-        return await _run(configured, show, TABLE_PERIOD_S)
+        return await _run(configured, show, TABLE_PERIOD_S, serving)
 
 
 def _print_json(robot: Robot) -> None:
     typer.echo(json.dumps(asdict(robot.snapshot()), default=str))
 
 
-async def _run(configured: Configured, show: Callable[[Robot], None] | None, period_s: float) -> int:
-    robot = make_robot(configured)
+async def _run(
+    configured: Configured, show: Callable[[Robot], None] | None, period_s: float, serving: LanServing | None
+) -> int:
     stop_wanted = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop_wanted.set)
+    twin = serving.twin() if serving is not None else None
+    robot = make_robot(configured, lan=serving.known(twin) if serving is not None and twin is not None else None)
     running = asyncio.create_task(robot.run(), name="mosaic-robot")
     stopping = asyncio.create_task(stop_wanted.wait(), name="mosaic-signal")
-    showing = asyncio.create_task(_keep_showing(robot, show, period_s), name="mosaic-display") if show else None
+    beside = [asyncio.create_task(_keep_showing(robot, show, period_s), name="mosaic-display")] if show else []
+    if serving is not None and twin is not None:
+        serving.on_news(robot.near_changed)
+        beside.append(asyncio.create_task(twin.run(), name="mosaic-lan-twin"))
     try:
         await asyncio.wait({running, stopping}, return_when=asyncio.FIRST_COMPLETED)
-        if not running.done():
-            robot.stop()
-            await asyncio.wait({running}, timeout=STOP_WITHIN_S)
-        if not running.done():
-            # Waiting for what hangs in a thread would take longer than we promised.
-            sys.stdout.flush()
-            sys.stderr.flush()
-            os._exit(FAILED)
+        await _ended(robot, running, twin)
         running.result()
         return FINE
     finally:
-        stopping.cancel()
-        if showing is not None:
-            showing.cancel()
+        for task in (stopping, *beside):
+            task.cancel()
+
+
+async def _ended(robot: Robot, running: asyncio.Task[None], twin: LanTwin | None) -> None:
+    """The robot says good-bye while its own server still listens; then both are gone, in time."""
+    deadline_s = time.monotonic() + STOP_WITHIN_S
+    if twin is not None:
+        twin.begin_end()
+    robot.stop()
+    await asyncio.wait({running}, timeout=GOODBYE_S if twin is not None else STOP_WITHIN_S)
+    if twin is not None:
+        twin.ask_to_end()
+        await asyncio.wait({running}, timeout=max(0.0, deadline_s - time.monotonic()))
+        await asyncio.to_thread(twin.end, deadline_s)
+    if not running.done():
+        # Waiting for what hangs in a thread would take longer than we promised.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(FAILED)
 
 
 async def _keep_showing(robot: Robot, show: Callable[[Robot], None], period_s: float) -> None:

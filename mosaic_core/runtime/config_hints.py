@@ -31,6 +31,10 @@ def hints_of(
 
 
 def _server_hints(config: RobotConfig, document: YamlDocument) -> Iterator[Problem]:
+    if config.server is None:
+        message = "no server is named: the robot can only be reached on its own network"
+        yield document.problem((), message, cure="run it with `mosaic run --serve`, or add a server section")
+        return
     url = urlsplit(config.server.ws_url)
     if url.scheme == "ws" and url.hostname not in _LOOPBACK:
         message = "the token and all signaling travel unencrypted"

@@ -29,6 +29,7 @@ class PeerControl:
         self._is_program = who.is_program
         self._site = site
         self._knows_leases = False
+        self.knows_near = False
         self._measured: PeerLink | None = None
 
     # -- who it is -----------------------------------------------------------------------------------------------
@@ -36,6 +37,7 @@ class PeerControl:
     def greeted(self, hello: control.Hello) -> None:
         """Its first hello."""
         self._knows_leases = "lease" in hello.extensions
+        self.knows_near = "near" in hello.extensions
         is_person = hello.is_person and not self._is_program
         self.sender = replace(self.sender, is_person=is_person, is_original=not self._knows_leases)
         if self._knows_leases:
@@ -51,9 +53,11 @@ class PeerControl:
 
     def joined(self) -> None:
         self._site.desk.joined(self)
+        self._site.near.joined(self)
 
     def left(self, code: str) -> None:
         self._site.links.remove(self.sender.peer_id)
+        self._site.near.left(self)
         self._site.desk.left(self, code)
 
     # -- what it hears -------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""The robot: its handlers run, its peers come and go, its server is there or not; each goes on without the others."""
+"""The robot: its handlers run, its peers come and go, its servers are there or not; each goes on without the others."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines import signaling_events as session
 from mosaic_core.machines.peer_admission import AddCandidate, RefusePeer, StartPeer, StopPeer
-from mosaic_core.machines.signaling_session import SignalingSession
 from mosaic_core.runtime.connector import Connector
-from mosaic_core.runtime.counters import PeerSnapshot, RobotSnapshot
+from mosaic_core.runtime.counters import PeerSnapshot, RobotSnapshot, ServerSnapshot
 from mosaic_core.runtime.handler_runs import HandlerRuns
 from mosaic_core.runtime.hook_calls import call_hook
 from mosaic_core.runtime.link_watch import LinkWatch
+from mosaic_core.runtime.near_path import NearPath
 from mosaic_core.runtime.peer import OperatorPeer
 from mosaic_core.runtime.plain_stream import plain_sound
 from mosaic_core.runtime.receiver import Outcome
 from mosaic_core.runtime.robot_control import RobotControl
-from mosaic_core.runtime.signaling_client import SignalingClient
+from mosaic_core.runtime.server_link import FLEET, LAN, KnownServer, ServerLink, best_state
+from mosaic_core.runtime.sessions import SessionBook
 from mosaic_core.runtime.site import Site
 from mosaic_core.runtime.sound_transport import SoundStreamFactory
-from mosaic_core.runtime.tickets import TicketVerifier
 from mosaic_core.runtime.transport import AnswererFactory, PictureStreamFactory, SocketConnector
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import reason
@@ -57,12 +57,14 @@ class Robot:
         open_stream: PictureStreamFactory,
         open_sound: SoundStreamFactory = plain_sound,
         software: str,
+        lan: KnownServer | None = None,
     ) -> None:
+        """``lan`` is a second server beside that of the configuration, or the only one where it names none."""
         self._config = config
         self._connectors = tuple(connectors)
         self._shared = shared
         self._plugins = plugins
-        self._connect_socket = connect_socket
+        self._servers = _servers(config, connect_socket, lan)
         self._make_answerer = make_answerer
         self._open_stream = open_stream
         self._open_sound = open_sound
@@ -76,7 +78,8 @@ class Robot:
         self._runs: HandlerRuns | None = None
         self._site: Site | None = None
         self._control: RobotControl | None = None
-        self._signaling: SignalingClient | None = None
+        self._links: tuple[ServerLink, ...] = ()
+        self._near = NearPath(lambda peer_id: self._link_of(peer_id).server.name == LAN)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stop_wanted = False
         self._stopping = asyncio.Event()
@@ -84,11 +87,11 @@ class Robot:
 
     @property
     def robot_id(self) -> str:
-        return str(self._config.server.auth.robot_id)
+        return self._servers[0].robot_id
 
     @property
     def state(self) -> str:
-        """``connecting``, ``ready``, ``offline`` or ``stopped``: the relation to the server."""
+        """``connecting``, ``ready``, ``offline`` or ``stopped``: the relation to the server, of several the best."""
         return self._state
 
     @property
@@ -104,14 +107,14 @@ class Robot:
 
     async def run(self) -> None:
         """Run until :meth:`stop`. Raises :class:`SignalingError` (``signal.replaced``) if the same robot connected
-        elsewhere, and whatever a shared thing of the plugins raises when it is entered."""
+        elsewhere and no other server is left, and whatever a shared thing of the plugins raises when it is entered."""
         self._loop = asyncio.get_running_loop()
         shared = await asyncio.to_thread(self._shared.entered)
         try:
             await self._run()
         finally:
             await asyncio.to_thread(shared.close)
-        if self._error is not None:
+        if self._error is not None and not self._stop_wanted:
             raise self._error
 
     async def _run(self) -> None:
@@ -121,21 +124,23 @@ class Robot:
         self._site = Site(
             routes=runs.routes,
             outbox=runs.outbox,
+            sessions=SessionBook(runs.outbox, lambda label: runs.routes[label].counters),
             media=runs.media,
             talk=runs.talk,
             desk=self._control.desk,
             links=links,
+            near=self._near,
             legacy_peers=self._config.control.legacy_peers,
             catalogue=self._catalogue,
             boot_id=uuid.uuid4().hex,
             software=self._software,
             listener=self,
         )
-        machine = SignalingSession(self._facts(), TicketVerifier(self.robot_id))
-        url = f"{self._config.server.ws_url.rstrip('/')}/ws/robot"
-        self._signaling = SignalingClient(url, machine, self._connect_socket, self._carry_out)
+        self._links = tuple(
+            ServerLink(one, self._catalogue, self._scope(one), self._carry_out) for one in self._servers
+        )
         runs.start()
-        signaling = asyncio.create_task(self._signaling.run(), name="mosaic-signaling")
+        signaling = asyncio.create_task(self._introduce(), name="mosaic-signaling")
         signaling.add_done_callback(lambda _: self._stopping.set())
         try:
             if not self._stop_wanted:
@@ -145,17 +150,12 @@ class Robot:
         if not signaling.cancelled() and (bug := signaling.exception()) is not None:
             raise bug
 
-    def _facts(self) -> session.RobotFacts:
-        auth = self._config.server.auth
-        token = None
-        if auth.type == "simple-token":
-            token = auth.params.token.get_secret_value() if auth.params.token is not None else ""
-        return session.RobotFacts(
-            robot_id=self.robot_id,
-            token=token,
-            catalogue=self._catalogue,
-            ice_servers=self._config.server.webrtc.ice_servers,
-        )
+    async def _introduce(self) -> None:
+        """Until every server has put the robot off for good."""
+        await asyncio.gather(*(link.run() for link in self._links))
+
+    def _scope(self, server: KnownServer) -> str:
+        return f"{server.name}:" if len(self._servers) > 1 else ""
 
     def stop(self) -> None:
         """Begin an orderly end. Any thread, any number of times, also before :meth:`run`."""
@@ -168,10 +168,12 @@ class Robot:
             logger.debug("stop() after the robot's event loop was closed")
 
     async def _shutdown(self, runs: HandlerRuns, signaling: asyncio.Task[None]) -> None:
-        assert self._signaling is not None
         for peer in tuple(self._peers.values()):
             peer.close("peer.shutdown")
-        self._signaling.tell(session.ShutdownBegun())
+        if self._site is not None:
+            self._site.sessions.close()
+        for link in self._links:
+            link.shut_down()
         handlers = asyncio.create_task(runs.close())
         endings = [asyncio.create_task(peer.closed()) for peer in self._closing]
         _, late = await asyncio.wait({signaling, *endings}, timeout=_PEERS_PATIENCE_S)
@@ -200,8 +202,8 @@ class Robot:
             case RefusePeer(peer_id, code, message):
                 fields = {"peerId": peer_id, "code": code}
                 logger.warning("operator refused (%s): %s", code, message or reason(code).sentence, extra=fields)
-            case session.ChangeState(state):
-                self._change_state(state)
+            case session.ChangeState():
+                self._change_state(best_state([one.state for one in self._links]))
             case session.Report(code, message):
                 self._report(code, message)
 
@@ -225,30 +227,35 @@ class Robot:
         logger.error("%s (%s) %s", message, code, reason(code).cure, extra=fields)
         if code == "signal.replaced":
             self._error = SignalingError(message, code=code)
-            self.stop()
+
+    def near_changed(self, urls: Sequence[str]) -> None:
+        """Where the robot serves operators on its own network now; those who came another way hear of it."""
+        self._near.changed(urls)
 
     # -- what peers tell -----------------------------------------------------------------------------------------
 
+    def _link_of(self, peer_id: str) -> ServerLink:
+        """To the server that introduced the peer."""
+        return next(link for link in self._links if link.introduced(peer_id))
+
     def signal(self, message: SignalingMessage) -> None:
-        assert self._signaling is not None
-        self._signaling.tell(session.MessageReady(message))
+        peer_id = getattr(message, "rtc_connection_id", "")
+        self._link_of(peer_id).signal(message)
 
     def newest_ice_servers(self) -> Sequence[IceServer]:
         return self._newest_ice_servers
 
     def peer_connected(self, peer: OperatorPeer) -> None:
-        assert self._signaling is not None
         logger.info("operator %s connected", peer.sender.name or peer.peer_id, extra={"peerId": peer.peer_id})
         for other in tuple(self._peers.values()):
             if other is not peer and other.sender.session_id == peer.sender.session_id:
                 other.close("peer.replaced")
-        self._signaling.tell(session.PeerConnected(peer.peer_id))
+        self._link_of(peer.peer_id).peer_connected(peer.peer_id)
         if self._control is not None:
             self._control.peer_connected(peer)
         call_hook(self._plugins, "mosaic_peer_connected", sender=peer.sender)
 
     def peer_closed(self, peer: OperatorPeer, code: str, message: str) -> None:
-        assert self._signaling is not None
         is_known = self._peers.get(peer.peer_id) is peer
         if is_known:
             del self._peers[peer.peer_id]
@@ -258,7 +265,7 @@ class Robot:
         fields = {"peerId": peer.peer_id, "code": code}
         logger.info("operator %s left (%s)", peer.sender.name or peer.peer_id, code, extra=fields)
         if is_known:
-            self._signaling.tell(session.PeerEnded(peer.peer_id, code, message))
+            self._link_of(peer.peer_id).peer_ended(peer.peer_id, code, message)
         if peer.connected_at_s is not None:
             if self._control is not None:
                 self._control.peer_closed(peer, code, message)
@@ -310,6 +317,9 @@ class Robot:
             peers=tuple(self._peer_row(peer, now_s) for peer in self._peers.values()),
             leases=control.leases() if control is not None else (),
             stop=control.stop_snapshot() if control is not None else None,
+            servers=tuple(
+                ServerSnapshot(link.server.name, link.server.config.ws_url, link.state) for link in self._links
+            ),
         )
 
     def _peer_row(self, peer: OperatorPeer, now_s: float) -> PeerSnapshot:
@@ -327,3 +337,11 @@ class Robot:
             is_person=sender.is_person,
             is_original=sender.is_original,
         )
+
+
+def _servers(config: RobotConfig, connect_socket: SocketConnector, lan: KnownServer | None) -> tuple[KnownServer, ...]:
+    own = () if config.server is None else (KnownServer(FLEET, config.server, connect_socket),)
+    servers = own if lan is None else (*own, lan)
+    if not servers:
+        raise ValueError("a robot needs a server: its configuration names none")
+    return servers

@@ -31,12 +31,18 @@ REASONS: dict[str, Reason] = {
         Reason("config.duplicate_label", "Two connectors share a label or a channel name."),
         Reason("config.missing_env", "An environment variable that the configuration names isn't set."),
         Reason("config.broken_plugin", "A plugin that the configuration uses can't be loaded."),
+        Reason("config.lan", "The robot can't serve its own network this way.", "Check the options after --serve."),
         # auth.*: who are you
         Reason("auth.required", "Authorization comes first."),
         Reason("auth.failed", "The credentials were refused.", "Check the robot id and token, or log in again."),
         Reason("auth.unknown_robot", "The server knows no robot with this id.", "Check the robot's id."),
         Reason("auth.expired", "The log-in has expired.", "Log in again."),
         Reason("auth.forbidden", "This account may not do that."),
+        Reason(
+            "auth.pairing",
+            "This PIN or code is wrong, was used already, or is too old.",
+            "Look at the robot's terminal for the current one, or run `mosaic lan pair` on the robot.",
+        ),
         Reason("auth.bad_ticket", "The operator's ticket is missing, expired or not signed by the robot's server."),
         Reason(
             "auth.role_changed",

@@ -105,3 +105,9 @@ class RobotConfig(ConfigModel):
     )
     control: ControlConfig = ControlConfig()
     connectors: tuple[ConnectorConfig, ...] = ()
+
+    @model_validator(mode="after")
+    def _says_something(self) -> RobotConfig:
+        if self.server is None and not self.connectors:
+            raise ValueError("neither a server nor connectors: 'server' is missing")
+        return self

@@ -37,7 +37,7 @@ MEDIA_SEEN_PERIOD_S = 0.1
 
 CONTROL_EXTENSIONS: dict[str, int] = {
     "catalogue": 1, "mediaWatch": 1, "mediaOrigin": 1, "refusals": 1,
-    "lease": 1, "stop": 1, "safetyLimit": 1, "journal": 1, "bulkLane": 1, "near": 1,
+    "lease": 1, "stop": 1, "safetyLimit": 1, "journal": 1, "bulkLane": 1, "delivery": 1, "near": 1,
 }  # fmt: skip
 Role = Literal["observer", "operator", "supervisor"]
 ResourceName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,31}$")]
@@ -441,6 +441,42 @@ class RenegotiateAnswer(ControlMessage):
     message: Annotated[str, Field(max_length=500)] | None = None
 
 
+# -- how data travels now ----------------------------------------------------------------------------------------
+
+
+class DeliveryWatch(ControlMessage):
+    """Operator → robot (extension ``delivery``): tell once a second how the data travels, or no longer."""
+
+    type = "delivery.watch"
+    on: bool
+
+
+class DeliveryRow(WireModel):
+    """One connector. Counts are sums over all operators since the robot started; the queue is the longest of any."""
+
+    label: str
+    delivery: Delivery = Delivery.RELIABLE
+    messages: int = 0
+    rate_hz: float = 0.0
+    bytes_per_s: float = 0.0
+    queue_messages: int = 0
+    queue_bytes: int = 0
+    replaced: int = 0
+    dropped: int = 0
+    thinned: int = 0
+    refused: int = 0
+    lost: int = 0
+    resent: int = 0
+    age_ms: float | None = Field(default=None, description="Since the last message; null: there was none.")
+
+
+class DeliveryReport(ControlMessage):
+    """Robot → operators that watch, once a second: every connector, in the order of the catalogue."""
+
+    type = "delivery.report"
+    connectors: tuple[DeliveryRow, ...]
+
+
 # -- the near path -----------------------------------------------------------------------------------------------
 
 
@@ -483,6 +519,8 @@ CONTROL_MESSAGES: dict[str, type[ControlMessage]] = {
         JournalRead,
         Journal,
         Near,
+        DeliveryWatch,
+        DeliveryReport,
         LaneOffer,
         LaneAnswer,
         LaneCandidate,

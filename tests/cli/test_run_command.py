@@ -21,7 +21,14 @@ from rich.console import Console
 
 from mosaic_core.cli.live_table import duration, robot_table, size
 from mosaic_core.cli.log_output import JsonLines, LogFormat, LogLevel, set_up_logging
-from mosaic_core.runtime.counters import ConnectorSnapshot, LeaseSnapshot, PeerSnapshot, RobotSnapshot, StopSnapshot
+from mosaic_core.runtime.counters import (
+    ConnectorSnapshot,
+    LeaseSnapshot,
+    PeerSnapshot,
+    RobotSnapshot,
+    ServerSnapshot,
+    StopSnapshot,
+)
 
 MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main"]
 
@@ -88,12 +95,14 @@ def snapshot(**changes: object) -> RobotSnapshot:
         "dropped": 2, "refused": 1, "failures": 0, "last_error": "", "age_s": 0.04, **changes,
     }  # fmt: skip
     peer = PeerSnapshot("p", "s", "o", "Alice", "operator", "open", 3.0, (), ())
-    return RobotSnapshot("robot-1", "ready", 75.0, (ConnectorSnapshot(**row),), (peer,))  # type: ignore[arg-type]
+    servers = (ServerSnapshot("fleet", "wss://example.org", "ready"),)
+    rows = (ConnectorSnapshot(**row),)  # type: ignore[arg-type]
+    return RobotSnapshot("robot-1", "ready", 75.0, rows, (peer,), servers=servers)
 
 
 def drawn(shown: RobotSnapshot) -> list[list[str]]:
     console = Console(file=io.StringIO(), width=120)
-    console.print(robot_table(shown, "wss://example.org"))
+    console.print(robot_table(shown))
     assert isinstance(console.file, io.StringIO)
     return [line.split() for line in console.file.getvalue().splitlines()]
 

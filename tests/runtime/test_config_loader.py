@@ -195,10 +195,18 @@ def test_a_section_in_both_spellings_is_a_mistake(problems: Problems, robot_yaml
 
 
 def test_missing_sections_are_named(problems: Problems) -> None:
-    assert only(problems("connectors: []")).message == "'server' is missing"
+    assert only(problems("connectors: []")).message == "neither a server nor connectors: 'server' is missing"
     found = problems("server:\n  auth: { type: no-authorization }\n")
     assert [(problem.line, problem.path) for problem in found] == [(1, "server.ws_url"), (2, "server.auth.robot_id")]
     assert found[0].cure == "The server, without a path: wss://mosaic.example.org"
+
+
+def test_without_a_server_it_is_a_robot_for_its_own_network(check: Check) -> None:
+    validation = check("connectors:\n  - { type: eye, label: front }\n")
+    assert config_of(validation).server is None
+    [hint] = validation.hints
+    assert "its own network" in hint.message
+    assert "mosaic run --serve" in hint.cure
 
 
 @pytest.mark.parametrize("params", ["", "params: {}", "params: { token: '' }"])

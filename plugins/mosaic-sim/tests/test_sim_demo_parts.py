@@ -16,9 +16,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from mosaic_core.runtime.child_process import STOP_PATIENCE_S, end_all
 from mosaic_core.runtime.config_loader import validate_file
 from mosaic_sim.demo import browser, checks
-from mosaic_sim.demo.child import STOP_PATIENCE_S, Child, end_all
+from mosaic_sim.demo.child import Child
 from mosaic_sim.demo.errors import DemoFailed
 from mosaic_sim.demo.greeting import greet, report_failure
 from mosaic_sim.demo.headless_check import print_results

@@ -354,10 +354,10 @@ export interface Refusal {
  * Both ways, once per peer connection, the operator right after its hello, the robot in answer to it: how far the
  * reliable channels of this session are. No data goes over them before.
  *
- * `received` is the highest number that has arrived from the other side, by label: the robot names every channel on
- * which it takes part, the operator those that it has open. `upcoming` is the number that one's own next message
- * will have; a label that is left out there and was used before has been forgotten. `is_new`: the robot remembers
- * nothing of the session. `boot_id` of the operator's message is the robot's that it remembers.
+ * `received` is the highest number that has arrived from the other side, `upcoming` the number that one's own next
+ * message will have, both by label. The robot names every channel that takes part, the operator those that it has
+ * open and those on which it has sent. `is_new`: the robot remembers nothing of the session. `boot_id` of the
+ * operator's message is that of the robot whose numbers it remembers.
  */
 export interface Resume {
   bootId: string
@@ -475,6 +475,14 @@ export interface Journal {
   entries: readonly JournalEntry[]
 }
 
+/**
+ * Robot → operators that another server introduced (extension `near`), at first and on every change: where the
+ * robot serves the same page itself on its own network. It works without the internet.
+ */
+export interface Near {
+  urls: readonly string[]
+}
+
 /** Operator → robot: a second peer connection of the same session, which carries data channels only. */
 export interface LaneOffer {
   lane: string
@@ -570,6 +578,7 @@ export interface ControlMessages {
   'safety.limit': SafetyLimit
   'journal.read': JournalRead
   'journal': Journal
+  'near': Near
   'lane.offer': LaneOffer
   'lane.answer': LaneAnswer
   'lane.candidate': LaneCandidate
@@ -607,11 +616,13 @@ export const REASONS = {
   'config.duplicate_label': { sentence: 'Two connectors share a label or a channel name.', cure: '' },
   'config.missing_env': { sentence: "An environment variable that the configuration names isn't set.", cure: '' },
   'config.broken_plugin': { sentence: "A plugin that the configuration uses can't be loaded.", cure: '' },
+  'config.lan': { sentence: "The robot can't serve its own network this way.", cure: 'Check the options after --serve.' },
   'auth.required': { sentence: 'Authorization comes first.', cure: '' },
   'auth.failed': { sentence: 'The credentials were refused.', cure: 'Check the robot id and token, or log in again.' },
   'auth.unknown_robot': { sentence: 'The server knows no robot with this id.', cure: "Check the robot's id." },
   'auth.expired': { sentence: 'The log-in has expired.', cure: 'Log in again.' },
   'auth.forbidden': { sentence: 'This account may not do that.', cure: '' },
+  'auth.pairing': { sentence: 'This PIN or code is wrong, was used already, or is too old.', cure: "Look at the robot's terminal for the current one, or run `mosaic lan pair` on the robot." },
   'auth.bad_ticket': { sentence: "The operator's ticket is missing, expired or not signed by the robot's server.", cure: '' },
   'auth.role_changed': { sentence: "The operator's role on this robot was changed, or the account was disabled; the connection was closed.", cure: 'Connect again: the new role counts from then on.' },
   'auth.unknown_account': { sentence: 'The organization has no account with this id.', cure: 'Check the account.' },
@@ -795,6 +806,7 @@ export const CONTROL_EXTENSIONS: Record<string, number> = {
   'safetyLimit': 1,
   'journal': 1,
   'bulkLane': 1,
+  'near': 1,
 }
 
 /** Which definition describes the data of a message. */
@@ -845,6 +857,7 @@ export const CONTROL_SCHEMAS = {
   'safety.limit': 'SafetyLimit',
   'journal.read': 'JournalRead',
   'journal': 'Journal',
+  'near': 'Near',
   'lane.offer': 'LaneOffer',
   'lane.answer': 'LaneAnswer',
   'lane.candidate': 'LaneCandidate',
@@ -895,6 +908,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   MediaUnavailable: {"properties": {"label": {"type": "string"}, "code": {"type": "string"}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["label", "code"], "type": "object"},
   MediaWatch: {"properties": {"label": {"type": "string"}, "on": {"type": "boolean"}}, "required": ["label", "on"], "type": "object"},
   MosaicDataType: {"enum": ["json-r2u", "json-u2r", "json-bi", "string-r2u", "string-u2r", "byte-r2u", "byte-u2r", "media"], "type": "string"},
+  Near: {"properties": {"urls": {"items": {"maxLength": 200, "pattern": "^https?://[^\\s/?#@]+$", "type": "string"}, "maxItems": 16, "type": "array"}}, "required": ["urls"], "type": "object"},
   OperatorIdentity: {"properties": {"id": {"type": "string"}, "name": {"type": "string"}, "role": {"default": "operator", "type": "string"}, "program": {"default": false, "type": "boolean"}}, "required": ["id", "name"], "type": "object"},
   PeerInfo: {"properties": {"peerId": {"type": "string"}, "name": {"default": "", "type": "string"}, "role": {"default": "operator", "enum": ["observer", "operator", "supervisor"], "type": "string"}, "isPerson": {"default": false, "type": "boolean"}, "isOriginal": {"default": false, "type": "boolean"}}, "required": ["peerId"], "type": "object"},
   Peers: {"properties": {"you": {"type": "string"}, "peers": {"default": [], "items": {"$ref": "PeerInfo"}, "type": "array"}}, "required": ["you"], "type": "object"},
