@@ -223,6 +223,11 @@ REASONS: dict[str, Reason] = {
         Reason("channel.too_large", "A message was larger than the channel takes."),
         Reason("channel.invalid", "A message does not fit the connector's schema."),
         Reason(
+            "channel.incomplete",
+            "Parts of a large message did not arrive in time, so that it was forgotten.",
+            "Send it again; send large messages with delivery `bulk` or `reliable`, or make them smaller.",
+        ),
+        Reason(
             "channel.wrong_lane",
             "The second connection carries connectors with delivery bulk only.",
             "Set `delivery: bulk` for this connector.",

@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, ValidationError
 
 from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import WireError
 from mosaic_core.words.signaling import IceCandidate
 from mosaic_core.words.wire_model import WireModel, to_json

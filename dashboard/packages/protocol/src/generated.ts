@@ -483,6 +483,16 @@ export interface Near {
   urls: readonly string[]
 }
 
+/** Operator → robot (extension `delivery`): tell once a second how the data travels, or no longer. */
+export interface DeliveryWatch {
+  on: boolean
+}
+
+/** Robot → operators that watch, once a second: every connector, in the order of the catalogue. */
+export interface DeliveryReport {
+  connectors: readonly DeliveryRow[]
+}
+
 /** Operator → robot: a second peer connection of the same session, which carries data channels only. */
 export interface LaneOffer {
   lane: string
@@ -579,6 +589,8 @@ export interface ControlMessages {
   'journal.read': JournalRead
   'journal': Journal
   'near': Near
+  'delivery.watch': DeliveryWatch
+  'delivery.report': DeliveryReport
   'lane.offer': LaneOffer
   'lane.answer': LaneAnswer
   'lane.candidate': LaneCandidate
@@ -676,6 +688,7 @@ export const REASONS = {
   'channel.queue_full': { sentence: 'Data was produced faster than the link takes it.', cure: '' },
   'channel.too_large': { sentence: 'A message was larger than the channel takes.', cure: '' },
   'channel.invalid': { sentence: "A message does not fit the connector's schema.", cure: '' },
+  'channel.incomplete': { sentence: 'Parts of a large message did not arrive in time, so that it was forgotten.', cure: 'Send it again; send large messages with delivery `bulk` or `reliable`, or make them smaller.' },
   'channel.wrong_lane': { sentence: 'The second connection carries connectors with delivery bulk only.', cure: 'Set `delivery: bulk` for this connector.' },
   'lane.refused': { sentence: 'The robot makes no second connection for bulk data now; it goes over the main one.', cure: '' },
   'media.no_line': { sentence: 'The offer had no media line left for this camera.', cure: '' },
@@ -806,6 +819,7 @@ export const CONTROL_EXTENSIONS: Record<string, number> = {
   'safetyLimit': 1,
   'journal': 1,
   'bulkLane': 1,
+  'delivery': 1,
   'near': 1,
 }
 
@@ -858,6 +872,8 @@ export const CONTROL_SCHEMAS = {
   'journal.read': 'JournalRead',
   'journal': 'Journal',
   'near': 'Near',
+  'delivery.watch': 'DeliveryWatch',
+  'delivery.report': 'DeliveryReport',
   'lane.offer': 'LaneOffer',
   'lane.answer': 'LaneAnswer',
   'lane.candidate': 'LaneCandidate',
@@ -881,6 +897,9 @@ export const DEFINITIONS: Record<string, unknown> = {
   ClosePeerConnection: {"properties": {"rtcConnectionId": {"type": "string"}, "code": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["rtcConnectionId"], "type": "object"},
   Delivered: {"properties": {"seqs": {"additionalProperties": {"maximum": 4294967295, "minimum": 0, "type": "integer"}, "maxProperties": 1024, "type": "object"}}, "type": "object"},
   Delivery: {"enum": ["reliable", "latest", "bulk"], "type": "string"},
+  DeliveryReport: {"properties": {"connectors": {"items": {"$ref": "DeliveryRow"}, "type": "array"}}, "required": ["connectors"], "type": "object"},
+  DeliveryRow: {"properties": {"label": {"type": "string"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "messages": {"default": 0, "type": "integer"}, "rateHz": {"default": 0.0, "type": "number"}, "bytesPerS": {"default": 0.0, "type": "number"}, "queueMessages": {"default": 0, "type": "integer"}, "queueBytes": {"default": 0, "type": "integer"}, "replaced": {"default": 0, "type": "integer"}, "dropped": {"default": 0, "type": "integer"}, "thinned": {"default": 0, "type": "integer"}, "refused": {"default": 0, "type": "integer"}, "lost": {"default": 0, "type": "integer"}, "resent": {"default": 0, "type": "integer"}, "ageMs": {"anyOf": [{"type": "number"}, {"type": "null"}], "default": null}}, "required": ["label"], "type": "object"},
+  DeliveryWatch: {"properties": {"on": {"type": "boolean"}}, "required": ["on"], "type": "object"},
   Direction: {"enum": ["to-operator", "to-robot", "both"], "type": "string"},
   ExchangeIceCandidate: {"properties": {"rtcConnectionId": {"type": "string"}, "iceCandidate": {"$ref": "IceCandidate"}}, "required": ["rtcConnectionId", "iceCandidate"], "type": "object"},
   Finding: {"properties": {"check": {"type": "string"}, "status": {"enum": ["ok", "warn", "fail", "skipped"], "type": "string"}, "code": {"type": "string"}, "sentence": {"type": "string"}, "cure": {"default": "", "type": "string"}, "facts": {"additionalProperties": true, "type": "object"}}, "required": ["check", "status", "code", "sentence"], "type": "object"},
