@@ -13,7 +13,7 @@ from aiortc import (
 
 from mosaic_core.adapters.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.aiortc_peer import AiortcPeer
-from mosaic_core.adapters.aiortc_private import name_stream, prefer_codecs, sent_codec, ssrc_of
+from mosaic_core.adapters.aiortc_private import agree_on_arrivals, name_stream, prefer_codecs, sent_codec, ssrc_of
 from mosaic_core.adapters.offer_vetting import VettedOffer, lines_for_labels, sound_lines, vetted_offer
 from mosaic_core.adapters.sound_lines import SoundLines
 from mosaic_core.adapters.video_track import VideoTrack
@@ -60,7 +60,7 @@ class AiortcAnswerer:
         except peer.ERRORS as error:
             message = f"The session description was refused: {error or type(error).__name__}"
             raise ConnectionFailed(message, code="sdp.invalid") from error
-        served = self._bind(peer, bound, SoundLines(heard, spoken, self._listener))
+        served = self._bind(peer, bound, SoundLines(heard, spoken, self._listener), offer.sdp)
         unbound = [label for label in (*media_labels, *sound.microphones, *sound.speakers) if label not in served]
         if unbound:
             self._listener.tracks_unbound(unbound)
@@ -100,7 +100,7 @@ class AiortcAnswerer:
 
         return peer
 
-    def _bind(self, peer: AiortcPeer, bound: Mapping[str, str], sound: SoundLines) -> set[str]:
+    def _bind(self, peer: AiortcPeer, bound: Mapping[str, str], sound: SoundLines, offer_sdp: str) -> set[str]:
         """The labels that have a line now."""
         served: set[str] = set()
         for transceiver in peer.pc.getTransceivers():
@@ -111,19 +111,20 @@ class AiortcAnswerer:
             else:
                 served.add(label)
             if label is not None and transceiver.kind == "video":
-                self._bind_line(transceiver, label)
+                self._bind_line(transceiver, label, offer_sdp)
         return served
 
-    def _bind_line(self, transceiver: RTCRtpTransceiver, label: str) -> None:
+    def _bind_line(self, transceiver: RTCRtpTransceiver, label: str, offer_sdp: str) -> None:
         sender, feed = transceiver.sender, self._listener.track_bound(label)
         prefer_codecs(transceiver, feed.codec_order or CODEC_ORDER)
         feed.codec_agreed(sent_codec(transceiver))
+        has_arrivals = agree_on_arrivals(transceiver, offer_sdp)
         ssrc = ssrc_of(sender)
 
         def origin_known(rtp_origin: int) -> None:
             self._listener.origin_known(label, ssrc, rtp_origin)
 
-        sender.replaceTrack(VideoTrack(label, feed, sender, origin_known))
+        sender.replaceTrack(VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals))
         name_stream(sender, label)
         transceiver.direction = "sendonly"
 

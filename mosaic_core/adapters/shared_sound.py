@@ -58,8 +58,11 @@ class SoundFeed:
     def heard(self, feedback: Feedback) -> None:
         """Sound takes little: nothing to adapt."""
 
-    def may_repeat(self, sequence_number: int) -> bool:
-        return False  # Opus repairs a loss from the next packet; a repeat comes too late
+    def repeats(self, sequence_number: int) -> int:
+        return 0  # Opus repairs a loss from the next packet; a repeat comes too late
+
+    def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
+        return False
 
     def pause_s(self, size_bytes: int) -> float:
         return 0.0

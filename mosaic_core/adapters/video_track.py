@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -9,26 +10,39 @@ import av
 from aiortc import RTCRtpSender
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
-from mosaic_core.adapters.aiortc_private import PacedTransport, RtpOriginLearner, SenderFeedback
+from mosaic_core.adapters.aiortc_private import PacedTransport, PacketNumbers, RtpOriginLearner, SenderFeedback
 from mosaic_core.adapters.picture import VIDEO_TIME_BASE
+from mosaic_core.machines.arrival_report import ArrivalReport
+from mosaic_core.machines.path_watch import PathWatch
 from mosaic_core.runtime.transport import PictureFeed
 
 
 class VideoTrack(MediaStreamTrack):
     """One camera for one operator. Its ``id`` is the connector's label, so that ``msid`` names it.
 
-    ``on_origin(rtp_origin)`` is called once, after the first picture has left.
+    ``on_origin(rtp_origin)`` is called once, after the first picture has left. ``has_arrivals``: the operator's side
+    reports when each packet arrived.
     """
 
     kind = "video"
 
-    def __init__(self, label: str, feed: PictureFeed, sender: RTCRtpSender, on_origin: Callable[[int], None]) -> None:
+    def __init__(
+        self,
+        label: str,
+        feed: PictureFeed,
+        sender: RTCRtpSender,
+        on_origin: Callable[[int], None],
+        *,
+        has_arrivals: bool = False,
+    ) -> None:
         super().__init__()
         self._label = label
         self._feed = feed
         self._origin: RtpOriginLearner | None = RtpOriginLearner(sender)
-        self._feedback = SenderFeedback(sender, feed.heard, feed.may_repeat)
-        self._pacing = PacedTransport(sender, feed.pause_s)
+        self._watch = PathWatch()
+        self._numbers = PacketNumbers(sender, self._arrived) if has_arrivals else None
+        self._pacing = PacedTransport(sender, feed.pause_s, feed.wants_copy, self._left)
+        self._feedback = SenderFeedback(sender, feed.heard, feed.repeats, self._pacing.copy_later)
         self._on_origin = on_origin
         self._last_pts = -1
 
@@ -46,6 +60,16 @@ class VideoTrack(MediaStreamTrack):
             packet = _later(packet, self._last_pts + 1)
         self._last_pts = packet.pts or 0
         return packet
+
+    def _left(self, size_bytes: int) -> None:
+        number = self._numbers.take() if self._numbers is not None else None
+        if number is not None:
+            self._watch.sent(number, size_bytes, time.monotonic())
+
+    def _arrived(self, report: ArrivalReport) -> None:
+        seen = self._watch.reported(report, time.monotonic())
+        if seen is not None:
+            self._feed.heard(seen)
 
     def _learn_origin(self) -> None:
         if self._origin is None or self._last_pts < 0:

@@ -11,7 +11,10 @@ from typing import Any
 import av
 
 from mosaic_core.adapters.video_encoder import CodecName
+from mosaic_core.machines.packet_copies import PacketCopies
 from mosaic_core.machines.packet_pacer import PacketPacer
+from mosaic_core.machines.path_rate import PathRate
+from mosaic_core.machines.path_watch import PathSeen
 from mosaic_core.machines.rate_control import Feedback, PictureLost, RateControl
 from mosaic_core.machines.retransmissions import Retransmissions
 from mosaic_core.machines.rung_choice import RungChoice
@@ -45,7 +48,7 @@ class ViewerFeed:
         self.codec_order = tuple(codec_order)
         self.codec: CodecName | None = None
         self.switch: RungSwitch[Hashable] = RungSwitch()
-        self.rate: RateControl | None = None
+        self.rate: RateControl | PathRate | None = None
         self._choice: RungChoice | None = None
         self._keys: tuple[Hashable, ...] = ()
         self._unavailable = unavailable
@@ -53,6 +56,8 @@ class ViewerFeed:
         self._changed = changed
         self._told: str | None = None
         self._repeats = Retransmissions()
+        self._copies = PacketCopies()
+        self._pause: asyncio.TimerHandle | None = None
         self._pacer = PacketPacer()
         self._items: deque[av.Packet[Any]] = deque()
         self._arrived = asyncio.Event()
@@ -68,27 +73,44 @@ class ViewerFeed:
             await self._arrived.wait()
         packet = self._items.popleft()
         if self.rate is not None:
-            self.rate.sent(packet.size, time.monotonic())
+            self.rate.sent(packet.size, time.monotonic(), is_key=packet.is_keyframe)
         return packet
 
     def heard(self, feedback: Feedback) -> None:
         if self.rate is None:
             return
-        self.rate.handle(feedback, time.monotonic())
+        now_s = time.monotonic()
+        if isinstance(feedback, PathSeen):
+            self._hear_path(feedback, self.rate, now_s)
+        else:
+            self.rate.handle(feedback, now_s)
         if isinstance(feedback, PictureLost):
             self._wants_key(self)
-        self._changed()
+        if self._pause is None:
+            self._changed()
 
-    def may_repeat(self, sequence_number: int) -> bool:
+    def repeats(self, sequence_number: int) -> int:
         if self.rate is None:
-            return False
+            return 0
         now_s = time.monotonic()
         is_wise = self._repeats.may(sequence_number, self.rate.budget_bps, self.rate.round_trip_s, now_s)
-        if is_wise:
-            self.rate.sent(_PACKET_BYTES, now_s)
-        elif self._repeats.is_exhausted:
+        if not is_wise and self._repeats.is_exhausted:
             self._wants_key(self)  # that picture is lost, and all that build on it
-        return is_wise
+        times = (2 if self._copies.doubles_repeats else 1) if is_wise else 0
+        self.rate.sent(times * _PACKET_BYTES, now_s)
+        return times
+
+    def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
+        if not isinstance(self.rate, PathRate):
+            return False
+        now_s = time.monotonic()
+        budget_bps = self.rate.budget_bps
+        most_bps = budget_bps if self.rate.is_limited(now_s) else 2 * budget_bps
+        is_wanted = self._copies.wants(size_bytes, most_bps - self.budget_bps, now_s)
+        if is_wanted:
+            self._repeats.note(sequence_number, now_s)
+            self.rate.sent(size_bytes, now_s)
+        return is_wanted
 
     def pause_s(self, size_bytes: int) -> float:
         return self._pacer.wait_s(size_bytes, self.budget_bps, time.monotonic())
@@ -101,7 +123,10 @@ class ViewerFeed:
 
     @property
     def budget_bps(self) -> int:
-        return self.rate.budget_bps if self.rate is not None else 0
+        """For its pictures."""
+        if not isinstance(self.rate, PathRate):
+            return self.rate.budget_bps if self.rate is not None else 0
+        return self._copies.picture_bps(self.rate.budget_bps, is_limited=self.rate.is_limited(time.monotonic()))
 
     def begin(self, options: Sequence[tuple[Hashable, Rung]], limits_bps: tuple[int, int], now_s: float) -> None:
         """It watches, or the source changed: choose among ``options``, best first, within least and most bit rate."""
@@ -114,7 +139,7 @@ class ViewerFeed:
         if self._choice is not None and before in self._keys:
             self._choice.stand_on(rungs, self._keys.index(before))
         else:
-            self._choice = RungChoice(rungs, self.rate.budget_bps, now_s) if rungs else None
+            self._choice = RungChoice(rungs, self.budget_bps, now_s) if rungs else None
 
     def target(self, now_s: float) -> Hashable | None:
         """What it shall be sent now; ``None`` while nothing is known of the source."""
@@ -124,6 +149,7 @@ class ViewerFeed:
 
     def pause(self) -> None:
         """It looks away: what waits would be old by the time it looks again."""
+        self._end_pause()
         self.rate = self._choice = self._told = None
         self.switch.want(None)
         self._items.clear()
@@ -135,6 +161,8 @@ class ViewerFeed:
     def put(self, packet: av.Packet[Any]) -> int:
         """A packet of its rung; how many were dropped for it."""
         dropped = 0
+        if packet.is_keyframe:
+            self._end_pause()
         is_full = len(self._items) >= (MAX_WAITING_LOCAL if self.is_local else MAX_WAITING)
         if is_full or (packet.is_keyframe and not self.is_local):
             dropped = len(self._items)  # a key frame is newer than all that waits, and complete by itself
@@ -152,3 +180,32 @@ class ViewerFeed:
         if self._told != code:
             self._told = code
             self._unavailable(code)
+
+    # -- a queue on the way --------------------------------------------------------------------------------------
+
+    def _hear_path(self, seen: PathSeen, rate: RateControl | PathRate, now_s: float) -> None:
+        if not isinstance(rate, PathRate):
+            self.rate = rate = PathRate(*rate.limits_bps, now_s, rate.budget_bps)
+        rate.handle(seen, now_s)
+        self._copies.reported(seen.lost, seen.received, now_s, is_queued=rate.is_queued)
+        if rate.paused_until_s > now_s:
+            self._begin_pause(rate.paused_until_s - now_s)
+
+    def _begin_pause(self, seconds: float) -> None:
+        """Pictures sent now would only wait on the way. The bit rate is changed when it is over: a key frame of the new
+        one would be as late."""
+        if self._pause is not None:
+            self._pause.cancel()
+        self.switch.tear()
+        self._items.clear()
+        self._pause = asyncio.get_running_loop().call_later(seconds, self._go_on)
+
+    def _go_on(self) -> None:
+        self._pause = None
+        self._changed()
+        self._wants_key(self)
+
+    def _end_pause(self) -> None:
+        if self._pause is not None:
+            self._pause.cancel()
+            self._pause = None

@@ -11,6 +11,8 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from mosaic_core.machines.path_watch import PathSeen
+
 START_BPS = 800_000
 """Most links take it; a picture at this rate is neither blocky nor tiny."""
 _FAST_GROWTH, _GROWTH, _CAREFUL_GROWTH = 1.5, 1.25, 1.03
@@ -80,7 +82,8 @@ class PictureLost:
     """PLI or FIR: the decoder can't go on without a key frame."""
 
 
-Feedback: TypeAlias = ReceiverReport | BandwidthEstimate | PacketsMissing | PictureLost
+Feedback: TypeAlias = ReceiverReport | BandwidthEstimate | PacketsMissing | PictureLost | PathSeen
+"""Whose receiver sends the last kind is better served by ``path_rate.PathRate``; here it says nothing."""
 
 
 class RateControl:
@@ -106,6 +109,10 @@ class RateControl:
         return round(self._budget_bps)
 
     @property
+    def limits_bps(self) -> tuple[int, int]:
+        return self._min_bps, self._max_bps
+
+    @property
     def round_trip_s(self) -> float | None:
         """The last one that was reported."""
         return self._round_trips[-1][1] if self._round_trips else None
@@ -120,7 +127,7 @@ class RateControl:
         self._min_bps, self._max_bps = min_bps, max(min_bps, max_bps)
         self._set(self._budget_bps)
 
-    def sent(self, size_bytes: int, now_s: float) -> None:
+    def sent(self, size_bytes: int, now_s: float, *, is_key: bool = False) -> None:
         self._sent.append((now_s, size_bytes))
         _forget(self._sent, now_s)
 

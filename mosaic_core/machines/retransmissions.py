@@ -28,6 +28,13 @@ class Retransmissions:
         self.is_exhausted = False
         """The last refusal was for want of bit rate: that packet will never arrive."""
 
+    def note(self, sequence_number: int, now_s: float) -> None:
+        """A copy was sent unasked: whoever asks now had not seen it yet."""
+        self._repeated_at_s[sequence_number] = now_s
+        self._repeated_at_s.move_to_end(sequence_number)
+        if len(self._repeated_at_s) > _REMEMBERED:
+            self._repeated_at_s.popitem(last=False)
+
     def may(self, sequence_number: int, budget_bps: int, round_trip_s: float | None, now_s: float) -> bool:
         """Whether this packet is sent again now."""
         self.is_exhausted = False
@@ -39,10 +46,7 @@ class Retransmissions:
             self.is_exhausted = True
             return False
         self._tokens_bytes = (self._tokens_bytes or 0.0) - _MAX_PACKET_BYTES
-        self._repeated_at_s[sequence_number] = now_s
-        self._repeated_at_s.move_to_end(sequence_number)
-        if len(self._repeated_at_s) > _REMEMBERED:
-            self._repeated_at_s.popitem(last=False)
+        self.note(sequence_number, now_s)
         return True
 
     def _refilled(self, budget_bps: int, now_s: float) -> float:

@@ -47,8 +47,11 @@ class NewestFeed:
     def heard(self, feedback: Feedback) -> None:
         """Nothing to adapt."""
 
-    def may_repeat(self, sequence_number: int) -> bool:
-        return True
+    def repeats(self, sequence_number: int) -> int:
+        return 1
+
+    def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
+        return False
 
     def pause_s(self, size_bytes: int) -> float:
         return 0.0

@@ -71,8 +71,12 @@ class PictureFeed(Protocol):
         """What the operator's side reports about the link and its decoder."""
         ...
 
-    def may_repeat(self, sequence_number: int) -> bool:
-        """Whether a packet that the operator's side misses is sent again."""
+    def repeats(self, sequence_number: int) -> int:
+        """How many times a packet that the operator's side misses is sent again now: 0, 1 or 2."""
+        ...
+
+    def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
+        """A packet of a picture has left: whether it is sent a second time unasked, because the link loses some."""
         ...
 
     def pause_s(self, size_bytes: int) -> float:

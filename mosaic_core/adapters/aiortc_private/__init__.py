@@ -5,6 +5,7 @@
 
 from aiortc.sdp import MediaDescription, SessionDescription, candidate_from_sdp, candidate_to_sdp
 
+from mosaic_core.adapters.aiortc_private.arrivals import PacketNumbers, agree_on_arrivals
 from mosaic_core.adapters.aiortc_private.codecs import has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.gathering import EarlyGathering, ice_transports, widen_udp_buffer
 from mosaic_core.adapters.aiortc_private.pacing import PacedTransport
@@ -17,10 +18,12 @@ __all__ = [
     "EarlyGathering",
     "MediaDescription",
     "PacedTransport",
+    "PacketNumbers",
     "RtpOriginLearner",
     "SctpQueue",
     "SenderFeedback",
     "SessionDescription",
+    "agree_on_arrivals",
     "candidate_from_sdp",
     "candidate_to_sdp",
     "chosen_path",

@@ -1,32 +1,74 @@
-"""Spreads the packets of large pictures: aiortc sends all packets of a picture in one go."""
+"""Spreads the packets of large pictures, and sends some twice: aiortc sends all packets of a picture in one go."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from aiortc import RTCRtpSender
+from aiortc.rtp import is_rtcp
+
+COPY_AFTER_S = 0.01
+"""After the picture: what took the original, a short burst of losses, may be over by then; a repeat comes much later."""
+_COPIES_AT_ONCE = 4
+_COPY_PAUSE_S = 0.002
+_MARKER = 0x80
 
 
 class PacedTransport:
-    """Stands between a sender and its DTLS transport. ``wait_s(size_bytes)`` is asked after each media packet;
-    repeats and RTCP are never held up: they are sent by the task that also receives."""
+    """Stands between a sender and its DTLS transport. ``left(size_bytes)`` is told of every RTP packet;
+    ``wait_s(size_bytes)`` is asked after each packet of a picture, and ``wants_copy(sequence_number, size_bytes)``.
+    Repeats and RTCP are never held up: they are sent by the task that also receives."""
 
-    def __init__(self, sender: RTCRtpSender, wait_s: Callable[[int], float]) -> None:
+    def __init__(
+        self,
+        sender: RTCRtpSender,
+        wait_s: Callable[[int], float],
+        wants_copy: Callable[[int, int], bool],
+        left: Callable[[int], None],
+    ) -> None:
         self._sender = sender
         self._transport = sender.transport
-        self._wait_s = wait_s
+        self._wait_s, self._wants_copy, self._left = wait_s, wants_copy, left
+        self._to_copy: list[int] = []
+        self._tasks: set[asyncio.Task[None]] = set()
         sender.setTransport(self)  # type: ignore[arg-type] # it is one for all that a sender asks of it
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._transport, name)
 
     async def _send_rtp(self, data: bytes) -> None:
+        if not is_rtcp(data):
+            self._left(len(data))
         await self._transport._send_rtp(data)
         if asyncio.current_task() is not self._sender._RTCRtpSender__rtp_task:  # type: ignore[attr-defined]
             return
+        self._note_copy(data)
         # After sending, so that the next packet's send time is written when it really leaves.
         pause_s = self._wait_s(len(data))
         if pause_s > 0.0:
             await asyncio.sleep(pause_s)
+
+    def copy_later(self, sequence_numbers: list[int], after_s: float = COPY_AFTER_S) -> None:
+        """Send these packets once more."""
+        task = asyncio.get_running_loop().create_task(self._copy(sequence_numbers, after_s))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def _note_copy(self, data: bytes) -> None:
+        sequence_number = int.from_bytes(data[2:4], "big")
+        if self._wants_copy(sequence_number, len(data)):
+            self._to_copy.append(sequence_number)
+        if data[1] & _MARKER and self._to_copy:
+            self.copy_later(self._to_copy)
+            self._to_copy = []
+
+    async def _copy(self, sequence_numbers: list[int], after_s: float) -> None:
+        await asyncio.sleep(after_s)
+        with suppress(ConnectionError):
+            for position, sequence_number in enumerate(sequence_numbers, 1):
+                await RTCRtpSender._retransmit(self._sender, sequence_number)
+                if position % _COPIES_AT_ONCE == 0:
+                    await asyncio.sleep(_COPY_PAUSE_S)

@@ -57,14 +57,18 @@ class RtpOriginLearner:
 
 class SenderFeedback:
     """Tells ``heard`` what the receiving side says about this sender, after aiortc has seen to it itself; a lost packet
-    is sent again only if ``may_repeat(sequence_number)``."""
+    is sent again ``repeats(sequence_number)`` times, the second time by ``copy_later``."""
 
     def __init__(
-        self, sender: RTCRtpSender, heard: Callable[[Feedback], None], may_repeat: Callable[[int], bool]
+        self,
+        sender: RTCRtpSender,
+        heard: Callable[[Feedback], None],
+        repeats: Callable[[int], int],
+        copy_later: Callable[[list[int]], None],
     ) -> None:
         self._sender = sender
         self._heard = heard
-        self._may_repeat = may_repeat
+        self._repeats, self._copy_later = repeats, copy_later
         self._repeat = sender._retransmit
         sender._retransmit = self._repeat_if_wise  # type: ignore[method-assign]
         self._handle = sender._handle_rtcp_packet
@@ -85,8 +89,11 @@ class SenderFeedback:
             self._hear_estimate(packet.fci)
 
     async def _repeat_if_wise(self, sequence_number: int) -> None:
-        if self._may_repeat(sequence_number):
+        times = self._repeats(sequence_number)
+        if times > 0:
             await self._repeat(sequence_number)
+        if times > 1:
+            self._copy_later([sequence_number])
 
     def _hear_estimate(self, fci: bytes) -> None:
         try:
