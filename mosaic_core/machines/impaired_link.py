@@ -44,6 +44,8 @@ class ImpairedLink:
         self.is_cut = False
         """Nothing arrives any more, as when the cable is pulled."""
         self.lost = 0
+        self.carried_bytes = 0
+        """Of what arrives, or is on its way."""
         self._free_at_s = 0.0
         self._last_arrival_s = 0.0
 
@@ -67,4 +69,5 @@ class ImpairedLink:
         if reorder >= profile.reorder:
             arrival_s = max(arrival_s, self._last_arrival_s)
             self._last_arrival_s = arrival_s
+        self.carried_bytes += size_bytes
         return arrival_s

@@ -4,62 +4,34 @@ robot learns none of theirs, so that every packet of both directions passes the 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 
 from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.runtime.sound_transport import NO_SOUND, IncomingSound, SoundLabels
 from mosaic_core.runtime.transport import Answerer, AnswererFactory, AnswererListener, Channel, PictureFeed
+from mosaic_core.testing.detours import PathDetour, changed
 from mosaic_core.testing.impaired_path import ImpairedPath
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
-
-_CANDIDATE_LINE = re.compile(r"a=(candidate:[^\r\n]+)\r?\n")
-_OFFERED_PATHS = re.compile(r"a=(candidate:[^\r\n]+|end-of-candidates)\r?\n")
-_HOST_CANDIDATE = re.compile(r"^(candidate:\S+ \d+ udp \d+) (\S+) (\d+) (typ host.*)$", re.IGNORECASE)
 
 
 def impaired(make_answerer: AnswererFactory, path: ImpairedPath) -> AnswererFactory:
     """``make_answerer``, behind ``path``: give it to a :class:`~mosaic_core.runtime.robot.Robot`."""
 
     def make(listener: AnswererListener, ice_servers: Sequence[IceServer]) -> Answerer:
-        relay = _Relay(path)
+        way = PathDetour(path)
         # Without ICE servers: a reflexive or relayed candidate would lead around the path.
-        return _ImpairedAnswerer(make_answerer(_RelayedListener(listener, relay), ()), relay)
+        return _ImpairedAnswerer(make_answerer(_RelayedListener(listener, way), ()), way)
 
     return make
-
-
-class _Relay:
-    def __init__(self, path: ImpairedPath) -> None:
-        self._path = path
-        self._known: dict[tuple[str, int], tuple[str, int]] = {}
-
-    def candidate(self, candidate: str) -> str | None:
-        """The same candidate with the relay's address; ``None`` where it isn't a host's over UDP."""
-        match = _HOST_CANDIDATE.match(candidate)
-        if match is None:
-            return None
-        address = (match[2], int(match[3]))
-        if address not in self._known:
-            self._known[address] = self._path.relayed(*address)
-        host, port = self._known[address]
-        return f"{match[1]} {host} {port} {match[4]}"
-
-    def description(self, sdp: str) -> str:
-        def line(match: re.Match[str]) -> str:
-            candidate = self.candidate(match[1])
-            return "" if candidate is None else f"a={candidate}\r\n"
-
-        return _CANDIDATE_LINE.sub(line, sdp)
 
 
 class _ImpairedAnswerer:
     """An ``Answerer`` whose robot hears of no operator's address: it meets them at the relay."""
 
-    def __init__(self, answerer: Answerer, relay: _Relay) -> None:
+    def __init__(self, answerer: Answerer, way: PathDetour) -> None:
         self._answerer = answerer
-        self._relay = relay
+        self._way = way
 
     async def answer(
         self,
@@ -68,8 +40,8 @@ class _ImpairedAnswerer:
         tracks: Mapping[str, str] | None,
         sound: SoundLabels = NO_SOUND,
     ) -> str:
-        offer = _OFFERED_PATHS.sub("", offer_sdp)  # with its end too: an operator who has no path at all is given up
-        return self._relay.description(await self._answerer.answer(offer, media_labels, tracks, sound))
+        answer = await self._answerer.answer(self._way.offer(offer_sdp), media_labels, tracks, sound)
+        return changed(answer, self._way.of_robot)
 
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """Dropped."""
@@ -84,12 +56,12 @@ class _ImpairedAnswerer:
 class _RelayedListener:
     """An ``AnswererListener`` that passes everything on, candidates with the relay's address."""
 
-    def __init__(self, listener: AnswererListener, relay: _Relay) -> None:
+    def __init__(self, listener: AnswererListener, way: PathDetour) -> None:
         self._listener = listener
-        self._relay = relay
+        self._way = way
 
     def candidate_found(self, candidate: IceCandidate) -> None:
-        relayed = self._relay.candidate(candidate.candidate) if candidate.candidate else candidate.candidate
+        relayed = self._way.of_robot(candidate.candidate) if candidate.candidate else candidate.candidate
         if relayed is not None:
             self._listener.candidate_found(candidate.model_copy(update={"candidate": relayed}))
 

@@ -42,8 +42,8 @@ class ImpairedPath:
         self._selector = selectors.DefaultSelector()
         self._due: list[tuple[float, int, Callable[[], object]]] = []
         self._number = itertools.count()
-        self._lock = threading.Lock()
-        self._opened: list[_Front] = []
+        self.lock = threading.Lock()
+        self._opened: list[tuple[socket.socket, Callable[[], None]]] = []
         self._wake_read, self._wake_write = socket.socketpair()
         self._is_closing = False
         self._thread = threading.Thread(target=self._serve, name="mosaic-impaired-path", daemon=True)
@@ -60,6 +60,7 @@ class ImpairedPath:
         self._is_closing = True
         self._wake()
         self._thread.join()
+        self._adopt()  # what was opened last has to be closed too
         for key in list(self._selector.get_map().values()):
             key.fileobj.close()  # type: ignore[union-attr] # only sockets are registered
         self._selector.close()
@@ -81,11 +82,15 @@ class ImpairedPath:
     def relayed(self, host: str, port: int) -> tuple[str, int]:
         """The address that stands for ``host:port`` from now on. Any thread; raises :class:`OSError`."""
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        front = _Front(self, _bound(family, host), (host, port))
-        with self._lock:
-            self._opened.append(front)
-        self._wake()
+        front = _Front(self, bound_socket(family, host), (host, port))
+        self.open(front.socket, front.read)
         return host, front.port
+
+    def open(self, sock: socket.socket, read: Callable[[], None]) -> None:
+        """Call ``read()`` on the relay's thread when something has come, until the path closes. Any thread."""
+        with self.lock:
+            self._opened.append((sock, read))
+        self._wake()
 
     # -- the relay's thread --------------------------------------------------------------------------------------
 
@@ -117,10 +122,13 @@ class ImpairedPath:
 
     def _woken(self) -> None:
         self._wake_read.recv(_READ_BYTES)
-        with self._lock:
+        self._adopt()
+
+    def _adopt(self) -> None:
+        with self.lock:
             opened, self._opened = self._opened, []
-        for front in opened:
-            self.listen(front.socket, front.read)
+        for sock, read in opened:
+            self.listen(sock, read)
 
 
 class _Front:
@@ -134,21 +142,22 @@ class _Front:
         self.port: int = sock.getsockname()[1]
 
     def read(self) -> None:
-        for data, operator in _received(self.socket):
+        for data, operator in received(self.socket):
             back = self._backs.get(operator) or self._open_back(operator)
             self._path.carry(self._path.up, data, lambda data, back=back: back.sendto(data, self._robot))  # type: ignore[misc]
 
     def _open_back(self, operator: Address) -> socket.socket:
-        back = self._backs[operator] = _bound(self.socket.family, self._robot[0])
+        back = self._backs[operator] = bound_socket(self.socket.family, self._robot[0])
         self._path.listen(back, lambda: self._read_back(back, operator))
         return back
 
     def _read_back(self, back: socket.socket, operator: Address) -> None:
-        for data, _ in _received(back):
+        for data, _ in received(back):
             self._path.carry(self._path.down, data, lambda data: self.socket.sendto(data, operator))
 
 
-def _bound(family: socket.AddressFamily | int, host: str) -> socket.socket:
+def bound_socket(family: socket.AddressFamily | int, host: str) -> socket.socket:
+    """A UDP socket on a free port of ``host``, with room for bursts."""
     sock = socket.socket(family, socket.SOCK_DGRAM)
     sock.setblocking(False)
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _SOCKET_BYTES)
@@ -156,7 +165,8 @@ def _bound(family: socket.AddressFamily | int, host: str) -> socket.socket:
     return sock
 
 
-def _received(sock: socket.socket) -> list[tuple[bytes, Address]]:
+def received(sock: socket.socket) -> list[tuple[bytes, Address]]:
+    """What has come, with whose it is."""
     packets: list[tuple[bytes, Address]] = []
     with suppress(BlockingIOError, ConnectionRefusedError):
         while len(packets) < _BURST:
