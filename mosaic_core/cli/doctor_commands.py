@@ -19,6 +19,7 @@ class DoctorGroup(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         ctx.meta[_NAMES_COMMAND] = bool(args) and args[0] in self.commands
+        ctx.allow_interspersed_args = not ctx.meta[_NAMES_COMMAND]
         return super().parse_args(ctx, args)
 
     def get_params(self, ctx: Any) -> list[Any]:

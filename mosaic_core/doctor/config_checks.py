@@ -9,9 +9,12 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from mosaic_core.contract.checks import CHECKS_GROUP, CheckContext, NamedConnector
 from mosaic_core.runtime.config_loader import CheckedConnector, validate_file
-from mosaic_core.words.config import RobotConfig
+from mosaic_core.runtime.yaml_document import YamlDocument
+from mosaic_core.words.config import ServerConfig
 from mosaic_core.words.errors import ConfigError, Problem
 from mosaic_core.words.finding import Finding, failed, passed, warned
 
@@ -20,11 +23,11 @@ MAX_PROBLEMS = 10
 
 @dataclass(frozen=True, slots=True)
 class ConfigRead:
-    """What could be read: ``config`` only of a file without mistakes, ``connectors`` those without one."""
+    """What could be read: ``server`` and ``connectors`` also of a file with mistakes, as far as they have none."""
 
     path: Path
     problems: tuple[Problem, ...]
-    config: RobotConfig | None
+    server: ServerConfig | None
     connectors: tuple[CheckedConnector, ...] = ()
 
     def context(self, timeout_s: float) -> CheckContext:
@@ -39,8 +42,17 @@ def read_config(path: Path) -> ConfigRead:
         validation = validate_file(path)
     except ConfigError as error:
         return ConfigRead(path, error.problems, None)
-    config = validation.checked.config if validation.checked is not None else None
-    return ConfigRead(path, validation.problems, config, validation.connectors)
+    return ConfigRead(path, validation.problems, _server_of(validation.document), validation.connectors)
+
+
+def _server_of(document: YamlDocument) -> ServerConfig | None:
+    """Looked at by itself: a mistake in a connector says nothing about the way to the server."""
+    if any(place[:1] == ("server",) for place in document.unknown) or not isinstance(document.tree, dict):
+        return None
+    try:
+        return ServerConfig.model_validate(document.tree.get("server"))
+    except ValidationError:
+        return None
 
 
 async def config_checks(read: ConfigRead) -> AsyncIterator[Finding]:

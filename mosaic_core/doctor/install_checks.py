@@ -64,7 +64,14 @@ def _plugins() -> list[Finding]:
             resolver.resolve(one.type)
             found.append(one.type)
         except MosaicError as error:
-            broken.append(failed(f"install.plugin.{one.type}", error.code, error.message, error.cure))
+            broken.append(
+                failed(
+                    f"install.plugin.{one.type}",
+                    error.code,
+                    error.message,
+                    error.cure or f"Update or uninstall {one.distribution}.",
+                )
+            )
     for group in (CHECKS_GROUP, "mosaic.plugins"):
         broken += [finding for point in entry_points(group=group) if (finding := _broken_point(group, point))]
     listed = passed("install.plugins", f"Connector types that load: {', '.join(found) or 'none'}.", types=found)
@@ -77,5 +84,5 @@ def _broken_point(group: str, point: EntryPoint) -> Finding | None:
         point.load()
     except (Exception, SystemExit) as error:  # noqa: BLE001 - an import may fail in any way
         text = f"'{name}' of {source} ({group}) can't be used: {type(error).__name__}: {error}"
-        return failed(f"install.plugin.{name}", "config.broken_plugin", text)
+        return failed(f"install.plugin.{name}", "config.broken_plugin", text, f"Update or uninstall {source}.")
     return None

@@ -39,7 +39,7 @@ class Plan:
         self._only = subject.only
         self._read = None if subject.config is None else read_config(subject.config)
         self._issued = IssuedIceServers()
-        server = self._read.config.server if self._read and self._read.config else None
+        server = self._read.server if self._read else None
         self._auth = server.auth if server else None
         self._own_ice_servers = server.webrtc.ice_servers if server else ()
         url = subject.server_url or (server.ws_url if server else "")
