@@ -1,0 +1,205 @@
+"""Data channels: throughput, small messages, round trips; ours beside plain aiortc, Chromium and native libwebrtc.
+
+python bench/data.py [--rounds N] [--seconds S] [--only throughput messages round-trip]
+
+Both ends are processes of their own on one machine (two pages are two renderers of one browser); one ordered,
+reliable channel; ways alternate within each round, and the median of the rounds counts. Native libwebrtc is measured
+after `pip install wrtc`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import os
+import shutil
+import statistics
+from collections.abc import Sequence
+from contextlib import AsyncExitStack
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
+
+from data_bench.ends import PageEnd, ProcessEnd, RemoteEnd
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+WARM_UP_S = 1.0
+BLOCK_BYTES = 16 * 1024
+MESSAGE_BYTES = 100
+MEASURES = ("throughput", "messages", "round-trip")
+CHROMIUMS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-features=WebRtcHideLocalIpsWithMdns", "--no-first-run"]
+PLAIN = "plain aiortc"
+BROWSERS = "Chromium → Chromium"
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """Who offers (and then receives a flood) and who answers (and sends it): `stack/loop` or `page`."""
+
+    name: str
+    receiver: str
+    sender: str
+
+
+WAYS = (
+    Way(PLAIN, "aiortc/asyncio", "aiortc/asyncio"),
+    Way("plain aiortc on uvloop", "aiortc/uvloop", "aiortc/uvloop"),
+    Way("ours", "ours/uvloop", "ours/uvloop"),
+    Way("ours on asyncio", "ours/asyncio", "ours/asyncio"),
+    Way("plain aiortc → Chromium", "page", "aiortc/asyncio"),
+    Way("ours → Chromium", "page", "ours/uvloop"),
+    Way(BROWSERS, "page", "page"),
+    Way("native libwebrtc", "wrtc/asyncio", "wrtc/asyncio"),
+)
+
+
+class Pair:
+    """Two connected ends."""
+
+    def __init__(self, receiver: RemoteEnd, sender: RemoteEnd) -> None:
+        self.receiver, self.sender = receiver, sender
+
+    async def connect(self) -> None:
+        answer = await self.sender.do("answer", sdp=await self.receiver.do("offer"))
+        await self.receiver.do("accept", sdp=answer)
+        await asyncio.gather(self.receiver.do("opened"), self.sender.do("opened"))
+
+    async def close(self) -> None:
+        for end in (self.receiver, self.sender):
+            await end.do("close")
+            await end.stop()
+
+
+async def started(kind: str, browser: Any) -> RemoteEnd:
+    if kind == "page":
+        return await PageEnd.started(browser)
+    return await ProcessEnd.started(*kind.split("/"))
+
+
+async def connected(way: Way, browser: Any) -> Pair:
+    pair = Pair(await started(way.receiver, browser), await started(way.sender, browser))
+    await pair.connect()
+    return pair
+
+
+async def flooded(pair: Pair, size_bytes: int, seconds: float) -> tuple[float, ...]:
+    """Messages and MB per second at the receiver, and the sender's CPU in µs per message (NaN in a browser)."""
+    await pair.sender.do("flood", size_bytes=size_bytes)
+    await asyncio.sleep(WARM_UP_S)
+    cpu_0 = (await pair.sender.do("count"))[3]
+    messages_0, bytes_0, from_s, _ = await pair.receiver.do("count")
+    await asyncio.sleep(seconds)
+    messages, size, until_s, _ = await pair.receiver.do("count")
+    cpu = (await pair.sender.do("count"))[3]
+    lasted_s, came = until_s - from_s, messages - messages_0
+    cpu_us = float("nan") if cpu is None else 1e6 * (cpu - cpu_0) / max(1, came)
+    return came / lasted_s, (size - bytes_0) / lasted_s / 1e6, cpu_us
+
+
+async def pinged(pair: Pair, seconds: float) -> tuple[float, ...]:
+    """Round trip in ms at 50 Hz and at 1 kHz, p50 and p99 each."""
+    await pair.receiver.do("echo")
+    figures: list[float] = []
+    for rate_hz in (50, 1000):
+        trips = await pair.sender.do("ping", rate_hz=rate_hz, count=round(rate_hz * seconds), size_bytes=MESSAGE_BYTES)
+        ordered = sorted(trips)
+        figures += [statistics.median(ordered), ordered[round(0.99 * (len(ordered) - 1))]]
+    return tuple(figures)
+
+
+async def measured(measure: str, way: Way, browser: Any, seconds: float) -> tuple[float, ...]:
+    pair = await connected(way, browser)
+    try:
+        if measure == "round-trip":
+            return await pinged(pair, seconds)
+        return await flooded(pair, BLOCK_BYTES if measure == "throughput" else MESSAGE_BYTES, seconds)
+    finally:
+        await pair.close()
+
+
+# -- what is shown -----------------------------------------------------------------------------------------------------
+
+Figures = dict[str, list[tuple[float, ...]]]
+
+
+def medians(rounds: Sequence[tuple[float, ...]]) -> tuple[float, ...]:
+    return tuple(statistics.median(column) for column in zip(*rounds, strict=True))
+
+
+def speed_table(title: str, figures: Figures, column: int, unit: str, digits: int) -> Table:
+    table = Table("way", unit, f"x {PLAIN}", f"x {BROWSERS}", "µs CPU a message, sender", title=title)
+    rates = {name: medians(rounds) for name, rounds in figures.items()}
+    for name, rate in rates.items():
+        ratios = [f"{rate[column] / rates[peer][column]:.2f}" if peer in rates else "–" for peer in (PLAIN, BROWSERS)]
+        cpu = f"{rate[2]:.0f}" if rate[2] == rate[2] else "–"
+        table.add_row(name, f"{rate[column]:,.{digits}f}".replace(",", " "), *ratios, cpu)
+    return table
+
+
+def trip_table(figures: Figures) -> Table:
+    table = Table(
+        "way", "50 Hz: p50 / p99 ms", "1 kHz: p50 / p99 ms", f"p50 at 1 kHz x {PLAIN}", title="Round trip, 100 bytes"
+    )
+    trips = {name: medians(rounds) for name, rounds in figures.items()}
+    for name, (slow, slow_99, fast, fast_99) in trips.items():
+        ratio = f"{fast / trips[PLAIN][2]:.2f}" if PLAIN in trips else "–"
+        table.add_row(name, f"{slow:.2f} / {slow_99:.2f}", f"{fast:.2f} / {fast_99:.2f}", ratio)
+    return table
+
+
+def shown(measure: str, figures: Figures) -> Table:
+    if measure == "throughput":
+        return speed_table("Throughput, messages of 16 KiB", figures, 1, "MB/s", 1)
+    if measure == "messages":
+        return speed_table("Small messages, 100 bytes", figures, 0, "messages/s", 0)
+    return trip_table(figures)
+
+
+async def run(options: argparse.Namespace, console: Console) -> None:
+    async with AsyncExitStack() as stack:
+        browser = await _browser(stack)
+        ways = [way for way in WAYS if _is_possible(way, browser) and (not options.ways or way.name in options.ways)]
+        console.print(f"Load of this machine before: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+        for measure in options.only or MEASURES:
+            figures: Figures = {way.name: [] for way in ways}
+            with Progress(console=console, transient=True) as progress:
+                bar = progress.add_task(measure, total=options.rounds * len(ways))
+                for _ in range(options.rounds):
+                    for way in ways:
+                        figures[way.name].append(await measured(measure, way, browser, options.seconds))
+                        progress.advance(bar)
+            console.print(shown(measure, figures))
+
+
+def _is_possible(way: Way, browser: Any) -> bool:
+    ends = (way.receiver, way.sender)
+    return (browser is not None or "page" not in ends) and (find_spec("wrtc") is not None or "wrtc/asyncio" not in ends)
+
+
+async def _browser(stack: AsyncExitStack) -> Any:
+    """Chromium, or nothing where there is none."""
+    path = next(filter(None, map(shutil.which, CHROMIUMS)), None)
+    if path is None or find_spec("playwright") is None:
+        return None
+    from playwright.async_api import async_playwright
+
+    playwright = await stack.enter_async_context(async_playwright())
+    browser = await playwright.chromium.launch(executable_path=path, args=FLAGS)
+    stack.push_async_callback(browser.close)
+    return browser
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--seconds", type=float, default=3.0, help="of each measurement (3)")
+    parser.add_argument("--only", nargs="+", choices=MEASURES)
+    parser.add_argument("--ways", nargs="+", choices=[way.name for way in WAYS])
+    asyncio.run(run(parser.parse_args(), Console()))
+
+
+if __name__ == "__main__":
+    main()

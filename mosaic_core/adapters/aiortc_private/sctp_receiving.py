@@ -1,0 +1,97 @@
+"""The receiving half of the quicker SCTP: fewer acknowledgements, and messages put together without searching."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+
+from aiortc.rtcsctptransport import (
+    SCTP_DATA_LAST_FRAG,
+    DataChunk,
+    ForwardTsnChunk,
+    InboundStream,
+    RTCSctpTransport,
+    tsn_plus_one,
+)
+from OpenSSL import SSL
+
+ACK_DELAY_S = 0.02
+"""RFC 9260 §6.2 allows 0.5 s; a sender with a window of few packets would wait for us."""
+PACKETS_PER_ACK = 2
+PACKETS_PER_ACK_BEHIND = 8
+"""While more packets wait to be read than we can read, acknowledging every second one only makes it worse. A sender
+counts bytes, not acknowledgements (RFC 9260 §7.2.1)."""
+
+
+class QuickReceiving(RTCSctpTransport):
+    """Half of :class:`~mosaic_core.adapters.aiortc_private.quick_sctp.QuickSctp`."""
+
+    _unacknowledged_packets = 0
+    _must_acknowledge = False
+    _sack_handle: asyncio.TimerHandle | None = None
+    _sack_task: asyncio.Future[None] | None = None
+
+    async def _send_sack(self) -> None:
+        """aiortc wants to acknowledge a packet: some later one, or at once when something is out of order."""
+        self._unacknowledged_packets += 1
+        is_urgent = self._must_acknowledge or self._sack_misordered or self._sack_duplicates
+        if is_urgent or self._unacknowledged_packets >= (
+            PACKETS_PER_ACK_BEHIND if self._is_behind else PACKETS_PER_ACK
+        ):
+            await self._acknowledge()
+            return
+        self._sack_needed = False
+        if self._sack_handle is None:
+            self._sack_handle = asyncio.get_running_loop().call_later(ACK_DELAY_S, self._acknowledgement_due)
+
+    @property
+    def _is_behind(self) -> bool:
+        """Packets have arrived that nobody has read yet."""
+        return not self.transport.transport._connection._queue.empty()
+
+    async def _acknowledge(self) -> None:
+        self._unacknowledged_packets, self._must_acknowledge = 0, False
+        await super()._send_sack()
+
+    def _acknowledgement_due(self) -> None:
+        self._sack_handle = None
+        if self._unacknowledged_packets and self._association_state is self.State.ESTABLISHED:
+            self._sack_task = asyncio.ensure_future(self._acknowledge_late())
+
+    async def _acknowledge_late(self) -> None:
+        try:
+            await self._acknowledge()
+        except (ConnectionError, SSL.Error):
+            return  # the transport below has closed meanwhile, or is just closing; there is nobody to tell
+
+    async def _receive_forward_tsn_chunk(self, chunk: ForwardTsnChunk) -> None:
+        self._must_acknowledge = True  # RFC 3758 §3.6: the sender repeats it until it is acknowledged
+        await super()._receive_forward_tsn_chunk(chunk)
+
+    def _mark_received(self, tsn: int) -> bool:
+        assert self._last_received_tsn is not None
+        if tsn == tsn_plus_one(self._last_received_tsn) and not self._sack_misordered and not self._sack_duplicates:
+            self._last_received_tsn = tsn
+            return False
+        return super()._mark_received(tsn)
+
+    def _get_inbound_stream(self, stream_id: int) -> InboundStream:
+        stream = self._inbound_streams.get(stream_id)
+        if stream is None:
+            stream = self._inbound_streams[stream_id] = QuickInboundStream()
+        return stream
+
+
+class QuickInboundStream(InboundStream):
+    """aiortc looks through all that waits at every packet; one in the midst of a message completes nothing."""
+
+    _completes_nothing = False
+
+    def add_chunk(self, chunk: DataChunk) -> None:
+        super().add_chunk(chunk)
+        self._completes_nothing = self.reassembly[-1] is chunk and not chunk.flags & SCTP_DATA_LAST_FRAG
+
+    def pop_messages(self) -> Iterator[tuple[int, int, bytes]]:
+        if self._completes_nothing:
+            return iter(())
+        return super().pop_messages()
