@@ -17,7 +17,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from mosaic_core.machines import framing
+from mosaic_core.machines import framing, reassembly
 from mosaic_core.words import codes, control, data_type, signaling
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
 from mosaic_core.words.finding import Finding
@@ -173,7 +173,11 @@ def _constants() -> str:
         "MAX_MESSAGE_BYTES": framing.MAX_MESSAGE_BYTES,
         "MAX_CHUNKS": framing.MAX_CHUNKS,
         "CHUNK_PAYLOAD_BYTES": framing.CHUNK_PAYLOAD_BYTES,
-        "CHUNK_TIMEOUT_MS": int(framing.CHUNK_TIMEOUT_S * 1000),
+        "CHUNK_TIMEOUT_MS": int(reassembly.CHUNK_TIMEOUT_S * 1000),
+        "RELIABLE_CHUNK_TIMEOUT_MS": int(reassembly.RELIABLE_CHUNK_TIMEOUT_S * 1000),
+        "MAX_PARTIAL": reassembly.MAX_PARTIAL,
+        "PARTIALS_BYTES": reassembly.PARTIALS_BYTES,
+        "PART_COST_BYTES": reassembly.PART_COST_BYTES,
         "FLAG_CHUNKED": int(framing.FrameFlag.CHUNKED),
         "FLAG_LATCHED": int(framing.FrameFlag.LATCHED),
     }

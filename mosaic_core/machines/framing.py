@@ -22,10 +22,37 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 
+from mosaic_core.machines.reassembly import (
+    CHUNK_TIMEOUT_S,
+    MAX_CHUNKS,
+    MAX_MESSAGE_BYTES,
+    MAX_PARTIAL,
+    RELIABLE_CHUNK_TIMEOUT_S,
+    Chunk,
+    ChunkCollector,
+    Partials,
+)
 from mosaic_core.words.errors import WireError
+
+__all__ = [
+    "CHUNK_HEADER_BYTES",
+    "CHUNK_PAYLOAD_BYTES",
+    "CHUNK_TIMEOUT_S",
+    "HEADER_BYTES",
+    "MAX_CHUNKS",
+    "MAX_MESSAGE_BYTES",
+    "RELIABLE_CHUNK_TIMEOUT_S",
+    "SEQ_MODULUS",
+    "Frame",
+    "FrameFlag",
+    "FrameReader",
+    "PayloadKind",
+    "encode_frame",
+    "is_newer",
+]
 
 _HEADER = struct.Struct("!BBHIIQ")
 _CHUNK = struct.Struct("!III")
@@ -33,14 +60,8 @@ HEADER_BYTES = _HEADER.size
 CHUNK_HEADER_BYTES = _CHUNK.size
 SEQ_MODULUS = 1 << 32
 
-MAX_MESSAGE_BYTES = 16 * 1024 * 1024
-"""Largest message that a receiver reassembles."""
 CHUNK_PAYLOAD_BYTES = 60 * 1024
 """A peer that announces no maximum takes 65 536 bytes (RFC 8841 §6.1)."""
-MAX_CHUNKS = 4096
-"""The largest message in chunks of 4 KiB: smaller ones would cost a receiver more in bookkeeping than in data."""
-CHUNK_TIMEOUT_S = 5.0
-"""A message whose chunks stop arriving for this long is forgotten."""
 
 
 class PayloadKind(IntEnum):
@@ -89,25 +110,27 @@ def _header(frame: Frame, flags: FrameFlag) -> bytes:
     return _HEADER.pack(frame.kind, flags, 0, frame.seq % SEQ_MODULUS, frame.epoch, frame.stamp_us)
 
 
-@dataclass(slots=True)
-class _Partial:
-    header: bytes
-    total_bytes: int
-    touched_at_s: float
-    parts: dict[int, bytes] = field(default_factory=dict)
-    received_bytes: int = 0
-
-
 class FrameReader:
-    """Turns the messages of one channel back into frames; keeps at most ``max_partial`` unfinished ones.
+    """Turns the messages of one channel back into frames. Not thread-safe; bad bytes raise :class:`WireError` and leave
+    the reader usable.
 
-    Not thread-safe; one instance per channel. Bad bytes raise :class:`WireError` and leave the reader usable.
+    ``is_lossy``: messages may get lost on this channel, and older values are worthless: parts of them are not kept once
+    a newer one is complete. ``partials``: shared by all readers of one peer, so that its bound holds for all of them.
     """
 
-    def __init__(self, max_message_bytes: int = MAX_MESSAGE_BYTES, max_partial: int = 4) -> None:
-        self._max_message_bytes = max_message_bytes
-        self._max_partial = max_partial
-        self._partial: dict[int, _Partial] = {}
+    def __init__(
+        self,
+        max_message_bytes: int = MAX_MESSAGE_BYTES,
+        max_partial: int = MAX_PARTIAL,
+        *,
+        is_lossy: bool = False,
+        partials: Partials | None = None,
+    ) -> None:
+        self._is_lossy = is_lossy
+        timeout_s = CHUNK_TIMEOUT_S if is_lossy else RELIABLE_CHUNK_TIMEOUT_S
+        self.chunks = ChunkCollector(partials or Partials(), max_message_bytes, max_partial, timeout_s)
+        """What is unfinished, and what was forgotten."""
+        self._newest: int | None = None
 
     def read(self, data: bytes, now_s: float) -> Frame | None:
         """The frame that ``data`` completes, or ``None`` while chunks are missing. ``now_s``: any monotonic clock."""
@@ -125,41 +148,26 @@ class FrameReader:
                 return None
         else:
             payload = data[HEADER_BYTES:]
+        if self._is_lossy:
+            self._supersede(seq)
         return Frame(payload_kind, payload, seq, epoch, stamp_us, flag & ~FrameFlag.CHUNKED)
 
     def _collect(self, data: bytes, seq: int, now_s: float) -> bytes | None:
         if len(data) < HEADER_BYTES + CHUNK_HEADER_BYTES:
             raise WireError("frame: shorter than its chunk header")
-        index, count, total = _CHUNK.unpack_from(data, HEADER_BYTES)
-        part = data[HEADER_BYTES + CHUNK_HEADER_BYTES :]
-        if not 0 < total <= self._max_message_bytes:
-            raise WireError("frame: announced size out of range", code="channel.too_large")
-        if not (index < count <= MAX_CHUNKS and len(part) > 0 and count <= total):
-            raise WireError("frame: chunk index out of range")
-        self._forget_stale(now_s)
-        partial = self._partial.get(seq)
-        if partial is None:
-            if len(self._partial) >= self._max_partial:
-                del self._partial[min(self._partial, key=lambda key: self._partial[key].touched_at_s)]
-            partial = self._partial[seq] = _Partial(data[:HEADER_BYTES], total, now_s)
-        if partial.total_bytes != total or partial.header != data[:HEADER_BYTES]:
-            del self._partial[seq]
-            raise WireError("frame: chunks of one message disagree")
-        if index not in partial.parts:
-            partial.parts[index] = part
-            partial.received_bytes += len(part)
-        partial.touched_at_s = now_s
-        if partial.received_bytes < total and len(partial.parts) < count:
+        if self._is_lossy and self._newest is not None and is_newer(self._newest, seq):
             return None
-        del self._partial[seq]
-        if partial.received_bytes != total or len(partial.parts) != count:
-            raise WireError("frame: chunks do not add up")
-        return b"".join(partial.parts[position] for position in range(count))
+        index, count, total_bytes = _CHUNK.unpack_from(data, HEADER_BYTES)
+        part = data[HEADER_BYTES + CHUNK_HEADER_BYTES :]
+        return self.chunks.add(seq, Chunk(data[:HEADER_BYTES], index, count, total_bytes, part), now_s)
 
-    def _forget_stale(self, now_s: float) -> None:
-        stale = [seq for seq, partial in self._partial.items() if now_s - partial.touched_at_s > CHUNK_TIMEOUT_S]
-        for seq in stale:
-            del self._partial[seq]
+    def _supersede(self, seq: int) -> None:
+        """A newer value is complete: parts of older ones are worth nothing."""
+        if self._newest is None or is_newer(seq, self._newest):
+            self._newest = seq
+            for older in self.chunks.unfinished():
+                if is_newer(seq, older):
+                    self.chunks.drop(older)
 
 
 def is_newer(seq: int, than: int) -> bool:

@@ -9,11 +9,11 @@ import {
   FLAG_CHUNKED,
   FLAG_LATCHED,
   HEADER_BYTES,
-  MAX_CHUNKS,
   MAX_MESSAGE_BYTES,
   PayloadKind,
-  type ReasonCode,
+  RELIABLE_CHUNK_TIMEOUT_MS,
 } from './generated'
+import { ChunkCollector, Partials, type Chunk } from './reassembly'
 import { WireError } from './WireError'
 
 const TWO_32 = 2 ** 32
@@ -68,22 +68,31 @@ function writeHeader(message: Uint8Array<ArrayBuffer>, frame: Frame, chunked: bo
   return view
 }
 
-interface Partial {
-  header: Uint8Array
-  totalBytes: number
-  touchedAtMs: number
-  parts: Map<number, Uint8Array>
-  receivedBytes: number
+export interface ReaderOptions {
+  maxMessageBytes?: number
+  maxPartial?: number
+  /** Messages may get lost on this channel, and parts of older ones are worthless once a newer one is complete. */
+  isLossy?: boolean
+  /** Shared by all readers of one peer, so that its bound holds for all of them. */
+  partials?: Partials
 }
 
 /** Turns the messages of one channel back into frames. Bad bytes throw `WireError` and leave the reader usable. */
 export class FrameReader {
-  private readonly partial = new Map<number, Partial>()
+  /** What is unfinished, and what was forgotten. */
+  readonly chunks: ChunkCollector
+  private readonly isLossy: boolean
+  private newest: number | null = null
 
-  constructor(
-    private readonly maxMessageBytes = MAX_MESSAGE_BYTES,
-    private readonly maxPartial = 4,
-  ) {}
+  constructor(options: ReaderOptions = {}) {
+    this.isLossy = options.isLossy ?? false
+    this.chunks = new ChunkCollector(
+      options.partials ?? new Partials(),
+      options.maxMessageBytes,
+      options.maxPartial,
+      this.isLossy ? CHUNK_TIMEOUT_MS : RELIABLE_CHUNK_TIMEOUT_MS,
+    )
+  }
 
   /** The frame that `data` completes, or null while chunks are missing. `nowMs`: any monotonic clock. */
   read(data: Uint8Array, nowMs: number): Frame | null {
@@ -95,76 +104,34 @@ export class FrameReader {
     const seq = view.getUint32(4)
     const payload = (flags & FLAG_CHUNKED) === 0 ? data.subarray(HEADER_BYTES) : this.collect(data, view, seq, nowMs)
     if (payload === null) return null
+    if (this.isLossy) this.supersede(seq)
     const stampUs = view.getUint32(12) * TWO_32 + view.getUint32(16)
     return { kind, payload, seq, epoch: view.getUint32(8), stampUs, latched: (flags & FLAG_LATCHED) !== 0 }
   }
 
   private collect(data: Uint8Array, view: DataView, seq: number, nowMs: number): Uint8Array | null {
     if (data.byteLength < HEADER_BYTES + CHUNK_HEADER_BYTES) throw new WireError('frame: shorter than its chunk header')
-    const index = view.getUint32(HEADER_BYTES)
-    const count = view.getUint32(HEADER_BYTES + 4)
-    const total = view.getUint32(HEADER_BYTES + 8)
-    const part = data.slice(HEADER_BYTES + CHUNK_HEADER_BYTES)
-    if (total === 0 || total > this.maxMessageBytes) throw tooLarge('frame: announced size out of range')
-    if (index >= count || count > MAX_CHUNKS || part.byteLength === 0 || count > total) throw new WireError('frame: chunk index out of range')
-    this.forgetStale(nowMs)
-    const partial = this.partial.get(seq) ?? this.begin(data.slice(0, HEADER_BYTES), seq, total, nowMs)
-    if (partial.totalBytes !== total || !isSame(partial.header, data.subarray(0, HEADER_BYTES))) {
-      this.partial.delete(seq)
-      throw new WireError('frame: chunks of one message disagree')
+    if (this.isLossy && this.newest !== null && isNewer(this.newest, seq)) return null
+    const chunk: Chunk = {
+      header: data.slice(0, HEADER_BYTES),
+      index: view.getUint32(HEADER_BYTES),
+      count: view.getUint32(HEADER_BYTES + 4),
+      totalBytes: view.getUint32(HEADER_BYTES + 8),
+      part: data.slice(HEADER_BYTES + CHUNK_HEADER_BYTES),
     }
-    if (!partial.parts.has(index)) {
-      partial.parts.set(index, part)
-      partial.receivedBytes += part.byteLength
-    }
-    partial.touchedAtMs = nowMs
-    if (partial.receivedBytes < total && partial.parts.size < count) return null
-    this.partial.delete(seq)
-    return joined(partial, count)
+    return this.chunks.add(seq, chunk, nowMs)
   }
 
-  private begin(header: Uint8Array, seq: number, totalBytes: number, nowMs: number): Partial {
-    if (this.partial.size >= this.maxPartial) {
-      const oldest = [...this.partial].reduce((a, b) => (b[1].touchedAtMs < a[1].touchedAtMs ? b : a))
-      this.partial.delete(oldest[0])
-    }
-    const partial: Partial = { header, totalBytes, touchedAtMs: nowMs, parts: new Map(), receivedBytes: 0 }
-    this.partial.set(seq, partial)
-    return partial
+  /** A newer value is complete: parts of older ones are worth nothing. */
+  private supersede(seq: number): void {
+    if (this.newest !== null && !isNewer(seq, this.newest)) return
+    this.newest = seq
+    for (const older of this.chunks.unfinished) if (isNewer(seq, older)) this.chunks.drop(older)
   }
-
-  private forgetStale(nowMs: number): void {
-    for (const [seq, partial] of this.partial) {
-      if (nowMs - partial.touchedAtMs > CHUNK_TIMEOUT_MS) this.partial.delete(seq)
-    }
-  }
-}
-
-function joined(partial: Partial, count: number): Uint8Array {
-  if (partial.receivedBytes !== partial.totalBytes || partial.parts.size !== count) {
-    throw new WireError('frame: chunks do not add up')
-  }
-  const payload = new Uint8Array(partial.totalBytes)
-  let offset = 0
-  for (let index = 0; index < count; index += 1) {
-    const part = partial.parts.get(index)
-    if (part === undefined) throw new WireError('frame: chunks do not add up')
-    payload.set(part, offset)
-    offset += part.byteLength
-  }
-  return payload
 }
 
 function isKind(kind: number): kind is PayloadKind {
   return KINDS.has(kind)
-}
-
-function isSame(a: Uint8Array, b: Uint8Array): boolean {
-  return a.every((byte, index) => byte === b[index])
-}
-
-function tooLarge(message: string): WireError {
-  return new WireError(message, 'channel.too_large' satisfies ReasonCode)
 }
 
 /** Serial-number comparison (RFC 1982) of two message numbers. */

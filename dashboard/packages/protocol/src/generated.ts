@@ -616,6 +616,10 @@ export const MAX_MESSAGE_BYTES = 16777216
 export const MAX_CHUNKS = 4096
 export const CHUNK_PAYLOAD_BYTES = 61440
 export const CHUNK_TIMEOUT_MS = 5000
+export const RELIABLE_CHUNK_TIMEOUT_MS = 60000
+export const MAX_PARTIAL = 4
+export const PARTIALS_BYTES = 33554432
+export const PART_COST_BYTES = 128
 export const FLAG_CHUNKED = 1
 export const FLAG_LATCHED = 2
 
@@ -819,6 +823,7 @@ export const CONTROL_EXTENSIONS: Record<string, number> = {
   'safetyLimit': 1,
   'journal': 1,
   'bulkLane': 1,
+  'resume': 1,
   'delivery': 1,
   'near': 1,
 }

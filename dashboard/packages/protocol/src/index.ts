@@ -24,5 +24,6 @@ export {
 export type * from './generated'
 export * from './messages'
 export * from './reasons'
+export { Partials } from './reassembly'
 export { parseCatalogue, parseIceServers } from './restParts'
 export { WireError } from './WireError'
