@@ -4,6 +4,7 @@
 
     offering ──offered──► waiting ──answered──► connecting ──securing──► securing ──connected──► greeting
     greeting ──hello──► open        greeting ──2 s──► original ──late hello──► open
+    greeting ──8 s without a channel──► closed
     any phase ──failure, time-out, silence, bye, request──► closed
 
 A robot of ours answers pings, so two seconds without a word mean that it is lost; an original one is trusted to ICE.
@@ -21,12 +22,14 @@ Phase = Literal[
 ]  # fmt: skip
 
 TIMEOUTS: dict[Phase, tuple[float, str]] = {
-    "offering": (15.0, "ice.no_address"),
-    "waiting": (20.0, "signal.timeout"),
+    "offering": (15.0, "sdp.timeout"),
+    "waiting": (20.0, "signal.no_answer"),
     "connecting": (20.0, "ice.timeout"),
     "securing": (10.0, "dtls.timeout"),
 }
 """Seconds a phase may take, and the code when it takes longer. Either side may first wait for a TURN server."""
+CHANNEL_TIMEOUT_S = 8.0
+"""From the connection to the open control channel. Only then does silence mean an original robot."""
 STALL_S = 0.5
 """A deadline noticed this late means that our own process stood still; answers may be waiting unread."""
 
@@ -46,6 +49,11 @@ class TransportChanged:
     """``connecting``, ``securing``, ``connected``, ``failed`` or ``closed``."""
 
     state: str
+
+
+@dataclass(frozen=True, slots=True)
+class ControlOpened:
+    """The control channel is open on our side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +85,8 @@ class DeadlinePassed:
 
 
 Event = (
-    Offered | Answered | TransportChanged | HelloReceived | ControlReceived | EndReceived | CloseRequested
-    | DeadlinePassed
+    Offered | Answered | TransportChanged | ControlOpened | HelloReceived | ControlReceived | EndReceived
+    | CloseRequested | DeadlinePassed
 )  # fmt: skip
 
 
@@ -113,6 +121,7 @@ class OperatorPeer:
         self.phase: Phase = "offering"
         self.deadline_s: float | None = now_s + TIMEOUTS["offering"][0]
         """When the driver must say :class:`DeadlinePassed`; ``None``: never."""
+        self._has_control = False
         self._ping_at_s = 0.0
         self._lost_at_s = 0.0
 
@@ -127,6 +136,8 @@ class OperatorPeer:
                 return self._enter("connecting", now_s)
             case TransportChanged(state):
                 return self._transport(state, now_s)
+            case ControlOpened():
+                return self._control_opened(now_s)
             case HelloReceived() if self.phase in ("greeting", "original"):
                 return self._opened(now_s)
             case HelloReceived() | ControlReceived():
@@ -146,16 +157,24 @@ class OperatorPeer:
             case "securing" if self.phase == "connecting":
                 return self._enter("securing", now_s)
             case "connected" if self.phase in ("waiting", "connecting", "securing"):
-                self.phase, self.deadline_s = "greeting", now_s + HELLO_TIMEOUT_S
+                self.phase = "greeting"
+                self.deadline_s = now_s + (HELLO_TIMEOUT_S if self._has_control else CHANNEL_TIMEOUT_S)
                 return []
             case "failed":
                 is_up = self.phase in ("greeting", "open", "original")
-                code = "peer.lost" if is_up else "dtls.timeout" if self.phase == "securing" else "ice.failed"
+                code = "peer.lost" if is_up else "dtls.failed" if self.phase == "securing" else "ice.failed"
                 return self._end(code, "", tells_robot=True)
             case "closed":
                 return self._end("peer.closed", "", tells_robot=False)
             case _:
                 return []
+
+    def _control_opened(self, now_s: float) -> list[Effect]:
+        """Browsers and aiortc don't promise whether this or the state ``connected`` is told first."""
+        self._has_control = True
+        if self.phase == "greeting":
+            self.deadline_s = now_s + HELLO_TIMEOUT_S
+        return []
 
     def _enter(self, phase: Phase, now_s: float) -> list[Effect]:
         self.phase, self.deadline_s = phase, now_s + TIMEOUTS[phase][0]
@@ -180,6 +199,8 @@ class OperatorPeer:
         if self.deadline_s is None or now_s < self.deadline_s:
             return []
         if self.phase == "greeting":
+            if not self._has_control:
+                return self._end("channel.timeout", "", tells_robot=True)
             self.phase, self.deadline_s = "original", None
             return [UseConnection(is_ours=False)]
         if self.phase == "open":

@@ -4,6 +4,7 @@
 
     answering ──answered──► connecting ──securing──► securing ──connected──► greeting ──hello──► open
                                                                     └──2 s──► original ──late hello──┘
+                                                                  original ──10 s without a channel──► closed
     any phase ──failure, time-out, bye, request──► closed
 
 An operator of ours pings, so silence means it is lost (ICE alone needs 29 s); an original one is trusted to ICE.
@@ -19,11 +20,13 @@ from mosaic_core.words.control import HELLO_TIMEOUT_S, PEER_LOST_AFTER_S
 Phase = Literal["answering", "connecting", "securing", "greeting", "open", "original", "closed"]
 
 TIMEOUTS: dict[Phase, tuple[float, str]] = {
-    "answering": (15.0, "ice.timeout"),
+    "answering": (15.0, "sdp.timeout"),
     "connecting": (20.0, "ice.timeout"),
     "securing": (10.0, "dtls.timeout"),
 }
 """Seconds a phase may take, and the code when it takes longer. Relay-only answers wait for the TURN server."""
+CHANNEL_TIMEOUT_S = 10.0
+"""From the connection to its first data channel, if the offer has a line for them; their set-up may be repeated."""
 STALL_S = 0.5
 """A deadline noticed this late means that our own process stood still; pings may be waiting unread."""
 
@@ -44,6 +47,11 @@ class TransportChanged:
     """``connecting``, ``securing``, ``connected``, ``failed`` or ``closed``."""
 
     state: str
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelOpened:
+    """Any data channel, of ours or of an original operator."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +84,8 @@ class DeadlinePassed:
 
 
 Event = (
-    Answered | AnswerFailed | TransportChanged | HelloReceived | ControlReceived | ByeReceived | CloseRequested
-    | DeadlinePassed
+    Answered | AnswerFailed | TransportChanged | ChannelOpened | HelloReceived | ControlReceived | ByeReceived
+    | CloseRequested | DeadlinePassed
 )  # fmt: skip
 
 
@@ -109,10 +117,11 @@ Effect = TellConnected | TreatAsOurs | TreatAsOriginal | Close
 
 
 class PeerSession:
-    """The machine. ``now_s`` is any monotonic clock."""
+    """The machine. ``now_s`` is any monotonic clock; ``expects_channels``: the offer has a line for data channels."""
 
-    def __init__(self, now_s: float) -> None:
+    def __init__(self, now_s: float, *, expects_channels: bool = False) -> None:
         self._phase: Phase = "answering"
+        self._expects_channels = expects_channels
         self.deadline_s: float | None = now_s + TIMEOUTS["answering"][0]
         """When the driver must say :class:`DeadlinePassed`; ``None``: never."""
 
@@ -133,6 +142,11 @@ class PeerSession:
                 return self._close(code, message)
             case TransportChanged(state):
                 return self._transport(state, now_s)
+            case ChannelOpened():
+                self._expects_channels = False
+                if self._phase == "original":
+                    self.deadline_s = None
+                return []
             case HelloReceived():
                 return self._hello(now_s)
             case ControlReceived():
@@ -154,7 +168,7 @@ class PeerSession:
     def _transport(self, state: str, now_s: float) -> list[Effect]:
         before = self._phase in ("answering", "connecting", "securing")
         if state == "failed":
-            code = "dtls.timeout" if self._phase == "securing" else "ice.failed" if before else "peer.lost"
+            code = "dtls.failed" if self._phase == "securing" else "ice.failed" if before else "peer.lost"
             return self._close(code, "")
         if state == "closed":
             return self._close("ice.failed" if before else "peer.closed", "")
@@ -180,8 +194,11 @@ class PeerSession:
             return []
         late_s = now_s - self.deadline_s
         if self._phase == "greeting":
-            self._phase, self.deadline_s = "original", None
+            wait_s = CHANNEL_TIMEOUT_S - HELLO_TIMEOUT_S
+            self._phase, self.deadline_s = "original", now_s + wait_s if self._expects_channels else None
             return [TreatAsOriginal()]
+        if self._phase == "original":
+            return self._close("channel.timeout", "")
         if self._phase == "open":
             if late_s > STALL_S:
                 self.deadline_s = now_s + STALL_S

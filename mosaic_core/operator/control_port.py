@@ -35,12 +35,14 @@ class ControlPort:
         *,
         clock_us: Callable[[], int] = now_us,
         is_person: bool = False,
+        opened: Callable[[], None] | None = None,
     ) -> None:
         self._heard = heard
         self._clock_us = clock_us
         self._is_person = is_person
         self._clock = ClockOffset()
         self._robot_boot_id = ""
+        self._opened = opened
         self._port = _words_port(channel, self._received, self._changed, clock_us)
         self._stop_port: ChannelPort | None = None
 
@@ -85,6 +87,8 @@ class ControlPort:
         if is_open:
             hello = Hello(extensions=CONTROL_EXTENSIONS, software=SOFTWARE, boot_id=BOOT_ID, is_person=self._is_person)
             self.send(hello)
+            if self._opened is not None:
+                self._opened()
 
     def _received_on_stop_channel(self, frame: Frame) -> None:
         self._take(frame, self.send_on_stop_channel)

@@ -87,7 +87,7 @@ class PeerLink:
         self._clock = asyncio.create_task(self._keep_time())
         self._add_lines()
         channel = self.offerer.create_channel(control.CONTROL_LABEL, protocol=control.CHANNEL_PROTOCOL)
-        self.control = ControlPort(channel, self._heard, clock_us=self._plan.clock_us, is_person=self._plan.is_person)
+        self.control = ControlPort(channel, self._heard, clock_us=self._plan.clock_us, is_person=self._plan.is_person, opened=self._control_opened)
         stop = self.offerer.create_channel(
             control.STOP_LABEL, protocol=control.CHANNEL_PROTOCOL, ordered=False, max_retransmits=0
         )
@@ -148,6 +148,9 @@ class PeerLink:
             self._handle(machine.EndReceived(error.code, error.message))
         else:
             self._handle(machine.Answered())
+
+    def _control_opened(self) -> None:
+        self._handle(machine.ControlOpened())
 
     # -- told by the peer connection ---------------------------------------------------------------------------------
 

@@ -44,7 +44,7 @@ class OperatorPeer:
         self._start = start
         self._site = site
         self._loop = asyncio.get_running_loop()
-        self._session = session.PeerSession(time.monotonic())
+        self._session = session.PeerSession(time.monotonic(), expects_channels="\nm=application " in start.offer_sdp)
         self._baseline = ArrivalBaseline()
         self._queue = SendQueue(self._has_room)
         self._resume = PeerResume(lambda: self.sender, site, self._control.answer)
@@ -234,6 +234,7 @@ class OperatorPeer:
     def channel_opened(self, channel: Channel) -> None:
         if self.phase == "closed":
             return
+        self._handle(session.ChannelOpened())
         if channel.label == CONTROL_LABEL:
             if self._control.link is None and channel.protocol == CHANNEL_PROTOCOL:
                 self._control.link = ControlLink(channel, self._queue, self._baseline, self._heard)

@@ -10,6 +10,7 @@ from mosaic_core.machines.peer_session import (
     Answered,
     AnswerFailed,
     ByeReceived,
+    ChannelOpened,
     Close,
     CloseRequested,
     ControlReceived,
@@ -97,7 +98,7 @@ def test_after_a_stall_a_peer_that_stays_silent_is_lost_all_the_same() -> None:
 
 @pytest.mark.parametrize(
     ("phase", "seconds", "code"),
-    [("answering", 15.0, "ice.timeout"), ("connecting", 20.0, "ice.timeout"), ("securing", 10.0, "dtls.timeout")],
+    [("answering", 15.0, "sdp.timeout"), ("connecting", 20.0, "ice.timeout"), ("securing", 10.0, "dtls.timeout")],
 )
 def test_a_phase_that_takes_too_long_ends_with_its_code(phase: str, seconds: float, code: str) -> None:
     it = in_phase(phase)
@@ -109,7 +110,7 @@ def test_a_phase_that_takes_too_long_ends_with_its_code(phase: str, seconds: flo
     ("phase", "state", "code"),
     [
         ("connecting", "failed", "ice.failed"),
-        ("securing", "failed", "dtls.timeout"),
+        ("securing", "failed", "dtls.failed"),
         ("open", "failed", "peer.lost"),
         ("original", "failed", "peer.lost"),
         ("connecting", "closed", "ice.failed"),
@@ -118,6 +119,26 @@ def test_a_phase_that_takes_too_long_ends_with_its_code(phase: str, seconds: flo
 )
 def test_the_end_of_the_transport_has_the_code_of_its_phase(phase: str, state: str, code: str) -> None:
     assert in_phase(phase).handle(TransportChanged(state), 3.0) == [Close(code, "", False)]
+
+
+def connected_original(expects_channels: bool) -> PeerSession:
+    it = PeerSession(0.0, expects_channels=expects_channels)
+    for event in (Answered(), TransportChanged("connected")):
+        it.handle(event, 0.0)
+    it.handle(DeadlinePassed(), 2.0)
+    assert it.phase == "original"
+    return it
+
+
+def test_channels_that_were_offered_and_never_open_end_the_connection() -> None:
+    assert connected_original(True).handle(DeadlinePassed(), 10.0) == [Close("channel.timeout", "", False)]
+
+
+def test_one_channel_of_an_original_operator_is_enough() -> None:
+    it = connected_original(True)
+    it.handle(ChannelOpened(), 9.9)
+    assert it.deadline_s is None
+    assert connected_original(False).deadline_s is None, "pictures alone need no channel"
 
 
 def test_a_failed_answer_ends_with_its_reason() -> None:
@@ -134,6 +155,7 @@ EVENTS: list[Event] = [
     Answered(),
     AnswerFailed("sdp.invalid"),
     *(TransportChanged(state) for state in ("connecting", "securing", "connected", "failed", "closed", "news")),
+    ChannelOpened(),
     HelloReceived(),
     ControlReceived(),
     ByeReceived("peer.closed"),

@@ -7,8 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_core.machines.operator_peer import (
+    CHANNEL_TIMEOUT_S,
     Answered,
     CloseRequested,
+    ControlOpened,
     ControlReceived,
     DeadlinePassed,
     Effect,
@@ -29,6 +31,7 @@ TO_GREETING: tuple[Event, ...] = (
     Answered(),
     TransportChanged("securing"),
     TransportChanged("connected"),
+    ControlOpened(),
 )
 
 
@@ -83,10 +86,11 @@ def test_without_a_hello_the_robot_is_an_original_one_and_trusted_to_ice() -> No
 @pytest.mark.parametrize(
     ("events", "code"),
     [
-        ((), "ice.no_address"),
-        (TO_GREETING[:1], "signal.timeout"),
+        ((), "sdp.timeout"),
+        (TO_GREETING[:1], "signal.no_answer"),
         (TO_GREETING[:2], "ice.timeout"),
         (TO_GREETING[:3], "dtls.timeout"),
+        (TO_GREETING[:4], "channel.timeout"),
     ],
 )
 def test_each_phase_has_its_own_time_out(events: tuple[Event, ...], code: str) -> None:
@@ -98,10 +102,19 @@ def test_each_phase_has_its_own_time_out(events: tuple[Event, ...], code: str) -
 
 @pytest.mark.parametrize(
     ("events", "code"),
-    [(TO_GREETING[:2], "ice.failed"), (TO_GREETING[:3], "dtls.timeout"), (TO_GREETING, "peer.lost")],
+    [(TO_GREETING[:2], "ice.failed"), (TO_GREETING[:3], "dtls.failed"), (TO_GREETING, "peer.lost")],
 )
 def test_a_failed_transport_names_its_phase(events: tuple[Event, ...], code: str) -> None:
     assert peer_after(*events).handle(TransportChanged("failed"), 1.0) == [End(code, "", True)]
+
+
+def test_silence_counts_from_the_open_channel_on() -> None:
+    peer = peer_after(*TO_GREETING[:4])
+    peer.handle(ControlOpened(), 5.0)
+    assert run_until(peer, 60) == [(7.0, UseConnection(False))]
+    early = peer_after(*TO_GREETING[:3], ControlOpened(), TransportChanged("connected"))
+    assert run_until(early, 60) == [(2.0, UseConnection(False))], "the order of the two is not promised"
+    assert CHANNEL_TIMEOUT_S > 2.0
 
 
 def test_an_end_of_the_robots_is_not_told_back_to_it() -> None:
@@ -112,8 +125,9 @@ def test_an_end_of_the_robots_is_not_told_back_to_it() -> None:
 
 
 EVENTS = st.sampled_from([
-    Offered(), Answered(), HelloReceived(), ControlReceived(), CloseRequested(), EndReceived("peer.shutdown"),
-    DeadlinePassed(), *(TransportChanged(s) for s in ("connecting", "securing", "connected", "failed", "closed", "?")),
+    Offered(), Answered(), ControlOpened(), HelloReceived(), ControlReceived(), CloseRequested(), DeadlinePassed(),
+    EndReceived("peer.shutdown"),
+    *(TransportChanged(s) for s in ("connecting", "securing", "connected", "failed", "closed", "?")),
 ])  # fmt: skip
 
 
