@@ -322,7 +322,7 @@ def test_a_robot_that_never_answers_times_out_with_a_code(world: Any) -> None:
         async with world.operator() as operator:
             with pytest.raises(ConnectionFailed) as failed:
                 await operator.connect(world.robot_id, timeout_s=0.5)
-            assert failed.value.code == "signal.timeout"
+            assert failed.value.code == "signal.no_answer"
             assert world.robot.is_closed
 
     run(scenario)
