@@ -132,17 +132,17 @@ class ResumeSender(Generic[T]):
         if received is None:
             return self._begin_anew()
         if self._is_beyond(received, is_first):  # it knows an older sender than this one: go on where that ended
-            lost = self._count_lost(_distance(self._confirmed, self.first_seq) - 1)
+            lost = self._count_lost()
             self._renumber(_after(received))
             return lost
         self._confirm(received)
-        return self._count_lost(_distance(self._confirmed, self.first_seq) - 1)
+        return self._count_lost()
 
     def abandoned(self) -> int:
         """Nobody will come back for what is kept: all that was not confirmed is lost."""
         self._kept.clear()
         self._size_bytes = self._sent = 0
-        return self._count_lost(_distance(self._confirmed, self._next) - 1)
+        return self._count_lost()
 
     # -- inside ------------------------------------------------------------------------------------------------------
 
@@ -180,7 +180,7 @@ class ResumeSender(Generic[T]):
     def _begin_anew(self) -> int:
         while self._kept and self._kept[0].was_sent:
             self._drop_first()
-        return self._count_lost(_distance(self._confirmed, self.first_seq) - 1)
+        return self._count_lost()
 
     def _renumber(self, first: int) -> None:
         for offset, kept in enumerate(self._kept):
@@ -188,7 +188,9 @@ class ResumeSender(Generic[T]):
         self._next = (first + len(self._kept)) & _MASK
         self._confirmed = (first - 1) & _MASK
 
-    def _count_lost(self, count: int) -> int:
+    def _count_lost(self) -> int:
+        """Between what is confirmed and what is still kept there is nothing any more."""
+        count = _distance(self._confirmed, self.first_seq) - 1
         self._confirmed = (self.first_seq - 1) & _MASK
         self.lost += count
         return count
@@ -203,22 +205,21 @@ class Arrival:
 
 
 class ResumeReceiver:
-    """The receiving end. ``last`` is what it has; ``None``: it takes whatever comes first. ``lost`` counts."""
+    """The receiving end. ``received`` is the highest number that has arrived, for the sender; ``None``: it takes
+    whatever comes first. ``lost`` counts what will never come."""
 
-    def __init__(self, last: int | None = 0) -> None:
-        self.last = last
+    def __init__(self, received: int | None = 0) -> None:
+        self.received = received
         self.lost = 0
-        self._told = last
+        self._passed = received
+        self._told = received
 
     def arrived(self, seq: int) -> Arrival:
         """A message of the current connection."""
-        if self.last is None:
-            self.last = seq
-            return Arrival(is_new=True)
-        if not is_newer(seq, self.last):
+        if self._passed is not None and not is_newer(seq, self._passed):
             return Arrival(is_new=False)
-        missing = _distance(self.last, seq) - 1
-        self.last = seq
+        missing = 0 if self._passed is None else _distance(self._passed, seq) - 1
+        self.received = self._passed = seq
         self.lost += missing
         return Arrival(is_new=True, lost=missing)
 
@@ -226,25 +227,28 @@ class ResumeReceiver:
         """A new connection is up, on which ``next_seq`` comes next. How many are lost; ``None``: the sender has
         forgotten what it sent, so nobody knows."""
         if next_seq is None:
-            return None if self.last else 0
+            return None if self.received else 0
         before = (next_seq - 1) & _MASK
-        if self.last is None or not is_newer(before, self.last):
+        if self._passed is None:
+            self.received = self._passed = self._told = before
             return 0
-        missing = _distance(self.last, before)
-        self.last = before
+        if not is_newer(before, self._passed):
+            return 0
+        missing = _distance(self._passed, before)
+        self._passed = before  # it has not arrived: the sender has to count it too
         self.lost += missing
         return missing
 
     def renewed(self) -> None:
         """Somebody new listens, and misses nothing of what was before."""
-        self.last = self._told = None
+        self.received = self._passed = self._told = None
 
     def untold(self) -> int | None:
         """What to tell the sender now: the highest number, once; ``None`` if it knows already."""
-        if self.last is None or self.last == self._told:
+        if self.received is None or self.received == self._told:
             return None
-        self._told = self.last
-        return self.last
+        self._told = self.received
+        return self.received
 
 
 _MASK = SEQ_MODULUS - 1

@@ -163,7 +163,9 @@ def test_who_listens_anew_misses_nothing_of_before() -> None:
     receiver.renewed()
     assert receiver.untold() is None
     assert receiver.announced(40) == 0
-    assert receiver.arrived(50) == Arrival(is_new=True)
+    assert receiver.arrived(42) == Arrival(is_new=True, lost=2)
+    receiver.renewed()
+    assert receiver.arrived(90) == Arrival(is_new=True)
 
 
 class World:
@@ -186,15 +188,18 @@ class World:
             return
         if self.sender_speaks_first:
             self.receiver.announced(self.sender.first_seq)
-        assert self.receiver.last is not None
-        self.sender.resumed(self.receiver.last)
+        assert self.receiver.received is not None
+        self.sender.resumed(self.receiver.received)
         if not self.sender_speaks_first:
             self.receiver.announced(self.sender.first_seq)
 
     def half_connect(self) -> None:
-        """The connection is lost again before the robot's word has arrived."""
+        """The connection is lost again before the other side's word has arrived."""
         if not self.sender.is_attached:
-            self.sender.resumed(self.receiver.last)
+            if self.sender_speaks_first:
+                self.receiver.announced(self.sender.first_seq)
+            else:
+                self.sender.resumed(self.receiver.received)
             self.lose()
 
     def lose(self) -> None:
