@@ -17,6 +17,7 @@ from mosaic_core.machines.framing import (
     PayloadKind,
     encode_frame,
 )
+from mosaic_core.machines.reassembly import Partials
 from mosaic_core.machines.send_scheduler import QueuedMessage
 from mosaic_core.runtime.transport import Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL
@@ -32,10 +33,11 @@ class ChannelLink:
         baseline: ArrivalBaseline,
         max_age_s: float | None,
         max_message_bytes: int = MAX_MESSAGE_BYTES,
+        partials: Partials | None = None,
     ) -> None:
         self.channel = channel
         self.is_framed = channel.protocol == CHANNEL_PROTOCOL
-        self._reader = FrameReader(max_message_bytes)
+        self.reader = FrameReader(max_message_bytes, is_lossy=not channel.is_reliable, partials=partials)
         self._baseline = baseline
         self._gate = CommandGate(baseline, max_age_s) if self.is_framed else None
         self._seq = 0
@@ -64,7 +66,7 @@ class ChannelLink:
             return Frame(PayloadKind.BYTES, data.encode() if isinstance(data, str) else data)
         if isinstance(data, str):
             raise WireError("frame: text on a framed channel")
-        return self._reader.read(data, time.monotonic())
+        return self.reader.read(data, time.monotonic())
 
     def refusal(self, frame: Frame) -> str | None:
         """The code if the command gate keeps this message out."""

@@ -12,6 +12,8 @@ from mosaic_core.machines.rate_gate import RateGate
 from mosaic_core.machines.send_scheduler import Lane, Offered
 from mosaic_core.runtime.channel_link import ChannelLink
 from mosaic_core.runtime.inbox import Incoming
+from mosaic_core.runtime.peer_partials import PeerPartials
+from mosaic_core.runtime.peer_resume import PeerResume
 from mosaic_core.runtime.receiver import Receiver
 from mosaic_core.runtime.routes import Route
 from mosaic_core.runtime.send_queue import SendQueue
@@ -28,7 +30,13 @@ class PeerChannels:
     """Event loop only."""
 
     def __init__(
-        self, sender: Callable[[], Sender], site: Site, queue: SendQueue, baseline: ArrivalBaseline, refuse: Refuse
+        self,
+        sender: Callable[[], Sender],
+        site: Site,
+        queue: SendQueue,
+        baseline: ArrivalBaseline,
+        refuse: Refuse,
+        resume: PeerResume,
     ) -> None:
         self._peer_id = sender().peer_id
         self._sender = sender
@@ -36,8 +44,10 @@ class PeerChannels:
         self._queue = queue
         self._baseline = baseline
         self._refuse = refuse
+        self._resume = resume
         self._links: dict[str, ChannelLink] = {}
         self._rates: dict[str, RateGate] = {}
+        self._partials = PeerPartials(self._forgotten)
         self._carriers: dict[str, SendQueue] = {}
         """The queue of every open channel: that of the main connection, or of the one for bulk."""
 
@@ -64,7 +74,8 @@ class PeerChannels:
             return
         self._detach(channel.label)
         # a late command must not act, whoever promised to deliver it in order; a late request may
-        link = ChannelLink(channel, self._baseline, route.max_age_s)
+        link = ChannelLink(channel, self._baseline, route.max_age_s, partials=self._partials.shared)
+        self._partials.opened(channel.label, link.reader)
         self._links[channel.label] = link
         self._carriers[channel.label] = queue or self._queue
         opening = 0
@@ -74,15 +85,21 @@ class PeerChannels:
         channel.on_message = lambda data: self._received(route, link, opening, data)
         channel.on_close = lambda: self._closed(link)
         if channel.is_open:
-            self._join(route, link)
+            self._ready(route, link)
         else:
-            channel.on_open = lambda: self._join(route, link)
+            channel.on_open = lambda: self._ready(route, link)
+
+    def _ready(self, route: Route, link: ChannelLink) -> None:
+        self._resume.when_known(route, link.is_framed, lambda: self._join(route, link))
 
     def _join(self, route: Route, link: ChannelLink) -> None:
         if self._links.get(route.label) is not link:
             return
         queue = self._carriers[route.label]
         queue.open(link.channel, route.lane, route.connector.terms.limits)
+        if link.is_framed and self._resume.opens(route.label):
+            self._resume.attach(route.label, queue, link)
+            return
         latched = self._site.outbox.join(route.label, self._peer_id, self)
         if latched is not None and link.is_framed:  # a bare payload could not say that it is old
             queue.offer(link.outgoing(latched, FrameFlag.LATCHED))
@@ -93,11 +110,17 @@ class PeerChannels:
             return Offered.REFUSED
         return self._carriers[message.channel].offer(link.outgoing(message))
 
+    def waiting(self, channel: str) -> tuple[int, int]:
+        """``(messages, bytes)`` that wait to go out there."""
+        carrier = self._carriers.get(channel)
+        return carrier.waiting(channel) if carrier is not None else (0, 0)
+
     def _closed(self, link: ChannelLink) -> None:
         label = link.channel.label
         if self._links.get(label) is link:
             self._detach(label)
             self._leave(label)
+            self._resume.channel_closed(label)
 
     def close_all(self) -> None:
         """The peer is gone."""
@@ -124,7 +147,9 @@ class PeerChannels:
             return
         link.channel.on_message = link.channel.on_open = link.channel.on_close = link.channel.on_drained = None
         self._carriers.pop(label).close(label)
-        self._site.outbox.leave(label, self._peer_id)
+        self._partials.closed((label,))
+        if not self._resume.keeps(label):
+            self._site.outbox.leave(label, self._peer_id)
         measured = self._site.links.get(self._peer_id)
         if measured is not None:
             measured.channel_closed(label)
@@ -136,6 +161,7 @@ class PeerChannels:
             self._reject(route, None, error.code, error.message)
             return
         if frame is None:
+            self._partials.arrived()
             return
         if route.receiver is None:
             self._reject(route, frame.seq, "channel.invalid", "this connector takes no messages")
@@ -144,12 +170,17 @@ class PeerChannels:
             measured = self._site.links.get(self._peer_id)
             if measured is not None:
                 measured.command_seen(route.label, frame.seq)
+        if link.is_framed and not self._resume.arrived(route, frame.seq):
+            return
         item = self._incoming(route.receiver, link, frame, opening)
         code = link.refusal(frame) or self._refusal(route, item)
         if code is not None:
             self._reject(route, frame.seq, code, "")
             return
         route.receiver.accept(item)
+
+    def _forgotten(self, label: str, seq: int) -> None:
+        self._reject(self._site.routes[label], seq, "channel.incomplete", "")
 
     def _incoming(self, receiver: Receiver, link: ChannelLink, frame: Frame, opening: int) -> Incoming:
         return Incoming(
