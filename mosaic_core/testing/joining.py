@@ -23,12 +23,12 @@ from mosaic_core.runtime.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector
 from mosaic_core.runtime.config_problems import validated
 from mosaic_core.runtime.hook_calls import hook_plugins
-from mosaic_core.runtime.plain_stream import plain_streams
 from mosaic_core.runtime.resolver import GROUP, ConnectorResolver, InstalledConnector
 from mosaic_core.runtime.robot import Robot
 from mosaic_core.runtime.yaml_document import YamlDocument
-from mosaic_core.testing.memory_network import MemoryNetwork, memory_picture
+from mosaic_core.testing.memory_network import MemoryNetwork
 from mosaic_core.testing.memory_server import BASE_URL, MemoryServer
+from mosaic_core.testing.networks import Network
 from mosaic_core.words.config import AuthConfig, ConnectorConfig, ControlConfig, RobotConfig, ServerConfig
 from mosaic_core.words.errors import ConfigError
 from mosaic_core.words.signaling import RobotStatus
@@ -68,7 +68,7 @@ class Joined:
     operator: MosaicOperator
     connection: RobotConnection
     """The first operator's; a second one's comes from :meth:`another_operator`."""
-    network: MemoryNetwork
+    network: Network
     """What joins them, and can be broken."""
     _server: MemoryServer
     _stack: contextlib.AsyncExitStack
@@ -93,36 +93,40 @@ async def joined(
     plugins: pluggy.PluginManager | None = None,
     takes_leases: bool = True,
     control: Mapping[str, Any] | None = None,
+    network: Network | None = None,
 ) -> AsyncIterator[Joined]:
     """``async with joined(connector(BatteryConfigurer, label="battery")) as link:`` a robot and its operator Alice,
     connected. ``link.connection.receivable("battery")`` and the other stores work as with a real robot.
 
     Alice is a person and, with ``takes_leases``, holds the lease of everything that needs one. ``control`` is written
-    as in the YAML file.
-    Pictures arrive as :class:`MemoryFrame`, unconverted. Raises :class:`ConfigError` for mistakes in params. Hook
-    plugins that are installed are not loaded; give your own in ``plugins``.
+    as in the YAML file. ``network`` is what the fixture ``impaired_network`` returns; without, one that is perfect.
+    Pictures arrive as :class:`MemoryFrame`, unconverted, but over real WebRTC as :class:`av.VideoFrame`. Raises
+    :class:`ConfigError` for mistakes in params. Hook plugins that are installed are not loaded; give your own in
+    ``plugins``.
     """
     configured = AutoConfigurer(resolver=ConnectorResolver([]), plugins=plugins or hook_plugins([])).configure(
         _checked(entries, control or {})
     )
-    server, network = MemoryServer(ROBOT_ID), MemoryNetwork()
+    between: Network = network or MemoryNetwork()
+    server = MemoryServer(ROBOT_ID, between.robot_ice_servers)
     robot = Robot(
         configured.config,
         configured.connectors,
         shared=configured.shared,
         plugins=configured.plugins,
         connect_socket=server.connect,
-        make_answerer=network.answerer,
-        open_stream=plain_streams(memory_picture),
+        make_answerer=between.answerer,
+        open_stream=between.open_stream,
+        open_sound=between.open_sound,
         software="mosaic-core/testing",
     )
     running = [asyncio.create_task(robot.run()), asyncio.create_task(server.keep_alive())]
     try:
         async with contextlib.AsyncExitStack() as stack:
-            operator, connection = await _signed_in(stack, server, network, "Alice", True)
+            operator, connection = await _signed_in(stack, server, between, "Alice", True)
             if takes_leases:
                 await _take_leases(connection, configured)
-            yield Joined(robot, configured, operator, connection, network, server, stack)
+            yield Joined(robot, configured, operator, connection, between, server, stack)
     finally:
         robot.stop()
         running[1].cancel()
@@ -137,7 +141,7 @@ async def _take_leases(connection: RobotConnection, configured: Configured) -> N
 
 
 async def _signed_in(
-    stack: contextlib.AsyncExitStack, server: MemoryServer, network: MemoryNetwork, name: str, is_person: bool
+    stack: contextlib.AsyncExitStack, server: MemoryServer, network: Network, name: str, is_person: bool
 ) -> tuple[MosaicOperator, RobotConnection]:
     operator = MosaicOperator(
         BASE_URL,

@@ -10,9 +10,12 @@ from typing import Any
 from mosaic_core.contract.media import Captured, Picture
 from mosaic_core.contract.sound import Sound
 from mosaic_core.machines.chosen_path import ChosenPath
+from mosaic_core.machines.impaired_link import ImpairedLink, LinkProfile
 from mosaic_core.runtime.operator_transport import OffererListener
-from mosaic_core.runtime.sound_transport import NO_SOUND, HeardSound, SoundLabels
-from mosaic_core.runtime.transport import AnswererListener, PictureFeed
+from mosaic_core.runtime.plain_stream import plain_sound, plain_streams
+from mosaic_core.runtime.sound_transport import NO_SOUND, HeardSound, SoundLabels, SoundStreamFactory
+from mosaic_core.runtime.transport import AnswererListener, PictureFeed, PictureStreamFactory
+from mosaic_core.testing.memory_impairment import LatePictures, MemoryImpairment, MessageFlow
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
@@ -32,7 +35,7 @@ def memory_picture(picture: Picture, captured_at_s: float) -> MemoryFrame:
 
 
 class MemoryChannel:
-    """One end of a data channel; messages reach the other end in the loop's next turn, in order."""
+    """One end of a data channel; over a perfect network messages arrive in the loop's next turn, in order."""
 
     def __init__(self, link: MemoryLink, label: str, protocol: str, is_reliable: bool) -> None:
         self.label = label
@@ -46,16 +49,16 @@ class MemoryChannel:
         self.on_drained: Callable[[], None] | None = None
         self.other: MemoryChannel | None = None
         self._link = link
+        self.sent: MessageFlow | None = None
 
     def send(self, data: bytes | str) -> None:
         if not self.is_open:
             raise ConnectionFailed(f"the channel {self.label!r} is closed", code="peer.closed")
-        assert self.other is not None
-        asyncio.get_running_loop().call_soon(self.other.receive, data)
+        assert self.sent is not None
+        self.sent.take(data)
 
     def receive(self, data: bytes | str) -> None:
-        is_lost = self._link.is_cut or self.label in self._link.lost_labels
-        if self.is_open and not is_lost and self.on_message is not None:
+        if self.is_open and self.label not in self._link.lost_labels and self.on_message is not None:
             self.on_message(data)
 
     def opened(self) -> None:
@@ -68,6 +71,8 @@ class MemoryChannel:
         for end in (self, self.other):
             if end is not None and end.is_open:
                 end.is_open = False
+                if end.sent is not None:
+                    end.sent.close()
                 if end.on_close is not None:
                     end.on_close()
 
@@ -78,8 +83,13 @@ class MemoryVideo:
     def __init__(self, link: MemoryLink, feed: PictureFeed) -> None:
         self._link = link
         self._feed = feed
+        self._late: LatePictures | None = None
 
     async def next(self) -> Any:
+        if self._late is None and not self._link.impairment.is_perfect:
+            self._late = LatePictures(self._link.impairment, lambda: self._link.is_cut, self._feed.next)
+        if self._late is not None:
+            return await self._late.next()
         while True:
             frame = await self._feed.next()
             if not self._link.is_cut:
@@ -90,7 +100,8 @@ class MemoryVideo:
         return None
 
     def stop(self) -> None:
-        """Nothing is held."""
+        if self._late is not None:
+            self._late.stop()
 
 
 class MemoryVoice:
@@ -118,8 +129,9 @@ class MemoryVoice:
 class MemoryLink:
     """One connection between an operator (the offerer) and a robot (the answerer); implements both ends."""
 
-    def __init__(self, number: int, listener: OffererListener) -> None:
+    def __init__(self, number: int, listener: OffererListener, impairment: MemoryImpairment | None = None) -> None:
         self.sdp = f"memory {number}"
+        self.impairment = impairment or MemoryImpairment()
         self.is_cut = False
         self.lost_labels: set[str] = set()
         self._offerer = listener
@@ -139,10 +151,15 @@ class MemoryLink:
         is_reliable = ordered and max_retransmits is None
         ours, theirs = (MemoryChannel(self, label, protocol, is_reliable) for _ in range(2))
         ours.other, theirs.other = theirs, ours
+        ours.sent = self._flow(self.impairment.up, theirs)
+        theirs.sent = self._flow(self.impairment.down, ours)
         self._channels.append(ours)
         if self._is_connected:
             asyncio.get_running_loop().call_soon(self._open, ours)
         return ours
+
+    def _flow(self, link: ImpairedLink, to: MemoryChannel) -> MessageFlow:
+        return MessageFlow(self.impairment, link, lambda: self.is_cut, to.receive, is_reliable=to.is_reliable)
 
     def add_video(self, label: str) -> None:
         self._labels.append(label)
@@ -202,6 +219,14 @@ class MemoryLink:
         self._answerer.channel_opened(ours.other)
         ours.opened()
 
+    def lose(self) -> None:
+        """Break it; both ends notice."""
+        self.is_cut = True
+        if self._is_connected and not self._is_closed:
+            self._offerer.state_changed("failed")
+            if self._answerer is not None:
+                self._answerer.state_changed("failed")
+
     def _close(self) -> None:
         if self._is_closed:
             return
@@ -247,14 +272,17 @@ class MemoryAnswerer:
 
 
 class MemoryNetwork:
-    """All connections of a test."""
+    """All connections of a test. Messages and pictures are late or lost as ``profile`` says."""
 
-    def __init__(self) -> None:
+    def __init__(self, profile: LinkProfile | str = "pristine", *, seed: int = 1) -> None:
         self.links: dict[str, MemoryLink] = {}
+        self.open_stream: PictureStreamFactory = plain_streams(memory_picture)
+        self.open_sound: SoundStreamFactory = plain_sound
+        self._impairment = MemoryImpairment(profile, seed=seed)
 
     def offerer(self, listener: OffererListener, ice_servers: Sequence[IceServer]) -> MemoryLink:
         """Implements ``OffererFactory``."""
-        link = MemoryLink(len(self.links) + 1, listener)
+        link = MemoryLink(len(self.links) + 1, listener, self._impairment)
         self.links[link.sdp] = link
         return link
 
@@ -262,7 +290,26 @@ class MemoryNetwork:
         """Implements ``AnswererFactory``."""
         return MemoryAnswerer(self, listener)
 
+    @property
+    def robot_ice_servers(self) -> tuple[IceServer, ...]:
+        """There are none in memory."""
+        return ()
+
+    def become(self, profile: LinkProfile | str) -> None:
+        """Another network from now on, both ways."""
+        self._impairment.become(profile)
+
     def cut(self) -> None:
         """From now on nothing arrives anywhere, and nobody is told: a cable was pulled."""
         for link in self.links.values():
             link.is_cut = True
+
+    def heal(self) -> None:
+        """The cable is back."""
+        for link in self.links.values():
+            link.is_cut = False
+
+    def lose(self) -> None:
+        """The same, and both ends notice it now. Connections that are made anew work."""
+        for link in list(self.links.values()):
+            link.lose()

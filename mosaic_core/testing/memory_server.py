@@ -20,6 +20,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 from mosaic_core.words import signaling
 from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import RobotStatus, SignalingMessage
 
 TICKET_LIFE_S = 60
@@ -58,8 +59,9 @@ class MemorySocket:
 class MemoryServer:
     """Signaling and the REST routes that an operator needs."""
 
-    def __init__(self, robot_id: str) -> None:
+    def __init__(self, robot_id: str, robot_ice_servers: tuple[IceServer, ...] = ()) -> None:
         self.robot_id = robot_id
+        self._robot_ice_servers = robot_ice_servers
         self.status = RobotStatus.DISCONNECTED
         self.catalogue: Catalogue | None = None
         self.roles: dict[str, str] = {}
@@ -124,7 +126,13 @@ class MemoryServer:
         socket.push(signaling.AuthorizeResult(code=100))
         public = base64.urlsafe_b64encode(self._key.public_key().public_bytes_raw()).decode().rstrip("=")
         keys = (signaling.TicketKey(kid=KEY_ID, x=public),)
-        socket.push(signaling.SessionWelcome(server="memory", extensions=message.extensions or {}, keys=keys))
+        welcome = signaling.SessionWelcome(
+            server="memory",
+            extensions=message.extensions or {},
+            ice_servers=self._robot_ice_servers if socket.is_robot else (),
+            keys=keys,
+        )
+        socket.push(welcome)
 
     def _relay(self, sender: MemorySocket, message: SignalingMessage, peer_id: str) -> None:
         receiver = self._peers.get(peer_id) if sender.is_robot else self._robot

@@ -4,40 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine
 from typing import Any
 
 import pytest
 
 from mosaic_core import DataChannelJsonReceivable
-from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
-from mosaic_core.adapters.aiortc_offerer import AiortcOfferer
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.params import NoParams
 from mosaic_core.operator.lease import LeaseDenied
-from mosaic_core.testing import connector, joined, joining, until
+from mosaic_core.testing import connector, joined, until
+from mosaic_core.testing.networks import WebRtcNetwork
 from mosaic_core.words.data_type import Delivery
-from mosaic_core.words.ice import IceServer
 
 pytestmark = pytest.mark.webrtc
 WAIT_S = 15.0
 STOP_S = 0.25
 """A stop and its safe action within one process; the promise is RTT/2 + 20 ms, the rest is a busy machine."""
-
-
-class RealNetwork:
-    """Peer connections of aiortc instead of those in memory."""
-
-    def offerer(self, listener: Any, ice_servers: Sequence[IceServer]) -> AiortcOfferer:
-        return AiortcOfferer(listener, ice_servers)
-
-    def answerer(self, listener: Any, ice_servers: Sequence[IceServer]) -> AiortcAnswerer:
-        return AiortcAnswerer(listener, ice_servers)
-
-
-@pytest.fixture(autouse=True)
-def real_network(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(joining, "MemoryNetwork", RealNetwork)
 
 
 class Wheels(DataChannelJsonReceivable):
@@ -70,10 +53,15 @@ class WheelsConfigurer(DataChannelConfigurer[NoParams]):
 
 def played(body: Callable[[Any, Wheels], Coroutine[Any, Any, None]]) -> None:
     async def play() -> None:
-        async with asyncio.timeout(4 * WAIT_S), joined(connector(WheelsConfigurer, label="drive")) as link:
-            wheels = link.configured.connectors[0].handlers[0]
-            assert isinstance(wheels, Wheels)
-            await body(link, wheels)
+        drive = connector(WheelsConfigurer, label="drive")
+        with WebRtcNetwork() as network:
+            async with asyncio.timeout(4 * WAIT_S), joined(drive, network=network) as link:
+                await with_wheels(link)
+
+    async def with_wheels(link: Any) -> None:
+        wheels = link.configured.connectors[0].handlers[0]
+        assert isinstance(wheels, Wheels)
+        await body(link, wheels)
 
     asyncio.run(play())
 
