@@ -58,6 +58,7 @@ class PeerControl:
     def left(self, code: str) -> None:
         self._site.links.remove(self.sender.peer_id)
         self._site.near.left(self)
+        self._site.delivery.watch(self, False)
         self._site.desk.left(self, code)
 
     # -- what it hears -------------------------------------------------------------------------------------------
@@ -83,7 +84,7 @@ class PeerControl:
     # -- what it says --------------------------------------------------------------------------------------------
 
     def heard(self, message: control.ControlMessage) -> None:
-        """Anything but hello, bye and media.watch."""
+        """Anything but hello, bye, media.watch and what belongs to the lane or to resuming."""
         match message:
             case control.Stop():
                 self.stop(message, self.answer)
@@ -93,6 +94,8 @@ class PeerControl:
             case control.MediaSeen(label=label, capture_us=capture_us):
                 if self._measured is not None and label in self._site.media.watched_by(self.sender.peer_id):
                     self._measured.picture_seen(label, capture_us)
+            case control.DeliveryWatch(on=on):
+                self._site.delivery.watch(self, on)
             case _:
                 self._site.desk.heard(self, message, time.monotonic())
 

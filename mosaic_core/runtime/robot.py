@@ -16,6 +16,7 @@ from mosaic_core.machines import signaling_events as session
 from mosaic_core.machines.peer_admission import AddCandidate, RefusePeer, StartPeer, StopPeer
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.counters import PeerSnapshot, RobotSnapshot, ServerSnapshot
+from mosaic_core.runtime.delivery_reports import DeliveryReports
 from mosaic_core.runtime.handler_runs import HandlerRuns
 from mosaic_core.runtime.hook_calls import call_hook
 from mosaic_core.runtime.link_watch import LinkWatch
@@ -130,6 +131,7 @@ class Robot:
             desk=self._control.desk,
             links=links,
             near=self._near,
+            delivery=DeliveryReports(lambda: runs.snapshot({})),
             legacy_peers=self._config.control.legacy_peers,
             catalogue=self._catalogue,
             boot_id=uuid.uuid4().hex,

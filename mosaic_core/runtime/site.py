@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.lease_events import LegacyPeers
 from mosaic_core.runtime.control_desk import ControlDesk
+from mosaic_core.runtime.delivery_reports import DeliveryReports
 from mosaic_core.runtime.link_watch import LinkWatch
 from mosaic_core.runtime.media_hub import MediaHub
 from mosaic_core.runtime.near_path import NearPath
@@ -54,6 +55,7 @@ class Site:
     desk: ControlDesk
     links: LinkWatch
     near: NearPath
+    delivery: DeliveryReports
     legacy_peers: LegacyPeers
     catalogue: Catalogue
     boot_id: str
