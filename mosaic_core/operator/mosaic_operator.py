@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from types import TracebackType
@@ -10,6 +11,7 @@ from typing import Self
 
 import httpx
 
+from mosaic_core.machines.connection_timeline import ConnectionTimeline
 from mosaic_core.operator.channel_port import now_us
 from mosaic_core.operator.peer_link import ConnectionPlan
 from mosaic_core.operator.reconnection import keep_connected
@@ -64,6 +66,8 @@ class MosaicOperator:
         self.stores = StoreManager(self._catalogue_of, self._store_opened, self._store_released)
         self.statuses: dict[str, RobotStatus] = {}
         """The last known status of every robot in :meth:`watch`."""
+        self.timelines: dict[str, ConnectionTimeline] = {}
+        """Of the newest attempt to reach each robot, also of one that failed."""
         self.catalogues: dict[str, Catalogue] = {}
         """Short catalogues, as the server tells them."""
         self._make_offerer = make_offerer
@@ -154,9 +158,10 @@ class MosaicOperator:
         self._signaling.start()
         loop = asyncio.get_running_loop()
         ends_at_s = loop.time() + timeout_s
+        timeline = self.timelines[robot_id] = ConnectionTimeline(time.monotonic())
         await self._signaling.wait_ready(timeout_s)
         self.watch([robot_id])
-        plan = await self._plan(robot_id, connectors)
+        plan = await self._plan(robot_id, connectors, timeline)
         connection = RobotConnection(
             plan, self.stores, self._make_offerer or self._aiortc_offerer(), self._signaling.send
         )
@@ -173,15 +178,18 @@ class MosaicOperator:
 
     def _keep(self, connection: RobotConnection, connectors: Sequence[RobotConnector]) -> None:
         async def reopen() -> None:
+            timeline = self.timelines[connection.robot_id] = ConnectionTimeline(time.monotonic())
             await self._signaling.wait_ready(RECONNECT_TIMEOUT_S)
-            await connection.reopen(await self._plan(connection.robot_id, connectors), RECONNECT_TIMEOUT_S)
+            await connection.reopen(await self._plan(connection.robot_id, connectors, timeline), RECONNECT_TIMEOUT_S)
 
         connection.keep()
         task = asyncio.create_task(keep_connected(connection, reopen))
         self._keepers.add(task)
         task.add_done_callback(self._keepers.discard)
 
-    async def _plan(self, robot_id: str, connectors: Sequence[RobotConnector]) -> ConnectionPlan:
+    async def _plan(
+        self, robot_id: str, connectors: Sequence[RobotConnector], timeline: ConnectionTimeline
+    ) -> ConnectionPlan:
         agreed = self._signaling.session.agreed
         if "catalogue" in agreed and robot_id not in self.catalogues:
             catalogue = await self.rest.catalogue(robot_id)
@@ -190,7 +198,9 @@ class MosaicOperator:
         for connector in connectors:
             self.stores.get_or_create_store(connector)
         session_id = self._session_ids.get(robot_id) if "multiPeer" in agreed else None
+        timeline.mark("asked", time.monotonic())
         made = await self.rest.create_connection(robot_id, session_id)
+        timeline.mark("granted", time.monotonic())
         if made.session_id is not None:
             self._session_ids[robot_id] = made.session_id
         catalogue = self.catalogues.get(robot_id)
@@ -204,6 +214,7 @@ class MosaicOperator:
             agreed=agreed,
             is_person=self.is_person,
             clock_us=self._clock_us,
+            timeline=timeline,
             fresh_ice_servers=self._ice_servers,
             uses_bulk_lane=self.uses_bulk_lane,
         )

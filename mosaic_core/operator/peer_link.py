@@ -6,10 +6,11 @@ import asyncio
 import logging
 import time
 from collections.abc import Awaitable, Callable, Coroutine, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from mosaic_core.machines import operator_peer as machine
+from mosaic_core.machines.connection_timeline import ConnectionTimeline
 from mosaic_core.operator.channel_port import now_us
 from mosaic_core.operator.control_port import ControlPort
 from mosaic_core.runtime.operator_transport import IncomingVideo, OffererFactory, OutgoingSound
@@ -20,8 +21,13 @@ from mosaic_core.words.data_type import Direction, Kind
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate, SignalingMessage
+from mosaic_core.words.timeline import Moment
 
 _log = logging.getLogger(__name__)
+
+
+def _new_timeline() -> ConnectionTimeline:
+    return ConnectionTimeline(time.monotonic())
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +43,7 @@ class ConnectionPlan:
     agreed: dict[str, int]
     is_person: bool = False
     clock_us: Callable[[], int] = now_us
+    timeline: ConnectionTimeline = field(default_factory=_new_timeline)
     fresh_ice_servers: Callable[[], Awaitable[Sequence[IceServer]]] | None = None
     uses_bulk_lane: bool = True
 
@@ -100,6 +107,7 @@ class PeerLink:
         except MosaicError as error:
             self._handle(machine.EndReceived(error.code, error.message))
             return
+        self._mark("offered")
         self._handle(machine.Offered())
 
     def _add_lines(self) -> None:
@@ -126,6 +134,7 @@ class PeerLink:
             case signaling.SdpAnswer(sdp_answer=sdp):
                 self._run(self._accept(sdp))
             case signaling.ExchangeIceCandidate(ice_candidate=candidate):
+                self._mark("candidate")
                 self._run(self.offerer.add_candidate(candidate))
             case signaling.ClosePeerConnection(code=code, message=text):
                 self._handle(machine.EndReceived(code or "peer.closed", text or ""))
@@ -147,9 +156,24 @@ class PeerLink:
         except ConnectionFailed as error:
             self._handle(machine.EndReceived(error.code, error.message))
         else:
+            self._mark("answered")
+            if "\na=candidate:" in sdp:
+                self._mark("candidate", "in the answer")
             self._handle(machine.Answered())
 
+    def _mark(self, moment: Moment, detail: str = "") -> None:
+        self._plan.timeline.mark(moment, time.monotonic(), detail)
+
+    def _mark_transport(self, state: str) -> None:
+        if state in ("securing", "connected"):
+            path = self.offerer.path()
+            where = "" if path is None else f"{path.summary()}: {path.local_address} → {path.remote_address}"
+            self._mark("ice", where)
+        if state == "connected":
+            self._mark("dtls")
+
     def _control_opened(self) -> None:
+        self._mark("control")
         self._handle(machine.ControlOpened())
 
     # -- told by the peer connection ---------------------------------------------------------------------------------
@@ -158,6 +182,7 @@ class PeerLink:
         self._tell_server(signaling.ExchangeIceCandidate(rtc_connection_id=self._plan.peer_id, ice_candidate=candidate))
 
     def state_changed(self, state: str) -> None:
+        self._mark_transport(state)
         self._handle(machine.TransportChanged(state))
 
     def track_arrived(self, label: str, video: IncomingVideo) -> None:
@@ -168,10 +193,13 @@ class PeerLink:
             case control.Hello(extensions=extensions):
                 if self.control is not None and self._machine.phase != "closed":
                     self._owner.greeted(self.control, extensions)
+                self._mark("hello")
                 self._handle(machine.HelloReceived())
             case control.Bye(code=code, message=text):
                 self._handle(machine.EndReceived(code, text or ""))
             case _:
+                if isinstance(message, control.CatalogueFull):
+                    self._mark("catalogue")
                 self._handle(machine.ControlReceived())
                 self._owner.control_heard(message)
 
@@ -197,6 +225,7 @@ class PeerLink:
 
     def _end(self, end: machine.End) -> None:
         known = end.code if end.code in REASONS else "peer.closed"
+        self._plan.timeline.end(known, time.monotonic())
         if end.tells_robot:
             if self.control is not None and self._is_ours:
                 self.control.send(control.Bye())

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Callable, Mapping
 from typing import Literal, TypeVar
 
 from mosaic_core.machines.operator_lane import LaneState
 from mosaic_core.operator.bulk_lane import BulkLane, LaneOwner
+from mosaic_core.machines.connection_timeline import ConnectionTimeline
 from mosaic_core.operator.control_desk import ControlDesk
 from mosaic_core.operator.control_port import ControlPort
 from mosaic_core.operator.media_store import MediaStreamStore
@@ -63,7 +65,10 @@ class RobotConnection:
         self._plan = plan
         self._peer = PeerLink(plan, self, self._make_offerer, self._send)
         self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
-        around = Surroundings(self._watch, self._to_ours_us, plan.clock_us, self.control.epoch_of, self._pictures.shown)
+        around = Surroundings(
+            self._watch, self._to_ours_us, plan.clock_us, self.control.epoch_of, self._picture_shown,
+            arrived=self._value_arrived,
+        )  # fmt: skip
         self._lane = BulkLane(
             LaneOwner(self._make_offerer, plan.ice_servers, plan.fresh_ice_servers, self._say, self._lane_changed)
         )
@@ -91,6 +96,11 @@ class RobotConnection:
         """The second peer connection, for connectors with ``delivery: bulk``: ``none`` (none wanted, or the robot
         knows none), ``connecting``, ``up``, or ``failed``: bulk goes over the main one, and it is tried again."""
         return self._lane.state
+
+    @property
+    def timeline(self) -> ConnectionTimeline:
+        """What happened when between the call and the first picture, of the newest attempt."""
+        return self._plan.timeline
 
     @property
     def round_trip_ms(self) -> float | None:
@@ -287,6 +297,13 @@ class RobotConnection:
 
     def _lane_changed(self, lost: Offerer | None) -> None:
         self._links.lane_changed(lost)
+
+    def _picture_shown(self, label: str, rtp_timestamp: int | None) -> None:
+        self._plan.timeline.mark("frame", time.monotonic(), label)
+        self._pictures.shown(label, rtp_timestamp)
+
+    def _value_arrived(self, label: str) -> None:
+        self._plan.timeline.mark("value", time.monotonic(), label)
 
     def _robot_now_us(self) -> int | None:
         return self._peer.control.to_theirs_us(self._plan.clock_us()) if self._peer.control else None

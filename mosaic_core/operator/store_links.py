@@ -11,6 +11,7 @@ from mosaic_core.machines.framing import Frame
 from mosaic_core.operator.bulk_lane import BulkLane
 from mosaic_core.operator.channel_port import ChannelPort, info_of, no_epoch
 from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
+from mosaic_core.operator.first_frame_watch import FirstFrameWatch
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_plan import PlannedChannel, UnknownLabel, check_plan, plan_of, sound_store
@@ -36,6 +37,7 @@ class Surroundings:
     clock_us: Callable[[], int]
     epoch_of: Callable[[str], int]
     shown: Callable[[str, int | None], None]
+    arrived: Callable[[str], None] = lambda _label: None
 
 
 @dataclass(slots=True)
@@ -59,6 +61,7 @@ class StoreLinks:
         self._links: dict[str, _Link] = {}
         self._videos: dict[str, tuple[IncomingVideo, asyncio.Task[None]]] = {}
         self._talkers: dict[str, str | None] = {}
+        self._first_frames = FirstFrameWatch()
         self._catalogue: Catalogue | None = None
         self._is_ours: bool | None = None
         self._waiting: dict[str, MosaicStore] = {}
@@ -122,6 +125,7 @@ class StoreLinks:
             return
         if isinstance(store, MediaStreamStore | SoundStore):
             self._around.watch(label, False)
+            self._first_frames.ended(label)
         for port in link.ports.values():
             port.close()
         store.closed()
@@ -148,6 +152,7 @@ class StoreLinks:
         for link in list(self._links.values()):
             link.store.closed()
         self._links.clear()
+        self._first_frames.close()
         for video, task in self._videos.values():
             task.cancel()
             video.stop()
@@ -167,6 +172,10 @@ class StoreLinks:
         store.talking_changed(self._talkers.get(label))
         store.opened()
 
+    def _began(self, label: str, store: MosaicStore) -> None:
+        if isinstance(store, MediaStreamStore):
+            self._first_frames.began(label, store, self._videos[label][0])
+
     def _show(self, store: MediaStreamStore | SoundStore) -> None:
         label = store.robot_connector.connector_id
         is_sound = self._catalogue is not None and sound_store(store.robot_connector, self._catalogue) is not None
@@ -178,12 +187,14 @@ class StoreLinks:
             return
         self._around.watch(label, True)
         store.opened()
+        self._began(label, store)
 
     async def _take(self, label: str, video: IncomingVideo) -> None:
         while (frame := await video.next()) is not None:
             link = self._links.get(label)
             if link is not None and isinstance(link.store, MediaStreamStore):
                 link.store.frame_arrived(frame)
+                self._first_frames.arrived(label)
                 self._around.shown(label, video.rtp_timestamp(frame))
             elif link is not None and isinstance(link.store, SoundStore):
                 link.store.sound_arrived(frame)
@@ -198,6 +209,7 @@ class StoreLinks:
         )
 
         def received(frame: Frame) -> None:
+            self._around.arrived(planned.label)
             if isinstance(store, ReceivableStore):
                 store.notify_subscribers(
                     frame.payload, info_of(frame, self._around.to_ours_us, self._around.clock_us())

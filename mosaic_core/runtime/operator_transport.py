@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 from mosaic_core.contract.sound import Sound
 from mosaic_core.machines.chosen_path import ChosenPath
+from mosaic_core.machines.first_frame import Received
 from mosaic_core.runtime.transport import Channel
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
@@ -24,6 +25,10 @@ class IncomingVideo(Protocol):
 
     def rtp_timestamp(self, frame: Any) -> int | None:
         """The RTP timestamp that a frame came with; ``None`` where there is none."""
+        ...
+
+    async def received(self) -> Received | None:
+        """What has come of this track so far; ``None`` where nothing is counted."""
         ...
 
     def stop(self) -> None: ...

@@ -10,6 +10,7 @@ from typing import Any
 from mosaic_core.contract.media import Captured, Picture
 from mosaic_core.contract.sound import Sound
 from mosaic_core.machines.chosen_path import ChosenPath
+from mosaic_core.machines.first_frame import Received
 from mosaic_core.machines.impaired_link import ImpairedLink, LinkProfile
 from mosaic_core.runtime.operator_transport import OffererListener
 from mosaic_core.runtime.plain_stream import plain_sound, plain_streams
@@ -94,6 +95,10 @@ class MemoryVideo:
             frame = await self._feed.next()
             if not self._link.is_cut:
                 return frame
+
+    async def received(self) -> Received | None:
+        """In memory nothing is counted."""
+        return None
 
     def rtp_timestamp(self, frame: Any) -> int | None:
         """There is no RTP in memory."""

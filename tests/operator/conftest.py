@@ -100,6 +100,9 @@ class FakeVideo:
     async def next(self) -> Any:
         return await self.queue.get()
 
+    async def received(self) -> None:
+        return None
+
     def rtp_timestamp(self, frame: Any) -> int | None:
         return frame if isinstance(frame, int) else None
 
