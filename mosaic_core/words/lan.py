@@ -53,7 +53,6 @@ class LanNews(WireModel):
     devices: int = Field(default=0, description="Paired ones.")
     page: str = Field(default="", description="Address that pairs whoever opens it, once; empty: none is offered.")
     pin: str = Field(default="", description="What pairs a device when typed there.")
-    pin_for_s: float = 0.0
     notice: str = Field(default="", description="What a person at the robot should know; a sentence.")
 
 

@@ -16,6 +16,7 @@ from mosaic_server.rest import (
     grants,
     members,
     organization,
+    pairing,
     robot_check,
     robots,
     server_info,
@@ -47,7 +48,9 @@ def create_app(settings: Settings) -> FastAPI:
         responses={400: {"model": Failure}, 401: {"model": Failure}, 403: {"model": Failure}},
     )
     install_error_handlers(app)
-    for routes in (account, users, members, organization, robots, robot_check, grants, connections, audit, server_info):
+    of_accounts = (account, users, members, organization, pairing, audit)
+    of_robots = (robots, robot_check, grants, connections, server_info)
+    for routes in (*of_accounts, *of_robots):
         app.include_router(routes.router)
     app.include_router(endpoints.router)
     app.include_router(dashboard_router(settings.dashboard_dir))

@@ -9,9 +9,8 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 from mosaic_core.words.finding import Finding, failed, passed, skipped, warned
-from mosaic_server.data_dir import default_data_dir
+from mosaic_server.data_dir import FILE_NAME, default_data_dir
 from mosaic_server.settings import DASHBOARD_DIR
-from mosaic_server.storage.database import FILE_NAME
 
 
 async def examine(_context: object) -> AsyncIterator[Finding]:

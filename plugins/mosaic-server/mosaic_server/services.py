@@ -17,6 +17,7 @@ from mosaic_core.words.catalogue import Catalogue
 from mosaic_server.security.access_tokens import AccessTokens
 from mosaic_server.security.login_limits import LoginLimits
 from mosaic_server.security.one_time_codes import OneTimeCodes
+from mosaic_server.security.pairing import PinLimits
 from mosaic_server.security.tickets import TicketOffice
 from mosaic_server.settings import Settings
 from mosaic_server.sockets.authorizer import Authorizer
@@ -50,6 +51,9 @@ class Services:
     catalogues: CatalogueKeeper
     codes: OneTimeCodes = field(default_factory=OneTimeCodes)
     login_limits: LoginLimits = field(default_factory=LoginLimits)
+    pin_limits: PinLimits = field(default_factory=PinLimits)
+    pairing: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Attempts to pair that come side by side must see each other's failures."""
     hashing: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(HASHING_AT_ONCE))
 
     async def tick(self) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from mosaic_server.data_dir import default_data_dir
 from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
 from mosaic_server.sockets.keep_alive import KeepAlivePeriods
-from mosaic_server.storage.database import default_data_dir
 from mosaic_server.switchboard.board import AUTHORIZE_WITHIN_S
 
 DASHBOARD_DIR = Path(__file__).parent / "dashboard"
@@ -31,5 +31,8 @@ class Settings:
     """How soon a token or account that another process revoked loses its sockets."""
     audit_days: float = 90.0
     """Older entries of the audit log are dropped."""
+    pairs_with: str | None = None
+    """The name of the one robot that serves its own network with this server; devices are paired with it by PIN or
+    code, and it answers to every address literal in the Host header, which no stranger's DNS can forge."""
     turn_lifetime_s: float = MAX_LIFETIME_S
     """How long TURN credentials made with a shared secret are good for a new relay."""

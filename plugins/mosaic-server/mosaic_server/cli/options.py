@@ -13,10 +13,11 @@ from typing import Annotated, Any, NoReturn
 import typer
 from sqlalchemy.exc import ArgumentError, NoSuchModuleError, SQLAlchemyError
 
+from mosaic_server.data_dir import default_data_dir
 from mosaic_server.security.passwords import MIN_PASSWORD_LENGTH, new_password
 from mosaic_server.storage.accounts import Person, all_people, person_by_email
 from mosaic_server.storage.audit import COMMAND_LINE
-from mosaic_server.storage.database import Database, default_data_dir
+from mosaic_server.storage.database import Database
 from mosaic_server.storage.grants import Actor, LastAdministrator, LastSupervisor, UnknownAccount
 
 DataDir = Annotated[

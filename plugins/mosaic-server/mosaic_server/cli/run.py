@@ -14,10 +14,11 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from mosaic_server.cli.logs import configure_logs
 from mosaic_server.cli.options import DatabaseUrl, DataDir, fail
+from mosaic_server.data_dir import default_data_dir
 from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
 from mosaic_server.serving import announce, make_server
 from mosaic_server.settings import LOOPBACK_HOSTS, Settings
-from mosaic_server.storage.database import Database, DatabaseInUse, default_data_dir
+from mosaic_server.storage.database import Database, DatabaseInUse
 
 
 def run(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 from fastapi import APIRouter
+from pydantic import Field
 
 from mosaic_core.words.signaling import EXTENSIONS
 from mosaic_core.words.wire_model import WireModel
@@ -19,6 +20,7 @@ class ServerInfo(WireModel):
     version: str
     extensions: dict[str, int]
     signup: bool
+    pairs_with: str | None = Field(default=None, description="The one robot that devices are paired with here.")
 
 
 @router.get("/api/v1/server")
@@ -30,6 +32,7 @@ async def server_info(services: ServicesDep) -> Envelope[ServerInfo]:
             version=version("mosaic-server"),
             extensions=EXTENSIONS,
             signup=services.settings.allow_signup,
+            pairs_with=services.settings.pairs_with,
         )
     )
 

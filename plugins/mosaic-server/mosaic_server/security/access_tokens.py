@@ -11,6 +11,8 @@ import jwt
 from mosaic_core.words.codes import ResultCode
 
 LIFETIME_S = 12 * 3600
+_NEVER_S = 253_402_300_799
+"""The last second of the year 9999."""
 _ISSUER = "mosaic-server"
 
 
@@ -35,12 +37,15 @@ class AccessTokens:
     def __init__(self, secret: bytes) -> None:
         self._secret = secret
 
-    def make(self, account_id: str, organization_id: str, role: str, login_version: int) -> str:
+    def make(
+        self, account_id: str, organization_id: str, role: str, login_version: int, *, until_revoked: bool = False
+    ) -> str:
+        """``until_revoked``: for paired devices. A robot's clock may be wrong by years, so time ends nothing there."""
         now = int(time.time())
         claims = {
             "iss": _ISSUER,
             "iat": now,
-            "exp": now + LIFETIME_S,
+            "exp": _NEVER_S if until_revoked else now + LIFETIME_S,
             "userId": account_id,
             "organizationPk": organization_id,
             "role": role,
@@ -58,7 +63,8 @@ class AccessTokens:
                 self._secret,
                 algorithms=["HS256"],
                 issuer=_ISSUER,
-                options={"require": ["exp", "iat", "userId", "ver"]},
+                # A clock that was set back must not sign everybody out: the time of issue protects nothing.
+                options={"require": ["exp", "iat", "userId", "ver"], "verify_iat": False},
             )
             return AccessClaims(str(claims["userId"]), int(claims["ver"]), int(claims["exp"]))
         except jwt.ExpiredSignatureError as error:

@@ -15,15 +15,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
-import platformdirs
 from sqlalchemy import Engine, create_engine, event
 from sqlalchemy.engine import make_url
 from sqlalchemy.orm import Session
 
+from mosaic_server.data_dir import FILE_NAME, lock_file
+
 P = ParamSpec("P")
 T = TypeVar("T")
 
-FILE_NAME = "mosaic-server.sqlite3"
 _BUSY_TIMEOUT_S = 10
 """How long a writer waits for another process, e.g. `mosaic server user add` beside a running server."""
 
@@ -34,12 +34,6 @@ _WORKERS = 8
 
 class DatabaseInUse(Exception):
     """Another server runs on the same SQLite file."""
-
-
-def default_data_dir() -> Path:
-    """``MOSAIC_DATA_DIR`` or the platform's directory for user data."""
-    named = os.environ.get("MOSAIC_DATA_DIR")
-    return Path(named) if named else Path(platformdirs.user_data_dir("mosaic", appauthor=False))
 
 
 class Database:
@@ -70,7 +64,7 @@ class Database:
         """Claim the SQLite file for this server; raises :class:`DatabaseInUse`. Other databases need no claim."""
         if self.file is None or self._lock_fd is not None:
             return
-        path = self.file.with_suffix(".lock")
+        path = lock_file(self.file)
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

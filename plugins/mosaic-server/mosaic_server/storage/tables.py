@@ -131,6 +131,29 @@ class IceServerRow(Stamped, Base):
     """Shared with the TURN server. In clear, for credentials are made with it; it is never handed out."""
 
 
+class PairedDevice(Stamped, Base):
+    """An account that came by pairing on the robot's own network. ``id`` is the account's."""
+
+    __tablename__ = "paired_device"
+    id: Mapped[str] = mapped_column(ForeignKey("account.id", ondelete="CASCADE"), primary_key=True)
+    address: Mapped[str] = mapped_column(String(64), default="")
+    """From where it was paired."""
+
+
+class PairingOffer(Stamped, Base):
+    """A PIN and a code that pair one device. In the database, so that the command line can make one for the server."""
+
+    __tablename__ = "pairing_offer"
+    pin_hash: Mapped[str | None] = mapped_column(String(64), default=None)
+    """``None``: void, after too many wrong ones."""
+    code_hash: Mapped[str] = mapped_column(String(64))
+    role: Mapped[str | None] = mapped_column(String(20), default=None)
+    """``None``: supervisor for the first device, operator for the others."""
+    expires_at_ms: Mapped[int] = mapped_column(BigInteger)
+    wrong_pins: Mapped[int] = mapped_column(default=0)
+    taken_by: Mapped[str | None] = mapped_column(String(36), default=None)
+
+
 class ServerKey(Stamped, Base):
     """Key material of this server, made at its first start."""
 

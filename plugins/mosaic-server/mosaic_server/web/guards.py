@@ -14,7 +14,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from mosaic_core.words.codes import ResultCode
 from mosaic_server.rest.envelope import failure
 from mosaic_server.settings import Settings
-from mosaic_server.web.origins import host_name
+from mosaic_server.web.origins import host_name, is_address
 
 MAX_BODY_BYTES = 1024 * 1024
 _access = logging.getLogger("mosaic_server.access")
@@ -41,7 +41,9 @@ class Guards:
             await self._http(scope, receive, send, headers)
 
     def _knows(self, host: str) -> bool:
-        return not self._settings.allowed_hosts or host_name(host) in self._settings.allowed_hosts
+        name, settings = host_name(host), self._settings
+        is_literal = settings.pairs_with is not None and is_address(name)
+        return not settings.allowed_hosts or name in settings.allowed_hosts or is_literal
 
     async def _refuse_host(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "websocket":

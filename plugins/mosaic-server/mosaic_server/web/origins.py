@@ -5,6 +5,7 @@ A browser always sends Origin with a WebSocket; robots and Python programs send 
 
 from __future__ import annotations
 
+import ipaddress
 from collections.abc import Collection, Mapping
 from urllib.parse import urlsplit
 
@@ -27,3 +28,12 @@ def host_name(host_header: str) -> str:
         return urlsplit(f"//{host_header}").hostname or ""
     except ValueError:
         return ""
+
+
+def is_address(name: str) -> bool:
+    """Whether a host name is an IP address written out."""
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True

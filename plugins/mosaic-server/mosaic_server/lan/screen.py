@@ -1,0 +1,94 @@
+"""What a person at the robot sees: where to open the page, the PIN to type, and a QR code that does both."""
+
+from __future__ import annotations
+
+import io
+import shutil
+
+import segno
+from rich.console import Console, Group, RenderableType
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from mosaic_core.words.lan import LanNews
+
+_QUIET_ZONE = 2
+"""Modules of white around it. The standard wants 4; on white of our own, phones read it with 2."""
+_QR_STYLE = "#000000 on #ffffff"
+"""Both colours said, so that it can be read on light and on dark terminals."""
+_FRAME_ROWS, _FRAME_COLUMNS = 2, 8
+_TEXT_COLUMNS = 34
+NO_TLS = (
+    "Over http a browser gives no microphone and lets the screen go to sleep; --tls-cert and --tls-key change that."
+)
+
+
+def pairing_box(news: LanNews, height: int, width: int | None = None) -> str:
+    """For a terminal with ``height`` free lines, with its escape sequences. Once a device is paired, two lines do."""
+    columns = width or shutil.get_terminal_size().columns
+    console = Console(
+        file=io.StringIO(),
+        force_terminal=True,
+        color_system="truecolor",
+        width=columns,
+        highlight=False,
+        legacy_windows=False,
+    )
+    console.print(_short(news) if news.devices else _box(news, qr_text(news.page), height, columns))
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue().rstrip("\n")
+
+
+def spoken_pin(pin: str) -> str:
+    """``12345678`` → ``1234 5678``: read and typed in two breaths."""
+    middle = (len(pin) + 1) // 2
+    return f"{pin[:middle]} {pin[middle:]}".strip()
+
+
+def qr_text(page: str) -> list[str]:
+    """The QR code of an address as lines of half blocks, two modules high; empty without an address."""
+    if not page:
+        return []
+    rows = [list(row) for row in segno.make(page, error="l", micro=False).matrix_iter(border=_QUIET_ZONE)]
+    if len(rows) % 2:
+        rows.append([0] * len(rows[0]))
+    halves = {(0, 0): " ", (1, 0): "▀", (0, 1): "▄", (1, 1): "█"}
+    return [
+        "".join(halves[int(bool(upper)), int(bool(lower))] for upper, lower in zip(above, below, strict=True))
+        for above, below in zip(rows[::2], rows[1::2], strict=True)
+    ]
+
+
+def _short(news: LanNews) -> RenderableType:
+    line = Text.assemble(("lan ", "dim"), "  ".join(news.urls))
+    if news.pin:
+        line.append("   PIN ", style="dim").append(spoken_pin(news.pin), style="bold")
+    paired = "1 device paired" if news.devices == 1 else f"{news.devices} devices paired"
+    return Group(line, Text(f"    {paired}; `mosaic lan pair` shows a QR code. {news.notice}".rstrip(), style="dim"))
+
+
+def _box(news: LanNews, code: list[str], height: int, width: int) -> Panel:
+    words = _words(news)
+    fits_beside = bool(code) and len(code[0]) + _TEXT_COLUMNS + _FRAME_COLUMNS <= width
+    if not code or len(code) + _FRAME_ROWS > height or not fits_beside:
+        content: RenderableType = Group(*words)
+    else:
+        content = Table.grid(padding=(0, 3, 0, 0))
+        content.add_column(no_wrap=True)
+        content.add_column()
+        content.add_row(Text("\n".join(code), style=_QR_STYLE), Group(*words))
+    return Panel(content, title="drive this robot from a phone or computer nearby", title_align="left", expand=False)
+
+
+def _words(news: LanNews) -> list[RenderableType]:
+    words: list[RenderableType] = [Text(url, style="bold") for url in news.urls]
+    if news.pin:
+        words += [Text(), Text.assemble("PIN  ", (spoken_pin(news.pin), "bold green"))]
+    if news.page or news.pin:
+        words.append(
+            Text("Scan, or open an address and type the PIN. Each pairs one device; new ones every 5 minutes.")
+        )
+    if news.urls and news.urls[0].startswith("http:"):
+        words += [Text(), Text(NO_TLS, style="dim")]
+    return [*words, Text(news.notice, style="yellow")] if news.notice else words
