@@ -140,7 +140,7 @@ def encoder_options(kind: EncoderKind, preset: str, ceiling_bps: int) -> Mapping
             return {**rate, "preset": speed, "tune": "zerolatency", "forced-idr": "1", "x264-params": "scenecut=0"}
         case "libvpx":
             # A negative speed is a fixed one; a positive one is a maximum of CPU, and twice as slow here.
-            speed = "-8" if drives else "-5"
+            speed = "-6" if drives else "-5"
             return {
                 **rate,
                 "minrate": str(ceiling_bps),

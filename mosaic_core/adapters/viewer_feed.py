@@ -113,7 +113,8 @@ class ViewerFeed:
         return is_wanted
 
     def pause_s(self, size_bytes: int) -> float:
-        return self._pacer.wait_s(size_bytes, self.budget_bps, time.monotonic())
+        path_bps = self.rate.trains_bps if isinstance(self.rate, PathRate) else None
+        return self._pacer.wait_s(size_bytes, self.budget_bps, time.monotonic(), path_bps)
 
     # -- what the stream calls -----------------------------------------------------------------------------------
 

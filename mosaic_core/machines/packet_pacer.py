@@ -24,9 +24,10 @@ class PacketPacer:
         self._debt_bytes = 0.0
         self._counted_at_s = 0.0
 
-    def wait_s(self, size_bytes: int, budget_bps: int, now_s: float) -> float:
-        """A packet has just left: seconds until the next one may. 0 while the burst lasts."""
-        rate_bytes = max(MIN_PACE_BPS, budget_bps * RATE_FACTOR) / 8
+    def wait_s(self, size_bytes: int, budget_bps: int, now_s: float, path_bps: float | None = None) -> float:
+        """A packet has just left: seconds until the next one may. 0 while the burst lasts. ``path_bps``: what packets
+        of earlier pictures were seen to come through at; slower than that would only be later."""
+        rate_bytes = max(MIN_PACE_BPS, budget_bps * RATE_FACTOR, path_bps or 0.0) / 8
         paid_bytes = max(0.0, now_s - self._counted_at_s) * rate_bytes
         self._debt_bytes = max(0.0, self._debt_bytes - paid_bytes) + size_bytes
         self._counted_at_s = now_s

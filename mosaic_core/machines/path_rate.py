@@ -21,8 +21,12 @@ _SHARE = 0.8
 """Of what the path takes: the rest is for key frames, and drains what is left of the queue."""
 _NEAR_SHARE = 0.9
 """Where the last congestion was, it is approached no further while nothing speaks for more."""
-_QUEUE_S, _LONG_QUEUE_S = 0.05, 0.12
-"""A report of packets that all waited so long: a queue stands, if the next report has it too; or at once."""
+_QUEUE_S = 0.05
+"""All packets of a report waited so long: a queue stands, if the next report has it too."""
+_PLAIN_SHARE = 0.75
+"""Of what is sent: if no more comes through, a queue needs no second report."""
+_UNKNOWN_REPORTS = 4
+"""So many, if nothing tells what the path takes: a busy processor is over by then."""
 _KEY_ALLOWANCE_S, _KEY_PATIENCE_S = 0.12, 0.8
 """A key frame is a queue of its own for so long."""
 _EMPTY_S = 0.03
@@ -51,15 +55,21 @@ class PathRate:
         self._cut_at_s = now_s - _LOSS_INTERVAL_S
         self._key_at_s = now_s - _KEY_PATIENCE_S
         self._heard_at_s = self._grown_at_s = now_s
-        self.is_queued = False
-        """So the last report said."""
+        self._queued_reports = 0
         self.round_trip_s: float | None = None
+        self.trains_bps: float | None = None
+        """How fast the packets of single pictures came through lately."""
         self.paused_until_s = now_s
         """Send nothing before: what is sent now waits behind a queue."""
 
     @property
     def budget_bps(self) -> int:
         return round(self._budget_bps)
+
+    @property
+    def is_queued(self) -> bool:
+        """The last report spoke of a queue."""
+        return self._queued_reports > 0
 
     def is_limited(self, now_s: float) -> bool:
         """Not long ago it was more than the path takes."""
@@ -91,6 +101,7 @@ class PathRate:
         """What came back. Arrival times tell all; of the rest only the round trip is used, for repeats."""
         if isinstance(feedback, PathSeen):
             self._heard_at_s = now_s
+            self.trains_bps = feedback.trains_bps
             self._note_loss(feedback, now_s)
             self._judge(feedback, now_s)
         elif isinstance(feedback, ReceiverReport) and feedback.round_trip_s is not None:
@@ -111,8 +122,13 @@ class PathRate:
             self._refine(seen, now_s)
             return
         allowed_s = _KEY_ALLOWANCE_S if now_s - self._key_at_s < _KEY_PATIENCE_S else 0.0
-        is_queued = seen.queue_s > _QUEUE_S + allowed_s
-        if seen.queue_s > _LONG_QUEUE_S + allowed_s or (is_queued and self.is_queued):
+        self._queued_reports = self._queued_reports + 1 if seen.queue_s > _QUEUE_S + allowed_s else 0
+        is_plain = (
+            seen.path_bps is not None
+            and seen.path_bps < _PLAIN_SHARE * self.sent_bps(now_s)
+            and seen.newest_queue_s > _QUEUE_S + allowed_s
+        )
+        if is_plain or self._queued_reports >= (_UNKNOWN_REPORTS if seen.path_bps is None else 2):
             self._cut(seen, now_s)
         elif self.loss > _BAD_LOSS and now_s - self._cut_at_s > _LOSS_INTERVAL_S:
             self._cut_at_s = now_s
@@ -120,12 +136,12 @@ class PathRate:
             self._set(self._budget_bps * (1.0 - self.loss / 2))
         elif seen.queue_s < _EMPTY_S:
             self._set(self._budget_bps * self._growth(seen, now_s) ** elapsed_s)
-        self.is_queued = is_queued
 
     def _cut(self, seen: PathSeen, now_s: float) -> None:
         path_bps = min(seen.path_bps or self._budget_bps, self._budget_bps / _SHARE)
         self._congested = (now_s, path_bps)
         self._cut_at_s = now_s
+        self._queued_reports = 0
         self._set(path_bps * _SHARE if seen.path_bps is not None else self._budget_bps * _UNKNOWN_CUT)
         self._pause(seen, now_s)
 

@@ -10,6 +10,7 @@ import statistics
 from collections import OrderedDict, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from mosaic_core.machines.arrival_report import NUMBERS, ArrivalReport
 
@@ -21,6 +22,10 @@ _ABSURD_S = 60.0
 _STANDING_S = 0.02
 """Longer than packets of one picture wait for each other on a path that takes it."""
 _PATH_WINDOW_S, _PATH_PACKETS, _PATH_LEAST_S = 0.25, 6, 0.04
+_WORST_GAP = 0.4
+"""Of that time: packets that came all at once after a gap waited for a busy processor, not in a queue."""
+_STANDS_AT_MOST_S = 4.0
+"""Senders stop for a queue of their own. What stands longer is a longer way."""
 _TRAIN_GAP_S = 0.004
 """Packets of one picture leave closer than this."""
 _TRAIN_PACKETS = 3
@@ -62,6 +67,7 @@ class PathWatch:
         self._on_the_way: OrderedDict[int, tuple[float, int]] = OrderedDict()
         self._least_s: tuple[float, float] | None = None  # of this time and of the one before
         self._least_since_s = 0.0
+        self._empty_at_s: float | None = None
         self._queued: deque[_Arrived] = deque()
         self._trains: deque[tuple[float, float]] = deque()
 
@@ -76,7 +82,10 @@ class PathWatch:
         arrived, lost = self._taken(report)
         if not arrived:
             return None
-        base_s = self._base_s(min(one.at_s - one.sent_s for one in arrived), now_s)
+        least_s = min(one.at_s - one.sent_s for one in arrived)
+        base_s = self._base_s(least_s, now_s)
+        if self._stands_too_long(least_s - base_s, now_s):
+            self._least_s, base_s = (least_s, least_s), least_s
         queues = [one.at_s - one.sent_s - base_s for one in arrived]
         self._note_queued(arrived, queues)
         self._note_trains(arrived, now_s)
@@ -116,6 +125,11 @@ class PathWatch:
             self._least_s = (min(least_s, self._least_s[0]), self._least_s[1])
         return min(self._least_s)
 
+    def _stands_too_long(self, queue_s: float, now_s: float) -> bool:
+        if self._empty_at_s is None or queue_s < _STANDING_S:
+            self._empty_at_s = now_s
+        return now_s - self._empty_at_s > _STANDS_AT_MOST_S
+
     # -- what the path takes -------------------------------------------------------------------------------------
 
     def _note_queued(self, arrived: Sequence[_Arrived], queues: Sequence[float]) -> None:
@@ -131,7 +145,9 @@ class PathWatch:
         if len(self._queued) < _PATH_PACKETS:
             return None
         span_s = self._queued[-1].at_s - self._queued[0].at_s
-        return _rate_bps(self._queued, span_s) if span_s >= _PATH_LEAST_S else None
+        gap_s = max(late.at_s - early.at_s for early, late in pairwise(self._queued))
+        is_steady = span_s >= _PATH_LEAST_S and gap_s <= _WORST_GAP * span_s
+        return _rate_bps(self._queued, span_s) if is_steady else None
 
     def _note_trains(self, arrived: Sequence[_Arrived], now_s: float) -> None:
         train: list[_Arrived] = []
