@@ -86,6 +86,8 @@ class ChannelPort:
         self._reader = FrameReader()
         self._seq = 0
         self._pending: Frame | None = None
+        self.on_drained: Callable[[], None] | None = None
+        """Less waits below than before: :meth:`put` may be tried again."""
         channel.on_message = self._arrived
         channel.on_open = lambda: changed(True)
         channel.on_close = lambda: changed(False)
@@ -99,13 +101,24 @@ class ChannelPort:
         """Whether it was accepted. Under ``latest`` a message that can't leave yet waits, until a newer one comes."""
         if not self._channel.is_open:
             return False
-        frame = Frame(kind, payload, epoch=self._epoch(), stamp_us=self._clock_us())
+        frame = self.frame(kind, payload)
         if self._is_full:
             if self._delivery is not Delivery.LATEST:
                 return False
             self._pending = frame
             return True
         self._pending = None
+        return self._send_now(frame)
+
+    def frame(self, kind: PayloadKind, payload: bytes) -> Frame:
+        """A message made now; its number is that of the channel, unless it is :meth:`put` under one of its own."""
+        return Frame(kind, payload, epoch=self._epoch(), stamp_us=self._clock_us())
+
+    def put(self, frame: Frame) -> bool:
+        """Send ``frame`` under its own number; ``False``: too much waits below, or the channel isn't open."""
+        if not self._channel.is_open or self._is_full:
+            return False
+        self._seq = (frame.seq - 1) % SEQ_MODULUS
         return self._send_now(frame)
 
     @property
@@ -134,6 +147,8 @@ class ChannelPort:
         if self._pending is not None and self._channel.is_open and not self._is_full:
             frame, self._pending = self._pending, None
             self._send_now(frame)
+        if self.on_drained is not None:
+            self.on_drained()
 
     def _arrived(self, data: bytes | str) -> None:
         raw = data.encode() if isinstance(data, str) else data

@@ -37,13 +37,20 @@ class ConnectionCheckingStore(ReceivableStore, SendableStore):
         if self._ticker is None:
             self._ticker = asyncio.create_task(self._tick())
 
-    def closed(self) -> None:
+    def _rest(self) -> None:
         if self._ticker is not None:
             self._ticker.cancel()
             self._ticker = None
         self._sent_at_s.clear()
         self.round_trip_ms = None
+
+    def closed(self) -> None:
+        self._rest()
         super().closed()
+
+    def interrupted(self) -> None:
+        self._rest()
+        super().interrupted()
 
     def notify_subscribers(self, data: bytes, info: MessageInfo) -> None:
         """Read the stamp that came back, then tell the subscribers."""

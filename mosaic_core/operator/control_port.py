@@ -25,7 +25,8 @@ BOOT_ID = uuid4().hex
 class ControlPort:
     """``heard`` gets every message; pings, which are answered here, and pongs too: they are a sign of life.
 
-    ``clock_us`` is this operator's monotonic clock; ``is_person``: a person decides here, not a program.
+    ``clock_us`` is this operator's monotonic clock; ``is_person``: a person decides here, not a program;
+    ``word``: what to say right after hello.
     """
 
     def __init__(
@@ -36,10 +37,12 @@ class ControlPort:
         clock_us: Callable[[], int] = now_us,
         is_person: bool = False,
         opened: Callable[[], None] | None = None,
+        word: Callable[[], ControlMessage] | None = None,
     ) -> None:
         self._heard = heard
         self._clock_us = clock_us
         self._is_person = is_person
+        self._word = word
         self._clock = ClockOffset()
         self._robot_boot_id = ""
         self._opened = opened
@@ -89,6 +92,8 @@ class ControlPort:
             self.send(hello)
             if self._opened is not None:
                 self._opened()
+            if self._word is not None:
+                self.send(self._word())
 
     def _received_on_stop_channel(self, frame: Frame) -> None:
         self._take(frame, self.send_on_stop_channel)

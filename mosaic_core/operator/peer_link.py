@@ -60,6 +60,10 @@ class PeerOwner(Protocol):
         """The robot's hello: what it knows. Told before :meth:`robot_known`."""
         ...
 
+    def word(self) -> control.Resume:
+        """What to say right after hello: how far the reliable channels are."""
+        ...
+
     def control_heard(self, message: control.ControlMessage) -> None: ...
     def ended(self, error: ConnectionFailed) -> None:
         """Told once; everything is being closed."""
@@ -94,7 +98,14 @@ class PeerLink:
         self._clock = asyncio.create_task(self._keep_time())
         self._add_lines()
         channel = self.offerer.create_channel(control.CONTROL_LABEL, protocol=control.CHANNEL_PROTOCOL)
-        self.control = ControlPort(channel, self._heard, clock_us=self._plan.clock_us, is_person=self._plan.is_person, opened=self._control_opened)
+        self.control = ControlPort(
+            channel,
+            self._heard,
+            clock_us=self._plan.clock_us,
+            is_person=self._plan.is_person,
+            opened=self._control_opened,
+            word=self._owner.word,
+        )
         stop = self.offerer.create_channel(
             control.STOP_LABEL, protocol=control.CHANNEL_PROTOCOL, ordered=False, max_retransmits=0
         )
@@ -229,7 +240,9 @@ class PeerLink:
         if end.tells_robot:
             if self.control is not None and self._is_ours:
                 self.control.send(control.Bye())
-            self._tell_server(signaling.ClosePeerConnection(rtc_connection_id=self._plan.peer_id))
+            # a robot keeps what belongs to a session that was lost, and forgets it on a good-bye
+            code = known if "closeReasons" in self._plan.agreed and known != "peer.closed" else None
+            self._tell_server(signaling.ClosePeerConnection(rtc_connection_id=self._plan.peer_id, code=code))
         self._run(self.offerer.close())
         self._owner.ended(ConnectionFailed(end.message or reason(known).sentence, code=known))
 

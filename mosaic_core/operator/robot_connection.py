@@ -7,15 +7,16 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Literal, TypeVar
 
+from mosaic_core.machines.connection_timeline import ConnectionTimeline
 from mosaic_core.machines.operator_lane import LaneState
 from mosaic_core.operator.bulk_lane import BulkLane, LaneOwner
-from mosaic_core.machines.connection_timeline import ConnectionTimeline
 from mosaic_core.operator.control_desk import ControlDesk
 from mosaic_core.operator.control_port import ControlPort
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.peer_link import ConnectionPlan, PeerLink
 from mosaic_core.operator.picture_reports import PictureReports
 from mosaic_core.operator.robot_connector import RobotConnector
+from mosaic_core.operator.session_streams import SessionStreams
 from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_links import StoreLinks, Surroundings
 from mosaic_core.operator.store_manager import StoreManager
@@ -55,6 +56,7 @@ class RobotConnection:
         self._make_offerer = make_offerer
         self._send = send
         self._is_kept = False
+        self._streams = SessionStreams(self._say, self._listener_of, plan.clock_us)
         self._interrupted = asyncio.Event()
         self._refusals: list[Callable[[control.Refusal], None]] = []
         self._closings: list[Callable[[ConnectionFailed], None]] = []
@@ -66,9 +68,9 @@ class RobotConnection:
         self._peer = PeerLink(plan, self, self._make_offerer, self._send)
         self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
         around = Surroundings(
-            self._watch, self._to_ours_us, plan.clock_us, self.control.epoch_of, self._picture_shown,
-            arrived=self._value_arrived,
-        )  # fmt: skip
+            self._watch, self._to_ours_us, plan.clock_us, self.control.epoch_of, self._picture_shown, self._streams,
+            self._value_arrived,
+        )
         self._lane = BulkLane(
             LaneOwner(self._make_offerer, plan.ice_servers, plan.fresh_ice_servers, self._say, self._lane_changed)
         )
@@ -216,6 +218,10 @@ class RobotConnection:
     def give_up(self, error: ConnectionFailed) -> None:
         """It has ended for good."""
         self.error, self.state = error, "closed"
+        self._streams.close()
+        for store in self._stores.stores_of(self.robot_id):
+            if store.state.phase == "reconnecting":
+                store.closed()
         self._interrupted.set()
         for callback in list(self._closings):
             callback(error)
@@ -238,12 +244,23 @@ class RobotConnection:
     def robot_known(self, is_ours: bool) -> None:
         self._is_ours = is_ours
         if not is_ours:
+            self._streams.plain()
             self.catalogue = None
             self._settle()
 
     def greeted(self, port: ControlPort, extensions: Mapping[str, int]) -> None:
         self.control.open(port, extensions)
+        self._streams.greeted(extensions)
         self._lane.greeted(is_known="bulkLane" in extensions and self._plan.uses_bulk_lane)
+
+    def word(self) -> control.Resume:
+        return self._streams.word()
+
+    def _listener_of(self, label: str) -> MosaicStore | None:
+        """The store that a channel belongs to."""
+        return next(
+            (store for store in self._stores.stores_of(self.robot_id) if label in self._links.labels(store)), None
+        )
 
     def control_heard(self, message: control.ControlMessage) -> None:
         self.control.hear(message)
@@ -251,6 +268,8 @@ class RobotConnection:
             case control.CatalogueFull(catalogue=catalogue):
                 self.catalogue = catalogue
                 self._settle()
+            case control.Resume() | control.Delivered():
+                self._streams.heard(message)
             case control.Refusal():
                 for callback in list(self._refusals):
                     callback(message)
@@ -271,8 +290,10 @@ class RobotConnection:
         comes_back = self._is_kept and not error.code.startswith(FINAL)
         self.control.close(error, comes_back=comes_back)
         self._lane.drop()
-        self._links.close()
+        self._links.close(comes_back=comes_back)
         self._settled.set()
+        if comes_back:
+            self._streams.lost()
         if not comes_back:
             self.give_up(error)
         elif self.state == "connected":

@@ -13,6 +13,8 @@ from mosaic_core.operator.channel_port import ChannelPort, info_of, no_epoch
 from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.first_frame_watch import FirstFrameWatch
 from mosaic_core.operator.media_store import MediaStreamStore
+from mosaic_core.operator.outgoing_stream import OutgoingStream
+from mosaic_core.operator.session_streams import SessionStreams
 from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_plan import PlannedChannel, UnknownLabel, check_plan, plan_of, sound_store
 from mosaic_core.operator.stores import MosaicStore, ReceivableStore, SendableStore
@@ -30,13 +32,14 @@ IS_SOUND = "This connector is sound: make its store once the robot's catalogue i
 class Surroundings:
     """What the stores need of their connection: ``watch(label, on)`` asks the robot for pictures, ``to_ours_us`` maps
     its clock to ours, which ``clock_us`` reads; ``epoch_of(resource)`` is what a command carries; ``shown(label,
-    rtp_timestamp)`` hears of every picture that a store has got."""
+    rtp_timestamp)`` hears of every picture that a store has got. ``streams`` outlive the connection."""
 
     watch: Callable[[str, bool], None]
     to_ours_us: Callable[[int], int | None]
     clock_us: Callable[[], int]
     epoch_of: Callable[[str], int]
     shown: Callable[[str, int | None], None]
+    streams: SessionStreams
     arrived: Callable[[str], None] = lambda _label: None
 
 
@@ -126,8 +129,9 @@ class StoreLinks:
         if isinstance(store, MediaStreamStore | SoundStore):
             self._around.watch(label, False)
             self._first_frames.ended(label)
-        for port in link.ports.values():
+        for label, port in link.ports.items():
             port.close()
+            self._around.streams.released(label)
         store.closed()
 
     def track_arrived(self, label: str, video: IncomingVideo) -> None:
@@ -147,10 +151,19 @@ class StoreLinks:
         if link is not None and isinstance(link.store, VoiceStore):
             link.store.talking_changed(name)
 
-    def close(self) -> None:
+    def labels(self, store: MosaicStore) -> tuple[str, ...]:
+        """The channels of a store; before they are open, its own label."""
+        label = store.robot_connector.connector_id
+        link = self._links.get(label)
+        return tuple(link.ports) if link is not None and link.ports else (label,)
+
+    def close(self, *, comes_back: bool = False) -> None:
         """The connection is gone; the stores wait for the next one."""
         for link in list(self._links.values()):
-            link.store.closed()
+            if comes_back:
+                link.store.interrupted()
+            else:
+                link.store.closed()
         self._links.clear()
         self._first_frames.close()
         for video, task in self._videos.values():
@@ -208,12 +221,17 @@ class StoreLinks:
             max_retransmits=0 if is_latest else None,
         )
 
-        def received(frame: Frame) -> None:
+        def handed(frame: Frame) -> None:
             self._around.arrived(planned.label)
             if isinstance(store, ReceivableStore):
                 store.notify_subscribers(
                     frame.payload, info_of(frame, self._around.to_ours_us, self._around.clock_us())
                 )
+
+        def numbered(frame: Frame) -> None:
+            self._around.streams.arrived(planned.label, frame, handed)
+
+        received = numbered if self._is_ours and planned.delivery is Delivery.RELIABLE else handed
 
         def changed(is_open: bool) -> None:
             self._port_changed(link, planned, is_open)
@@ -222,13 +240,29 @@ class StoreLinks:
         epoch = no_epoch if resource is None else partial(self._around.epoch_of, resource)
         return ChannelPort(channel, planned.delivery, received, changed, clock_us=self._around.clock_us, epoch=epoch)
 
+    def _stream(self, store: MosaicStore, planned: PlannedChannel) -> OutgoingStream | None:
+        """What outlives the channel; ``None``: nothing does."""
+        if not (self._is_ours and planned.sends and planned.may_wait):
+            return None
+        return self._around.streams.outgoing(planned.label, waits=not isinstance(store, ConnectionCheckingStore))
+
     def _port_changed(self, link: _Link, planned: PlannedChannel, is_open: bool) -> None:
         store = link.store
+        port = link.ports[planned.label]
+        stream = self._stream(store, planned)
         if not is_open:
+            if stream is not None:
+                stream.detach()
             if store.state.phase == "open":
                 store.closed()
             return
+        if stream is not None:
+            port.on_drained = stream.pump
+            stream.attach(port)
         if planned.sends and isinstance(store, SendableStore):
-            store.connect_outlet(link.ports[planned.label].send)
+            if stream is None:
+                store.connect_outlet(port.send)
+            else:
+                store.connect_outlet(stream.send, outlives=True)
         if all(port.is_open for port in link.ports.values()):
             store.opened()

@@ -23,12 +23,14 @@ CONNECTION_CHECK = "connection-check"
 
 @dataclass(frozen=True, slots=True)
 class PlannedChannel:
-    """``resource``: what must be held to command here; ``None`` where nothing must."""
+    """``resource``: what must be held to command here; ``None`` where nothing must. ``may_wait``: a message that waits
+    for a connection, or is repeated on the next one, does no harm; never one that moves something."""
 
     label: str
     delivery: Delivery
     sends: bool
     resource: str | None = None
+    may_wait: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +66,7 @@ def plan_of(connector: RobotConnector, catalogue: Catalogue | None) -> StorePlan
             return _checked(connector, _plan_of_entry(entry))
         for channel in entry.channels:
             if channel.label == connector.connector_id:
-                single = PlannedChannel(channel.label, entry.delivery, _sends(channel.data_type), resource_of(entry))
+                single = _planned(entry, channel.label, channel.data_type)
                 return _checked(connector, StorePlan(channel.data_type, (single,)))
     raise UnknownLabel(connector.connector_id, catalogue)
 
@@ -140,7 +142,10 @@ def _plan_of_entry(entry: CatalogueEntry) -> StorePlan:
 
 
 def _planned(entry: CatalogueEntry, label: str, data_type: MosaicDataType) -> PlannedChannel:
-    return PlannedChannel(label, entry.delivery, _sends(data_type), resource_of(entry))
+    safety = entry.safety or {}
+    is_free = not any(safety.get(key) for key in ("requires_lease", "timeout_s", "max_rate_hz"))
+    may_wait = entry.delivery is Delivery.RELIABLE and is_free
+    return PlannedChannel(label, entry.delivery, _sends(data_type), resource_of(entry), may_wait)
 
 
 def _plan_without_catalogue(connector: RobotConnector) -> StorePlan:

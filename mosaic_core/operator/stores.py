@@ -9,6 +9,7 @@ import asyncio
 import contextlib
 import inspect
 import logging
+import time
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ _log = logging.getLogger(__name__)
 
 Moment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
 Subscriber = Callable[..., Awaitable[None] | None]
+GapCallback = Callable[["Gap"], None]
 Outlet = Callable[[PayloadKind, bytes], bool]
 QUEUED_MESSAGES = 1024
 """An iteration that falls further behind loses the oldest: memory stays bounded."""
@@ -34,12 +36,22 @@ QUEUED_MESSAGES = 1024
 
 @dataclass(frozen=True, slots=True)
 class StoreState:
-    """``waiting`` for a connection, ``open``, ``closed``, or ``mismatch``: the robot has nothing under this label."""
+    """``waiting`` for a connection, ``open``, ``reconnecting`` (it was lost and is being made anew), ``closed``, or
+    ``mismatch``: the robot has nothing under this label."""
 
-    phase: Literal["waiting", "open", "closed", "mismatch"] = "waiting"
+    phase: Literal["waiting", "open", "reconnecting", "closed", "mismatch"] = "waiting"
     code: str = ""
     message: str = ""
     nearest: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """``lost`` messages of a reliable connector will never arrive: the connection was gone for longer than they could
+    be kept. ``None``: nobody knows how many. ``sent``: those that this store sent, not those that it gets."""
+
+    lost: int | None
+    sent: bool = False
 
 
 class MosaicStore:
@@ -50,6 +62,7 @@ class MosaicStore:
         self.state = StoreState()
         self._listeners: dict[Moment, list[Callable[[], None]]] = {}
         self._changed = asyncio.Event()
+        self._gap_callbacks: list[GapCallback] = []
 
     def on_before_connected(self) -> None:
         """The channel or track is about to be opened."""
@@ -68,6 +81,11 @@ class MosaicStore:
         callbacks = self._listeners.setdefault(moment, [])
         callbacks.append(callback)
         return lambda: callbacks.remove(callback) if callback in callbacks else None
+
+    def on_gap(self, callback: GapCallback) -> Callable[[], None]:
+        """Call ``callback(gap)`` when messages were lost across a reconnection; returns what ends it."""
+        self._gap_callbacks.append(callback)
+        return lambda: self._gap_callbacks.remove(callback) if callback in self._gap_callbacks else None
 
     async def wait_open(self, timeout_s: float = 10.0) -> None:
         """Until data can flow; raises :class:`ConnectionFailed` with the reason, or ``channel.timeout``."""
@@ -92,10 +110,25 @@ class MosaicStore:
         self._moment("after_connected", self.on_after_connected)
 
     def closed(self) -> None:
+        self._ended("closed")
+
+    def interrupted(self) -> None:
+        """The connection was lost and is being made anew."""
+        self._ended("reconnecting")
+
+    def _ended(self, phase: Literal["closed", "reconnecting"]) -> None:
         was_open = self.state.phase == "open"
-        self._enter(StoreState("closed"))
+        self._enter(StoreState(phase))
         if was_open:
             self._moment("after_disconnected", self.on_after_disconnected)
+
+    def missed(self, lost: int | None, *, sent: bool) -> None:
+        """Messages are lost."""
+        label = self.robot_connector.connector_id
+        what = "messages" if lost is None else f"{lost} message(s)"
+        _log.warning("%r: %s %s lost while there was no connection", label, what, "sent were" if sent else "were")
+        for callback in list(self._gap_callbacks):
+            callback(Gap(lost, sent))
 
     def failed(self, error: MosaicError, nearest: str | None = None) -> None:
         is_mismatch = error.code == "channel.unknown_label"
@@ -119,6 +152,15 @@ class ReceivableStore(MosaicStore):
         self.latest: Received | None = None
         self._subscribers: list[tuple[Subscriber, bool]] = []
         self._tasks: set[asyncio.Task[None]] = set()
+
+    @property
+    def latest_age_s(self) -> float | None:
+        """How old the last message is: since it was made where the clocks are known, else since it arrived. ``None``:
+        there was none. While the state is ``reconnecting`` it keeps growing."""
+        if self.latest is None:
+            return None
+        info = self.latest.info
+        return time.monotonic() - info.received_at_s + (info.age_s or 0.0)
 
     def subscribe(self, callback: Subscriber) -> Callable[[], None]:
         """Call ``callback(data)`` or ``callback(data, info)`` with every message (``bytes``); may be ``async``.
@@ -193,13 +235,20 @@ class SendableStore(MosaicStore):
     def __init__(self, robot_connector: RobotConnector) -> None:
         super().__init__(robot_connector)
         self._outlet: Outlet | None = None
+        self._outlives = False
 
-    def connect_outlet(self, outlet: Outlet | None) -> None:
-        """Where to send to; the connection sets it."""
+    def connect_outlet(self, outlet: Outlet | None, *, outlives: bool = False) -> None:
+        """Where to send to; the connection sets it. ``outlives``: it takes messages without a connection too."""
         self._outlet = outlet
+        self._outlives = outlives
 
     def send_data(self, data: str | bytes) -> bool:
-        """Send one message; ``False`` if it was not accepted (not open, or too much is waiting). Never raises."""
+        """Send one message; ``False`` if it was not accepted (not open, or too much is waiting). Never raises.
+
+        While the state is ``reconnecting``, messages of a connector with ``delivery: reliable`` that moves nothing are
+        accepted into a bounded queue, and go out with the next connection: each arrives once and in order, or
+        :meth:`on_gap` tells how many did not.
+        """
         payload = data.encode() if isinstance(data, str) else bytes(data)
         return self._outlet is not None and self._outlet(_kind_of(self.robot_connector.data_type), payload)
 
@@ -211,6 +260,11 @@ class SendableStore(MosaicStore):
     def closed(self) -> None:
         self._outlet = None
         super().closed()
+
+    def interrupted(self) -> None:
+        if not self._outlives:
+            self._outlet = None
+        super().interrupted()
 
 
 class BidirectionalStore(ReceivableStore, SendableStore):

@@ -148,7 +148,7 @@ class PeerResume:
             Resume(
                 boot_id=self._site.boot_id,
                 is_new=not is_known,
-                received={label: session.receivers[label].last or 0 for label in taking},
+                received={label: session.receivers[label].received or 0 for label in taking},
                 upcoming={label: session.streams[label].upcoming for label in sending},
             )
         )

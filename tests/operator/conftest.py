@@ -236,6 +236,8 @@ class FakeRobot:
         if isinstance(message, control.Hello):
             self.say(control.Hello(software="fake", boot_id="boot", extensions=self.extensions))
             self.say(control.CatalogueFull(catalogue=self.catalogue))
+        if isinstance(message, control.Resume):
+            self.say(control.Resume(boot_id="boot", is_new=True))
         if isinstance(message, control.Ping) and self.answers_pings:
             self.say(control.Pong(t0=message.t0, t1=5_000_000, t2=5_000_000))
 

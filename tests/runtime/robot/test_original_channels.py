@@ -91,6 +91,7 @@ def test_a_burst_on_a_framed_channel_is_one_frame_per_part(kit: Any) -> None:
         async with kit.running(connector) as scene:
             await scene.network.ready()
             operator = await scene.network.offer()
+            await operator.greet()
             lane = operator.open("cloud-0")
             await kit.until(lambda: len(lane.frames()) >= 3)
             frames = lane.frames()[:3]
