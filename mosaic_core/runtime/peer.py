@@ -10,6 +10,7 @@ from typing import Any
 
 from mosaic_core.contract.host import Outgoing, Sender
 from mosaic_core.machines import peer_session as session
+from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.machines.command_gate import ArrivalBaseline
 from mosaic_core.machines.peer_admission import StartPeer
 from mosaic_core.machines.send_scheduler import Offered
@@ -18,6 +19,7 @@ from mosaic_core.runtime.control_link import ControlLink
 from mosaic_core.runtime.peer_channels import PeerChannels
 from mosaic_core.runtime.peer_control import PeerControl
 from mosaic_core.runtime.peer_resume import PeerResume
+from mosaic_core.runtime.peer_timeline import PeerTimeline
 from mosaic_core.runtime.plain_stream import NewestFeed
 from mosaic_core.runtime.send_queue import SendQueue
 from mosaic_core.runtime.site import Site
@@ -60,6 +62,7 @@ class OperatorPeer:
         self._make_answerer = make_answerer
         self._answerer: Answerer | None = None
         self._closed = asyncio.Event()
+        self.timeline = PeerTimeline(start.peer_id, self._path, lambda: self.sender.name)
 
     @property
     def sender(self) -> Sender:
@@ -101,7 +104,11 @@ class OperatorPeer:
         self._rearm()
         self._spawn(self._answer())
 
+    def _path(self) -> ChosenPath | None:
+        return None if self._answerer is None else self._answerer.path()
+
     def add_candidate(self, candidate: IceCandidate) -> None:
+        self.timeline.mark("candidate")
         if self._answerer is not None and self.phase != "closed":
             self._spawn(self._answerer.add_candidate(candidate))
 
@@ -136,6 +143,9 @@ class OperatorPeer:
         if self.phase == "closed":
             return
         self._site.listener.signal(SdpAnswer(rtc_connection_id=self.peer_id, sdp_answer=sdp))
+        self.timeline.mark("answered")
+        if start.candidates or "\na=candidate:" in start.offer_sdp:
+            self.timeline.mark("candidate", "with the offer")
         self._handle(session.Answered())
         early, self._early = self._early or [], None
         for candidate in early:  # an original dashboard rejects candidates before the answer (UPSTREAM §3.4)
@@ -173,6 +183,7 @@ class OperatorPeer:
         for label in self._site.media.watched_by(self.peer_id):  # a late hello: it will say what it wants to see
             self._site.media.watch(self.peer_id, label, False)
         self._control.link.send(control.CatalogueFull(catalogue=self._site.catalogue))
+        self.timeline.mark("catalogue")
         for origin in self._origins:
             self._control.link.send(origin)
         for label in self._unbound:
@@ -200,6 +211,7 @@ class OperatorPeer:
         self._channels.close_all()
         self._resume.left(code)
         self._control.left(code)
+        self.timeline.ended(code, was_connected=self.connected_at_s is not None)
         self._site.listener.peer_closed(self, code, message)
         self._spawn(self._close_transport(_BYE_FLUSH_S if say_bye else 0.0))
 
@@ -229,6 +241,7 @@ class OperatorPeer:
             self._site.listener.signal(message)
 
     def state_changed(self, state: str) -> None:
+        self.timeline.transport_changed(state)
         self._handle(session.TransportChanged(state))
 
     def channel_opened(self, channel: Channel) -> None:
@@ -237,6 +250,7 @@ class OperatorPeer:
         self._handle(session.ChannelOpened())
         if channel.label == CONTROL_LABEL:
             if self._control.link is None and channel.protocol == CHANNEL_PROTOCOL:
+                self.timeline.mark("control")
                 self._control.link = ControlLink(channel, self._queue, self._baseline, self._heard)
                 self._control.link.greet(self._site.software, self._site.boot_id)
         elif channel.label == STOP_LABEL and channel.protocol == CHANNEL_PROTOCOL:
@@ -267,6 +281,7 @@ class OperatorPeer:
 
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         origin = control.MediaOrigin(label=label, ssrc=ssrc, rtp_origin=rtp_origin, boot_id=self._site.boot_id)
+        self.timeline.frame_sent(label)
         self._origins = [known for known in self._origins if known.label != label] + [origin]
         if self._control.link is not None and self.phase == "open":
             self._control.link.send(origin)
@@ -274,6 +289,7 @@ class OperatorPeer:
     def _heard(self, message: control.ControlMessage | None) -> None:
         match message:
             case control.Hello():
+                self.timeline.mark("hello")
                 if self.phase not in ("open", "closed"):
                     self._control.greeted(message)
                     self._resume.greeted(message)
@@ -314,5 +330,6 @@ class OperatorPeer:
             self._control.link.send(control.MediaUnavailable(label=label, code=code))
         elif label in media.labels() and self.phase != "closed":
             media.watch(self.peer_id, label, on)
+            self.timeline.watched(label, on and label in media.cameras())
             if not on:
                 self._control.unwatched(label)
