@@ -29,6 +29,7 @@ from aiortc.utils import uint32_gte
 from google_crc32c import value as crc32c
 
 from mosaic_core.adapters.aiortc_private.sctp import MeasuredQueue
+from mosaic_core.machines.standing_queue import StandingQueue
 
 INITIAL_WINDOW_BYTES = 10 * USERDATA_MAX_LENGTH
 """As TCP's (RFC 6928 §2); the 4 380 bytes of RFC 9260 §7.2.1 are those of TCP in 2002."""
@@ -38,6 +39,8 @@ LEAST_RTO_S = 0.4
 """Chromium's. The one second of RFC 9260 §16 is a long time when the last message of a burst is lost."""
 BURST_BYTES = 16 * USERDATA_MAX_LENGTH
 """RFC 9260 §6.1 D asks for a limit and leaves it to us."""
+LEAST_WINDOW_BYTES = 8 * USERDATA_MAX_LENGTH
+"""A long queue may be another's, who does not yield: so much is always on its way, as beside any loss-based flow."""
 RECOVERY_BURST_BYTES = 2 * USERDATA_MAX_LENGTH
 GROWTH_BYTES = 2 * USERDATA_MAX_LENGTH
 """Per acknowledgement in slow start: they come for every second packet (RFC 3465 §2.2, L = 2)."""
@@ -54,6 +57,7 @@ class QuickSending(RTCSctpTransport):
     _flush_task: asyncio.Future[None] | None = None
     _t3_due_s = 0.0
     _round_trip_s: float | None = None
+    _standing_queue: StandingQueue | None = None
 
     # -- from messages to chunks -------------------------------------------------------------------------------------
 
@@ -177,11 +181,22 @@ class QuickSending(RTCSctpTransport):
         if earliest is not None and earliest._sent_count == 1 and uint32_gte(chunk.cumulative_tsn, earliest.tsn):
             assert earliest._sent_time is not None
             self._round_trip_s = time.monotonic() - earliest._sent_time
+            self._watch_queue(self._round_trip_s)
         window_bytes = self._cwnd
         await super()._receive_sack_chunk(chunk)
         step_bytes = min(acknowledged_bytes, USERDATA_MAX_LENGTH)
         if step_bytes and window_bytes <= self._ssthresh and self._cwnd == window_bytes + step_bytes:
             self._cwnd += min(acknowledged_bytes, GROWTH_BYTES) - step_bytes
+
+    def _watch_queue(self, round_trip_s: float) -> None:
+        """Shrink the window before the queue on the way gets long, not when it overflows."""
+        if self._standing_queue is None:
+            self._standing_queue = StandingQueue()
+        is_full = self._flight_size >= self._cwnd
+        share = self._standing_queue.heard(round_trip_s, time.monotonic(), is_full=is_full)
+        if share is not None and self._fast_recovery_exit is None:
+            self._cwnd = self._ssthresh = max(round(self._cwnd * share), LEAST_WINDOW_BYTES)
+            self._partial_bytes_acked = 0
 
     def _newly_acknowledged_bytes(self, cumulative_tsn: int) -> int:
         total = 0
