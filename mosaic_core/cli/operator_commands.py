@@ -17,6 +17,7 @@ PasswordStdin = Annotated[
 Code = Annotated[str, typer.Option(help="A one-time sign-in code instead of account and password.")]
 RobotArgument = Annotated[str, typer.Argument(metavar="ROBOT", help="The robot's id or name.")]
 Label = Annotated[str, typer.Argument(metavar="LABEL", help="The connector's label.")]
+Timeline = Annotated[bool, typer.Option("--timeline", help="At the end, show how the connection came up.")]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
 
 DEFAULT_SERVER = "http://127.0.0.1:9001"
@@ -47,13 +48,14 @@ def tail(
     code: Code = "",
     count: Annotated[int | None, typer.Option("-n", "--count", min=1, help="End after so many messages.")] = None,
     as_json: AsJson = False,
+    timeline: Timeline = False,
 ) -> None:
     """Print what a connector sends until Ctrl+C; each second a camera's size and rate, a microphone's level."""
     from mosaic_core.cli import operator_session as session
     from mosaic_core.cli.operator_tail import Tail
 
     sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
-    raise typer.Exit(session.run(sign_in, Tail(robot, label, count, as_json)))
+    raise typer.Exit(session.run(sign_in, Tail(robot, label, count, as_json), shows_timeline=timeline))
 
 
 @app.command()
@@ -68,6 +70,7 @@ def send(
     rate_hz: Annotated[float, typer.Option(min=0.1, max=200, help="Messages per second, with --for-s.")] = 10.0,
     for_s: Annotated[float, typer.Option(min=0, help="Repeat for so many seconds; 0: send once.")] = 0.0,
     as_json: AsJson = False,
+    timeline: Timeline = False,
 ) -> None:
     """Send to a connector, once or repeatedly; takes the lease where the connector wants one, and gives it back.
 
@@ -79,4 +82,4 @@ def send(
 
     sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
     work = Send(robot, label, data, 1 / rate_hz, for_s, as_json)
-    raise typer.Exit(session.run(sign_in, work, is_person=sys.stdin.isatty()))
+    raise typer.Exit(session.run(sign_in, work, is_person=sys.stdin.isatty(), shows_timeline=timeline))

@@ -64,21 +64,34 @@ def usage(message: str) -> NoReturn:
     raise typer.Exit(USAGE)
 
 
-def run(sign_in: SignIn, work: Work, *, is_person: bool = False) -> int:
+def run(sign_in: SignIn, work: Work, *, is_person: bool = False, shows_timeline: bool = False) -> int:
     """Sign in, do ``work``, sign off; the exit code. Ctrl+C is the normal end of a look.
 
-    ``is_person``: somebody sits at the terminal and decides; robots let programs give way to persons.
+    ``is_person``: somebody sits at the terminal and decides; robots let programs give way to persons. How far a
+    connection got that failed is always shown, that of others with ``shows_timeline``.
     """
     set_up_logging(LogLevel.WARNING)
 
     async def main() -> int:
         async with await sign_in.operator(is_person=is_person) as operator:
-            return await work(operator)
+            try:
+                return await work(operator)
+            finally:
+                _show_timelines(operator, shows_all=shows_timeline)
 
     try:
         return run_event_loop(main())
     except KeyboardInterrupt:
         return FINE
+
+
+def _show_timelines(operator: MosaicOperator, *, shows_all: bool) -> None:
+    for timeline in operator.timelines.values():
+        was_never_up = bool(timeline.code) and timeline.at_ms("control") is None
+        if was_never_up or (shows_all and timeline.marks):
+            from mosaic_core.cli.timeline_report import print_timeline
+
+            print_timeline(timeline)
 
 
 async def list_robots(operator: MosaicOperator, *, as_json: bool) -> int:
