@@ -10,7 +10,7 @@ from mosaic_core.machines.connection_timeline import ConnectionTimeline
 from mosaic_core.words.codes import reason
 from mosaic_core.words.timeline import MOMENT_TITLES
 
-BAR_CELLS = 30
+BAR_CELLS = 24
 
 
 def timeline_table(timeline: ConnectionTimeline) -> Table:
@@ -20,7 +20,7 @@ def timeline_table(timeline: ConnectionTimeline) -> Table:
     table.add_column(no_wrap=True)
     table.add_column(justify="right", no_wrap=True)
     table.add_column(no_wrap=True)
-    table.add_column(overflow="fold")
+    table.add_column()
     before_ms = 0.0
     for mark in timeline.marks:
         bar = Text(_bar(before_ms, mark.at_ms, end_ms), style="cyan")
