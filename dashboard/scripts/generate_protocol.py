@@ -22,6 +22,7 @@ from mosaic_core.words import codes, control, data_type, signaling
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
 from mosaic_core.words.finding import Finding
 from mosaic_core.words.ice import IceServer
+from mosaic_core.words.timeline import MOMENT_TITLES
 
 OUTPUT = Path(__file__).parents[1] / "packages" / "protocol" / "src" / "generated.ts"
 _SHARED: tuple[type[BaseModel], ...] = (
@@ -199,6 +200,8 @@ def _tables() -> str:
         + _dictionary("ALIASES", signaling.ALIASES, "Record<string, keyof SignalingMessages>")
         + _dictionary("EXTENSIONS", signaling.EXTENSIONS, "Record<string, number>")
         + _dictionary("CONTROL_EXTENSIONS", control.CONTROL_EXTENSIONS, "Record<string, number>")
+        + f"export type Moment = {' | '.join(_literal(moment) for moment in MOMENT_TITLES)}\n"
+        + _dictionary("MOMENT_TITLES", MOMENT_TITLES, "Record<Moment, string>")
     )
 
 
