@@ -15,16 +15,21 @@ _STATE_STYLES = {
     "running": "green", "ready": "green", "waiting": "dim", "connecting": "yellow", "offline": "yellow",
     "failed": "bold red", "ended": "dim", "stopped": "dim",
 }  # fmt: skip
-_COLUMNS = ("connector", "type", "state", "peers", "rate", "data", "drops", "age", "speed")
+_COLUMNS = ("connector", "type", "state", "peers", "rate", "data", "queue", "drops", "age", "speed")
+_ROOMY = 100
+"""On a terminal narrower than this (80 is usual) the types, which the file names too, make room for the numbers."""
 
 
-def robot_table(snapshot: RobotSnapshot) -> RenderableType:
-    """Everything worth seeing of ``snapshot``."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for name in _COLUMNS:
-        table.add_column(name, justify="left" if name in _COLUMNS[:3] else "right", no_wrap=True)
+def robot_table(snapshot: RobotSnapshot, width: int = _ROOMY) -> RenderableType:
+    """Everything worth seeing of ``snapshot`` on so many columns."""
+    is_narrow = width < _ROOMY
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 1 if is_narrow else 2, 0, 0))
+    shown = [index for index, name in enumerate(_COLUMNS) if name != "type" or not is_narrow]
+    for index in shown:
+        table.add_column(_COLUMNS[index], justify="left" if index < 3 else "right", no_wrap=True)
     for connector in snapshot.connectors:
-        table.add_row(*_row(connector))
+        row = _row(connector)
+        table.add_row(*(row[index] for index in shown))
     return Group(*_headlines(snapshot), table)
 
 
@@ -80,6 +85,14 @@ def _speed(factor: float | None) -> Text:
     return Text(f"{factor:.0%}", style="" if factor >= 1 else "yellow" if factor > 0 else "bold red")
 
 
+def _queue(connector: ConnectorSnapshot) -> Text:
+    """How many messages wait, and how much that is where it counts."""
+    if not connector.queue_messages:
+        return Text("–", style="dim")
+    much = f" {size(connector.queue_bytes)}" if connector.queue_bytes >= 1000 else ""
+    return Text(f"{connector.queue_messages}{much}", style="yellow" if connector.queue_messages > 1 else "")
+
+
 def _row(connector: ConnectorSnapshot) -> list[Text]:
     state = Text(connector.state, style=_STATE_STYLES.get(connector.state, ""))
     if connector.state == "failed" and connector.last_error:
@@ -92,6 +105,7 @@ def _row(connector: ConnectorSnapshot) -> list[Text]:
         Text(str(connector.peers)),
         Text(f"{connector.rate_hz:.1f}/s"),
         Text(f"{size(connector.bytes_per_s)}/s"),
+        _queue(connector),
         Text(str(drops), style="yellow" if drops else "dim"),
         Text("–" if connector.age_s is None else duration(connector.age_s)),
         _speed(connector.limit_factor),

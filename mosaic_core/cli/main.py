@@ -14,6 +14,7 @@ from mosaic_core import __version__
 from mosaic_core.cli import config_commands, connectors_commands, control_commands, doctor_commands, safety_commands
 from mosaic_core.cli.error_report import FAILED, FINE, USAGE, as_json, exit_code_of, report, report_problems
 from mosaic_core.cli.log_output import LogFormat, LogLevel
+from mosaic_core.cli.metrics_option import metrics_address
 from mosaic_core.cli.plugin_commands import GroupWithPlugins
 from mosaic_core.cli.serve_option import CommandWithServe, wish_of
 from mosaic_core.words.errors import ConfigError, MosaicError, Problem
@@ -66,6 +67,13 @@ def run(
         Path | None, typer.Option(exists=True, dir_okay=False, help="Certificate for --serve: https instead of http.")
     ] = None,
     tls_key: Annotated[Path | None, typer.Option(exists=True, dir_okay=False, help="Its private key.")] = None,
+    metrics: Annotated[
+        str | None,
+        typer.Option(metavar="HOST:PORT", help="Serve Prometheus metrics there, for example on 127.0.0.1:9464."),
+    ] = None,
+    metrics_public: Annotated[
+        bool, typer.Option("--metrics-public", help="Serve them to others than this machine, too; nothing guards them.")
+    ] = False,
     log_format: Annotated[LogFormat, typer.Option(help="How log lines look on stderr.")] = LogFormat.TEXT,
     log_level: Annotated[LogLevel, typer.Option(help="The least severe lines to show.")] = LogLevel.INFO,
 ) -> None:
@@ -73,7 +81,9 @@ def run(
     from mosaic_core.cli.run_command import run_robot
 
     lan = wish_of(serve, name, tls_cert, tls_key)
-    raise typer.Exit(run_robot(config, as_json=json_lines, log_format=log_format, log_level=log_level, lan=lan))
+    address = metrics_address(metrics, is_public=metrics_public) if metrics is not None else None
+    code = run_robot(config, as_json=json_lines, log_format=log_format, log_level=log_level, lan=lan, metrics=address)
+    raise typer.Exit(code)
 
 
 @app.command()

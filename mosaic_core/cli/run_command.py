@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import os
 import signal
 import sys
@@ -20,6 +21,7 @@ from mosaic_core import __version__
 from mosaic_core.cli.error_report import FAILED, FINE
 from mosaic_core.cli.lan_serving import LanServing
 from mosaic_core.cli.log_output import LogFormat, LogLevel, set_up_logging
+from mosaic_core.cli.metrics_option import MetricsAddress
 from mosaic_core.runtime.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.words.config import RobotConfig
 from mosaic_core.words.errors import ConfigError, Problem
@@ -27,8 +29,11 @@ from mosaic_core.words.lan import LanWish
 
 if TYPE_CHECKING:
     from mosaic_core.runtime.lan_twin import LanTwin
+    from mosaic_core.runtime.metrics_server import MetricsServer
     from mosaic_core.runtime.robot import Robot
     from mosaic_core.runtime.server_link import KnownServer
+
+logger = logging.getLogger(__name__)
 
 STOP_WITHIN_S = 1.9
 """The robot abandons what ignores stop after 1.5 s; the promise for the whole process is 2 s."""
@@ -39,7 +44,13 @@ TABLE_PERIOD_S = 0.5
 
 
 def run_robot(
-    path: Path, *, as_json: bool, log_format: LogFormat, log_level: LogLevel, lan: LanWish | None = None
+    path: Path,
+    *,
+    as_json: bool,
+    log_format: LogFormat,
+    log_level: LogLevel,
+    lan: LanWish | None = None,
+    metrics: MetricsAddress | None = None,
 ) -> int:
     """Run until a signal; the exit code. Raises :class:`MosaicError` before anything starts."""
     with_table = not as_json and log_format is LogFormat.TEXT and sys.stdout.isatty()
@@ -53,8 +64,8 @@ def run_robot(
     from mosaic_core.adapters.event_loop import run_event_loop
 
     if with_table:
-        return run_event_loop(_run_with_table(configured, log_level, serving))
-    return run_event_loop(_run(configured, _print_json if as_json else None, JSON_PERIOD_S, serving))
+        return run_event_loop(_run_with_table(configured, log_level, serving, metrics))
+    return run_event_loop(_run(configured, _print_json if as_json else None, JSON_PERIOD_S, serving, metrics))
 
 
 def _lan_serving(config: RobotConfig, wish: LanWish | None, path: Path, *, has_screen: bool) -> LanServing | None:
@@ -91,7 +102,9 @@ def make_robot(configured: Configured, *, lan: KnownServer | None = None) -> Rob
     )
 
 
-async def _run_with_table(configured: Configured, log_level: LogLevel, serving: LanServing | None) -> int:
+async def _run_with_table(
+    configured: Configured, log_level: LogLevel, serving: LanServing | None, metrics: MetricsAddress | None
+) -> int:
     from rich.console import Console, Group
     from rich.live import Live
     from rich.text import Text
@@ -104,9 +117,12 @@ async def _run_with_table(configured: Configured, log_level: LogLevel, serving: 
 
         def show(robot: Robot) -> None:
             above = serving.shown(console.height) if serving is not None else ""
-            live.update(Group(*([Text.from_ansi(above)] if above else []), robot_table(robot.snapshot())), refresh=True)
+            live.update(
+                Group(*([Text.from_ansi(above)] if above else []), robot_table(robot.snapshot(), console.width)),
+                refresh=True,
+            )
 
-        return await _run(configured, show, TABLE_PERIOD_S, serving)
+        return await _run(configured, show, TABLE_PERIOD_S, serving, metrics)
 
 
 def _print_json(robot: Robot) -> None:
@@ -114,7 +130,11 @@ def _print_json(robot: Robot) -> None:
 
 
 async def _run(
-    configured: Configured, show: Callable[[Robot], None] | None, period_s: float, serving: LanServing | None
+    configured: Configured,
+    show: Callable[[Robot], None] | None,
+    period_s: float,
+    serving: LanServing | None,
+    metrics: MetricsAddress | None,
 ) -> int:
     stop_wanted = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -122,6 +142,7 @@ async def _run(
         loop.add_signal_handler(number, stop_wanted.set)
     twin = serving.twin() if serving is not None else None
     robot = make_robot(configured, lan=serving.known(twin) if serving is not None and twin is not None else None)
+    page = await _metrics_page(robot, metrics)
     running = asyncio.create_task(robot.run(), name="mosaic-robot")
     stopping = asyncio.create_task(stop_wanted.wait(), name="mosaic-signal")
     beside = [asyncio.create_task(_keep_showing(robot, show, period_s), name="mosaic-display")] if show else []
@@ -136,6 +157,22 @@ async def _run(
     finally:
         for task in (stopping, *beside):
             task.cancel()
+        if page is not None:
+            page.close()
+
+
+async def _metrics_page(robot: Robot, address: MetricsAddress | None) -> MetricsServer | None:
+    """The page, open; raises :class:`MosaicError` where it can't be."""
+    if address is None:
+        return None
+    from mosaic_core.runtime.metrics_server import MetricsServer
+    from mosaic_core.runtime.metrics_text import metrics_text
+
+    software = f"mosaic-core/{__version__}"
+    page = MetricsServer(address.host, address.port, lambda: metrics_text(robot.snapshot(), software))
+    await page.open()
+    logger.info("metrics at %s", page.url)
+    return page
 
 
 async def _ended(robot: Robot, running: asyncio.Task[None], twin: LanTwin | None) -> None:

@@ -31,6 +31,7 @@ REASONS: dict[str, Reason] = {
         Reason("config.duplicate_label", "Two connectors share a label or a channel name."),
         Reason("config.missing_env", "An environment variable that the configuration names isn't set."),
         Reason("config.broken_plugin", "A plugin that the configuration uses can't be loaded."),
+        Reason("config.metrics", "The robot can't serve its metrics this way.", "Check the address after --metrics."),
         Reason("config.lan", "The robot can't serve its own network this way.", "Check the options after --serve."),
         # auth.*: who are you
         Reason("auth.required", "Authorization comes first."),

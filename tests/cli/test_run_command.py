@@ -8,9 +8,11 @@ import logging
 import os
 import pty
 import signal
+import socket
 import subprocess
 import sys
 import time
+import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -45,7 +47,9 @@ def running(*words: str) -> Iterator[subprocess.Popen[str]]:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_it_tells_its_state_as_json_and_ends_at_once_on_a_signal(robot_yaml: Path, number: signal.Signals) -> None:
-    with running(str(robot_yaml), "--json", "--log-format", "json") as process:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        address = f"127.0.0.1:{free.getsockname()[1]}"
+    with running(str(robot_yaml), "--json", "--log-format", "json", "--metrics", address) as process:
         assert process.stdout is not None
         for line in process.stdout:
             snapshot = json.loads(line)
@@ -54,6 +58,8 @@ def test_it_tells_its_state_as_json_and_ends_at_once_on_a_signal(robot_yaml: Pat
         assert snapshot["robot_id"] == "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
         assert snapshot["state"] in ("connecting", "offline")
         assert [row["label"] for row in snapshot["connectors"]] == ["link"]
+        with urllib.request.urlopen(f"http://{address}/metrics", timeout=5) as page:
+            assert b'mosaic_connector_messages_total{connector="link"} ' in page.read()
         signalled_at_s = time.monotonic()
         process.send_signal(number)
         _, log = process.communicate(timeout=10)
@@ -77,7 +83,7 @@ def test_on_a_terminal_it_shows_a_table(robot_yaml: Path) -> None:
     os.close(theirs)
     shown = b""
     try:
-        while b"connection-check" not in shown:
+        while b"link" not in shown:
             shown += os.read(ours, 4096)
         process.send_signal(signal.SIGTERM)
         assert process.wait(timeout=10) == 0
@@ -92,7 +98,8 @@ def snapshot(**changes: object) -> RobotSnapshot:
     row = {
         "label": "front", "type": "camera", "kind": "video", "direction": "to-operator", "delivery": "latest",
         "state": "running", "peers": 2, "messages": 5, "rate_hz": 29.97, "size_bytes": 10, "bytes_per_s": 1.5e6,
-        "dropped": 2, "refused": 1, "failures": 0, "last_error": "", "age_s": 0.04, **changes,
+        "queue_messages": 3, "queue_bytes": 4500, "replaced": 0, "dropped": 2, "thinned": 0, "lost": 0, "resent": 0,
+        "refused": 1, "failures": 0, "last_error": "", "age_s": 0.04, **changes,
     }  # fmt: skip
     peer = PeerSnapshot("p", "s", "o", "Alice", "operator", "open", 3.0, (), ())
     servers = (ServerSnapshot("fleet", "wss://example.org", "ready"),)
@@ -111,9 +118,23 @@ def test_the_table_has_a_row_per_connector() -> None:
     assert drawn(snapshot()) == [
         ["server", "wss://example.org", "ready", "up", "1", "min"],
         ["robot", "robot-1", "operators", "Alice"],
-        ["connector", "type", "state", "peers", "rate", "data", "drops", "age", "speed"],
-        ["front", "camera", "running", "2", "30.0/s", "1.5", "MB/s", "3", "0.0", "s", "–"],
+        ["connector", "type", "state", "peers", "rate", "data", "queue", "drops", "age", "speed"],
+        ["front", "camera", "running", "2", "30.0/s", "1.5", "MB/s", "3", "4.5", "KB", "3", "0.0", "s", "–"],
     ]
+
+
+def test_the_table_fits_eighty_columns_with_every_number_in_full() -> None:
+    busy = snapshot(
+        label="camera_front", peers=12, rate_hz=1234.5, bytes_per_s=123.4e6, queue_messages=512, queue_bytes=999_400,
+        replaced=123456, age_s=12.0, limit_factor=1.0,
+    )  # fmt: skip
+    console = Console(file=io.StringIO(), width=80)
+    console.print(robot_table(busy, 80))
+    assert isinstance(console.file, io.StringIO)
+    header, row = console.file.getvalue().splitlines()[-2:]
+    assert header.split() == ["connector", "state", "peers", "rate", "data", "queue", "drops", "age", "speed"]
+    expected = "camera_front running 12 1234.5/s 123.4 MB/s 512 999.4 KB 123459 12 s 100%"
+    assert row.split() == expected.split()
 
 
 def test_the_table_tells_who_commands_who_asks_who_watches_and_how_fast() -> None:

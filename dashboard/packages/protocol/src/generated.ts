@@ -632,6 +632,7 @@ export const REASONS = {
   'config.duplicate_label': { sentence: 'Two connectors share a label or a channel name.', cure: '' },
   'config.missing_env': { sentence: "An environment variable that the configuration names isn't set.", cure: '' },
   'config.broken_plugin': { sentence: "A plugin that the configuration uses can't be loaded.", cure: '' },
+  'config.metrics': { sentence: "The robot can't serve its metrics this way.", cure: 'Check the address after --metrics.' },
   'config.lan': { sentence: "The robot can't serve its own network this way.", cure: 'Check the options after --serve.' },
   'auth.required': { sentence: 'Authorization comes first.', cure: '' },
   'auth.failed': { sentence: 'The credentials were refused.', cure: 'Check the robot id and token, or log in again.' },
@@ -826,6 +827,21 @@ export const CONTROL_EXTENSIONS: Record<string, number> = {
   'resume': 1,
   'delivery': 1,
   'near': 1,
+}
+export type Moment = 'asked' | 'granted' | 'offered' | 'answered' | 'candidate' | 'ice' | 'dtls' | 'control' | 'hello' | 'catalogue' | 'value' | 'frame'
+export const MOMENT_TITLES: Record<Moment, string> = {
+  'asked': 'Asked the server',
+  'granted': 'Server granted',
+  'offered': 'Offer sent',
+  'answered': 'Answer received',
+  'candidate': 'First address of the robot',
+  'ice': 'Path found (ICE)',
+  'dtls': 'Encrypted (DTLS)',
+  'control': 'Control channel open',
+  'hello': 'Robot said hello',
+  'catalogue': 'Catalogue',
+  'value': 'First value',
+  'frame': 'First picture',
 }
 
 /** Which definition describes the data of a message. */
