@@ -20,6 +20,7 @@ from mosaic_core.adapters.aiortc_private import (
     chosen_path,
     ice_transports,
     quicken,
+    take_turns,
     widen_udp_buffer,
 )
 from mosaic_core.adapters.offer_vetting import first_mid, without_end_of_candidates
@@ -79,6 +80,7 @@ class AiortcPeer:
                 transport, self._ice_servers, self._found, self._gathered, relay_only=self._relay_only
             )
             gathering.install()
+            take_turns(transport)
             self._gatherings.append(gathering)
         if self.pc.sctp is not None and not os.environ.get(PLAIN_SCTP_VARIABLE):
             quicken(self.pc.sctp)

@@ -7,6 +7,7 @@ from aiortc.sdp import MediaDescription, SessionDescription, candidate_from_sdp,
 
 from mosaic_core.adapters.aiortc_private.arrivals import PacketNumbers, agree_on_arrivals
 from mosaic_core.adapters.aiortc_private.codecs import has_common_codec, prefer_codecs, sent_codec
+from mosaic_core.adapters.aiortc_private.fair_turns import take_turns
 from mosaic_core.adapters.aiortc_private.gathering import EarlyGathering, ice_transports, widen_udp_buffer
 from mosaic_core.adapters.aiortc_private.pacing import PacedTransport
 from mosaic_core.adapters.aiortc_private.paths import chosen_path
@@ -34,5 +35,6 @@ __all__ = [
     "quicken",
     "sent_codec",
     "ssrc_of",
+    "take_turns",
     "widen_udp_buffer",
 ]
