@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from struct import error as StructError
 from struct import unpack_from
@@ -33,10 +34,8 @@ def arrival_reports(rtcp: bytes) -> list[ArrivalReport]:
         first, kind, words = unpack_from("!BBH", rtcp, position)
         size = (words + 1) * 4
         if kind == RTPFB and first & 0x1F == ARRIVALS:
-            try:
+            with suppress(StructError, ValueError):
                 reports.append(_report(rtcp[position : position + size]))
-            except (StructError, ValueError):
-                pass
         position += size
     return reports
 

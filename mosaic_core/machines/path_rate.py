@@ -130,10 +130,8 @@ class PathRate:
         )
         if is_plain or self._queued_reports >= (_UNKNOWN_REPORTS if seen.path_bps is None else 2):
             self._cut(seen, now_s)
-        elif self.loss > _BAD_LOSS and now_s - self._cut_at_s > _LOSS_INTERVAL_S:
-            self._cut_at_s = now_s
-            self._congested = (now_s, self._budget_bps)
-            self._set(self._budget_bps * (1.0 - self.loss / 2))
+        elif self.loss > _BAD_LOSS:
+            self._cut_for_loss(now_s)
         elif seen.queue_s < _EMPTY_S:
             self._set(self._budget_bps * self._growth(seen, now_s) ** elapsed_s)
 
@@ -144,6 +142,13 @@ class PathRate:
         self._queued_reports = 0
         self._set(path_bps * _SHARE if seen.path_bps is not None else self._budget_bps * _UNKNOWN_CUT)
         self._pause(seen, now_s)
+
+    def _cut_for_loss(self, now_s: float) -> None:
+        """Beyond that the rate itself is the cause: a queue so short that it never stands."""
+        if now_s - self._cut_at_s > _LOSS_INTERVAL_S:
+            self._cut_at_s = now_s
+            self._congested = (now_s, self._budget_bps)
+            self._set(self._budget_bps * (1.0 - self.loss / 2))
 
     def _refine(self, seen: PathSeen, now_s: float) -> None:
         """Packets of before the cut: they only tell better what the path takes."""

@@ -13,25 +13,32 @@ import aioice.ice
 import aioice.turn
 import av
 import pytest
-from aiortc import RTCConfiguration, RTCPeerConnection
+from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
 from aiortc.codecs import CODECS
 from aiortc.codecs.h264 import H264Encoder
 from aiortc.codecs.vpx import Vp8Encoder
 from aiortc.rtcdtlstransport import RTCDtlsTransport
 from aiortc.rtcicetransport import RTCIceGatherer, RTCIceTransport
 from aiortc.rtcpeerconnection import find_common_codecs
+from aiortc.rtcrtpparameters import RTCRtpHeaderExtensionParameters, RTCRtpParameters
 from aiortc.rtcrtpsender import RTCRtpSender
 from aiortc.rtcsctptransport import DataChunk, RTCSctpTransport
-from aiortc.rtp import RTCP_PSFB_APP, RTCP_PSFB_PLI, RtcpPsfbPacket, pack_remb_fci
+from aiortc.rtp import RTCP_PSFB_APP, RTCP_PSFB_PLI, RtcpPsfbPacket, RtpPacket, pack_remb_fci
 
 from mosaic_core.adapters.aiortc_private import (
     PacedTransport,
+    PacketNumbers,
     SenderFeedback,
+    agree_on_arrivals,
     prefer_codecs,
     sent_codec,
     widen_udp_buffer,
 )
+from mosaic_core.adapters.aiortc_private.arrivals import NUMBER_URI
 from mosaic_core.machines.rate_control import BandwidthEstimate, PictureLost
+
+REPORT = bytes.fromhex("8fcd0005 00000001 00000002 0001 0001 000001 00 2001 04 00".replace(" ", ""))
+"""Packet 1 arrived a millisecond after 64 ms."""
 
 
 def with_peer(check: Callable[[RTCPeerConnection], Coroutine[Any, Any, None]]) -> None:
@@ -63,6 +70,12 @@ def test_an_ice_transport_has_its_connection_under_connection() -> None:
         assert transport.iceGatherer._connection is transport._connection
 
     with_peer(check)
+
+
+def test_datagrams_are_read_through_the_transports_own_recv_from_a_queue_of_its_connection() -> None:
+    assert "data = await self.transport._recv()" in source_of(RTCDtlsTransport._recv_next)
+    assert "self._recv = self._connection.recv" in source_of(RTCIceTransport.__init__)
+    assert "result = await self._queue.get()" in source_of(aioice.ice.Connection.recvfrom)
 
 
 def test_the_gatherer_calls_gather_candidates_of_the_instance_and_is_then_complete() -> None:
@@ -177,7 +190,7 @@ def test_a_sender_is_asked_for_key_frames_and_given_reports_through_the_instance
 
     async def check(pc: RTCPeerConnection) -> None:
         sender, heard = pc.addTransceiver("video").sender, []
-        SenderFeedback(sender, heard.append, lambda sequence_number: False)
+        SenderFeedback(sender, heard.append, lambda sequence_number: 0, lambda sequence_numbers: None)
         await sender._handle_rtcp_packet(RtcpPsfbPacket(fmt=RTCP_PSFB_PLI, ssrc=1, media_ssrc=sender._ssrc))
         fci = pack_remb_fci(600_000, [sender._ssrc])
         await sender._handle_rtcp_packet(RtcpPsfbPacket(fmt=RTCP_PSFB_APP, ssrc=1, media_ssrc=0, fci=fci))
@@ -207,25 +220,114 @@ def test_packets_from_a_track_are_packed_as_they_are() -> None:
         assert timestamp == 9000
 
 
+class RecordingTransport:
+    """What a sender's packets leave by."""
+
+    def __init__(self) -> None:
+        self.left: list[bytes] = []
+
+    async def _send_rtp(self, data: bytes) -> None:
+        self.left.append(data)
+
+    async def _handle_rtcp_data(self, data: bytes) -> None: ...
+
+
+def packet_of(sequence_number: int, *, is_last: bool = False) -> RtpPacket:
+    packet = RtpPacket(payload_type=96, sequence_number=sequence_number, payload=b"picture")
+    packet.marker = int(is_last)
+    return packet
+
+
 def test_a_sender_sends_its_pictures_through_its_transport_from_a_task_of_its_own() -> None:
     assert "await self.transport._send_rtp(packet_bytes)" in source_of(RTCRtpSender._run_rtp)
     assert "self.__rtp_task = asyncio.ensure_future(self._run_rtp(" in source_of(RTCRtpSender.send)
 
     async def check(pc: RTCPeerConnection) -> None:
-        sender, sizes, real = pc.addTransceiver("video").sender, [], []
-
-        class Transport:
-            async def _send_rtp(self, data: bytes) -> None:
-                real.append(data)
-
-        sender.setTransport(Transport())  # type: ignore[arg-type]
-        PacedTransport(sender, lambda size: sizes.append(size) or 0.0)  # type: ignore[func-returns-value]
-        await sender.transport._send_rtp(b"repeat")
+        sender, sizes, sent, real = pc.addTransceiver("video").sender, [], [], RecordingTransport()
+        sender.setTransport(real)  # type: ignore[arg-type]
+        picture = packet_of(7).serialize()
+        PacedTransport(sender, lambda size: sizes.append(size) or 0.0, lambda *_: False, sent.append)  # type: ignore[func-returns-value]
+        await sender.transport._send_rtp(picture)
+        assert not sizes
         sender._RTCRtpSender__rtp_task = asyncio.current_task()  # type: ignore[attr-defined]
-        await sender.transport._send_rtp(b"picture")
+        await sender.transport._send_rtp(picture)
         sender._RTCRtpSender__rtp_task = None  # type: ignore[attr-defined]
-        assert real == [b"repeat", b"picture"]
-        assert sizes == [len(b"picture")]
+        assert real.left == [picture, picture]
+        assert sizes == [len(picture)]
+        assert sent == [len(picture), len(picture)]
+
+    with_peer(check)
+
+
+def test_packets_that_shall_be_copied_are_sent_again_after_their_picture() -> None:
+    async def check(pc: RTCPeerConnection) -> None:
+        sender = pc.addTransceiver("video").sender
+        sender.setTransport(RecordingTransport())  # type: ignore[arg-type]
+        again: asyncio.Queue[int] = asyncio.Queue()
+        sender._retransmit = again.put  # type: ignore[method-assign]
+        PacedTransport(sender, lambda size: 0.0, lambda number, size: number != 8, lambda size: None)
+        sender._RTCRtpSender__rtp_task = asyncio.current_task()  # type: ignore[attr-defined]
+        for number in (7, 8, 9):
+            assert again.empty()
+            await sender.transport._send_rtp(packet_of(number, is_last=number == 9).serialize())
+        sender._RTCRtpSender__rtp_task = None  # type: ignore[attr-defined]
+        assert [await asyncio.wait_for(again.get(), 5) for _ in range(2)] == [7, 9]
+
+    with_peer(check)
+
+
+def arrival_offer(*, with_rtx: bool = True, with_feedback: bool = True) -> str:
+    lines = [
+        "v=0", "o=- 1 2 IN IP4 127.0.0.1", "s=-", "t=0 0", "m=video 9 UDP/TLS/RTP/SAVPF 96 97", "c=IN IP4 0.0.0.0",
+        "a=mid:0", "a=recvonly", "a=rtcp-mux", "a=setup:actpass", "a=ice-ufrag:abcd", "a=ice-pwd:" + "x" * 22,
+        "a=fingerprint:sha-256 " + ":".join(["AB"] * 32), f"a=extmap:4 {NUMBER_URI}", "a=rtpmap:96 VP8/90000",
+        "a=rtcp-fb:96 nack", "a=rtcp-fb:96 transport-cc" if with_feedback else "a=rtcp-fb:96 nack pli",
+    ]  # fmt: skip
+    lines += ["a=rtpmap:97 rtx/90000", "a=fmtp:97 apt=96"] if with_rtx else []
+    return "\r\n".join(lines) + "\r\n"
+
+
+@pytest.mark.parametrize(
+    ("lacking", "is_agreed"), [({}, True), ({"with_rtx": False}, False), ({"with_feedback": False}, False)]
+)
+def test_reports_of_arrivals_are_agreed_on_only_with_repeats_of_their_own(
+    lacking: dict[str, bool], is_agreed: bool
+) -> None:
+    async def check(pc: RTCPeerConnection) -> None:
+        offer = arrival_offer(**lacking)
+        await pc.setRemoteDescription(RTCSessionDescription(offer, "offer"))
+        (transceiver,) = pc.getTransceivers()
+        assert agree_on_arrivals(transceiver, offer) is is_agreed
+        transceiver.direction = "sendonly"
+        answer = await pc.createAnswer()
+        assert (f"a=extmap:4 {NUMBER_URI}" in answer.sdp) is is_agreed
+        assert ("a=rtcp-fb:96 transport-cc" in answer.sdp) is is_agreed
+
+    with_peer(check)
+
+
+def test_a_packet_is_made_of_its_fields_each_time_that_it_is_sent() -> None:
+    assert "extensions_map.set(self.extensions)" in source_of(RtpPacket.serialize)
+    for sends in (RTCRtpSender._run_rtp, RTCRtpSender._retransmit):
+        assert "packet_bytes = packet.serialize(self.__rtp_header_extensions_map)" in source_of(sends)
+    assert "await self._handle_rtcp_data(data)" in source_of(RTCDtlsTransport)
+
+    async def check(pc: RTCPeerConnection) -> None:
+        senders = [pc.addTransceiver("video").sender for _ in range(2)]
+        transport, arrived = RecordingTransport(), []
+        for sender in senders:
+            sender.setTransport(transport)  # type: ignore[arg-type]
+        numbers = [PacketNumbers(sender, arrived.append) for sender in senders]
+        maps = [sender._RTCRtpSender__rtp_header_extensions_map for sender in senders]  # type: ignore[attr-defined]
+        for one in maps:
+            one.configure(RTCRtpParameters(headerExtensions=[RTCRtpHeaderExtensionParameters(id=4, uri=NUMBER_URI)]))
+        packet = packet_of(7)
+        made = [packet.serialize(one) for one in (maps[0], maps[1], maps[0])]
+        assert [RtpPacket.parse(data, maps[0]).extensions.transport_sequence_number for data in made] == [1, 2, 3]
+        assert [one.take() for one in numbers] == [3, 2]
+        assert numbers[0].take() is None
+        await transport._handle_rtcp_data(REPORT)
+        assert [report.first_number for report in arrived] == [1, 1]
 
     with_peer(check)
 

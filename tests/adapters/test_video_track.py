@@ -35,8 +35,11 @@ class Feed:
     def pause_s(self, size_bytes: int) -> float:
         return 0.0
 
-    def may_repeat(self, sequence_number: int) -> bool:
-        return sequence_number % 2 == 0
+    def repeats(self, sequence_number: int) -> int:
+        return 2 if sequence_number == 8 else 1 - sequence_number % 2
+
+    def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
+        return False
 
     def heard(self, feedback: Any) -> None:
         self.reports.append(feedback)
@@ -129,6 +132,10 @@ def test_the_feed_decides_which_packets_are_sent_again() -> None:
         for sequence_number in range(4):
             await sender._retransmit(sequence_number)
         assert sender.repeated == [0, 2]
+        await sender._retransmit(8)  # once more, a little later
+        while len(sender.repeated) < 4:
+            await asyncio.sleep(0.001)
+        assert sender.repeated == [0, 2, 8, 8]
 
     asyncio.run(run())
 

@@ -8,7 +8,7 @@ same bytes, or SRTP would encrypt two texts with one key stream.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 from weakref import WeakKeyDictionary
 
 from aiortc import RTCRtpSender, RTCRtpTransceiver
@@ -44,8 +44,8 @@ def agree_on_arrivals(transceiver: RTCRtpTransceiver, offer_sdp: str) -> bool:
 
 
 class PacketNumbers:
-    """Numbers what one sender sends. ``told(number, size_bytes)`` is called for each packet by whoever sends it, see
-    :meth:`take`; ``arrived`` with each report that comes back on the connection."""
+    """Numbers what one sender sends. ``arrived`` is called with each report that comes back on the connection: of this
+    sender's packets and those of the others."""
 
     def __init__(self, sender: RTCRtpSender, arrived: Callable[[ArrivalReport], None]) -> None:
         self._connection = _Connection.of(sender.transport)
@@ -75,7 +75,7 @@ class _NumberedExtensions(HeaderExtensionsMap):
 class _Connection:
     """One DTLS transport, with all its senders."""
 
-    _known: WeakKeyDictionary[Any, _Connection] = WeakKeyDictionary()
+    _known: ClassVar[WeakKeyDictionary[Any, _Connection]] = WeakKeyDictionary()
 
     def __init__(self, transport: Any) -> None:
         self.listeners: list[Callable[[ArrivalReport], None]] = []

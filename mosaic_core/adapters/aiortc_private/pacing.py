@@ -11,7 +11,7 @@ from aiortc import RTCRtpSender
 from aiortc.rtp import is_rtcp
 
 COPY_AFTER_S = 0.01
-"""After the picture: what took the original, a short burst of losses, may be over by then; a repeat comes much later."""
+"""After the picture: a short burst of losses may be over by then, and a repeat on request comes much later."""
 _COPIES_AT_ONCE = 4
 _COPY_PAUSE_S = 0.002
 _MARKER = 0x80
@@ -32,6 +32,7 @@ class PacedTransport:
         self._sender = sender
         self._transport = sender.transport
         self._wait_s, self._wants_copy, self._left = wait_s, wants_copy, left
+        self._send_again = sender._retransmit
         self._to_copy: list[int] = []
         self._tasks: set[asyncio.Task[None]] = set()
         sender.setTransport(self)  # type: ignore[arg-type] # it is one for all that a sender asks of it
@@ -69,6 +70,6 @@ class PacedTransport:
         await asyncio.sleep(after_s)
         with suppress(ConnectionError):
             for position, sequence_number in enumerate(sequence_numbers, 1):
-                await RTCRtpSender._retransmit(self._sender, sequence_number)
+                await self._send_again(sequence_number)
                 if position % _COPIES_AT_ONCE == 0:
                     await asyncio.sleep(_COPY_PAUSE_S)
