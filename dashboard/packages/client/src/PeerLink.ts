@@ -6,6 +6,7 @@ import {
   type IceCandidate,
   type IceServer,
 } from '@mosaic/protocol'
+import { chosenPath, type ChosenPath } from './chosenPath'
 import type { Platform } from './Platform'
 
 /** A wanted media line: which connector, and whether it is a picture or sound. */
@@ -40,6 +41,8 @@ export class PeerLink {
   private readonly voices = new Map<string, RTCRtpSender>()
   private readonly early: IceCandidate[] = []
   private isAnswered = false
+  private hasPath = false
+  private isSecured = false
   private isClosed = false
   readonly control: RTCDataChannel
   /** A lane of its own: a lost packet of anything else delays no stop. */
@@ -99,6 +102,11 @@ export class PeerLink {
     return this.voices.get(label) ?? null
   }
 
+  /** Which way the connection takes; null before ICE has chosen. */
+  async path(): Promise<ChosenPath | null> {
+    return this.isClosed ? null : chosenPath(await this.connection.getStats())
+  }
+
   close(): void {
     this.isClosed = true
     this.connection.onicecandidate = this.connection.oniceconnectionstatechange = null
@@ -127,13 +135,18 @@ export class PeerLink {
 
   private iceChanged(): void {
     const state = this.connection.iceConnectionState
-    if (state === 'connected' || state === 'completed') this.listener.iceConnected()
+    if (state !== 'connected' && state !== 'completed') return
+    this.hasPath = true
+    this.listener.iceConnected()
   }
 
   private changed(): void {
     const state = this.connection.connectionState
     if (state === 'connected') this.listener.linkConnected()
-    if (state === 'failed' || state === 'closed') this.listener.linkBroken('ice.failed')
+    if (state === 'connected') this.isSecured = true
+    // ICE has a path and yet it failed: then it was DTLS.
+    const code = this.hasPath && !this.isSecured && this.connection.iceConnectionState !== 'failed' ? 'dtls.failed' : 'ice.failed'
+    if (state === 'failed' || state === 'closed') this.listener.linkBroken(code)
   }
 
   private arrived({ track, streams, receiver, transceiver }: RTCTrackEvent): void {

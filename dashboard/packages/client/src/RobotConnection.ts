@@ -14,6 +14,8 @@ import { KnownCatalogue } from './KnownCatalogue'
 import { bindingHost, deskSurroundings, pictureSurroundings, type Live } from './liveSurroundings'
 import { MosaicError } from './MosaicError'
 import { PeerAttempt } from './PeerAttempt'
+import { pathText } from './chosenPath'
+import { ConnectionTimeline, type Timeline } from './ConnectionTimeline'
 import type { PeerEffect, PeerEvent } from './peerEvents'
 import { PeerSession } from './peerSession'
 import type { Platform } from './Platform'
@@ -44,6 +46,7 @@ export class RobotConnection implements StoreHost {
   private readonly status = new Value<ConnectionState>({ phase: 'idle', roundTripMs: null })
   private readonly known = new KnownCatalogue()
   private readonly refused = new Listeners<[Refusal]>()
+  private readonly record = new ConnectionTimeline()
   private robotStatus: RobotStatus | null = null
   private attempt: PeerAttempt | null = null
   /** Counts attempts, so that what an abandoned one still receives is recognized. */
@@ -55,6 +58,8 @@ export class RobotConnection implements StoreHost {
   readonly state: Readable<ConnectionState> = this.status
   /** Short form from the server, full (with message schemas) once connected. */
   readonly catalogue: Readable<Catalogue | null> = this.known.value
+  /** What happened when between the click and the first picture, of the newest attempt; null before one. */
+  readonly timeline: Readable<Timeline | null> = this.record.view
   /** Messages that the robot did not accept. */
   readonly refusals = { subscribe: (listener: (refusal: Refusal) => void): (() => void) => this.refused.add(listener) }
 
@@ -71,7 +76,11 @@ export class RobotConnection implements StoreHost {
     const host = bindingHost(platform, live, {
       watch: (label, on) => this.watch(label, on),
       clearanceOf: (entry) => this.control.clearanceOf(entry),
-      shown: (label, rtpTimestamp, atMs) => this.pictureSeen(label, rtpTimestamp, atMs),
+      shown: (label, rtpTimestamp, atMs) => {
+        this.record.mark('frame', atMs, label)
+        this.pictureSeen(label, rtpTimestamp, atMs)
+      },
+      valueArrived: (label) => this.record.mark('value', platform.now(), label),
     })
     this.bindings = new StoreBindings(host, platform.isVisible())
     this.control = new ControlDesk(deskSurroundings(platform, live), () => this.bindings.showBlocks())
@@ -134,6 +143,8 @@ export class RobotConnection implements StoreHost {
 
   private handle(event: PeerEvent): void {
     const { platform } = this.around
+    this.record.heard(event, platform.now())
+    if (event.type === 'iceConnected') void this.explainPath()
     const effects = this.session.handle(event, platform.now(), platform.random())
     // Set first, so that whoever is told below sees the new state.
     this.publish()
@@ -160,6 +171,7 @@ export class RobotConnection implements StoreHost {
   private carryOut(effect: PeerEffect): void {
     switch (effect.type) {
       case 'request':
+        this.record.begin(this.around.platform.now())
         this.bindings.begin()
         return this.requestIfOnline()
       case 'makeOffer':
@@ -232,11 +244,25 @@ export class RobotConnection implements StoreHost {
     if (message.type === 'status.update' && message.data.robotId === this.robotId) this.statusChanged(message.data.status)
     const { attempt } = this
     if (!attempt || !isAbout(message, attempt.rtcConnectionId)) return
+    this.candidateIn(message)
     if (message.type === 'signaling.send_sdp_answer') void attempt.answered(message.data.sdpAnswer)
     else if (message.type === 'signaling.exchange_ice_candidate') void attempt.link.addCandidate(message.data.iceCandidate)
     else if (message.type === 'signaling.close_peer_connection') {
       this.handle({ type: 'broken', code: 'peer.closed', ...reasonIn(message.data) })
     }
+  }
+
+  private candidateIn(message: SignalingMessage): void {
+    const now = this.around.platform.now()
+    if (message.type === 'signaling.exchange_ice_candidate') this.record.mark('candidate', now)
+    else if (message.type === 'signaling.send_sdp_answer' && message.data.sdpAnswer.includes('\na=candidate:')) {
+      this.record.mark('candidate', now, 'in the answer')
+    }
+  }
+
+  private async explainPath(): Promise<void> {
+    const path = await this.attempt?.link.path()
+    if (path) this.record.explain('ice', pathText(path))
   }
 
   // Only a robot that comes online is news: an original one passes 0 after every failed attempt.
@@ -255,6 +281,7 @@ export class RobotConnection implements StoreHost {
         if (this.session.isGreeted) this.control.greeted(message.data.extensions)
         return this.bindings.greeted()
       case 'catalogue':
+        this.record.mark('catalogue', this.around.platform.now())
         return this.known.learn(message.data.catalogue)
       case 'bye':
         return this.handle({ type: 'broken', ...reasonIn(message.data), code: message.data.code })
@@ -278,6 +305,7 @@ export class RobotConnection implements StoreHost {
     const { attempt } = this
     this.attemptNumber += 1
     this.attempt = null
+    this.record.end(this.session.reason.code ?? 'peer.closed', this.around.platform.now())
     this.control.linkLost(bye)
     this.pictures.clear()
     if (attempt) {

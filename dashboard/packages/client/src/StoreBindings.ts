@@ -25,6 +25,8 @@ export interface BindingHost {
   /** Ask the robot for a picture, or to stop; false while that can't be said. */
   watch(label: string, on: boolean): boolean
   mediaSource(label: string, receiver: RTCRtpReceiver): MediaSource
+  /** A message of a connector has arrived. */
+  valueArrived(label: string): void
   /** Whether a message for this connector may leave now; null: one that nobody knows. */
   clearanceOf(entry: CatalogueEntry | null): Clearance
 }
@@ -254,6 +256,7 @@ export class StoreBindings {
   }
 
   private received({ store }: Binding, port: DataPort, { data, seq, stampUs, latched }: PortMessage): void {
+    this.host.valueArrived(port.label)
     const receivedAtMs = this.host.now()
     const ageMs = stampUs === 0 ? null : this.host.ageMs(stampUs, receivedAtMs)
     store.receive(data, { receivedAtMs, seq, stampUs, latched, ageMs }, port)

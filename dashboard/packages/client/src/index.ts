@@ -1,5 +1,7 @@
 export { browserPlatform } from './browserPlatform'
+export { timelineJson, type Timeline, type TimelineMark } from './ConnectionTimeline'
 export { nowMs } from './clock'
+export { FIRST_FRAME_TIMEOUT_MS, firstFrameCode, type Received } from './firstFrame'
 export { resourceOf } from './control/clearance'
 export { ControlDesk } from './control/ControlDesk'
 export type * from './control/views'
@@ -23,11 +25,12 @@ export { TalkStore, type Talker, type VoiceLine } from './stores/TalkStore'
 export { pageTicks, timerTicks, type Ticks } from './Ticks'
 export type * from './types'
 // The words of the wire that a widget needs, so that it has one package to import from.
-export { reasonOf, RobotStatus } from '@mosaic/protocol'
+export { MOMENT_TITLES, reasonOf, RobotStatus } from '@mosaic/protocol'
 export type {
   Catalogue,
   CatalogueEntry,
   Delivery,
+  Finding,
   Direction,
   JournalEntry,
   Kind,

@@ -32,6 +32,8 @@ export function deskSurroundings(platform: Platform, { attempt, phase, entryOf }
 export interface BindingWishes extends Pick<BindingHost, 'watch' | 'clearanceOf'> {
   /** A picture is on the screen. */
   readonly shown: (label: string, rtpTimestamp: number, atMs: number) => void
+  /** A message of a connector has arrived. */
+  readonly valueArrived: (label: string) => void
 }
 
 export function bindingHost(platform: Platform, { attempt }: Pick<Live, 'attempt'>, wishes: BindingWishes): BindingHost {
@@ -41,6 +43,7 @@ export function bindingHost(platform: Platform, { attempt }: Pick<Live, 'attempt
     now,
     ageMs: (stampUs, atMs) => control()?.clocks.ageMs(stampUs, atMs) ?? null,
     watch: (label, on) => wishes.watch(label, on),
+    valueArrived: (label) => wishes.valueArrived(label),
     mediaSource: (label, receiver) =>
       receiverSource(receiver, { now, control, shown: (rtp, atMs) => wishes.shown(label, rtp, atMs) }),
     clearanceOf: (entry) => wishes.clearanceOf(entry),

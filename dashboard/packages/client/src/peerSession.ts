@@ -10,8 +10,8 @@ import type { ConnectionPhase } from './types'
 /** Each phase's patience and the reason code when it is over. Signaling takes a round trip, ICE the longest. */
 const TIMEOUTS: Partial<Record<PeerPhase, { afterMs: number; code: string }>> = {
   requesting: { afterMs: 8_000, code: 'signal.unreachable' },
-  offering: { afterMs: 5_000, code: 'sdp.invalid' },
-  answering: { afterMs: 10_000, code: 'signal.timeout' },
+  offering: { afterMs: 5_000, code: 'sdp.timeout' },
+  answering: { afterMs: 10_000, code: 'signal.no_answer' },
   linking: { afterMs: 15_000, code: 'ice.timeout' },
   opening: { afterMs: 5_000, code: 'channel.timeout' },
 }

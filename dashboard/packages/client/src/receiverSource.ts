@@ -1,4 +1,5 @@
 import type { ControlChannel } from './ControlChannel'
+import { receivedOf } from './firstFrame'
 import { inboundOf, mediaStatistics, type StatisticsSample } from './mediaStatistics'
 import type { MediaSource } from './stores/MediaStreamStore'
 
@@ -20,6 +21,7 @@ export function receiverSource(receiver: RTCRtpReceiver, { now, control, shown }
       previous = sample
       return statistics
     },
+    received: async () => receivedOf(await receiver.getStats()),
     pictureAgeMs: (rtpTimestamp, atMs, origin) => control()?.pictureAgeMs(rtpTimestamp, atMs, origin) ?? null,
     now,
     shown,

@@ -1,4 +1,5 @@
 import type { MediaOrigin } from '@mosaic/protocol'
+import type { Received } from '../firstFrame'
 import { Value, type Readable } from '../Readable'
 import type { RobotConnector } from '../types'
 import { MosaicStore, type StoreType } from './MosaicStore'
@@ -24,6 +25,8 @@ export interface MediaStatistics {
 /** What a connection lends to a media store while it carries a track of it. */
 export interface MediaSource {
   statistics(): Promise<MediaStatistics | null>
+  /** What has come of it so far. */
+  received(): Promise<Received>
   /** Age of the picture with this RTP timestamp at the moment `atMs` of this page's clock; null while unknown. */
   pictureAgeMs(rtpTimestamp: number, atMs: number, origin: MediaOrigin): number | null
   /** This page's clock. */
@@ -79,6 +82,11 @@ export class MediaStreamStore extends MosaicStore {
     }
     this.source?.setBufferTarget(this.bufferTargetMs)
     this.stream.set(stream)
+  }
+
+  /** What has come of the picture so far; null without a connection. */
+  async received(): Promise<Received | null> {
+    return (await this.source?.received()) ?? null
   }
 
   /**
