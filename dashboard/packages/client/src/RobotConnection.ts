@@ -261,7 +261,8 @@ export class RobotConnection implements StoreHost {
   }
 
   private async explainPath(): Promise<void> {
-    const path = await this.attempt?.link.path()
+    // Told afterwards, for people alone: a browser that can't say it is no problem.
+    const path = await this.attempt?.link.path().catch(() => null)
     if (path) this.record.explain('ice', pathText(path))
   }
 

@@ -146,6 +146,10 @@ export class FakePeerConnection {
 
   constructor(readonly configuration: RTCConfiguration) {}
 
+  getStats(): Promise<Map<string, unknown>> {
+    return Promise.resolve(new Map())
+  }
+
   createDataChannel(label: string, options?: RTCDataChannelInit): FakeDataChannel {
     const channel = new FakeDataChannel(label, options)
     this.channels.push(channel)

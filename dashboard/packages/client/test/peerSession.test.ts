@@ -83,8 +83,8 @@ describe('connecting', () => {
 
   test.each([
     ['requesting', 1, 8000, 'signal.unreachable'],
-    ['offering', 2, 5000, 'sdp.invalid'],
-    ['answering', 3, 10_000, 'signal.timeout'],
+    ['offering', 2, 5000, 'sdp.timeout'],
+    ['answering', 3, 10_000, 'signal.no_answer'],
     ['linking', 4, 15_000, 'ice.timeout'],
     ['linking after ICE', 5, 10_000, 'dtls.timeout'],
     ['opening', 6, 5000, 'channel.timeout'],
