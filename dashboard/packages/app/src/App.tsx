@@ -3,17 +3,18 @@ import { useMosaicClient, useReadable } from '@mosaic/react'
 import { Navigate, Route, Routes } from 'react-router-dom'
 import { RobotPage } from './robot/RobotPage'
 import { RobotListPage } from './robots/RobotListPage'
+import type { AddressCode } from './session/addressCodes'
 import { failureOf } from './session/errorText'
 import { SignInPage } from './session/SignInPage'
-import { useOneTimeCode } from './session/useOneTimeCode'
+import { useFirstSignIn } from './session/useFirstSignIn'
 
 export interface AppProps {
-  /** The one-time code that the page was opened with. */
-  code: string | null
+  /** The code that the page was opened with. */
+  code: AddressCode | null
 }
 
 export function App({ code }: AppProps) {
-  const { isBusy, failure } = useOneTimeCode(code)
+  const { isBusy, failure } = useFirstSignIn(code)
   const client = useMosaicClient()
   const session = useReadable(client.session)
   const ended = useReadable(client.sessionError)

@@ -10,12 +10,12 @@ import { StrictMode } from 'react'
 import { createRoot } from 'react-dom/client'
 import { BrowserRouter } from 'react-router-dom'
 import { App } from './App'
-import { takeOneTimeCode } from './session/oneTimeCode'
+import { takeAddressCode } from './session/addressCodes'
 
 const root = document.getElementById('root')
 if (root === null) throw new Error('index.html has no #root')
 
-const code = takeOneTimeCode(window)
+const code = takeAddressCode(window)
 const client = new MosaicClient()
 
 createRoot(root).render(

@@ -3,7 +3,7 @@ import { browserPlatform } from './browserPlatform'
 import { MosaicError } from './MosaicError'
 import type { Platform } from './Platform'
 import { Value, type Readable } from './Readable'
-import { RestApi } from './RestApi'
+import { RestApi, type PairingSecret } from './RestApi'
 import { RobotConnection } from './RobotConnection'
 import { SessionIds } from './SessionIds'
 import { SignalingSocket } from './SignalingSocket'
@@ -81,6 +81,11 @@ export class MosaicClient {
   /** Sign in with a one-time code (`/#code=…`); throws `MosaicError`. */
   async loginWithCode(code: string): Promise<void> {
     await this.signIn(await this.api.loginWithCode(code), true)
+  }
+
+  /** Pair this browser with the robot whose server this is; throws `MosaicError`. `name` is what people call it. */
+  async pair(secret: PairingSecret, name: string): Promise<void> {
+    await this.signIn(await this.api.pair(secret, name), true)
   }
 
   logout(): void {

@@ -6,6 +6,7 @@ import {
   type IceCandidate,
   type IceServer,
 } from '@mosaic/protocol'
+import { remoteAddressIn } from './NearPath'
 import { chosenPath, type ChosenPath } from './chosenPath'
 import type { Platform } from './Platform'
 
@@ -100,6 +101,11 @@ export class PeerLink {
   /** The line for this page's voice to a loudspeaker; null where none was offered. */
   voiceOf(label: string): RTCRtpSender | null {
     return this.voices.get(label) ?? null
+  }
+
+  /** The robot's end of the path that is in use; null while unknown. */
+  async remoteAddress(): Promise<string | null> {
+    return this.isClosed ? null : remoteAddressIn(await this.connection.getStats())
   }
 
   /** Which way the connection takes; null before ICE has chosen. */

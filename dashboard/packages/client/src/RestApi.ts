@@ -8,7 +8,12 @@ export interface ServerInfo {
   version: string
   extensions: Record<string, number>
   signup: boolean
+  /** The one robot that this server belongs to, with which devices are paired; null or absent on all others. */
+  pairsWith?: string | null
 }
+
+/** What pairs a device: a PIN that was read, or a code that was scanned. */
+export type PairingSecret = { pin: string } | { code: string }
 
 export interface ConnectionGrant {
   robotId: string
@@ -40,6 +45,11 @@ export class RestApi {
 
   async loginWithCode(code: string): Promise<string> {
     return (await this.post<{ accessToken: string }>('/api/v1/account/login/one-time', { code })).accessToken
+  }
+
+  /** Pair this browser with a robot that serves its own network; the token counts until the device is revoked. */
+  async pair(secret: PairingSecret, name: string): Promise<string> {
+    return (await this.post<{ accessToken: string }>('/api/v1/pairing', { ...secret, name })).accessToken
   }
 
   async signup(account: { email: string; password: string; fullName: string }): Promise<void> {

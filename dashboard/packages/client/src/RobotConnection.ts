@@ -13,6 +13,7 @@ import { PictureReporter } from './control/PictureReporter'
 import { KnownCatalogue } from './KnownCatalogue'
 import { bindingHost, deskSurroundings, pictureSurroundings, type Live } from './liveSurroundings'
 import { MosaicError } from './MosaicError'
+import { NearPath } from './NearPath'
 import { PeerAttempt } from './PeerAttempt'
 import { pathText } from './chosenPath'
 import { ConnectionTimeline, type Timeline } from './ConnectionTimeline'
@@ -20,6 +21,7 @@ import type { PeerEffect, PeerEvent } from './peerEvents'
 import { PeerSession } from './peerSession'
 import type { Platform } from './Platform'
 import { Listeners, Value, type Readable } from './Readable'
+import { SessionStreams } from './resume/SessionStreams'
 import type { RestApi } from './RestApi'
 import type { SessionIds } from './SessionIds'
 import type { SignalingSocket } from './SignalingSocket'
@@ -42,9 +44,11 @@ export interface ConnectionSurroundings {
 export class RobotConnection implements StoreHost {
   private readonly session = new PeerSession()
   private readonly bindings: StoreBindings
+  private readonly streams: SessionStreams
   private readonly pictures: PictureReporter
   private readonly status = new Value<ConnectionState>({ phase: 'idle', roundTripMs: null })
   private readonly known = new KnownCatalogue()
+  private readonly nearPath = new NearPath()
   private readonly refused = new Listeners<[Refusal]>()
   private readonly record = new ConnectionTimeline()
   private robotStatus: RobotStatus | null = null
@@ -58,6 +62,8 @@ export class RobotConnection implements StoreHost {
   readonly state: Readable<ConnectionState> = this.status
   /** Short form from the server, full (with message schemas) once connected. */
   readonly catalogue: Readable<Catalogue | null> = this.known.value
+  /** Where this robot serves the same page itself, if this page is on its network; the present path first. */
+  readonly near: Readable<readonly string[]> = this.nearPath.value
   /** What happened when between the click and the first picture, of the newest attempt; null before one. */
   readonly timeline: Readable<Timeline | null> = this.record.view
   /** Messages that the robot did not accept. */
@@ -73,9 +79,15 @@ export class RobotConnection implements StoreHost {
       phase: () => this.session.publicPhase,
       entryOf: (label) => this.entryOf(label),
     }
+    this.streams = new SessionStreams({
+      now: () => platform.now(),
+      tell: (delivered) => this.attempt?.control.send('delivered', delivered),
+      missed: (label, lost, sent) => this.bindings.missed(label, lost, sent),
+    })
     const host = bindingHost(platform, live, {
       watch: (label, on) => this.watch(label, on),
       clearanceOf: (entry) => this.control.clearanceOf(entry),
+      streams: this.streams,
       shown: (label, rtpTimestamp, atMs) => {
         this.record.mark('frame', atMs, label)
         this.pictureSeen(label, rtpTimestamp, atMs)
@@ -177,11 +189,12 @@ export class RobotConnection implements StoreHost {
       case 'makeOffer':
         return void this.attempt?.offer(this.bindings.mediaLines())
       case 'sendHello':
-        return this.attempt?.control.sendHello()
+        return this.attempt?.control.sendHello(this.streams.word())
       case 'sendPing':
         return this.attempt?.control.sendPing()
       case 'treatAsOriginal':
         this.control.original()
+        this.streams.plain()
         return this.bindings.treatAsOriginal()
       case 'drop':
         return this.drop(effect.bye)
@@ -189,10 +202,15 @@ export class RobotConnection implements StoreHost {
         return this.bindings.linkUp()
       case 'tellDisconnected':
         // Closed between two attempts there was nothing to drop, but there is something to give up.
-        if (this.session.phase === 'closed' || this.session.phase === 'suspended') this.control.linkLost(true)
+        if (this.session.phase === 'closed' || this.session.phase === 'suspended') {
+          this.control.linkLost(true)
+          this.streams.close()
+        }
+        if (this.session.publicPhase === 'reconnecting') return this.bindings.tellInterrupted(reasonIn(effect))
         return this.bindings.tellDisconnected(reasonIn(effect))
       case 'tellFailed':
         this.control.gaveUp({ ...reasonIn(effect), code: effect.code })
+        this.streams.close()
         return this.bindings.tellFailed({ ...reasonIn(effect), code: effect.code })
     }
   }
@@ -279,13 +297,20 @@ export class RobotConnection implements StoreHost {
       case 'hello':
         this.handle({ type: 'helloHeard' })
         // Too late: both sides take each other for originals by now.
-        if (this.session.isGreeted) this.control.greeted(message.data.extensions)
+        if (this.session.isGreeted) {
+          this.control.greeted(message.data.extensions)
+          this.streams.greeted(message.data.extensions)
+        }
         return this.bindings.greeted()
       case 'catalogue':
         this.record.mark('catalogue', this.around.platform.now())
         return this.known.learn(message.data.catalogue)
       case 'bye':
         return this.handle({ type: 'broken', ...reasonIn(message.data), code: message.data.code })
+      case 'resume':
+        return this.streams.resumed(message.data)
+      case 'delivered':
+        return this.streams.delivered(message.data)
       case 'media.origin':
         this.pictures.originKnown(message.data)
         return this.bindings.originKnown(message.data)
@@ -293,6 +318,8 @@ export class RobotConnection implements StoreHost {
         return this.bindings.talkingChanged(message.data)
       case 'media.unavailable':
         return this.bindings.mediaUnavailable(message.data)
+      case 'near':
+        return this.nearPath.told(message.data.urls, () => this.attempt?.link.remoteAddress() ?? Promise.resolve(null))
       case 'refusal':
         this.bindings.refused(message.data)
         this.control.heard(message)
@@ -309,6 +336,9 @@ export class RobotConnection implements StoreHost {
     this.record.end(this.session.reason.code ?? 'peer.closed', this.around.platform.now())
     this.control.linkLost(bye)
     this.pictures.clear()
+    this.nearPath.forget()
+    if (bye) this.streams.close()
+    else this.streams.lost()
     if (attempt) {
       this.bindings.dropLink()
       attempt.close(bye)

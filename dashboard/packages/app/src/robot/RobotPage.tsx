@@ -22,6 +22,7 @@ import { useTitle } from '../shell/useTitle'
 import { ConnectionBadge } from './ConnectionBadge'
 import { ConnectionNotice } from './ConnectionNotice'
 import { placesOf, type Place } from './layout'
+import { NearNotice } from './NearNotice'
 import { RobotMenu } from './RobotMenu'
 import classes from './robot.module.css'
 import { useConnected } from './useConnected'
@@ -59,6 +60,7 @@ function OneRobot({ robotId }: { robotId: string }) {
           <LeaseRequests robotId={robotId} />
           <ControlNews robotId={robotId} />
           <ConnectionNotice connection={connection} robot={robot} />
+          <NearNotice connection={connection} />
         </>
       }
     >

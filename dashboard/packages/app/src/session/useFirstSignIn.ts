@@ -1,18 +1,21 @@
+import type { MosaicClient } from '@mosaic/client'
 import { useMosaicClient } from '@mosaic/react'
 import { useEffect, useState } from 'react'
+import type { AddressCode } from './addressCodes'
+import { deviceName } from './deviceName'
 import { failureOf, type Failure } from './errorText'
 
-export interface CodeSignIn {
+export interface FirstSignIn {
   isBusy: boolean
   failure: Failure | null
 }
 
 /** Signs in with the code that the page was opened with, else with the session that this browser remembers. */
-export function useOneTimeCode(code: string | null): CodeSignIn {
+export function useFirstSignIn(code: AddressCode | null): FirstSignIn {
   const client = useMosaicClient()
-  const [state, setState] = useState<CodeSignIn>({ isBusy: true, failure: null })
+  const [state, setState] = useState<FirstSignIn>({ isBusy: true, failure: null })
   useEffect(() => {
-    const signIn = startedSignIns.get(client) ?? (code === null ? client.restore() : client.loginWithCode(code))
+    const signIn = startedSignIns.get(client) ?? signedIn(client, code)
     // A code is used up by its first exchange: React's second mount must find the same one under way.
     startedSignIns.set(client, signIn)
     let isMounted = true
@@ -26,6 +29,15 @@ export function useOneTimeCode(code: string | null): CodeSignIn {
     }
   }, [client, code])
   return state
+}
+
+async function signedIn(client: MosaicClient, code: AddressCode | null): Promise<void> {
+  if (code?.kind === 'code') return client.loginWithCode(code.value)
+  await client.restore()
+  // Who is paired already and scans again needs no second place among the robot's devices.
+  if (code !== null && client.session.get() === null) {
+    await client.pair({ code: code.value }, deviceName(navigator.userAgent))
+  }
 }
 
 const startedSignIns = new WeakMap<object, Promise<void>>()

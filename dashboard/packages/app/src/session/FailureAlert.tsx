@@ -1,0 +1,11 @@
+import { Alert } from '@mantine/core'
+import { IconAlertTriangle } from '@tabler/icons-react'
+import type { Failure } from './errorText'
+
+export function FailureAlert({ failure }: { failure: Failure }) {
+  return (
+    <Alert color="red" variant="light" icon={<IconAlertTriangle size={18} />} title={failure.message} role="alert">
+      {failure.cure}
+    </Alert>
+  )
+}

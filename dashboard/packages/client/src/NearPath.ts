@@ -1,0 +1,71 @@
+import { Value, type Readable } from './Readable'
+
+/** The path may still be changing when the robot speaks. */
+const LOOK_AFTER_MS = [0, 5000]
+
+/**
+ * Where the robot serves this page itself, for an operator whose connection goes to one of those addresses already: who
+ * talks to the robot's own address can open it, too. No request is made to find out, for browsers forbid most of them.
+ */
+export class NearPath {
+  private readonly urls = new Value<readonly string[]>([])
+  private round = 0
+
+  /** The one on the present path first; empty while it is not known to be reachable. */
+  readonly value: Readable<readonly string[]> = this.urls
+
+  /** `remoteAddress`: the robot's end of the connection now; null while unknown. */
+  told(urls: readonly string[], remoteAddress: () => Promise<string | null>): void {
+    const round = ++this.round
+    for (const afterMs of LOOK_AFTER_MS) {
+      setTimeout(() => void this.look(urls, remoteAddress, round), afterMs)
+    }
+  }
+
+  /** The connection is gone, and with it what is known of its path. */
+  forget(): void {
+    this.round += 1
+    if (this.urls.get().length > 0) this.urls.set([])
+  }
+
+  private async look(urls: readonly string[], remoteAddress: () => Promise<string | null>, round: number): Promise<void> {
+    if (round !== this.round) return
+    const address = await remoteAddress().catch(() => null)
+    if (round === this.round && address !== null) this.urls.set(onPath(urls, address))
+  }
+}
+
+/** The URLs, that of `address` first; none if none has it. */
+export function onPath(urls: readonly string[], address: string): readonly string[] {
+  const direct = urls.filter((url) => hostOf(url) === address.toLowerCase())
+  return direct.length === 0 ? [] : [...direct, ...urls.filter((url) => !direct.includes(url))]
+}
+
+function hostOf(url: string): string | null {
+  return URL.canParse(url) ? new URL(url).hostname.replace(/^\[|\]$/g, '').toLowerCase() : null
+}
+
+interface StatsEntry {
+  id?: string
+  type?: string
+  selectedCandidatePairId?: string
+  selected?: boolean
+  nominated?: boolean
+  state?: string
+  remoteCandidateId?: string
+  address?: string | null
+  ip?: string | null
+}
+
+/** The other end's address on the path that is in use, from `RTCPeerConnection.getStats`. */
+export function remoteAddressIn(report: ReadonlyMap<string, unknown>): string | null {
+  const entries = [...report.values()] as StatsEntry[]
+  const chosen = entries.find((entry) => entry.type === 'transport' && entry.selectedCandidatePairId !== undefined)
+  const pairs = entries.filter((entry) => entry.type === 'candidate-pair')
+  // Firefox names no transport; it marks the pair.
+  const pair =
+    pairs.find((entry) => entry.id === chosen?.selectedCandidatePairId) ??
+    pairs.find((entry) => entry.selected === true || (entry.nominated === true && entry.state === 'succeeded'))
+  const remote = entries.find((entry) => entry.id !== undefined && entry.id === pair?.remoteCandidateId)
+  return remote?.address ?? remote?.ip ?? null
+}
