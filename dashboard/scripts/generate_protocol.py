@@ -160,6 +160,7 @@ def _constants() -> str:
     values = {
         "CONTROL_LABEL": control.CONTROL_LABEL,
         "STOP_LABEL": control.STOP_LABEL,
+        "LANE_LABEL": control.LANE_LABEL,
         "CHANNEL_PROTOCOL": control.CHANNEL_PROTOCOL,
         "CONTROL_PROTOCOL_VERSION": control.CONTROL_PROTOCOL_VERSION,
         "HELLO_TIMEOUT_MS": int(control.HELLO_TIMEOUT_S * 1000),

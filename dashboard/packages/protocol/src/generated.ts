@@ -601,6 +601,7 @@ export interface ControlMessages {
 
 export const CONTROL_LABEL = '_mosaic'
 export const STOP_LABEL = '_stop'
+export const LANE_LABEL = '_lane'
 export const CHANNEL_PROTOCOL = 'mosaic.1'
 export const CONTROL_PROTOCOL_VERSION = 1
 export const HELLO_TIMEOUT_MS = 2000

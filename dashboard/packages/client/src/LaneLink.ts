@@ -1,0 +1,88 @@
+import { CHANNEL_PROTOCOL, controlText, LANE_LABEL, type Delivery, type IceCandidate, type IceServer } from '@mosaic/protocol'
+import { DataPort } from './DataPort'
+import { microseconds } from './clock'
+import { plainCandidate, plainIceServer } from './rtcWords'
+import type { Platform } from './Platform'
+
+export interface LaneLinkListener {
+  candidateFound(candidate: IceCandidate): void
+  opened(): void
+  heard(): void
+  broken(code: string): void
+}
+
+/** One try at the second peer connection: data channels only, the first of which tells that it is up, and alive. */
+export class LaneLink {
+  private readonly connection: RTCPeerConnection
+  private readonly port: DataPort
+  private readonly early: IceCandidate[] = []
+  private isClosed = false
+
+  constructor(
+    private readonly platform: Platform,
+    iceServers: readonly IceServer[],
+    private readonly listener: LaneLinkListener,
+  ) {
+    this.connection = platform.openPeerConnection({ iceServers: iceServers.map(plainIceServer) })
+    const channel = this.connection.createDataChannel(LANE_LABEL, { ordered: true, protocol: CHANNEL_PROTOCOL })
+    this.port = new DataPort(
+      channel,
+      { dataType: 'json-bi', delivery: 'reliable', now: () => platform.now() },
+      {
+        opened: () => this.listener.opened(),
+        closed: () => this.listener.broken('peer.lost'),
+        received: () => this.listener.heard(),
+        misread: () => this.listener.heard(),
+      },
+    )
+    this.connection.onicecandidate = ({ candidate }) => {
+      const found = plainCandidate(candidate)
+      if (found) this.listener.candidateFound(found)
+    }
+    this.connection.onconnectionstatechange = () => {
+      const state = this.connection.connectionState
+      if (state === 'failed' || state === 'closed') this.listener.broken('ice.failed')
+    }
+  }
+
+  async offer(): Promise<string> {
+    const description = await this.connection.createOffer()
+    await this.connection.setLocalDescription(description)
+    return this.connection.localDescription?.sdp ?? description.sdp ?? ''
+  }
+
+  async accept(sdp: string): Promise<void> {
+    if (this.isClosed || this.connection.remoteDescription !== null) return
+    await this.connection.setRemoteDescription({ type: 'answer', sdp })
+    for (const candidate of this.early.splice(0)) await this.add(candidate)
+  }
+
+  async addCandidate(candidate: IceCandidate): Promise<void> {
+    if (this.connection.remoteDescription === null) this.early.push(candidate)
+    else await this.add(candidate)
+  }
+
+  openChannel(label: string, _delivery: Delivery, protocol: string): RTCDataChannel {
+    return this.connection.createDataChannel(label, { ordered: true, protocol })
+  }
+
+  ping(): void {
+    this.port.send(controlText('ping', { t0: microseconds(this.platform.now()) }))
+  }
+
+  close(): void {
+    this.isClosed = true
+    this.port.close()
+    this.connection.onicecandidate = this.connection.onconnectionstatechange = null
+    this.connection.close()
+  }
+
+  private async add(candidate: IceCandidate): Promise<void> {
+    if (this.isClosed) return
+    try {
+      await this.connection.addIceCandidate(candidate)
+    } catch (error) {
+      console.warn('mosaic: a candidate of the robot was not usable', error)
+    }
+  }
+}
