@@ -1,5 +1,7 @@
-import { RobotStatus, type Catalogue, type SignalingMessage } from '@mosaic/protocol'
+import { RobotStatus, type Catalogue, type Finding, type SignalingMessage } from '@mosaic/protocol'
 import { browserPlatform } from './browserPlatform'
+import { readAbilities } from './check/browserFindings'
+import { checkConnection } from './check/checkConnection'
 import { MosaicError } from './MosaicError'
 import type { Platform } from './Platform'
 import { Value, type Readable } from './Readable'
@@ -98,6 +100,12 @@ export class MosaicClient {
     if (this.signedIn.get() === null) return
     this.list.set(robots)
     this.socket.send('status.subscribe', { robotIds: robots.map(({ id }) => id) })
+  }
+
+  /** Whether connections can be made from here at all; needs no robot. `found` hears of each finding as it comes. */
+  checkConnection(found: (finding: Finding) => void): Promise<void> {
+    const { platform, api, socket } = this
+    return checkConnection({ platform, api, server: () => socket.state.get(), abilities: readAbilities }, found)
   }
 
   /** This page's connection to the robot; always the same object. */

@@ -65,6 +65,16 @@ export class RestApi {
     return this.request<ServerInfo>('GET', '/api/v1/server')
   }
 
+  /** The server, and what its wall clock said; null where it does not tell (or another origin may not read it). */
+  async introduction(): Promise<{ info: ServerInfo; dateMs: number | null }> {
+    const init = { headers: { Accept: 'application/json' }, cache: 'no-store', signal: AbortSignal.timeout(TIMEOUT_MS) } as const
+    const response = await this.reach('/api/v1/server', init)
+    const answer = await jsonOf(response)
+    if (!response.ok || isRefusal(answer)) throw errorOf(response.status, answer)
+    const dateMs = Date.parse(response.headers.get('Date') ?? '')
+    return { info: resultOf(answer) as ServerInfo, dateMs: Number.isNaN(dateMs) ? null : dateMs }
+  }
+
   /** All robots of the account. */
   robots(): Promise<RobotInfo[]> {
     return this.every<RobotInfo>('/api/v1/robots')
