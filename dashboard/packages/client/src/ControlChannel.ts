@@ -7,6 +7,7 @@ import {
   type ControlMessage,
   type ControlMessages,
   type MediaOrigin,
+  type Resume,
 } from '@mosaic/protocol'
 import { ClockOffset } from './ClockOffset'
 import { microseconds } from './clock'
@@ -53,7 +54,8 @@ export class ControlChannel {
     return this.port.send(controlText(type, data))
   }
 
-  sendHello(): void {
+  /** The first words: who we are, and how far the reliable channels are. */
+  sendHello(word: Resume): void {
     this.send('hello', {
       protocol: CONTROL_PROTOCOL_VERSION,
       extensions: CONTROL_EXTENSIONS,
@@ -61,6 +63,7 @@ export class ControlChannel {
       bootId: PAGE_BOOT_ID,
       isPerson: true,
     })
+    this.send('resume', word)
   }
 
   sendPing(): void {

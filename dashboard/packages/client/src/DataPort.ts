@@ -10,6 +10,7 @@ import {
 } from '@mosaic/protocol'
 import { microseconds } from './clock'
 import type { Clearance } from './control/clearance'
+import type { OutgoingStream, StreamPort, WaitingMessage } from './resume/OutgoingStream'
 
 /** Queued bytes from which a `latest` value waits (and is replaced by a newer one) instead of queueing behind others. */
 const LATEST_HIGH_WATER_BYTES = 16 * 1024
@@ -22,6 +23,8 @@ export interface PortOptions {
   now: () => number
   /** Whether a message may leave now, and under which epoch; without it anything may. */
   clearance?: () => Clearance
+  /** What sends here and outlives the channel; without it the port sends by itself. */
+  stream?: OutgoingStream
 }
 
 /** A value that waits for room, and the epoch for which it was meant. */
@@ -51,7 +54,7 @@ export interface PortListener {
  * One data channel: frames what is sent and unframes what arrives when its protocol is `mosaic.1`; toward an original
  * robot (empty protocol) payloads travel bare. It applies the delivery: `latest` keeps one waiting value.
  */
-export class DataPort {
+export class DataPort implements StreamPort {
   private readonly reader = new FrameReader()
   private readonly isFramed: boolean
   private seq = 0
@@ -65,10 +68,10 @@ export class DataPort {
     this.isFramed = channel.protocol === CHANNEL_PROTOCOL
     channel.binaryType = 'arraybuffer'
     channel.bufferedAmountLowThreshold = LATEST_HIGH_WATER_BYTES / 2
-    channel.onopen = () => this.listener.opened(this)
+    channel.onopen = () => this.opened()
     channel.onclose = () => this.gone()
     channel.onmessage = (event: MessageEvent<unknown>) => this.received(event.data)
-    channel.onbufferedamountlow = () => this.sendWaiting()
+    channel.onbufferedamountlow = () => this.drained()
   }
 
   get label(): string {
@@ -84,17 +87,38 @@ export class DataPort {
     return !this.options.dataType.endsWith('r2u')
   }
 
+  /** What sends here and outlives the channel. */
+  get stream(): OutgoingStream | null {
+    return this.options.stream ?? null
+  }
+
+  /** Numbers that outlive connections are read only from framed channels that lose nothing. */
+  get isNumbered(): boolean {
+    return this.isFramed && this.options.delivery === 'reliable'
+  }
+
+  put({ value, stampUs }: WaitingMessage, seq: number): boolean {
+    if (!this.isOpen || this.isFull) return false
+    this.seq = (seq - 1) >>> 0
+    return this.transmit(value, 0, stampUs)
+  }
+
+  putPlain({ value, stampUs }: WaitingMessage): boolean {
+    return this.isOpen && !this.isFull && this.transmit(value, 0, stampUs)
+  }
+
   /** Send one message; false when it was not accepted. */
   send(data: string | ArrayBuffer | Uint8Array): boolean {
+    const value = data instanceof ArrayBuffer ? new Uint8Array(data) : data
+    if (this.stream !== null) return this.stream.send(value)
     const { epoch, block } = this.clearance()
     if (!this.isOpen || block !== null) return false
-    const value = data instanceof ArrayBuffer ? new Uint8Array(data) : data
     if (this.options.delivery === 'latest' && this.channel.bufferedAmount > LATEST_HIGH_WATER_BYTES) {
       this.waiting = { value: typeof value === 'string' ? value : value.slice(), epoch }
       return true
     }
     this.waiting = null
-    return this.channel.bufferedAmount <= RELIABLE_HIGH_WATER_BYTES && this.put(value, epoch)
+    return !this.isFull && this.transmit(value, epoch)
   }
 
   /** Close the channel without telling the listener. */
@@ -103,22 +127,36 @@ export class DataPort {
     this.channel.close()
   }
 
+  private get isFull(): boolean {
+    return this.channel.bufferedAmount > RELIABLE_HIGH_WATER_BYTES
+  }
+
+  private opened(): void {
+    this.stream?.attach(this)
+    this.listener.opened(this)
+  }
+
+  private drained(): void {
+    this.sendWaiting()
+    this.stream?.pump()
+  }
+
   private sendWaiting(): void {
     const { waiting } = this
     this.waiting = null
     if (waiting === null || !this.isOpen) return
     const { epoch, block } = this.clearance()
     // What was meant under a lease that has ended is meant no more, whatever is held now.
-    if (block === null && epoch === waiting.epoch) this.put(waiting.value, epoch)
+    if (block === null && epoch === waiting.epoch) this.transmit(waiting.value, epoch)
   }
 
   private clearance(): Clearance {
     return this.options.clearance?.() ?? FREE
   }
 
-  private put(value: string | Uint8Array, epoch: number): boolean {
+  private transmit(value: string | Uint8Array, epoch: number, stampUs = microseconds(this.options.now())): boolean {
     try {
-      if (this.isFramed) this.putFramed(value, epoch)
+      if (this.isFramed) this.putFramed(value, epoch, stampUs)
       else this.putBare(value)
       return true
     } catch {
@@ -127,12 +165,11 @@ export class DataPort {
     }
   }
 
-  private putFramed(value: string | Uint8Array, epoch: number): void {
+  private putFramed(value: string | Uint8Array, epoch: number, stampUs: number): void {
     const payload = typeof value === 'string' ? new TextEncoder().encode(value) : value
     this.seq = (this.seq + 1) >>> 0
     const frame = { kind: this.kindOf(value), payload, seq: this.seq, epoch, latched: false }
-    const stamped = { ...frame, stampUs: microseconds(this.options.now()) }
-    for (const message of encodeFrame(stamped, CHUNK_PAYLOAD_BYTES)) this.channel.send(message)
+    for (const message of encodeFrame({ ...frame, stampUs }, CHUNK_PAYLOAD_BYTES)) this.channel.send(message)
   }
 
   private kindOf(value: string | Uint8Array): PayloadKind {
@@ -174,6 +211,7 @@ export class DataPort {
 
   private gone(): void {
     this.silence()
+    this.stream?.detach()
     this.listener.closed(this)
   }
 

@@ -7,6 +7,7 @@ import {
   type Refusal,
   type SignalingMessage,
 } from '@mosaic/protocol'
+import { BulkLane, type BulkLaneState } from './BulkLane'
 import { isAbout, reasonIn } from './connectionWords'
 import { ControlDesk } from './control/ControlDesk'
 import { PictureReporter } from './control/PictureReporter'
@@ -30,6 +31,9 @@ import type { StoreHost } from './StoreManager'
 import type { MosaicStore } from './stores/MosaicStore'
 import type { ConnectionState } from './types'
 
+/** How long the lane waits for the server's fresh credentials. */
+const FRESH_ICE_MS = 1000
+
 export interface ConnectionSurroundings {
   platform: Platform
   api: RestApi
@@ -46,6 +50,7 @@ export class RobotConnection implements StoreHost {
   private readonly bindings: StoreBindings
   private readonly streams: SessionStreams
   private readonly pictures: PictureReporter
+  private readonly lane: BulkLane
   private readonly status = new Value<ConnectionState>({ phase: 'idle', roundTripMs: null })
   private readonly known = new KnownCatalogue()
   private readonly nearPath = new NearPath()
@@ -53,6 +58,7 @@ export class RobotConnection implements StoreHost {
   private readonly record = new ConnectionTimeline()
   private robotStatus: RobotStatus | null = null
   private attempt: PeerAttempt | null = null
+  private iceServers: readonly IceServer[] = []
   /** Counts attempts, so that what an abandoned one still receives is recognized. */
   private attemptNumber = 0
   private timer: ReturnType<typeof setTimeout> | null = null
@@ -66,6 +72,8 @@ export class RobotConnection implements StoreHost {
   readonly near: Readable<readonly string[]> = this.nearPath.value
   /** What happened when between the click and the first picture, of the newest attempt; null before one. */
   readonly timeline: Readable<Timeline | null> = this.record.view
+  /** The second peer connection, for connectors with delivery `bulk`. */
+  readonly bulkLane: Readable<BulkLaneState>
   /** Messages that the robot did not accept. */
   readonly refusals = { subscribe: (listener: (refusal: Refusal) => void): (() => void) => this.refused.add(listener) }
 
@@ -87,6 +95,7 @@ export class RobotConnection implements StoreHost {
     const host = bindingHost(platform, live, {
       watch: (label, on) => this.watch(label, on),
       clearanceOf: (entry) => this.control.clearanceOf(entry),
+      bulkCarrier: (main) => (this.lane.settled() ? (this.lane.link ?? main) : null),
       streams: this.streams,
       shown: (label, rtpTimestamp, atMs) => {
         this.record.mark('frame', atMs, label)
@@ -94,6 +103,12 @@ export class RobotConnection implements StoreHost {
       },
       valueArrived: (label) => this.record.mark('value', platform.now(), label),
     })
+    this.lane = new BulkLane(platform, {
+      iceServers: () => this.freshIceServers(),
+      send: (type, data) => this.attempt?.control.send(type, data) ?? false,
+      changed: (lost) => this.bindings.laneChanged(lost),
+    })
+    this.bulkLane = this.lane.state
     this.bindings = new StoreBindings(host, platform.isVisible())
     this.control = new ControlDesk(deskSurroundings(platform, live), () => this.bindings.showBlocks())
     this.pictures = new PictureReporter(pictureSurroundings(platform, live))
@@ -245,8 +260,17 @@ export class RobotConnection implements StoreHost {
     }
   }
 
+  // For the lane: the server need not be there, and the credentials of the main connection may still do.
+  private freshIceServers(): Promise<readonly IceServer[]> {
+    const known = this.iceServers
+    if (known.length === 0) return Promise.resolve(known)
+    const late = new Promise<readonly IceServer[]>((resolve) => setTimeout(() => resolve(known), FRESH_ICE_MS))
+    return Promise.race([this.around.api.iceServers().catch(() => known), late])
+  }
+
   private begin(rtcConnectionId: string, iceServers: readonly IceServer[]): void {
     const { platform, socket } = this.around
+    this.iceServers = iceServers
     const options = { rtcConnectionId, iceServers, holdCandidates: this.catalogue.get() === null }
     this.attempt = new PeerAttempt(platform, socket, options, {
       happened: (event) => this.handle(event),
@@ -300,11 +324,16 @@ export class RobotConnection implements StoreHost {
         if (this.session.isGreeted) {
           this.control.greeted(message.data.extensions)
           this.streams.greeted(message.data.extensions)
+          this.lane.greeted('bulkLane' in message.data.extensions)
         }
         return this.bindings.greeted()
       case 'catalogue':
         this.record.mark('catalogue', this.around.platform.now())
         return this.known.learn(message.data.catalogue)
+      case 'lane.answer':
+      case 'lane.candidate':
+      case 'lane.close':
+        return this.lane.heard(message)
       case 'bye':
         return this.handle({ type: 'broken', ...reasonIn(message.data), code: message.data.code })
       case 'resume':
@@ -336,6 +365,7 @@ export class RobotConnection implements StoreHost {
     this.record.end(this.session.reason.code ?? 'peer.closed', this.around.platform.now())
     this.control.linkLost(bye)
     this.pictures.clear()
+    this.lane.drop()
     this.nearPath.forget()
     if (bye) this.streams.close()
     else this.streams.lost()

@@ -5,12 +5,16 @@ import {
   type MediaOrigin,
   type MediaTalking,
   type MediaUnavailable,
+  type MosaicDataType,
   type Refusal,
 } from '@mosaic/protocol'
 import { channelPlan, NOT_MEDIA, type ChannelPlan } from './channelPlan'
 import type { Clearance } from './control/clearance'
 import { DataPort, type PortMessage } from './DataPort'
 import { mediaLines } from './mediaLines'
+import type { OutgoingStream } from './resume/OutgoingStream'
+import type { SessionStreams } from './resume/SessionStreams'
+import { ConnectionCheckingStore } from './stores/ConnectionCheckingStore'
 import type { MediaLine, PeerLink } from './PeerLink'
 import { BidirectionalStore } from './stores/BidirectionalStore'
 import { MediaStreamStore, type MediaSource } from './stores/MediaStreamStore'
@@ -27,13 +31,22 @@ export interface BindingHost {
   mediaSource(label: string, receiver: RTCRtpReceiver): MediaSource
   /** A message of a connector has arrived. */
   valueArrived(label: string): void
+  /** What outlives the connection. */
+  streams: SessionStreams
+  /** Where bulk goes; null: it shall wait, because its own connection is being made. */
+  bulkCarrier(main: ChannelCarrier): ChannelCarrier | null
   /** Whether a message for this connector may leave now; null: one that nobody knows. */
   clearanceOf(entry: CatalogueEntry | null): Clearance
 }
 
+/** A peer connection, as far as channels of connectors go. */
+export type ChannelCarrier = Pick<PeerLink, 'openChannel'>
+
 interface Binding {
   store: MosaicStore
   ports: DataPort[]
+  /** What the ports were opened on. */
+  carrier: ChannelCarrier | null
   stopWatching: (() => void) | null
   isWatching: boolean
 }
@@ -62,7 +75,7 @@ export class StoreBindings {
 
   add(store: MosaicStore): void {
     const label = store.robotConnector.connectorId
-    const binding: Binding = { store, ports: [], stopWatching: null, isWatching: false }
+    const binding: Binding = { store, ports: [], carrier: null, stopWatching: null, isWatching: false }
     this.bindings.set(label, binding)
     if (store instanceof MediaStreamStore) binding.stopWatching = store.isWatched.subscribe(() => this.watch(binding))
     if (this.link) store.notifyBeforeConnected()
@@ -77,6 +90,7 @@ export class StoreBindings {
     this.bindings.delete(label)
     binding.stopWatching?.()
     if (binding.isWatching) this.host.watch(label, false)
+    for (const port of binding.ports) this.host.streams.released(port.label)
     this.unbind(binding)
   }
 
@@ -136,6 +150,17 @@ export class StoreBindings {
     }
   }
 
+  /** Bulk goes elsewhere from now on; what was carried by `lost` opens anew. */
+  laneChanged(lost: ChannelCarrier | null): void {
+    for (const binding of this.bindings.values()) {
+      if (lost !== null && binding.carrier === lost) {
+        this.closePorts(binding)
+        binding.store.notifyAfterDisconnected({ code: 'peer.closed' })
+      }
+      this.bind(binding)
+    }
+  }
+
   /** The link is gone; the stores stay. */
   dropLink(): void {
     this.link = null
@@ -149,6 +174,21 @@ export class StoreBindings {
   tellDisconnected(why: { code?: string; message?: string }): void {
     for (const { store } of this.bindings.values()) {
       if (store.state.get().phase !== 'mismatch') store.notifyAfterDisconnected(why)
+    }
+  }
+
+  /** It was lost and is being made anew. */
+  tellInterrupted(why: { code?: string; message?: string }): void {
+    for (const { store } of this.bindings.values()) {
+      if (store.state.get().phase !== 'mismatch') store.notifyInterrupted(why)
+    }
+  }
+
+  /** Messages of this channel are lost. */
+  missed(label: string, lost: number | null, sent: boolean): void {
+    for (const { store, ports } of this.bindings.values()) {
+      const isMeant = store.robotConnector.connectorId === label || ports.some((port) => port.label === label)
+      if (isMeant) store.missed({ lost, sent, atMs: this.host.now() })
     }
   }
 
@@ -218,11 +258,20 @@ export class StoreBindings {
   private openPorts(binding: Binding, plan: ChannelPlan & { type: 'channels' }): void {
     const { link } = this
     if (link === null) return
+    const carrier = plan.delivery === 'bulk' && !this.isOriginal ? this.host.bulkCarrier(link) : link
+    if (carrier === null) return
+    binding.carrier = carrier
     const protocol = this.isOriginal ? '' : CHANNEL_PROTOCOL
-    binding.store.setState({ phase: 'waiting' })
+    if (binding.store.state.get().phase !== 'reconnecting') binding.store.setState({ phase: 'waiting' })
     binding.ports = plan.channels.map(({ label, dataType }) => {
-      const channel = link.openChannel(label, plan.delivery, protocol)
-      const options = { dataType, delivery: plan.delivery, now: () => this.host.now(), clearance: () => this.clearanceOf(binding) }
+      const channel = carrier.openChannel(label, plan.delivery, protocol)
+      const options = {
+        dataType,
+        delivery: plan.delivery,
+        now: () => this.host.now(),
+        clearance: () => this.clearanceOf(binding),
+        ...this.streamOf(binding, plan, label, dataType),
+      }
       return new DataPort(channel, options, {
         opened: () => this.portOpened(binding),
         closed: () => this.portClosed(binding),
@@ -230,6 +279,12 @@ export class StoreBindings {
         misread: (port, error) => console.warn(`mosaic: '${port.label}' sent something unreadable (${error.message})`),
       })
     })
+  }
+
+  /** What is sent there outlives the connection: never what moves something, which is never kept nor repeated. */
+  private streamOf({ store }: Binding, plan: ChannelPlan & { type: 'channels' }, label: string, dataType: MosaicDataType): { stream?: OutgoingStream } {
+    if (this.isOriginal || plan.mayWait !== true || dataType.endsWith('r2u')) return {}
+    return { stream: this.host.streams.outgoing(label, !(store instanceof ConnectionCheckingStore)) }
   }
 
   private clearanceOf({ store }: Binding): Clearance {
@@ -255,7 +310,13 @@ export class StoreBindings {
     binding.store.notifyAfterDisconnected({ code: 'peer.closed' })
   }
 
-  private received({ store }: Binding, port: DataPort, { data, seq, stampUs, latched }: PortMessage): void {
+  private received(binding: Binding, port: DataPort, message: PortMessage): void {
+    const deliver = (): void => this.deliver(binding, port, message)
+    if (port.isNumbered) this.host.streams.arrived(port.label, message.seq, deliver)
+    else deliver()
+  }
+
+  private deliver({ store }: Binding, port: DataPort, { data, seq, stampUs, latched }: PortMessage): void {
     this.host.valueArrived(port.label)
     const receivedAtMs = this.host.now()
     const ageMs = stampUs === 0 ? null : this.host.ageMs(stampUs, receivedAtMs)
@@ -294,6 +355,7 @@ export class StoreBindings {
   private closePorts(binding: Binding): void {
     for (const port of binding.ports) port.close()
     binding.ports = []
+    binding.carrier = null
     binding.store.detach()
   }
 }

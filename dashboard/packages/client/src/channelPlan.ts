@@ -4,7 +4,8 @@ import { nearestName } from './nearestName'
 import type { RobotConnector, StoreState } from './types'
 
 export type ChannelPlan =
-  | { type: 'channels'; channels: readonly ChannelEntry[]; delivery: Delivery }
+  /** `mayWait`: what is sent there may wait for a connection, or be repeated on the next one. */
+  | { type: 'channels'; channels: readonly ChannelEntry[]; delivery: Delivery; mayWait?: boolean }
   | { type: 'media' }
   /** Nobody knows yet: the robot has not told its connectors. */
   | { type: 'unknown' }
@@ -29,7 +30,13 @@ export function channelPlan(connector: RobotConnector, catalogue: Catalogue | nu
   }
   if (entry.dataType === 'media') return { type: 'media' }
   const own = [{ label: connectorId, dataType: entry.dataType }]
-  return { type: 'channels', channels: entry.channels.length > 0 ? entry.channels : own, delivery: entry.delivery }
+  const channels = entry.channels.length > 0 ? entry.channels : own
+  return { type: 'channels', channels, delivery: entry.delivery, mayWait: mayWait(entry) }
+}
+
+function mayWait({ delivery, safety }: CatalogueEntry): boolean {
+  const isFree = !safety || !['requires_lease', 'timeout_s', 'max_rate_hz'].some((key) => Boolean(safety[key]))
+  return delivery === 'reliable' && isFree
 }
 
 function bareChannel(label: string, dataType: MosaicDataType | undefined): ChannelPlan {

@@ -23,14 +23,24 @@ export interface MessageInfo {
 }
 
 /**
- * Where a store stands: `waiting` for a connection, `open`, `closed` after one, or `mismatch`: the robot has no such
- * connector (`nearest` is the label that was perhaps meant).
+ * Where a store stands: `waiting` for a connection, `open`, `reconnecting` (it was lost and is being made anew), `closed`
+ * after one, or `mismatch`: the robot has no such connector (`nearest` is the label that was perhaps meant).
  */
 export interface StoreState {
-  phase: 'waiting' | 'open' | 'closed' | 'mismatch'
+  phase: 'waiting' | 'open' | 'reconnecting' | 'closed' | 'mismatch'
   code?: string
   message?: string
   nearest?: string
+}
+
+/**
+ * Messages of a reliable connector that will never arrive: the connection was gone for longer than they could be kept.
+ * `lost`: how many, null where nobody knows; `sent`: those that the store sent, not those that it gets.
+ */
+export interface Gap {
+  lost: number | null
+  sent: boolean
+  atMs: number
 }
 
 export type ConnectionPhase = 'idle' | 'connecting' | 'connected' | 'reconnecting' | 'failed' | 'closed'

@@ -112,7 +112,7 @@ describe('the control channel', () => {
   test('starts with hello, then pings', async () => {
     const { client, peer } = await greeted()
     const control = peer.channel('_mosaic')
-    expect(control.controlSent().map(({ type }) => type)).toEqual(['hello', 'ping'])
+    expect(control.controlSent().map(({ type }) => type)).toEqual(['hello', 'resume', 'ping'])
     expect(client.connection(ROBOT).state.get().phase).toBe('connected')
     await live(peer, 1000)
     expect(control.controlSent().filter(({ type }) => type === 'ping').length).toBeGreaterThanOrEqual(2)
@@ -412,7 +412,7 @@ describe('an original robot', () => {
     await vi.advanceTimersByTimeAsync(2000)
     peer.brings('0', 'camera')
     expect(store.mediaStream.get()).toEqual({ id: 'camera' })
-    expect(peer.channel('_mosaic').controlSent().map(({ type }) => type)).toEqual(['hello'])
+    expect(peer.channel('_mosaic').controlSent().map(({ type }) => type)).toEqual(['hello', 'resume'])
   })
 
   test('whose catalogue was an old one gets bare channels in place of framed ones', async () => {
@@ -434,7 +434,7 @@ describe('a loss', () => {
     peer.channel('battery').opens()
     await vi.advanceTimersByTimeAsync(2000)
     expect(client.connection(ROBOT).state.get()).toMatchObject({ phase: 'reconnecting', code: 'peer.lost' })
-    expect(store.state.get()).toEqual({ phase: 'closed', code: 'peer.lost' })
+    expect(store.state.get()).toEqual({ phase: 'reconnecting', code: 'peer.lost' })
     expect(peer.isClosed).toBe(true)
     await vi.advanceTimersByTimeAsync(500)
     const next = await link(platform)

@@ -105,7 +105,7 @@ test('a connection that is lost takes the voice with it; the next one begins in 
   peer.onconnectionstatechange?.()
   await settle()
   expect(await store.setTrack(TRACK)).toBe(false)
-  expect(store.state.get().phase).toBe('closed')
+  expect(store.state.get().phase).toBe('reconnecting')
   await vi.advanceTimersByTimeAsync(2000)
   const next = await link(platform)
   greet(next, SOUND)

@@ -1,6 +1,6 @@
 import type { DataPort } from '../DataPort'
 import { guarded, Listeners, Value, type Readable } from '../Readable'
-import type { MessageInfo, RobotConnector, StoreState } from '../types'
+import type { Gap, MessageInfo, RobotConnector, StoreState } from '../types'
 
 export type StoreType = 'receivable' | 'sendable' | 'bidirectional' | 'media'
 export type LifecycleEvent = 'before-connected' | 'after-connected' | 'after-disconnected' | 'after-connection-failed'
@@ -15,10 +15,15 @@ export abstract class MosaicStore {
   private readonly status = new Value<StoreState>({ phase: 'waiting' })
   private readonly lifecycle = new Listeners<[LifecycleEvent]>()
 
+  private readonly lastGap = new Value<Gap | null>(null)
+
   constructor(readonly robotConnector: RobotConnector) {}
 
   /** Where the store stands; changes are told. */
   readonly state: Readable<StoreState> = this.status
+
+  /** Messages that were lost across a reconnection, the latest loss; null: none. */
+  readonly gap: Readable<Gap | null> = this.lastGap
 
   abstract getStoreType(): StoreType
 
@@ -54,6 +59,20 @@ export abstract class MosaicStore {
     this.setState({ phase: 'closed', ...why })
     guarded(() => this.onAfterDisconnected())
     this.lifecycle.tell('after-disconnected')
+  }
+
+  /** Called by the connection when it was lost and is being made anew. */
+  notifyInterrupted(why: Omit<StoreState, 'phase'> = {}): void {
+    const wasOpen = this.status.get().phase === 'open'
+    this.setState({ phase: 'reconnecting', ...why })
+    if (!wasOpen) return
+    guarded(() => this.onAfterDisconnected())
+    this.lifecycle.tell('after-disconnected')
+  }
+
+  /** Called by the connection: messages are lost. */
+  missed(gap: Gap): void {
+    this.lastGap.set(gap)
   }
 
   /** Called by the connection when it could not be set up. */

@@ -26,7 +26,9 @@ export function JsonSender({ entry, store }: WidgetProps) {
   const [said, setSaid] = useState<Said | null>(null)
   const refusal = useReadable(refuses(store) ? store.lastRefusal : NOTHING)
   const block = useReadable(isGuarded(store) ? store.sendBlocked : NOTHING)
-  const isOpen = useReadable(store.state).phase === 'open'
+  const { phase } = useReadable(store.state)
+  const isAway = phase === 'reconnecting'
+  const isOpen = phase === 'open' || isAway
 
   const send = () => {
     const checked = isJson ? checkedJson(text) : { ok: true as const, text }
@@ -35,7 +37,7 @@ export function JsonSender({ entry, store }: WidgetProps) {
       return
     }
     const isAccepted = sends(store) && store.sendData(checked.text)
-    setSaid({ tone: isAccepted ? 'ok' : 'bad', text: isAccepted ? 'Sent' : 'The link did not take it; try again', after: refusal })
+    setSaid({ tone: isAccepted ? 'ok' : 'bad', text: sentText(isAccepted, isAway), after: refusal })
   }
 
   const shown = refusal !== null && refusal !== said?.after ? refusedText(refusal) : said
@@ -78,4 +80,9 @@ function blockedText({ code }: SendBlock): string {
 
 function refusedText(refusal: Refusal): Said {
   return { tone: 'bad', text: `Refused: ${refusal.message ?? reasonOf(refusal.code).sentence}`, after: null }
+}
+
+function sentText(isAccepted: boolean, isAway: boolean): string {
+  if (isAway) return isAccepted ? 'Goes out when the connection is back' : 'Not taken while the connection is away'
+  return isAccepted ? 'Sent' : 'The link did not take it; try again'
 }

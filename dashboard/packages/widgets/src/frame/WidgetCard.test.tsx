@@ -1,5 +1,5 @@
 import { MantineProvider } from '@mantine/core'
-import { Value, type CatalogueEntry, type MessageInfo, type MosaicClient, type StoreState } from '@mosaic/client'
+import { Value, type CatalogueEntry, type Gap, type MessageInfo, type MosaicClient, type StoreState } from '@mosaic/client'
 import { MosaicProvider } from '@mosaic/react'
 import { act, cleanup, render, screen } from '@testing-library/react'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
@@ -19,6 +19,7 @@ const ENTRY: CatalogueEntry = {
 
 class FakeStore {
   readonly state = new Value<StoreState>({ phase: 'open' })
+  readonly gap = new Value<Gap | null>(null)
   latest: { data: ArrayBuffer; info: MessageInfo } | null = null
   private readonly listeners = new Set<(data: ArrayBuffer, info: MessageInfo) => void>()
   subscribe(listener: (data: ArrayBuffer, info: MessageInfo) => void): () => void {
@@ -77,6 +78,25 @@ test('a repeated value is marked as latched', () => {
   act(() => store.receive({ voltage_v: 12.5 }, { latched: true, ageMs: 4000 }))
   act(() => void vi.advanceTimersByTime(300))
   expect(screen.getByTestId('age').textContent).toBe('latched · 4 s ago')
+})
+
+test('a value from before the loss of the connection is greyed and says its age', () => {
+  shown()
+  act(() => store.receive({ voltage_v: 12.5 }))
+  act(() => store.state.set({ phase: 'reconnecting', code: 'peer.lost' }))
+  act(() => void vi.advanceTimersByTime(3250))
+  expect(screen.getByTestId('age').textContent).toMatch(/^reconnecting · 3\.\d s old$/)
+  expect(screen.getByText('12.50').closest('[data-away]')).not.toBeNull()
+  act(() => store.state.set({ phase: 'open' }))
+  expect(screen.getByText('12.50').closest('[data-away]')).toBeNull()
+})
+
+test('messages that were lost are told for a while', () => {
+  shown()
+  act(() => store.gap.set({ lost: 3, sent: false, atMs: performance.timeOrigin + performance.now() }))
+  expect(screen.getByText('3 messages were lost while the connection was away')).toBeTruthy()
+  act(() => void vi.advanceTimersByTime(11_000))
+  expect(screen.queryByText(/were lost/)).toBeNull()
 })
 
 test('a label that the robot does not know is shown with the nearest one', () => {

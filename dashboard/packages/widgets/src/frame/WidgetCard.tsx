@@ -1,5 +1,5 @@
 import { ActionIcon, Menu } from '@mantine/core'
-import { reasonOf, type CatalogueEntry, type StoreState } from '@mosaic/client'
+import { reasonOf, type CatalogueEntry, type Gap, type StoreState } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { IconDots } from '@tabler/icons-react'
 import type { ReactNode } from 'react'
@@ -8,7 +8,9 @@ import { receives, type AnyStore } from '../stores/storeKinds'
 import { useConnectorStore } from '../stores/useConnectorStore'
 import { AgeBadge } from './AgeBadge'
 import classes from './frame.module.css'
+import { gapText } from './gapText'
 import { Notice } from './Notice'
+import { useRecentGap } from './useRecentGap'
 import { WidgetBoundary } from './WidgetBoundary'
 
 export interface WidgetCardProps {
@@ -64,12 +66,10 @@ function OpenWidget({ widget, ...props }: OpenWidgetProps) {
   if (state.phase === 'mismatch') return <Mismatch label={props.entry.label} state={state} />
   return (
     <WidgetBoundary key={widget.id} title={widget.title}>
-      {state.phase === 'closed' && state.code !== undefined && (
-        <div className={classes.bar} role="status">
-          {closedText(state)}
-        </div>
-      )}
-      <Component {...props} />
+      <div className={classes.content} data-away={state.phase === 'reconnecting' ? 'true' : undefined}>
+        <Component {...props} />
+      </div>
+      <CardBar store={props.store} state={state} />
     </WidgetBoundary>
   )
 }
@@ -84,6 +84,25 @@ export function Mismatch({ label, state, children }: { label: string; state: Sto
       {children}
     </Notice>
   )
+}
+
+/** What is to be said about the channel; nothing most of the time. */
+function CardBar({ store, state }: { store: AnyStore; state: StoreState }) {
+  const gap = useRecentGap(store)
+  const text = barText(store, state, gap)
+  if (text === null) return null
+  return (
+    <div className={classes.bar} role="status">
+      {text}
+    </div>
+  )
+}
+
+function barText(store: AnyStore, state: StoreState, gap: Gap | null): string | null {
+  if (state.phase === 'closed' && state.code !== undefined) return closedText(state)
+  // What has an age says so beside it.
+  if (state.phase === 'reconnecting' && !receives(store)) return 'Reconnecting'
+  return gap !== null && state.phase === 'open' ? gapText(gap) : null
 }
 
 function closedText(state: StoreState): string {

@@ -5,6 +5,13 @@ export function ageOf(info: Pick<MessageInfo, 'receivedAtMs' | 'ageMs'>, nowMs: 
   return Math.max(0, nowMs - info.receivedAtMs + Math.max(0, info.ageMs ?? 0))
 }
 
+/** To a tenth while seconds count: what an operator wants to know while the connection is away. */
+export function exactAge(ageMs: number): string {
+  if (ageMs < 10_000) return `${(ageMs / 1000).toFixed(1)} s`
+  const seconds = Math.floor(ageMs / 1000)
+  return seconds < 60 ? `${seconds} s` : `${Math.floor(seconds / 60)} min ${seconds % 60} s`
+}
+
 export function formattedAge(ageMs: number): string {
   if (ageMs < 1000) return 'live'
   const seconds = Math.floor(ageMs / 1000)
