@@ -9,7 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from mosaic_core.machines.arrivals import Arrivals
 from mosaic_core.machines.framing import SEQ_MODULUS, Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
+from mosaic_core.operator.store_counters import StoreCounters
+from mosaic_core.runtime.peer_partials import PeerPartials
 from mosaic_core.runtime.transport import Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.data_type import Delivery
@@ -74,6 +77,8 @@ class ChannelPort:
         clock_us: Callable[[], int] = now_us,
         epoch: Callable[[], int] = no_epoch,
         max_queued_bytes: int | None = MAX_QUEUED_BYTES,
+        counters: StoreCounters | None = None,
+        partials: PeerPartials | None = None,
     ) -> None:
         self._channel = channel
         self._delivery = delivery
@@ -83,7 +88,11 @@ class ChannelPort:
         self._epoch = epoch
         self._max_queued_bytes = max_queued_bytes
         self._is_framed = channel.protocol == CHANNEL_PROTOCOL
-        self._reader = FrameReader()
+        self._counters = counters or StoreCounters()
+        self._partials = partials or PeerPartials(lambda label, seq: None)
+        self._reader = FrameReader(is_lossy=not channel.is_reliable, partials=self._partials.shared)
+        self._partials.opened(channel.label, self._reader)
+        self._arrivals = Arrivals(self._counters.arrivals, newest_only=delivery is Delivery.LATEST)
         self._seq = 0
         self._pending: Frame | None = None
         self.on_drained: Callable[[], None] | None = None
@@ -105,8 +114,10 @@ class ChannelPort:
         if self._is_full:
             if self._delivery is not Delivery.LATEST:
                 return False
+            self._counters.replaced += self._pending is not None
             self._pending = frame
             return True
+        self._counters.replaced += self._pending is not None
         self._pending = None
         return self._send_now(frame)
 
@@ -127,6 +138,7 @@ class ChannelPort:
 
     def close(self) -> None:
         self._pending = None
+        self._partials.closed((self._channel.label,))
         self._channel.on_close = None
         self._channel.close()
 
@@ -134,13 +146,14 @@ class ChannelPort:
         try:
             if not self._is_framed:
                 self._channel.send(frame.payload if frame.kind is PayloadKind.BYTES else frame.payload.decode())
-                return True
-            self._seq = (self._seq + 1) % SEQ_MODULUS
-            for part in encode_frame(replace(frame, seq=self._seq)):
-                self._channel.send(part)
+            else:
+                self._seq = (self._seq + 1) % SEQ_MODULUS
+                for part in encode_frame(replace(frame, seq=self._seq)):
+                    self._channel.send(part)
         except ConnectionFailed as error:
             _log.info("%s", error.message)
             return False
+        self._counters.gave(len(frame.payload))
         return True
 
     def _drained(self) -> None:
@@ -154,6 +167,7 @@ class ChannelPort:
         raw = data.encode() if isinstance(data, str) else data
         if not self._is_framed:
             kind = PayloadKind.STRING if isinstance(data, str) else PayloadKind.BYTES
+            self._counters.got(len(raw))
             self._received(Frame(kind, raw))
             return
         try:
@@ -161,7 +175,11 @@ class ChannelPort:
         except WireError as error:
             _log.warning("%s: %s", self._channel.label, error.message)
             return
-        if frame is not None:
+        if frame is None:
+            self._partials.arrived()
+            return
+        self._counters.got(len(frame.payload))
+        if self._arrivals.take(frame.seq):
             self._received(frame)
 
 

@@ -12,6 +12,7 @@ from mosaic_core.machines.operator_lane import LaneState
 from mosaic_core.operator.bulk_lane import BulkLane, LaneOwner
 from mosaic_core.operator.control_desk import ControlDesk
 from mosaic_core.operator.control_port import ControlPort
+from mosaic_core.operator.delivery_watcher import DeliveryWatcher
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.peer_link import ConnectionPlan, PeerLink
 from mosaic_core.operator.picture_reports import PictureReports
@@ -52,6 +53,8 @@ class RobotConnection:
         """Why it ended, once :attr:`state` is ``closed``."""
         self.control = ControlDesk(plan.peer_id, plan.clock_us)
         """Who commands: leases, the stop, the other operators."""
+        self.delivery = DeliveryWatcher(self._say)
+        """How the robot's data travels, while anybody asks; what a store itself got and sent is its ``counters``."""
         self._stores = stores
         self._make_offerer = make_offerer
         self._send = send
@@ -68,7 +71,12 @@ class RobotConnection:
         self._peer = PeerLink(plan, self, self._make_offerer, self._send)
         self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
         around = Surroundings(
-            self._watch, self._to_ours_us, plan.clock_us, self.control.epoch_of, self._picture_shown, self._streams,
+            self._watch,
+            self._to_ours_us,
+            plan.clock_us,
+            self.control.epoch_of,
+            self._picture_shown,
+            self._streams,
             self._value_arrived,
         )
         self._lane = BulkLane(
@@ -251,6 +259,7 @@ class RobotConnection:
     def greeted(self, port: ControlPort, extensions: Mapping[str, int]) -> None:
         self.control.open(port, extensions)
         self._streams.greeted(extensions)
+        self.delivery.greeted(extensions)
         self._lane.greeted(is_known="bulkLane" in extensions and self._plan.uses_bulk_lane)
 
     def word(self) -> control.Resume:
@@ -270,6 +279,8 @@ class RobotConnection:
                 self._settle()
             case control.Resume() | control.Delivered():
                 self._streams.heard(message)
+            case control.DeliveryReport():
+                self.delivery.heard(message)
             case control.Refusal():
                 for callback in list(self._refusals):
                     callback(message)

@@ -19,6 +19,7 @@ from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_plan import PlannedChannel, UnknownLabel, check_plan, plan_of, sound_store
 from mosaic_core.operator.stores import MosaicStore, ReceivableStore, SendableStore
 from mosaic_core.runtime.operator_transport import IncomingVideo, Offerer, OutgoingSound
+from mosaic_core.runtime.peer_partials import PeerPartials
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.data_type import Delivery
@@ -62,6 +63,7 @@ class StoreLinks:
         self._voices = voices
         self._around = around
         self._links: dict[str, _Link] = {}
+        self._partials = PeerPartials(self._incomplete)
         self._videos: dict[str, tuple[IncomingVideo, asyncio.Task[None]]] = {}
         self._talkers: dict[str, str | None] = {}
         self._first_frames = FirstFrameWatch()
@@ -157,6 +159,11 @@ class StoreLinks:
         link = self._links.get(label)
         return tuple(link.ports) if link is not None and link.ports else (label,)
 
+    def _incomplete(self, label: str, seq: int) -> None:
+        """The rest of a large message is not waited for any more."""
+        for link in self._links.values():
+            link.store.counters.incomplete += label in link.ports
+
     def close(self, *, comes_back: bool = False) -> None:
         """The connection is gone; the stores wait for the next one."""
         for link in list(self._links.values()):
@@ -164,6 +171,7 @@ class StoreLinks:
                 link.store.interrupted()
             else:
                 link.store.closed()
+        self._partials.closed([label for link in self._links.values() for label in link.ports])
         self._links.clear()
         self._first_frames.close()
         for video, task in self._videos.values():
@@ -238,7 +246,16 @@ class StoreLinks:
 
         resource = planned.resource
         epoch = no_epoch if resource is None else partial(self._around.epoch_of, resource)
-        return ChannelPort(channel, planned.delivery, received, changed, clock_us=self._around.clock_us, epoch=epoch)
+        return ChannelPort(
+            channel,
+            planned.delivery,
+            received,
+            changed,
+            clock_us=self._around.clock_us,
+            epoch=epoch,
+            counters=store.counters,
+            partials=self._partials,
+        )
 
     def _stream(self, store: MosaicStore, planned: PlannedChannel) -> OutgoingStream | None:
         """What outlives the channel; ``None``: nothing does."""

@@ -20,6 +20,7 @@ from pydantic import BaseModel
 from mosaic_core.machines.framing import PayloadKind
 from mosaic_core.operator.channel_port import MessageInfo, Received
 from mosaic_core.operator.robot_connector import RobotConnector
+from mosaic_core.operator.store_counters import StoreCounters
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
 from mosaic_core.words.wire_model import to_json
@@ -60,6 +61,8 @@ class MosaicStore:
     def __init__(self, robot_connector: RobotConnector) -> None:
         self.robot_connector = robot_connector
         self.state = StoreState()
+        self.counters = StoreCounters()
+        """What it has received and sent since it was made."""
         self._listeners: dict[Moment, list[Callable[[], None]]] = {}
         self._changed = asyncio.Event()
         self._gap_callbacks: list[GapCallback] = []
@@ -250,7 +253,9 @@ class SendableStore(MosaicStore):
         :meth:`on_gap` tells how many did not.
         """
         payload = data.encode() if isinstance(data, str) else bytes(data)
-        return self._outlet is not None and self._outlet(_kind_of(self.robot_connector.data_type), payload)
+        accepted = self._outlet is not None and self._outlet(_kind_of(self.robot_connector.data_type), payload)
+        self.counters.refused += not accepted
+        return accepted
 
     def send_json(self, value: BaseModel | Mapping[str, Any] | list[Any]) -> bool:
         """Send JSON; NaN raises :class:`ValueError`."""

@@ -13,7 +13,7 @@ from mosaic_core.words.errors import WireError
 from mosaic_core.words.signaling import MESSAGES, UnknownMessage, parse_signaling
 
 HERE = Path(__file__).parent
-SPECIAL = {"frames.json", "malformed.json", "reassembly.json", "resume.json"}
+SPECIAL = {"arrivals.json", "frames.json", "malformed.json", "reassembly.json", "resume.json"}
 
 
 def golden_cases() -> list[Any]:

@@ -15,7 +15,7 @@ import {
 } from '../src'
 
 const WIRE = new URL('../../../../tests/wire/', import.meta.url)
-const SPECIAL = new Set(['frames.json', 'malformed.json', 'reassembly.json', 'resume.json'])
+const SPECIAL = new Set(['arrivals.json', 'frames.json', 'malformed.json', 'reassembly.json', 'resume.json'])
 
 interface Case {
   name: string
