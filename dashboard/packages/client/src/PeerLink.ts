@@ -9,6 +9,7 @@ import {
 import { remoteAddressIn } from './NearPath'
 import { chosenPath, type ChosenPath } from './chosenPath'
 import type { Platform } from './Platform'
+import { plainCandidate, plainIceServer } from './rtcWords'
 
 /** A wanted media line: which connector, and whether it is a picture or sound. */
 export interface MediaLine {
@@ -130,13 +131,8 @@ export class PeerLink {
   }
 
   private found(candidate: RTCIceCandidate | null): void {
-    // Null and the empty candidate mean "no more": upstream knows no message for it.
-    if (candidate === null || candidate.candidate === '') return
-    this.listener.candidateFound({
-      candidate: candidate.candidate,
-      sdpMid: candidate.sdpMid ?? '0',
-      sdpMLineIndex: candidate.sdpMLineIndex ?? 0,
-    })
+    const found = plainCandidate(candidate)
+    if (found) this.listener.candidateFound(found)
   }
 
   private iceChanged(): void {
@@ -163,16 +159,4 @@ export class PeerLink {
     if (label === undefined) return
     this.listener.trackArrived(label, stream ?? this.platform.newMediaStream(track), receiver)
   }
-}
-
-function plainIceServer({ urls, username, credential }: IceServer): RTCIceServer {
-  const server: RTCIceServer = { urls: urls.map(withScheme) }
-  if (username !== undefined) server.username = username
-  if (credential !== undefined) server.credential = credential
-  return server
-}
-
-// Original configurations write `host:port` and mean TURN.
-function withScheme(url: string): string {
-  return /^(stuns?|turns?):/.test(url) ? url : `turn:${url}`
 }

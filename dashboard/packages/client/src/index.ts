@@ -1,3 +1,4 @@
+export type { BulkLaneState } from './BulkLane'
 export { browserPlatform } from './browserPlatform'
 export { timelineJson, type Timeline, type TimelineMark } from './ConnectionTimeline'
 export { nowMs } from './clock'
