@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import sys
+from collections.abc import Iterator
 
 import pytest
 
-from mosaic_core.adapters.event_loop import loop_factory, run_event_loop
+from mosaic_core.adapters.event_loop import SWITCH_INTERVAL_S, loop_factory, run_event_loop
+
+
+@pytest.fixture(autouse=True)
+def switch_interval() -> Iterator[None]:
+    before_s = sys.getswitchinterval()
+    yield
+    sys.setswitchinterval(before_s)
 
 
 async def _name_of_loop() -> str:
@@ -23,3 +31,8 @@ def test_without_uvloop_asyncio_does(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "uvloop", None)
     assert loop_factory() is None
     assert run_event_loop(_name_of_loop()).startswith("asyncio")
+
+
+def test_threads_of_a_program_take_short_turns() -> None:
+    run_event_loop(_name_of_loop())
+    assert sys.getswitchinterval() == pytest.approx(SWITCH_INTERVAL_S)
