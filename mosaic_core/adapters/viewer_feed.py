@@ -104,9 +104,7 @@ class ViewerFeed:
         if not isinstance(self.rate, PathRate):
             return False
         now_s = time.monotonic()
-        budget_bps = self.rate.budget_bps
-        most_bps = budget_bps if self.rate.is_limited(now_s) else 2 * budget_bps
-        is_wanted = self._copies.wants(size_bytes, most_bps - self.budget_bps, now_s)
+        is_wanted = self._copies.wants(size_bytes, self.rate.most_bps(now_s) - self.budget_bps, now_s)
         if is_wanted:
             self._repeats.note(sequence_number, now_s)
             self.rate.sent(size_bytes, now_s)

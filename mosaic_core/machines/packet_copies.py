@@ -11,11 +11,13 @@ from collections import deque
 _FROM_LOSS, _TO_LOSS = 0.005, 0.002
 """Begin and end. Below it a loss every few seconds is not worth the bits."""
 _DOUBLE_REPEATS_FROM = 0.002
+_TO_BLAME = 0.15
+"""So much is lost only where too much is sent: more would be lost with it."""
 _WINDOW_S, _LEAST_PACKETS = 5.0, 60
 _STEP = 0.2
 """More of the packets with each report, so that a path that doesn't take it is noticed before it hurts."""
 _FIRST_HOLD_S, _LONGEST_HOLD_S = 5.0, 60.0
-RESERVE_FROM, RESERVE = 0.02, 0.3
+RESERVE_FROM, RESERVE = 0.02, 0.5
 """From this loss on, a path that is full to the brim gives so much of its rate to copies."""
 _BURST_S = 0.25
 
@@ -36,16 +38,18 @@ class PacketCopies:
     @property
     def doubles_repeats(self) -> bool:
         """Whether a packet that was asked for is sent twice: it is late already."""
-        return self.loss >= _DOUBLE_REPEATS_FROM
+        return _DOUBLE_REPEATS_FROM <= self.loss < _TO_BLAME
 
     def picture_bps(self, budget_bps: int, *, is_limited: bool) -> int:
         """What of the budget is for pictures. ``is_limited``: the path takes no more than the budget."""
-        return round(budget_bps * (1.0 - RESERVE)) if is_limited and self.loss >= RESERVE_FROM else budget_bps
+        return (
+            round(budget_bps * (1.0 - RESERVE)) if is_limited and RESERVE_FROM <= self.loss < _TO_BLAME else budget_bps
+        )
 
     def reported(self, lost: int, received: int, now_s: float, *, is_queued: bool) -> None:
         """What a report says. ``is_queued``: packets wait on the path, so more would make it worse."""
         self._note_loss(lost, received, now_s)
-        if is_queued:
+        if is_queued or self.loss > _TO_BLAME:
             if self._share > 0.0:
                 self._hold_until_s = now_s + self._hold_s
                 self._hold_s = min(_LONGEST_HOLD_S, 2 * self._hold_s)

@@ -9,6 +9,8 @@ from __future__ import annotations
 MIN_BURST_BYTES = 6_500
 BURST_S = 0.05
 """Of the bit rate: one and a half ordinary pictures go unpaced. Delaying each of them cost 15 ms in the browser."""
+LEAST_BURST_BYTES, PATH_BURST_S = 3_900, 0.03
+"""Of a path that is known: three packets tell how fast it is, more may overrun a short queue."""
 RATE_FACTOR = 4.0
 """Of the viewer's bit rate: a picture may take a quarter of the time until the next one."""
 MIN_PACE_BPS = 3_000_000
@@ -26,11 +28,16 @@ class PacketPacer:
 
     def wait_s(self, size_bytes: int, budget_bps: int, now_s: float, path_bps: float | None = None) -> float:
         """A packet has just left: seconds until the next one may. 0 while the burst lasts. ``path_bps``: what packets
-        of earlier pictures were seen to come through at; slower than that would only be later."""
-        rate_bytes = max(MIN_PACE_BPS, budget_bps * RATE_FACTOR, path_bps or 0.0) / 8
+        of earlier pictures were seen to come through at. Slower than that would only be later, and faster ones wait
+        for each other anyway, or find the queue full."""
+        if path_bps is None:
+            rate_bytes = max(MIN_PACE_BPS, budget_bps * RATE_FACTOR) / 8
+            burst_bytes = max(MIN_BURST_BYTES, budget_bps / 8 * BURST_S)
+        else:
+            rate_bytes = max(path_bps, budget_bps) / 8
+            burst_bytes = max(LEAST_BURST_BYTES, min(MIN_BURST_BYTES, rate_bytes * PATH_BURST_S))
         paid_bytes = max(0.0, now_s - self._counted_at_s) * rate_bytes
         self._debt_bytes = max(0.0, self._debt_bytes - paid_bytes) + size_bytes
         self._counted_at_s = now_s
-        burst_bytes = max(MIN_BURST_BYTES, budget_bps / 8 * BURST_S)
         wait_s = (self._debt_bytes - burst_bytes) / rate_bytes
         return 0.0 if wait_s < COARSE_S else min(LONGEST_WAIT_S, wait_s)

@@ -6,13 +6,14 @@ what came through meanwhile. Loss without a queue is no congestion, but for a lo
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 from mosaic_core.machines.path_watch import PathSeen
 from mosaic_core.machines.rate_control import Feedback, ReceiverReport
 
-_GROWTH, _GUESSED_GROWTH, _CAREFUL_GROWTH = 1.6, 1.25, 1.04
-"""Per second: where pictures came through fast enough for far more; where that is not known; near what was too much."""
+_GROWTH, _GUESSED_GROWTH, _CAREFUL_GROWTH = 1.6, 1.25, 1.1
+"""Per second: where pictures came through fast enough for far more; where that is not known; the same after a congestion."""
 _IDLE_GROWTH, _USED = 1.08, 0.6
 """While less of the budget is sent, nothing is proved."""
 _ROOM = 1.3
@@ -23,6 +24,8 @@ _NEAR_SHARE = 0.9
 """Where the last congestion was, it is approached no further while nothing speaks for more."""
 _QUEUE_S = 0.05
 """All packets of a report waited so long: a queue stands, if the next report has it too."""
+_USUAL_OVER_S, _MOST_USUAL_S = 5.0, 0.1
+"""Radio links let packets wait for each other all the time: what is usual is no queue of ours."""
 _PLAIN_SHARE = 0.75
 """Of what is sent: if no more comes through, a queue needs no second report."""
 _UNKNOWN_REPORTS = 4
@@ -34,7 +37,10 @@ _UNKNOWN_CUT = 0.75
 _PAUSE_FROM_S, _LONGEST_PAUSE_S = 0.08, 0.5
 _PAUSE_LESS_S = 0.03
 """The next picture is on its way while the last of the queue drains."""
-_BAD_LOSS, _LOSS_WINDOW_S, _LEAST_PACKETS = 0.15, 1.0, 40
+BAD_LOSS, _LOSS_WINDOW_S, _LEAST_PACKETS = 0.15, 1.0, 20
+_SOME_LOSS = 0.02
+"""With it, more is not sent than pictures came through at: the queue may be too short to be seen."""
+_TRAINS_SHARE = 0.85
 _LOSS_INTERVAL_S = 1.0
 _SILENT_S = 1.0
 """Reports come ten times per second."""
@@ -56,6 +62,7 @@ class PathRate:
         self._key_at_s = now_s - _KEY_PATIENCE_S
         self._heard_at_s = self._grown_at_s = now_s
         self._queued_reports = 0
+        self._usual_s = 0.0
         self.round_trip_s: float | None = None
         self.trains_bps: float | None = None
         """How fast the packets of single pictures came through lately."""
@@ -71,6 +78,12 @@ class PathRate:
         """The last report spoke of a queue."""
         return self._queued_reports > 0
 
+    def most_bps(self, now_s: float) -> float:
+        """What may be sent altogether, with copies: twice the budget where the path takes that."""
+        if self.is_limited(now_s) or self.loss > BAD_LOSS:
+            return self._budget_bps
+        return min(2.0 * self._budget_bps, _TRAINS_SHARE * (self.trains_bps or math.inf))
+
     def is_limited(self, now_s: float) -> bool:
         """Not long ago it was more than the path takes."""
         return self._congested is not None and now_s - self._congested[0] < _MEMORY_S
@@ -80,7 +93,7 @@ class PathRate:
         """Share of the packets of the last second that got lost."""
         lost = sum(lost for _, lost, _ in self._losses)
         total = lost + sum(received for _, _, received in self._losses)
-        return lost / total if total else 0.0
+        return lost / total if total >= _LEAST_PACKETS else 0.0
 
     def sent_bps(self, now_s: float) -> float:
         """What was sent during the last second, with what was sent again."""
@@ -121,18 +134,23 @@ class PathRate:
         if seen.newest_sent_s <= self._cut_at_s:
             self._refine(seen, now_s)
             return
-        allowed_s = _KEY_ALLOWANCE_S if now_s - self._key_at_s < _KEY_PATIENCE_S else 0.0
-        self._queued_reports = self._queued_reports + 1 if seen.queue_s > _QUEUE_S + allowed_s else 0
+        allowed_s = _QUEUE_S + self._usual_s
+        allowed_s += _KEY_ALLOWANCE_S if now_s - self._key_at_s < _KEY_PATIENCE_S else 0.0
+        self._usual_s += (min(_MOST_USUAL_S, seen.queue_s) - self._usual_s) * elapsed_s / _USUAL_OVER_S
+        self._queued_reports = self._queued_reports + 1 if seen.queue_s > allowed_s else 0
         is_plain = (
             seen.path_bps is not None
             and seen.path_bps < _PLAIN_SHARE * self.sent_bps(now_s)
-            and seen.newest_queue_s > _QUEUE_S + allowed_s
+            and seen.newest_queue_s > allowed_s
         )
         if is_plain or self._queued_reports >= (_UNKNOWN_REPORTS if seen.path_bps is None else 2):
             self._cut(seen, now_s)
-        elif self.loss > _BAD_LOSS:
+        elif self.loss > BAD_LOSS:
             self._cut_for_loss(now_s)
-        elif seen.queue_s < _EMPTY_S:
+        elif self.loss > _SOME_LOSS and self._budget_bps > _TRAINS_SHARE * (seen.trains_bps or math.inf):
+            self._congested = (now_s, seen.trains_bps or self._budget_bps)
+            self._set(_TRAINS_SHARE * self._congested[1])
+        elif seen.queue_s < _EMPTY_S + self._usual_s:
             self._set(self._budget_bps * self._growth(seen, now_s) ** elapsed_s)
 
     def _cut(self, seen: PathSeen, now_s: float) -> None:
@@ -167,13 +185,17 @@ class PathRate:
 
     def _growth(self, seen: PathSeen, now_s: float) -> float:
         """Factor per second."""
-        if seen.trains_bps is not None and seen.trains_bps > _ROOM * self._budget_bps:
-            return _GROWTH
+        if seen.trains_bps is not None:
+            if seen.trains_bps > _ROOM * self._budget_bps:
+                return _GROWTH
+            if seen.trains_bps * _NEAR_SHARE < self._budget_bps:
+                return 1.0
         if self.sent_bps(now_s) < _USED * self._budget_bps:
             return _IDLE_GROWTH
-        if self._congested is None or not self.is_limited(now_s):
+        if self._congested is None:
             return _GUESSED_GROWTH
-        return 1.0 if self._budget_bps > _NEAR_SHARE * self._congested[1] else _CAREFUL_GROWTH
+        is_near = self.is_limited(now_s) and self._budget_bps > _NEAR_SHARE * self._congested[1]
+        return 1.0 if is_near else _CAREFUL_GROWTH
 
     # ------------------------------------------------------------------------------------------------------------
 

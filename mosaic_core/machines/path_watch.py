@@ -26,9 +26,11 @@ _WORST_GAP = 0.4
 """Of that time: packets that came all at once after a gap waited for a busy processor, not in a queue."""
 _STANDS_AT_MOST_S = 4.0
 """Senders stop for a queue of their own. What stands longer is a longer way."""
-_TRAIN_GAP_S = 0.004
-"""Packets of one picture leave closer than this."""
-_TRAIN_PACKETS = 3
+_TRAIN_GAP_S = 0.0015
+"""Packets of one picture that are not paced leave closer than this."""
+_SPREAD = 1.3
+"""A train that comes no wider than it left met nothing that is slower than its sender."""
+_TRAIN_PACKETS = 2
 _TRAINS_WINDOW_S, _LEAST_TRAINS = 1.5, 6
 FASTEST_BPS = 50_000_000.0
 """More is not told apart: receivers give times in quarters of a millisecond."""
@@ -160,7 +162,8 @@ class PathWatch:
 
     def _note_train(self, train: Sequence[_Arrived], now_s: float) -> None:
         if len(train) >= _TRAIN_PACKETS:
-            self._trains.append((now_s, _rate_bps(train, train[-1].at_s - train[0].at_s)))
+            span_s, left_s = train[-1].at_s - train[0].at_s, train[-1].sent_s - train[0].sent_s
+            self._trains.append((now_s, _rate_bps(train, span_s) if span_s > _SPREAD * left_s else FASTEST_BPS))
 
     def _trains_bps(self, now_s: float) -> float | None:
         while self._trains and self._trains[0][0] < now_s - _TRAINS_WINDOW_S:

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from mosaic_core.machines.arrival_report import ArrivalReport
 from mosaic_core.machines.impaired_link import ImpairedLink, LinkProfile
+from mosaic_core.machines.key_frame_requests import KeyFrameRequests
 from mosaic_core.machines.packet_copies import PacketCopies
 from mosaic_core.machines.packet_pacer import PacketPacer
 from mosaic_core.machines.path_rate import PathRate
@@ -63,12 +64,8 @@ class Film:
         self.rungs = ladder(1280, 720)
         self.rate = PathRate(150_000, self.rungs[0].ceiling_bps, 0.0, START_BPS)
         self.choice = RungChoice(self.rungs, START_BPS, 0.0)
-        self.watch, self.copies, self.repeats, self.pacer = (
-            PathWatch(),
-            PacketCopies(),
-            Retransmissions(),
-            PacketPacer(),
-        )
+        self.watch, self.copies, self.repeats = PathWatch(), PacketCopies(), Retransmissions()
+        self.pacer, self.keys = PacketPacer(), KeyFrameRequests()
         self.due: list[tuple[float, int, Callable[[], object]]] = []
         self.order = itertools.count()
         self.sequence, self.number = itertools.count(1), itertools.count(1)
@@ -82,7 +79,8 @@ class Film:
         self.last: Picture | None = None
         self.latest_shown: Picture | None = None
         self.debt_bytes = 0.0
-        self.needs_key = True
+        self.is_torn = False
+        self.busy_until_s = 0.0
         self.at(0.0, self.film)
         self.at(REPORT_S, self.report)
         self.at(0.5, self.tick)
@@ -118,15 +116,18 @@ class Film:
         self.at(self.now_s + 1 / FPS, self.film)
         self.rates.append((self.now_s, self.rate.budget_bps))
         if self.now_s < self.rate.paused_until_s:
-            self.needs_key = True
+            self.is_torn = True
+            self.keys.ask()
             return
         index = self.choice.decide(self.picture_bps, self.now_s)
         rung = self.rungs[index]
         target_bps = min(rung.ceiling_bps, max(rung.floor_bps, self.picture_bps))
+        is_key = self.keys.take(self.now_s)
         if self.encoded is None or self.encoded[0] != index or not 0.9 < target_bps / self.encoded[1] < 1.4:
-            self.encoded, self.needs_key = (index, target_bps), True  # libvpx is made anew, with a key frame
+            self.encoded, is_key = (index, target_bps), True  # libvpx is made anew, with a key frame
+            self.keys.made(self.now_s)
         size_bytes = target_bps / 8 / FPS
-        if self.needs_key:
+        if is_key:
             key_bytes = KEY_BYTES * (rung.width / 1280) ** 1.5
             self.debt_bytes += key_bytes - size_bytes
             size_bytes = key_bytes
@@ -134,24 +135,26 @@ class Film:
             saved_bytes = min(self.debt_bytes, size_bytes * 0.4)
             self.debt_bytes -= saved_bytes
             size_bytes = (size_bytes - saved_bytes) * self.chance.uniform(0.8, 1.2)
-        self.send(round(size_bytes))
+        if is_key or not self.is_torn:
+            self.is_torn = False
+            self.send(round(size_bytes), is_key=is_key)
 
-    def send(self, size_bytes: int) -> None:
+    def send(self, size_bytes: int, *, is_key: bool) -> None:
         sizes = [PACKET_BYTES] * (size_bytes // PACKET_BYTES) + [max(100, size_bytes % PACKET_BYTES)]
-        picture = Picture(self.now_s, self.needs_key, set(), None if self.needs_key else self.last)
-        self.rate.sent(size_bytes, self.now_s, is_key=self.needs_key)
-        self.needs_key, self.last = False, picture
+        picture = Picture(self.now_s, is_key, set(), None if is_key else self.last)
+        self.rate.sent(size_bytes, self.now_s, is_key=is_key)
+        self.last = picture
         self.pictures.append(picture)
-        wait_s, to_copy = 0.0, []
+        wait_s, to_copy = max(0.0, self.busy_until_s - self.now_s), []
         for size in sizes:
             sequence = next(self.sequence)
             picture.missing.add(sequence)
             self.of[sequence] = picture
             self.at(self.now_s + wait_s, lambda sequence=sequence, size=size: self.leave(sequence, size))  # type: ignore[misc]
             wait_s += self.pacer.wait_s(size, self.picture_bps, self.now_s + wait_s, self.rate.trains_bps)
-            most_bps = self.rate.budget_bps * (1 if self.rate.is_limited(self.now_s) else 2)
-            if self.copies.wants(size, most_bps - self.picture_bps, self.now_s):
+            if self.copies.wants(size, self.rate.most_bps(self.now_s) - self.picture_bps, self.now_s):
                 to_copy.append((sequence, size))
+        self.busy_until_s = self.now_s + wait_s
         for sequence, size in to_copy:
             self.repeats.note(sequence, self.now_s)
             self.rate.sent(size, self.now_s)
@@ -169,7 +172,7 @@ class Film:
                 self.rate.sent(PACKET_BYTES, self.now_s)
                 self.leave(sequence, PACKET_BYTES)
         elif self.repeats.is_exhausted:
-            self.needs_key = True
+            self.keys.ask()
 
     def hear(self, report: ArrivalReport) -> None:
         seen = self.watch.reported(report, self.now_s)
