@@ -1,5 +1,6 @@
 import { Center, Loader } from '@mantine/core'
 import { useMosaicClient, useReadable } from '@mosaic/react'
+import { lazy, Suspense } from 'react'
 import { Navigate, Route, Routes } from 'react-router-dom'
 import { RobotPage } from './robot/RobotPage'
 import { RobotListPage } from './robots/RobotListPage'
@@ -7,6 +8,8 @@ import type { AddressCode } from './session/addressCodes'
 import { failureOf } from './session/errorText'
 import { SignInPage } from './session/SignInPage'
 import { useFirstSignIn } from './session/useFirstSignIn'
+
+const CheckPage = lazy(() => import('./check/CheckPage'))
 
 export interface AppProps {
   /** The code that the page was opened with. */
@@ -30,6 +33,14 @@ export function App({ code }: AppProps) {
     <Routes>
       <Route path="/" element={<RobotListPage />} />
       <Route path="/robots/:robotId" element={<RobotPage />} />
+      <Route
+        path="/check"
+        element={
+          <Suspense>
+            <CheckPage />
+          </Suspense>
+        }
+      />
       <Route path="*" element={<Navigate to="/" replace />} />
     </Routes>
   )

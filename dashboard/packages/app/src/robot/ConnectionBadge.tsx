@@ -1,14 +1,27 @@
 import type { RobotConnection } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
+import { lazy, Suspense, useState } from 'react'
 import { connectionText, formattedRoundTrip } from './connectionText'
 import classes from './robot.module.css'
 
-/** State of the connection and its round trip; its width stays the same while numbers change. */
+const ConnectionDetails = lazy(() => import('../connection/ConnectionDetails'))
+
+/** State of the connection and its round trip, whose width stays the same while numbers change; a click tells more. */
 export function ConnectionBadge({ connection }: { connection: RobotConnection }) {
   const state = useReadable(connection.state)
   const { tone, text } = connectionText(state)
+  const [isOpen, setIsOpen] = useState(false)
   return (
-    <span className={classes.badge} data-tone={tone} data-testid="connection" data-phase={state.phase}>
+    <>
+      <button
+        type="button"
+        className={classes.badge}
+        data-tone={tone}
+        data-testid="connection"
+        data-phase={state.phase}
+        title="Connection details"
+        onClick={() => setIsOpen(true)}
+      >
       <span role="status" className={classes.phase}>
         {text}
       </span>
@@ -17,6 +30,8 @@ export function ConnectionBadge({ connection }: { connection: RobotConnection })
           {formattedRoundTrip(state.roundTripMs)}
         </span>
       )}
-    </span>
+      </button>
+      <Suspense>{isOpen && <ConnectionDetails connection={connection} onClose={() => setIsOpen(false)} />}</Suspense>
+    </>
   )
 }

@@ -2,6 +2,8 @@ import { Button } from '@mantine/core'
 import type { RobotConnection, RobotSummary } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { IconAlertTriangle } from '@tabler/icons-react'
+import { Link } from 'react-router-dom'
+import { TimelineBars } from '../connection/TimelineBars'
 import { connectionText } from './connectionText'
 import classes from './robot.module.css'
 
@@ -13,6 +15,7 @@ export interface ConnectionNoticeProps {
 /** Why there is no connection, what to do about it, and a way to try again. */
 export function ConnectionNotice({ connection, robot }: ConnectionNoticeProps) {
   const state = useReadable(connection.state)
+  const timeline = useReadable(connection.timeline)
   const { reason, cure, canRetry, text, tone } = connectionText(state)
   const isOffline = robot?.isOnline === false
   if (tone === 'ok' || (reason === '' && !isOffline)) return null
@@ -23,7 +26,16 @@ export function ConnectionNotice({ connection, robot }: ConnectionNoticeProps) {
         <strong>{reason === '' ? `${robot?.name ?? 'The robot'} is offline.` : reason}</strong>{' '}
         {isOffline ? 'Start it with `mosaic run`; this page connects by itself when it is back.' : cure}
         {state.code !== undefined && <code className={classes.code}>{state.code}</code>}
+        {timeline?.endedMs !== undefined && !isOffline && (
+          <details className={classes.how}>
+            <summary>How far it got</summary>
+            <TimelineBars timeline={timeline} />
+          </details>
+        )}
       </span>
+      <Button size="compact-sm" variant="subtle" component={Link} to="/check">
+        Check connection
+      </Button>
       {canRetry && (
         <Button size="compact-sm" variant="default" onClick={() => connection.connect()} aria-label={`${text}: try again`}>
           Try again

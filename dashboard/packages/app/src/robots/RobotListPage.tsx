@@ -1,7 +1,7 @@
 import { Button, Code, Skeleton, Text, TextInput, Title } from '@mantine/core'
 import type { RobotSummary } from '@mosaic/client'
 import { useMosaicClient, useReadable, useRobots } from '@mosaic/react'
-import { IconChevronRight, IconPlus, IconRefresh, IconRobot, IconSearch } from '@tabler/icons-react'
+import { IconChevronRight, IconPlus, IconRefresh, IconRobot, IconSearch, IconStethoscope } from '@tabler/icons-react'
 import { useCallback, useEffect, useState } from 'react'
 import { Link } from 'react-router-dom'
 import { failureOf, type Failure } from '../session/errorText'
@@ -41,6 +41,9 @@ export function RobotListPage() {
             value={search}
             onChange={(event) => setSearch(event.currentTarget.value)}
           />
+          <Button component={Link} to="/check" variant="default" leftSection={<IconStethoscope size={16} />}>
+            Check connection
+          </Button>
           {mayAdd && (
             <Button leftSection={<IconPlus size={16} />} onClick={() => setIsAdding(true)}>
               Add robot

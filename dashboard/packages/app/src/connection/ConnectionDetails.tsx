@@ -1,0 +1,46 @@
+import { Button, CopyButton, Drawer, Group } from '@mantine/core'
+import { timelineJson, type RobotConnection } from '@mosaic/client'
+import { useReadable } from '@mosaic/react'
+import { IconCopy, IconStethoscope } from '@tabler/icons-react'
+import { Link } from 'react-router-dom'
+import { connectionText } from '../robot/connectionText'
+import classes from './connection.module.css'
+import { TimelineBars } from './TimelineBars'
+
+export interface ConnectionDetailsProps {
+  connection: RobotConnection
+  onClose: () => void
+}
+
+/** How the newest attempt went, phase by phase; for whoever wants to know, or has to report it. */
+export default function ConnectionDetails({ connection, onClose }: ConnectionDetailsProps) {
+  const state = useReadable(connection.state)
+  const timeline = useReadable(connection.timeline)
+  const { text, reason, cure } = connectionText(state)
+  return (
+    // No veil over the page: somebody may be driving.
+    <Drawer opened onClose={onClose} position="right" size="md" title="Connection details" withOverlay={false} lockScroll={false} trapFocus={false}>
+      <div className={classes.root}>
+        <p className={classes.facts}>
+          <strong>{text}.</strong> {reason} {cure}
+          {state.code !== undefined && <code className={classes.code}>{state.code}</code>}
+        </p>
+        {timeline === null ? <p className={classes.facts}>Nothing was tried yet.</p> : <TimelineBars timeline={timeline} />}
+        <Group gap="sm">
+          {timeline !== null && (
+            <CopyButton value={timelineJson(timeline)}>
+              {({ copied, copy }) => (
+                <Button size="compact-sm" variant="default" leftSection={<IconCopy size={14} aria-hidden />} onClick={copy}>
+                  {copied ? 'Copied' : 'Copy as JSON'}
+                </Button>
+              )}
+            </CopyButton>
+          )}
+          <Button size="compact-sm" variant="default" leftSection={<IconStethoscope size={14} aria-hidden />} component={Link} to="/check">
+            Check connection
+          </Button>
+        </Group>
+      </div>
+    </Drawer>
+  )
+}
