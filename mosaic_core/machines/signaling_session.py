@@ -206,10 +206,9 @@ class SignalingSession:
         if self._reported:
             self._reported = ""
             effects.append(Report("", "The server is there again."))
-        effects += self._status_effects()
-        if "catalogue" in self._agreed:
+        if "catalogue" in self._agreed:  # before the status: whoever sees it ready may connect at once
             effects.append(Send(wire.CatalogueAnnounce(catalogue=self._facts.catalogue.short())))
-        return effects
+        return effects + self._status_effects()
 
     def _in_session(self, message: wire.SignalingMessage, now_s: float) -> list[Effect]:
         match message:
