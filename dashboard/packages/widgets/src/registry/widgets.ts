@@ -6,6 +6,7 @@ import {
   IconBraces,
   IconChartLine,
   IconCompass,
+  IconCube,
   IconListNumbers,
   IconMapPin,
   IconMessage,
@@ -27,6 +28,7 @@ import { GpsPosition } from '../GpsPosition/GpsPosition'
 import { Imu } from '../Imu/Imu'
 import { JsonSender } from '../JsonSender/JsonSender'
 import { LaserScan } from '../LaserScan/LaserScan'
+import { PointCloud } from '../PointCloud/PointCloud'
 import { PoseTrail } from '../PoseTrail/PoseTrail'
 import { PushToTalk } from '../PushToTalk/PushToTalk'
 import { RawJson } from '../RawJson/RawJson'
@@ -218,6 +220,15 @@ export const widgets: readonly WidgetDefinition[] = [
     area: 'panel',
     size: { columns: 4, rows: 4 },
     Component: JsonSender,
+  },
+  {
+    id: 'point-cloud',
+    title: 'Point cloud',
+    icon: IconCube,
+    accepts: { dataTypes: ['byte-r2u'], connectorTypes: ['point-cloud'], priority: 50 },
+    area: 'panel',
+    size: { columns: 6, rows: 6 },
+    Component: PointCloud,
   },
   {
     id: 'bytes',
