@@ -13,15 +13,7 @@ export function ConnectionBadge({ connection }: { connection: RobotConnection })
   const [isOpen, setIsOpen] = useState(false)
   return (
     <>
-      <button
-        type="button"
-        className={classes.badge}
-        data-tone={tone}
-        data-testid="connection"
-        data-phase={state.phase}
-        title="Connection details"
-        onClick={() => setIsOpen(true)}
-      >
+      <span className={classes.badge} data-tone={tone} data-testid="connection" data-phase={state.phase}>
       <span role="status" className={classes.phase}>
         {text}
       </span>
@@ -30,7 +22,8 @@ export function ConnectionBadge({ connection }: { connection: RobotConnection })
           {formattedRoundTrip(state.roundTripMs)}
         </span>
       )}
-      </button>
+        <button type="button" className={classes.badgeButton} aria-label="Connection details" onClick={() => setIsOpen(true)} />
+      </span>
       <Suspense>{isOpen && <ConnectionDetails connection={connection} onClose={() => setIsOpen(false)} />}</Suspense>
     </>
   )

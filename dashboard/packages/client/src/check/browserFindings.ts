@@ -60,7 +60,7 @@ function microphoneFinding({ microphone, isSecure }: Abilities): Finding {
 
 async function microphonePermission(): Promise<string | null> {
   try {
-    return (await navigator.permissions.query({ name: 'microphone' as PermissionName })).state
+    return (await navigator.permissions.query({ name: 'microphone' })).state
   } catch {
     return null
   }

@@ -5,7 +5,7 @@ import type { Platform } from '../Platform'
 import type { RestApi } from '../RestApi'
 import type { ServerState } from '../types'
 import { browserFindings, type Abilities } from './browserFindings'
-import { clockFinding, clockSkew } from './clockSkew'
+import { clockFinding, clockSkew, wallClockMs } from './clockSkew'
 import { failed, passed, warned } from './findings'
 import { gatherIce } from './gatherIce'
 import { addressFinding, iceFindings, isTurn, natFinding, type IceAnswer } from './iceAnswers'
@@ -32,16 +32,17 @@ export async function checkConnection(around: CheckSurroundings, found: (finding
 async function checkServer({ platform, api, server }: CheckSurroundings, found: (finding: Finding) => void): Promise<void> {
   let bestMs = Infinity
   for (let round = 0; round < ROUND_TRIPS; round += 1) {
-    const [askedAtMs, askedWallMs] = [platform.now(), Date.now()]
+    const [askedAtMs, askedWallMs] = [platform.now(), wallClockMs()]
     try {
       const { info, dateMs } = await api.introduction()
       bestMs = Math.min(bestMs, platform.now() - askedAtMs)
       if (round > 0) continue
       found(passed('server.http', `${info.name} ${info.version} answers; extensions: ${Object.keys(info.extensions).join(', ')}.`, { version: info.version }))
-      if (dateMs !== null) found(clockFinding(clockSkew(askedWallMs, Date.now(), dateMs)))
+      if (dateMs !== null) found(clockFinding(clockSkew(askedWallMs, wallClockMs(), dateMs)))
     } catch (error) {
       const sentence = error instanceof MosaicError ? error.message : String(error)
-      return found(failed('server.http', 'signal.unreachable', { sentence }))
+      found(failed('server.http', 'signal.unreachable', { sentence }))
+      return
     }
   }
   found(roundTrip(bestMs))

@@ -23,7 +23,10 @@ export async function gatherIce(platform: Platform, servers: readonly IceServer[
     await new Promise<void>((resolve, reject) => {
       timer = setTimeout(resolve, GATHER_TIMEOUT_MS)
       connection.onicecandidate = ({ candidate }) => {
-        if (candidate === null || candidate.candidate === '') return resolve()
+        if (candidate === null || candidate.candidate === '') {
+          resolve()
+          return
+        }
         candidates.push(gathered(candidate, platform.now() - beganMs))
         if (relayOnly && candidate.type === 'relay') resolve()
       }
