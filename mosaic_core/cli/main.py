@@ -11,7 +11,14 @@ from typing import Annotated
 import typer
 
 from mosaic_core import __version__
-from mosaic_core.cli import config_commands, connectors_commands, control_commands, doctor_commands, safety_commands
+from mosaic_core.cli import (
+    bench_command,
+    config_commands,
+    connectors_commands,
+    control_commands,
+    doctor_commands,
+    safety_commands,
+)
 from mosaic_core.cli.error_report import FAILED, FINE, USAGE, as_json, exit_code_of, report, report_problems
 from mosaic_core.cli.log_output import LogFormat, LogLevel
 from mosaic_core.cli.metrics_option import metrics_address
@@ -34,6 +41,7 @@ app.add_typer(config_commands.app, name="config")
 app.add_typer(control_commands.app, name="operator")
 app.add_typer(safety_commands.app, name="safety")
 app.add_typer(doctor_commands.app, name="doctor")
+app.command()(bench_command.bench)
 
 
 def _show_version(wanted: bool) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint
@@ -105,7 +105,7 @@ async def joined(
     ``plugins``.
     """
     configured = AutoConfigurer(resolver=ConnectorResolver([]), plugins=plugins or hook_plugins([])).configure(
-        _checked(entries, control or {})
+        checked_config(entries, control)
     )
     between: Network = network or MemoryNetwork()
     server = MemoryServer(ROBOT_ID, between.robot_ice_servers)
@@ -156,13 +156,14 @@ async def _signed_in(
     return operator, await operator.connect(ROBOT_ID, timeout_s=PATIENCE_S)
 
 
-def _checked(entries: tuple[ConnectorEntry, ...], control: Mapping[str, Any]) -> CheckedConfig:
+def checked_config(entries: Sequence[ConnectorEntry], control: Mapping[str, Any] | None = None) -> CheckedConfig:
+    """What a YAML file with these connectors is; raises :class:`ConfigError`."""
     tree = {"connectors": [entry.config.model_dump(mode="python") for entry in entries]}
     document = YamlDocument(tree)
     auth = AuthConfig.model_validate({"type": "no-authorization", "robot_id": ROBOT_ID})
     config = RobotConfig(
         server=ServerConfig(ws_url="ws://memory.invalid", auth=auth),
-        control=ControlConfig.model_validate(control),
+        control=ControlConfig.model_validate(control or {}),
         connectors=tuple(entry.config for entry in entries),
     )
     checked, problems = [], []

@@ -14,9 +14,10 @@ ROOT = Path(__file__).parents[2]
 CORE = ROOT / "mosaic_core"
 
 LAYERS = ["words", "machines", "contract", "runtime", "adapters"]
-TOP = {"operator": 5, "testing": 6, "drill": 7, "doctor": 7, "cli": 8}
+TOP = {"operator": 5, "testing": 6, "drill": 7, "doctor": 7, "bench": 7, "cli": 8}
 RANK = {**{name: rank for rank, name in enumerate(LAYERS)}, **TOP}
-"""A new folder must be given its place here. `operator`, `testing`, `drill`, `doctor` and `cli` compose what lies below."""
+"""A new folder must be given its place here. `operator`, `testing`, `drill`, `doctor`, `bench` and
+`cli` compose what lies below."""
 
 HEAVY = ("aiortc", "aioice", "av", "cv2")
 ONLY_IN_ADAPTERS = {*HEAVY, "websockets"}
