@@ -14,9 +14,9 @@ from mosaic_sim.motion import Motion
 from mosaic_sim.raycast import cast
 from mosaic_sim.room import Floats, Material, Room
 
-_REFLECTANCE = np.full(len(Material), 0.7)
-_REFLECTANCE[[Material.BARREL_RED, Material.CONE]] = 0.95
-_REFLECTANCE[[Material.CRATE, Material.DIVIDER]] = 0.5
+REFLECTANCE = np.full(len(Material), 0.7)
+REFLECTANCE[[Material.BARREL_RED, Material.CONE]] = 0.95
+REFLECTANCE[[Material.CRATE, Material.DIVIDER]] = 0.5
 
 
 class LaserScan(Message):
@@ -45,7 +45,7 @@ def scanned(room: Room, motion: Motion, rays: int) -> tuple[Floats, Floats]:
     """True ranges in metres (``inf``: nothing there) and intensities for ``rays`` evenly spread around the robot."""
     angles = motion.yaw_rad + np.arange(rays) * (2 * math.pi / rays) - math.pi
     hits = cast(room, (motion.x_m, motion.y_m), np.stack([np.cos(angles), np.sin(angles)], axis=1))
-    return hits.distance, _REFLECTANCE[hits.material] * hits.facing
+    return hits.distance, REFLECTANCE[hits.material] * hits.facing
 
 
 class SimLaserScan(DataChannelSendable[LaserScan]):
