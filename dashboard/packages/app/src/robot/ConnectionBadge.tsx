@@ -14,14 +14,14 @@ export function ConnectionBadge({ connection }: { connection: RobotConnection })
   return (
     <>
       <span className={classes.badge} data-tone={tone} data-testid="connection" data-phase={state.phase}>
-      <span role="status" className={classes.phase}>
-        {text}
-      </span>
-      {state.phase === 'connected' && (
-        <span className={classes.roundTrip} aria-label="Round trip" data-testid="round-trip">
-          {formattedRoundTrip(state.roundTripMs)}
+        <span role="status" className={classes.phase}>
+          {text}
         </span>
-      )}
+        {state.phase === 'connected' && (
+          <span className={classes.roundTrip} aria-label="Round trip" data-testid="round-trip">
+            {formattedRoundTrip(state.roundTripMs)}
+          </span>
+        )}
         <button type="button" className={classes.badgeButton} aria-label="Connection details" onClick={() => setIsOpen(true)} />
       </span>
       <Suspense>{isOpen && <ConnectionDetails connection={connection} onClose={() => setIsOpen(false)} />}</Suspense>

@@ -1,3 +1,4 @@
+import { reasonOf } from '@mosaic/client'
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { useEffect, useEffectEvent, useRef, useState } from 'react'
 import { ControlFrame } from '../control/ControlFrame'
@@ -15,6 +16,7 @@ import { canRecord, saveStill, snapshot } from './pictureFiles'
 import { PictureLog } from './PictureLog'
 import { csvOf, jsonOf } from './pictureRecords'
 import { PictureTools } from './PictureTools'
+import { useFirstFrame } from './useFirstFrame'
 import { useFullscreen } from './useFullscreen'
 import { useOnScreen } from './useOnScreen'
 import { useRecording } from './useRecording'
@@ -39,6 +41,7 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
   const [failure, setFailure] = useState('')
   const isFullscreen = useFullscreen(root)
   const { state, facts, alarm } = usePlayer({ store, robotId, video, stream, log, showsDetails: choices.showsDetails })
+  const missing = useFirstFrame(store, stream, state)
   useEffect(() => store.setBufferTarget(bufferTargetMs(choices.buffering)), [store, choices.buffering])
   const saveSnapshot = async () => {
     try {
@@ -51,7 +54,7 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
   return (
     <div ref={root} className={classes.root} data-state={state} data-testid="video">
       <video ref={video} className={classes.video} autoPlay muted playsInline aria-label={`Picture of ${entry.label}`} />
-      {state === 'none' && <NoPicture hasStream={stream !== null} isOnScreen={isOnScreen} />}
+      {state === 'none' && <NoPicture hasStream={stream !== null} isOnScreen={isOnScreen} code={missing} />}
       <div ref={alarm} className={classes.alarm} role="alert" />
       <div ref={facts} className={classes.facts} data-details={choices.showsDetails} data-testid="picture-facts" />
       {isFullscreen && <ControlOverPicture robotId={robotId} />}
@@ -95,7 +98,24 @@ function ControlOverPicture({ robotId }: { robotId: string }) {
 
 const NO_STREAM = { get: () => null, subscribe: () => () => {} }
 
-function NoPicture({ hasStream, isOnScreen }: { hasStream: boolean; isOnScreen: boolean }) {
+interface NoPictureProps {
+  hasStream: boolean
+  isOnScreen: boolean
+  /** Why there is none, where that is known. */
+  code: string | null
+}
+
+function NoPicture({ hasStream, isOnScreen, code }: NoPictureProps) {
+  if (code !== null) {
+    const { sentence, cure } = reasonOf(code)
+    return (
+      <div className={classes.empty} data-code={code}>
+        <Notice tone="bad" title={sentence}>
+          {cure} ({code})
+        </Notice>
+      </div>
+    )
+  }
   return (
     <div className={classes.empty}>
       <Notice tone="wait" title={hasStream ? 'No picture yet' : isOnScreen ? 'No picture' : 'Paused'}>
