@@ -15,6 +15,7 @@ from pathlib import Path
 import uvicorn
 
 from mosaic_server.app import create_app
+from mosaic_server.services import Services
 from mosaic_server.settings import Settings
 from mosaic_server.sockets.link import LinkedProtocol
 
@@ -43,6 +44,13 @@ class Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, on_listening: Callable[[Listening], None] | None = None) -> None:
         super().__init__(config)
         self._on_listening = on_listening
+
+    @property
+    def services(self) -> Services:
+        """While it listens."""
+        services = self.config.app.state.services  # type: ignore[union-attr]
+        assert isinstance(services, Services)
+        return services
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)

@@ -50,6 +50,11 @@ class Announcement:
         self._info: AsyncServiceInfo | None = None
         self.is_possible = _is_installed()
 
+    @property
+    def hostname(self) -> str:
+        """Under which the addresses are announced; empty where nothing is."""
+        return self._announced.hostname if self.is_possible else ""
+
     async def show(self, addresses: Sequence[str]) -> None:
         """Announce these addresses in place of the ones before; none: nothing."""
         if not self.is_possible:

@@ -132,7 +132,7 @@ async def _serve(place: Place, offer_pins: bool) -> None:
     )
     beside = [
         asyncio.create_task(_end_with_the_robot(server)),
-        asyncio.create_task(_tell(place, Announcement(announced), listening, offer_pins)),
+        asyncio.create_task(_tell(place, server, listening, offer_pins)),
     ]
     try:
         await server.serve()
@@ -153,33 +153,49 @@ async def _end_with_the_robot(server: Server) -> None:
     server.should_exit = True
 
 
-async def _tell(place: Place, announcement: Announcement, listening: asyncio.Event, offer_pins: bool) -> None:
+async def _tell(place: Place, server: Server, listening: asyncio.Event, offer_pins: bool) -> None:
     """Say how things stand whenever that changes, from the moment on when the server listens."""
     await listening.wait()
-    database = Database(place.home.directory)
-    offers = StandingOffer(offers_pins=offer_pins)
-    addresses: list[str] | None = None
-    hostname = place.announced().hostname if announcement.is_possible else ""
-    told: LanNews | None = None
+    announcement = Announcement(place.announced())
+    teller = _Teller(place, announcement, StandingOffer(offers_pins=offer_pins))
+    is_failing = False
     try:
         while True:
-            now = lan_addresses(place.host)
-            urls = place.urls(now, hostname)
-            news = await database.run(offers.news, urls, hostname)
-            if news != told:
-                told = news
-                place.home.tell_reach(Reach(place.name, place.robot_id, urls))
-                print(news.model_dump_json(by_alias=True), flush=True)
-            if now != addresses:
-                addresses = now
-                await announcement.show(now)
+            try:
+                await teller.look(server.services.database)
+                is_failing = False
+            except (SQLAlchemyError, OSError) as error:
+                if not is_failing:
+                    _log.error("devices can't be paired now: %s", error)
+                is_failing = True
             await asyncio.sleep(LOOK_S)
-    except SQLAlchemyError:
-        _log.exception("devices can't be paired: the database does not answer")
     finally:
-        with contextlib.suppress(Exception):
+        with contextlib.suppress(OSError):
             await announcement.withdraw()
-        database.close()
+
+
+class _Teller:
+    """What was told last, so that only changes are."""
+
+    def __init__(self, place: Place, announcement: Announcement, offers: StandingOffer) -> None:
+        self._place = place
+        self._announcement = announcement
+        self._offers = offers
+        self._addresses: list[str] | None = None
+        self._told: LanNews | None = None
+
+    async def look(self, database: Database) -> None:
+        addresses = lan_addresses(self._place.host)
+        hostname = self._announcement.hostname
+        urls = self._place.urls(addresses, hostname)
+        news = await database.run(self._offers.news, urls, hostname)
+        if news != self._told:
+            self._told = news
+            self._place.home.tell_reach(Reach(self._place.name, self._place.robot_id, urls))
+            print(news.model_dump_json(by_alias=True), flush=True)
+        if addresses != self._addresses:
+            self._addresses = addresses
+            await self._announcement.show(addresses)
 
 
 def fingerprint_of(certificate: Path) -> str:

@@ -7,6 +7,7 @@ work on the file meanwhile (write-ahead log).
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import fcntl
 import os
 from collections.abc import Callable, Iterator
@@ -101,7 +102,10 @@ class Database:
 
 def _make_private(file: Path) -> None:
     file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    os.close(os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
+    # Never open a file that is there: closing it again would drop every lock that this process holds on it (POSIX), and
+    # another process would take away the write-ahead log of the server that runs here.
+    with contextlib.suppress(FileExistsError):
+        os.close(os.open(file, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600))
     file.chmod(0o600)
 
 
