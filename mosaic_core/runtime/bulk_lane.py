@@ -14,6 +14,7 @@ from typing import Any
 
 from mosaic_core.machines import robot_lane as machine
 from mosaic_core.machines.command_gate import ArrivalBaseline
+from mosaic_core.machines.send_scheduler import Lane
 from mosaic_core.runtime.control_link import ControlLink
 from mosaic_core.runtime.plain_stream import NewestFeed
 from mosaic_core.runtime.send_queue import SendQueue
@@ -201,7 +202,7 @@ class _LaneTransport:
             return
         if channel.label == LANE_LABEL and channel.protocol == CHANNEL_PROTOCOL:
             if self._link is None:  # it answers pings by itself, and nothing else is said there
-                self._link = ControlLink(channel, self.queue, ArrivalBaseline(), lambda _: None)
+                self._link = ControlLink(channel, self.queue, ArrivalBaseline(), lambda _: None, Lane.BULK)
         else:
             self._owner.opened(channel, self.queue)
 

@@ -41,12 +41,13 @@ class ControlLink:
         queue: SendQueue,
         baseline: ArrivalBaseline,
         heard: Callable[[ControlMessage | None], None],
+        lane: Lane = Lane.CONTROL,
     ) -> None:
         self._link = ChannelLink(channel, baseline, None, MAX_CONTROL_BYTES)
         self._queue = queue
         self._heard = heard
         self._told_at_s: dict[tuple[str, str], float] = {}
-        queue.open(channel, Lane.CONTROL)
+        queue.open(channel, lane)
         channel.on_message = self._received
 
     def greet(self, software: str, boot_id: str) -> None:
