@@ -20,6 +20,12 @@ class FakeMedia {
   readonly state = new Value<StoreState>({ phase: 'open' })
   readonly mediaStream = new Value<MediaStream | null>(null)
   readonly statistics = new Value<MediaStatistics | null>(null)
+  arrived: Received | null = null
+
+  received(): Promise<Received | null> {
+    return Promise.resolve(this.arrived)
+  }
+
   readonly displayedAgeMs = new Value<number | null>(42)
   readonly shown: number[] = []
   readonly targets: (number | null)[] = []

@@ -1,5 +1,5 @@
 /** What a widget may do with a store, told from what the store can do: no widget asks for its class. */
-import type { MediaStatistics, MessageInfo, MosaicStore, Readable, Refusal, SendBlock, Talker } from '@mosaic/client'
+import type { Received as MediaReceived, MediaStatistics, MessageInfo, MosaicStore, Readable, Refusal, SendBlock, Talker } from '@mosaic/client'
 
 export interface Received {
   data: ArrayBuffer
@@ -19,6 +19,8 @@ export interface ShowsMedia {
   readonly mediaStream: Readable<MediaStream | null>
   readonly statistics: Readable<MediaStatistics | null>
   readonly displayedAgeMs: Readable<number | null>
+  /** What has come of the picture so far; null without a connection. */
+  received(): Promise<MediaReceived | null>
   pictureShown(rtpTimestamp: number, atMs: number): void
   setBufferTarget(targetMs: number | null): void
 }
