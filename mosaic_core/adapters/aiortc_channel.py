@@ -27,6 +27,14 @@ class PeerBuffer:
     def queued_bytes(self) -> int:
         return self._queue.queued_bytes if self._queue else 0
 
+    @property
+    def window_bytes(self) -> int:
+        return self._queue.window_bytes if self._queue else 0
+
+    def give_way(self, on: bool) -> None:
+        if self._queue is not None:
+            self._queue.give_way(on)
+
     def watch(self) -> None:
         """Follow the association; it exists from the first data channel on."""
         if self._queue is None and isinstance(self._pc.sctp, RTCSctpTransport):
@@ -81,6 +89,13 @@ class AiortcChannel:
     @property
     def buffered_bytes(self) -> int:
         return self._buffer.queued_bytes
+
+    @property
+    def window_bytes(self) -> int:
+        return self._buffer.window_bytes
+
+    def give_way(self, on: bool) -> None:
+        self._buffer.give_way(on)
 
     def send(self, data: bytes | str) -> None:
         try:

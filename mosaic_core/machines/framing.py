@@ -45,6 +45,7 @@ __all__ = [
     "MAX_CHUNKS",
     "MAX_MESSAGE_BYTES",
     "RELIABLE_CHUNK_TIMEOUT_S",
+    "SENT_CHUNK_BYTES",
     "SEQ_MODULUS",
     "Frame",
     "FrameFlag",
@@ -62,6 +63,8 @@ SEQ_MODULUS = 1 << 32
 
 CHUNK_PAYLOAD_BYTES = 60 * 1024
 """A peer that announces no maximum takes 65 536 bytes (RFC 8841 §6.1)."""
+SENT_CHUNK_BYTES = 16 * 1024
+"""What a robot cuts: nothing overtakes a chunk, and on a slow path 60 KiB would be half a second of waiting."""
 
 
 class PayloadKind(IntEnum):

@@ -45,13 +45,12 @@ LIMITS: dict[Lane, QueueLimits] = {
     Lane.RELIABLE: QueueLimits(messages=512, size_bytes=2 * 1024 * 1024),
     Lane.BULK: QueueLimits(messages=64, size_bytes=32 * 1024 * 1024),
 }
-_CEILING_BYTES: dict[Lane, int] = {
-    Lane.CONTROL: 4 * HIGH_WATER_BYTES,
-    Lane.LATEST: LOW_WATER_BYTES,
-    Lane.RELIABLE: HIGH_WATER_BYTES,
-    Lane.BULK: HIGH_WATER_BYTES // 2,
-}
-"""A lane sends only while fewer bytes than this wait below: bulk leaves room that reliable may use."""
+LEAST_HIGH_WATER_BYTES = 8 * 1024
+_QUARTERS: dict[Lane, int] = {Lane.CONTROL: 16, Lane.LATEST: 1, Lane.RELIABLE: 4, Lane.BULK: 2}
+"""A lane sends only while fewer quarters of the high water wait below. The lowest ceiling of those who have something
+to send is everybody's but control's: the buffer would never come down to it else."""
+_SHARES: dict[Lane, int] = {Lane.LATEST: 16, Lane.RELIABLE: 4, Lane.BULK: 1}
+"""How the lanes below control divide a link that they outrun, by bytes: nobody starves, whoever sends too much."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,10 +79,16 @@ class _Queue:
     limits: QueueLimits
     waiting: deque[QueuedMessage] = field(default_factory=deque)
     size_bytes: int = 0
-    current: Iterator[bytes | str] | None = None
+    current: Iterator[bytes | str] = field(default_factory=lambda: iter(()))
+    ahead: bytes | str | None = None
+    """The next piece of the message that is being sent."""
     served_bytes: int = 0
     """Its place in the lane: who has been served least goes first."""
     has_turn: bool = False
+
+    @property
+    def has_more(self) -> bool:
+        return self.ahead is not None or bool(self.waiting)
 
 
 @dataclass(slots=True)
@@ -98,13 +103,16 @@ class SendScheduler:
     """The queues of one peer. Not thread-safe.
 
     The channels of a lane share it by bytes: by turns, a channel of large pieces would take all but the crumbs from
-    one of small messages. A channel that was idle joins where the others are, and earns nothing by having waited.
+    one of small messages. The lanes below control share the link in the same way, by weight, the most urgent first
+    among equals. Who was idle joins where the others are, and earns nothing by having waited.
     """
 
     def __init__(self) -> None:
         self._queues: dict[str, _Queue] = {}
         self._turns: dict[Lane, list[tuple[int, int, _Queue]]] = {lane: [] for lane in Lane}
         self._reached_bytes: dict[Lane, int] = dict.fromkeys(Lane, 0)
+        self._served: dict[Lane, float] = dict.fromkeys(_SHARES, 0.0)
+        self._reached = 0.0
         self._number = 0
         self.counters = SchedulerCounters()
 
@@ -118,7 +126,7 @@ class SendScheduler:
         queue = self._queues.pop(channel, None)
         if queue is not None:
             queue.waiting.clear()
-            queue.current = None
+            queue.ahead = None
 
     def offer(self, message: QueuedMessage) -> Offered:
         """Queue one message; :class:`KeyError` if its channel isn't open."""
@@ -142,44 +150,65 @@ class SendScheduler:
 
     def _take_turn(self, queue: _Queue) -> None:
         queue.has_turn = True
+        turns = self._turns[queue.lane]
+        if not turns and queue.lane in self._served:
+            self._served[queue.lane] = max(self._served[queue.lane], self._reached)
         self._number += 1  # among equals, who came first
-        heappush(self._turns[queue.lane], (queue.served_bytes, self._number, queue))
+        heappush(turns, (queue.served_bytes, self._number, queue))
 
-    def take(self, buffered_bytes: int) -> tuple[str, bytes | str] | None:
-        """The next ``(channel, piece)`` to send now, given how much waits below; ``None``: wait until it drains."""
-        for lane, turns in self._turns.items():
-            if not turns or (buffered_bytes > 0 and buffered_bytes >= _CEILING_BYTES[lane]):
+    def take(self, buffered_bytes: int, window_bytes: int | None = None) -> tuple[str, bytes | str] | None:
+        """The next ``(channel, piece)`` to send now, given how much waits below; ``None``: wait until it drains.
+
+        ``window_bytes`` may be on their way at a time: on a slow path so much less waits below.
+        """
+        quarter_bytes = high_water_bytes(window_bytes) // 4
+        if buffered_bytes <= 0 or buffered_bytes < _QUARTERS[Lane.CONTROL] * quarter_bytes:
+            taken = self._take_from(Lane.CONTROL)
+            if taken is not None:
+                return taken
+        lanes = [lane for lane in _SHARES if self._turns[lane]]
+        if not lanes or 0 < buffered_bytes >= min(_QUARTERS[lane] for lane in lanes) * quarter_bytes:
+            return None
+        for lane in sorted(lanes, key=self._served.__getitem__):
+            taken = self._take_from(lane)
+            if taken is not None:
+                self._reached = self._served[lane]
+                self._served[lane] += (len(taken[1]) + PIECE_COST_BYTES) / _SHARES[lane]
+                return taken
+        return None
+
+    def _take_from(self, lane: Lane) -> tuple[str, bytes | str] | None:
+        turns = self._turns[lane]
+        while turns:
+            _, _, queue = heappop(turns)
+            queue.has_turn = False
+            piece = self._next_piece(queue)
+            if piece is None:
                 continue
-            while turns:
-                _, _, queue = heappop(turns)
-                queue.has_turn = False
-                piece = self._next_piece(queue)
-                if piece is not None:
-                    self._reached_bytes[lane] = queue.served_bytes
-                    queue.served_bytes += len(piece) + PIECE_COST_BYTES
-                    self._take_turn(queue)
-                    return queue.channel, piece
+            self._reached_bytes[lane] = queue.served_bytes
+            queue.served_bytes += len(piece) + PIECE_COST_BYTES
+            if queue.has_more:
+                self._take_turn(queue)
+            return queue.channel, piece
         return None
 
     def _next_piece(self, queue: _Queue) -> bytes | str | None:
-        while True:
-            if queue.current is not None:
-                piece = next(queue.current, None)
-                if piece is not None:
-                    self.counters.sent_bytes += len(piece)
-                    return piece
-                queue.current = None
-                self.counters.sent_messages += 1
+        while queue.ahead is None:
             if not queue.waiting:
                 return None
             message = queue.waiting.popleft()
             queue.size_bytes -= message.size_bytes
             queue.current = message.pieces
+            queue.ahead = next(queue.current, None)
+        piece, queue.ahead = queue.ahead, next(queue.current, None)
+        self.counters.sent_bytes += len(piece)
+        self.counters.sent_messages += queue.ahead is None
+        return piece
 
     @property
     def is_idle(self) -> bool:
         """Nothing waits."""
-        return not any(queue.waiting or queue.current is not None for queue in self._queues.values())
+        return not any(queue.has_more for queue in self._queues.values())
 
     def has_room(self, channel: str) -> bool:
         """Less than half full: a sender that was refused may try again."""
@@ -193,3 +222,11 @@ class SendScheduler:
         """``(messages, bytes)`` that wait for ``channel``, whose sending has not begun."""
         queue = self._queues.get(channel)
         return (len(queue.waiting), queue.size_bytes) if queue else (0, 0)
+
+
+def high_water_bytes(window_bytes: int | None) -> int:
+    """How much may wait in SCTP's own buffer: a quarter of what may be on its way, so that the path never idles and
+    nothing waits there for more than a quarter of a round trip; at most :data:`HIGH_WATER_BYTES`."""
+    if window_bytes is None:
+        return HIGH_WATER_BYTES
+    return max(LEAST_HIGH_WATER_BYTES, min(HIGH_WATER_BYTES, window_bytes // 4))

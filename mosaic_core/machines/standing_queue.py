@@ -9,6 +9,8 @@ from __future__ import annotations
 
 TARGET_S = 0.03
 """How long packets may stand in the queue: no link idles, and nobody notices."""
+BACKGROUND_TARGET_S = 0.01
+"""For what may wait: beside a flow that bears :data:`TARGET_S` it goes back to the little that is always on its way."""
 MEMORY_S = 30.0
 """A path may change; the shortest round trip is of the last one or two of these."""
 
@@ -17,7 +19,7 @@ class StandingQueue:
     """Of one association. ``now_s`` is any monotonic clock."""
 
     def __init__(self, target_s: float = TARGET_S) -> None:
-        self._target_s = target_s
+        self.target_s = target_s
         self._shortest_s = float("inf")
         self._shortest_now_s = float("inf")
         self._renewed_at_s: float | None = None
@@ -37,9 +39,9 @@ class StandingQueue:
             return None
         least_s = self._round_least_s
         self._round_least_s, self._round_ends_at_s = float("inf"), None
-        if least_s - self._base_s <= self._target_s:
+        if least_s - self._base_s <= self.target_s:
             return None
-        return (self._base_s + self._target_s / 2) / least_s
+        return (self._base_s + self.target_s / 2) / least_s
 
     @property
     def _base_s(self) -> float:

@@ -10,6 +10,7 @@ from mosaic_core.machines.command_gate import ArrivalBaseline, CommandGate
 from mosaic_core.machines.framing import (
     HEADER_BYTES,
     MAX_MESSAGE_BYTES,
+    SENT_CHUNK_BYTES,
     SEQ_MODULUS,
     Frame,
     FrameFlag,
@@ -53,7 +54,7 @@ class ChannelLink:
         if seq is not None:
             self._seq = (seq - 1) % SEQ_MODULUS
         frames = [self._framed(message, payload, flags) for payload in payloads]
-        pieces = chain.from_iterable(encode_frame(frame) for frame in frames)
+        pieces = chain.from_iterable(encode_frame(frame, SENT_CHUNK_BYTES) for frame in frames)
         return QueuedMessage(self.channel.label, pieces, size + HEADER_BYTES * len(frames))
 
     def _framed(self, message: Outgoing, payload: bytes, flags: FrameFlag) -> Frame:

@@ -25,6 +25,7 @@ class SendQueue:
         self._loop = asyncio.get_running_loop()
         self._scheduler = SendScheduler()
         self._channels: dict[str, Channel] = {}
+        self._lanes: dict[str, Lane] = {}
         self._full: set[str] = set()
         self._has_room = has_room
         self._timer: asyncio.Handle | None = None
@@ -34,9 +35,12 @@ class SendQueue:
         self._channels[channel.label] = channel
         self._scheduler.open(channel.label, lane, limits)
         channel.on_drained = self.pump
+        self._lanes[channel.label] = lane
+        channel.give_way(set(self._lanes.values()) == {Lane.BULK})
 
     def close(self, label: str) -> None:
         self._channels.pop(label, None)
+        self._lanes.pop(label, None)
         self._full.discard(label)
         self._scheduler.close(label)
 
@@ -75,7 +79,7 @@ class SendQueue:
             self._timer.cancel()
             self._timer = None
         for _ in range(_PIECES_AT_ONCE):
-            taken = self._scheduler.take(self._buffered_bytes())
+            taken = self._scheduler.take(*self._below())
             if taken is None:
                 break
             self._send(*taken)
@@ -85,10 +89,10 @@ class SendQueue:
         if self._timer is None and not self._scheduler.is_idle:
             self._timer = self._loop.call_later(_RETRY_S, self.pump)
 
-    def _buffered_bytes(self) -> int:
-        """The buffer belongs to the whole peer connection: any channel knows it."""
+    def _below(self) -> tuple[int, int | None]:
+        """Buffer and window belong to the whole peer connection: any channel knows them."""
         channel = next(iter(self._channels.values()), None)
-        return channel.buffered_bytes if channel is not None else 0
+        return (channel.buffered_bytes, channel.window_bytes) if channel is not None else (0, None)
 
     def _send(self, label: str, piece: bytes | str) -> None:
         channel = self._channels[label]

@@ -43,6 +43,15 @@ class Channel(Protocol):
         """Bytes that wait in SCTP's queue of the whole peer connection."""
         ...
 
+    @property
+    def window_bytes(self) -> int:
+        """What the peer connection may have on its way at present (SCTP's congestion window)."""
+        ...
+
+    def give_way(self, on: bool) -> None:
+        """Whether the data of the whole peer connection leaves a path that others use to them, as bulk should."""
+        ...
+
     def send(self, data: bytes | str) -> None:
         """Queue one message; raises :class:`ConnectionFailed` when the channel isn't open."""
         ...

@@ -44,6 +44,8 @@ class MemoryChannel:
         self.is_reliable = is_reliable
         self.is_open = False
         self.buffered_bytes = 0
+        self.window_bytes = 1024 * 1024
+        self.gives_way = False
         self.on_message: Callable[[bytes | str], None] | None = None
         self.on_open: Callable[[], None] | None = None
         self.on_close: Callable[[], None] | None = None
@@ -51,6 +53,9 @@ class MemoryChannel:
         self.other: MemoryChannel | None = None
         self._link = link
         self.sent: MessageFlow | None = None
+
+    def give_way(self, on: bool) -> None:
+        self.gives_way = on
 
     def send(self, data: bytes | str) -> None:
         if not self.is_open:

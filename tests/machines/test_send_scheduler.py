@@ -8,12 +8,14 @@ from hypothesis import strategies as st
 
 from mosaic_core.machines.send_scheduler import (
     HIGH_WATER_BYTES,
+    LEAST_HIGH_WATER_BYTES,
     LOW_WATER_BYTES,
     Lane,
     Offered,
     QueuedMessage,
     QueueLimits,
     SendScheduler,
+    high_water_bytes,
 )
 
 
@@ -142,3 +144,58 @@ def test_everything_reliable_arrives_complete_and_in_order(offers: list[tuple[st
         sent[channel].append(piece)
     assert {key: sent[key] for key in expected} == expected
     assert it.is_idle
+
+
+def on_a_link(it: SendScheduler, offers: dict[str, int], *, turns: int, per_turn_bytes: int) -> dict[str, int]:
+    """What each channel gets while all offer a message of so many bytes per turn, and the buffer drains as slowly."""
+    sent, buffered_bytes = dict.fromkeys(offers, 0), 0
+    for _ in range(turns):
+        for channel, size_bytes in offers.items():
+            it.offer(message(channel, bytes(size_bytes)))
+        while (taken := it.take(buffered_bytes, 4 * per_turn_bytes)) is not None:
+            sent[taken[0]] += len(taken[1])
+            buffered_bytes += len(taken[1])
+        buffered_bytes = max(0, buffered_bytes - per_turn_bytes)
+    return sent
+
+
+def test_the_newest_value_gets_through_beside_whoever_sends_without_end() -> None:
+    it = scheduler(pose=Lane.LATEST, event=Lane.RELIABLE, map=Lane.BULK)
+    sent = on_a_link(it, {"pose": 100, "event": 4000, "map": 16_000}, turns=500, per_turn_bytes=4000)
+    assert sent["pose"] >= 100 * 500 / 6, "a piece of a map takes four turns, and pose goes before the next one"
+
+
+def test_lanes_that_outrun_the_link_together_share_it_and_none_starves() -> None:
+    it = scheduler(pose=Lane.LATEST, event=Lane.RELIABLE, map=Lane.BULK)
+    sent = on_a_link(it, {"pose": 8000, "event": 8000, "map": 8000}, turns=2000, per_turn_bytes=6000)
+    assert sent["pose"] > sent["event"] > sent["map"] > 0.02 * sum(sent.values())
+
+
+def test_a_lane_that_was_idle_has_saved_nothing_up() -> None:
+    it = scheduler(event=Lane.RELIABLE, map=Lane.BULK)
+    on_a_link(it, {"map": 8000}, turns=300, per_turn_bytes=8000)
+    sent = on_a_link(it, {"event": 8000, "map": 8000}, turns=300, per_turn_bytes=8000)
+    assert sent["map"] > 0.1 * sum(sent.values())
+
+
+def test_while_a_value_waits_nobody_fills_the_buffer_over_its_ceiling() -> None:
+    it = scheduler(pose=Lane.LATEST, event=Lane.RELIABLE)
+    it.offer(message("event", b"e"))
+    assert it.take(LOW_WATER_BYTES) == ("event", b"e")
+    it.offer(message("event", b"e"))
+    it.offer(message("pose", b"p"))
+    assert it.take(LOW_WATER_BYTES) is None
+    assert [channel for channel, _ in drained(it)] == ["pose", "event"]
+    it.offer(message("event", b"e"))
+    assert it.take(LOW_WATER_BYTES) == ("event", b"e")
+
+
+@given(st.integers(0, 10_000_000))
+def test_on_a_slow_path_less_waits_below_but_never_nothing(window_bytes: int) -> None:
+    high = high_water_bytes(window_bytes)
+    assert LEAST_HIGH_WATER_BYTES <= high <= HIGH_WATER_BYTES
+    assert high <= max(LEAST_HIGH_WATER_BYTES, window_bytes / 4)
+    it = scheduler(event=Lane.RELIABLE)
+    it.offer(message("event", b"x"))
+    assert it.take(high, window_bytes) is None
+    assert it.take(high - 4, window_bytes) == ("event", b"x")

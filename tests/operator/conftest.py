@@ -60,9 +60,14 @@ class FakeChannel:
         self.on_drained: Callable[[], None] | None = None
         self.is_open = False
         self.buffered_bytes = 0
+        self.window_bytes = 1024 * 1024
+        self.gives_way = False
         self.from_operator: list[bytes | str] = []
         self.sent: Callable[[FakeChannel, bytes | str], None] = lambda channel, data: None
         self._reader = FrameReader()
+
+    def give_way(self, on: bool) -> None:
+        self.gives_way = on
 
     def open(self) -> None:
         if not self.is_open:

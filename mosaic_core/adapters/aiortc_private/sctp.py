@@ -48,6 +48,16 @@ class SctpQueue:
             return messages.size_bytes + chunks.size_bytes
         return sum(len(data) for _, _, data in messages) + sum(len(chunk.user_data) for chunk in chunks)
 
+    @property
+    def window_bytes(self) -> int:
+        """What may be on its way at present."""
+        return self._sctp._cwnd
+
+    def give_way(self, on: bool) -> None:
+        """Let others have the path; aiortc's own SCTP knows no such thing."""
+        if hasattr(self._sctp, "gives_way"):
+            self._sctp.gives_way = on
+
     async def _flush_and_tell(self) -> None:
         await type(self._sctp)._data_channel_flush(self._sctp)  # whatever it has become since
         self._on_progress()

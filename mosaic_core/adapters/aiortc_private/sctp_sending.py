@@ -29,7 +29,7 @@ from aiortc.utils import uint32_gte
 from google_crc32c import value as crc32c
 
 from mosaic_core.adapters.aiortc_private.sctp import MeasuredQueue
-from mosaic_core.machines.standing_queue import StandingQueue
+from mosaic_core.machines.standing_queue import BACKGROUND_TARGET_S, TARGET_S, StandingQueue
 
 INITIAL_WINDOW_BYTES = 10 * USERDATA_MAX_LENGTH
 """As TCP's (RFC 6928 §2); the 4 380 bytes of RFC 9260 §7.2.1 are those of TCP in 2002."""
@@ -58,6 +58,8 @@ class QuickSending(RTCSctpTransport):
     _t3_due_s = 0.0
     _round_trip_s: float | None = None
     _standing_queue: StandingQueue | None = None
+    gives_way = False
+    """Of two flows on one path the one with the shorter queue in mind goes on with what the other leaves."""
 
     # -- from messages to chunks -------------------------------------------------------------------------------------
 
@@ -192,6 +194,7 @@ class QuickSending(RTCSctpTransport):
         """Shrink the window before the queue on the way gets long, not when it overflows."""
         if self._standing_queue is None:
             self._standing_queue = StandingQueue()
+        self._standing_queue.target_s = BACKGROUND_TARGET_S if self.gives_way else TARGET_S
         is_full = self._flight_size >= self._cwnd
         share = self._standing_queue.heard(round_trip_s, time.monotonic(), is_full=is_full)
         if share is not None and self._fast_recovery_exit is None:

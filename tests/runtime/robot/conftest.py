@@ -64,6 +64,8 @@ class FakeChannel:
         self.is_reliable = is_reliable
         self.is_open = True
         self.buffered_bytes = 0
+        self.window_bytes = 1024 * 1024
+        self.gives_way = False
         self.sent: list[bytes | str] = []
         self.on_message: Callable[[bytes | str], None] | None = None
         self.on_open: Callable[[], None] | None = None
@@ -71,6 +73,9 @@ class FakeChannel:
         self.on_drained: Callable[[], None] | None = None
         self._seq = 0
         self.stamp_offset_s = 0.0
+
+    def give_way(self, on: bool) -> None:
+        self.gives_way = on
 
     def send(self, data: bytes | str) -> None:
         if not self.is_open:
