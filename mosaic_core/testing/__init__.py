@@ -13,8 +13,11 @@
     async with joined(connector(BatteryConfigurer, label="battery")) as link:     # robot and operator, in memory
         message = await link.connection.receivable("battery").next_message()
 
-The pytest plugin adds the fixtures ``fake_clock`` and ``install_distribution``. It lives in this package and is loaded
-with every pytest run, so the names are imported when first used.
+    async with joined(connector(BatteryConfigurer), network=impaired_network("4g")) as link:    # real, bad WebRTC
+        ...
+
+The pytest plugin adds the fixtures ``fake_clock``, ``impaired_network`` and ``install_distribution``. It lives in this
+package and is loaded with every pytest run, so the names are imported when first used.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mosaic_core.machines.impaired_link import LinkProfile
     from mosaic_core.testing.building import build
     from mosaic_core.testing.collecting import collect, take_frames, take_sounds
     from mosaic_core.testing.fake_hosts import FakeClock, FakeHost, fake_host
@@ -42,7 +46,8 @@ if TYPE_CHECKING:
     )
     from mosaic_core.testing.feeding import feed
     from mosaic_core.testing.joining import Joined, connector, joined, until
-    from mosaic_core.testing.memory_network import MemoryFrame
+    from mosaic_core.testing.memory_network import MemoryFrame, MemoryNetwork
+    from mosaic_core.testing.networks import Network, WebRtcNetwork
 
 _HOME = {
     "build": "building",
@@ -70,6 +75,10 @@ _HOME = {
     "joined": "joining",
     "until": "joining",
     "MemoryFrame": "memory_network",
+    "MemoryNetwork": "memory_network",
+    "LinkProfile": "networks",
+    "Network": "networks",
+    "WebRtcNetwork": "networks",
 }
 
 
@@ -89,13 +98,17 @@ __all__ = [
     "From",
     "Joined",
     "Leaves",
+    "LinkProfile",
     "LosesLease",
     "MadeSafe",
     "MemoryFrame",
+    "MemoryNetwork",
+    "Network",
     "RefusedMessage",
     "Silence",
     "SlowedTo",
     "Stopped",
+    "WebRtcNetwork",
     "build",
     "collect",
     "connector",

@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Protocol
 import pytest
 
 if TYPE_CHECKING:
+    from mosaic_core.machines.impaired_link import LinkProfile
+    from mosaic_core.machines.nat import NatKind
     from mosaic_core.testing.fake_hosts import FakeClock
+    from mosaic_core.testing.networks import Network
 
 
 class InstallDistribution(Protocol):
@@ -23,6 +26,20 @@ class InstallDistribution(Protocol):
         modules: Mapping[str, str] | None = None,
         entry_points: Mapping[str, Mapping[str, str]] | None = None,
     ) -> Path: ...
+
+
+class ImpairedNetwork(Protocol):
+    """The type of the fixture :func:`impaired_network`."""
+
+    def __call__(
+        self,
+        profile: LinkProfile | str = "pristine",
+        *,
+        in_memory: bool = False,
+        nat: NatKind | tuple[NatKind, NatKind] | None = None,
+        with_relay: bool = True,
+        seed: int = 1,
+    ) -> Network: ...
 
 
 @pytest.fixture
@@ -55,3 +72,37 @@ def install_distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
 
     yield install
     forget_modules_of(folder)
+
+
+@pytest.fixture
+def impaired_network() -> Iterator[ImpairedNetwork]:
+    """``joined(…, network=impaired_network("4g"))``: real WebRTC over a bad network, without root, until the test ends.
+
+    ``profile``: ``pristine``, ``starlink``, ``4g``, ``wifi-walls``, ``severe`` or a ``LinkProfile`` of your own.
+    ``in_memory``: without WebRTC, which is quicker; whole messages are late or lost then. ``nat``: both sides (or each
+    its own, the robot's first) behind such a NAT, joined by a TURN server unless ``with_relay`` is off. The network
+    that is returned may ``become`` another one, be ``cut`` and ``heal``.
+    """
+    from contextlib import ExitStack
+
+    with ExitStack() as stack:
+
+        def make(
+            profile: LinkProfile | str = "pristine",
+            *,
+            in_memory: bool = False,
+            nat: NatKind | tuple[NatKind, NatKind] | None = None,
+            with_relay: bool = True,
+            seed: int = 1,
+        ) -> Network:
+            if in_memory:
+                if nat is not None:
+                    raise ValueError("there is no NAT in memory; leave in_memory out")
+                from mosaic_core.testing.memory_network import MemoryNetwork
+
+                return MemoryNetwork(profile, seed=seed)
+            from mosaic_core.testing.networks import WebRtcNetwork
+
+            return stack.enter_context(WebRtcNetwork(profile, nat=nat, with_relay=with_relay, seed=seed))
+
+        yield make
