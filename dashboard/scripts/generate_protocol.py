@@ -37,6 +37,7 @@ _SHARED: tuple[type[BaseModel], ...] = (
     control.PeerInfo,
     control.LeaseWaiting,
     control.SafetyCause,
+    control.DeliveryRow,
     control.JournalEntry,
 )
 _ENUMS: tuple[type[Enum], ...] = (

@@ -10,6 +10,9 @@ import {
 } from '@mosaic/protocol'
 import { microseconds } from './clock'
 import type { Clearance } from './control/clearance'
+import { Arrivals } from './delivery/Arrivals'
+import { ChannelPartials } from './delivery/ChannelPartials'
+import { StoreCounters } from './delivery/StoreCounters'
 import type { OutgoingStream, StreamPort, WaitingMessage } from './resume/OutgoingStream'
 
 /** Queued bytes from which a `latest` value waits (and is replaced by a newer one) instead of queueing behind others. */
@@ -25,6 +28,10 @@ export interface PortOptions {
   clearance?: () => Clearance
   /** What sends here and outlives the channel; without it the port sends by itself. */
   stream?: OutgoingStream
+  /** Where its store counts. */
+  counters?: StoreCounters
+  /** Shared by all channels of a connection. */
+  partials?: ChannelPartials
 }
 
 /** A value that waits for room, and the epoch for which it was meant. */
@@ -55,7 +62,10 @@ export interface PortListener {
  * robot (empty protocol) payloads travel bare. It applies the delivery: `latest` keeps one waiting value.
  */
 export class DataPort implements StreamPort {
-  private readonly reader = new FrameReader()
+  private readonly reader: FrameReader
+  private readonly partials: ChannelPartials
+  private readonly counters: StoreCounters
+  private readonly arrivals: Arrivals
   private readonly isFramed: boolean
   private seq = 0
   private waiting: Waiting | null = null
@@ -66,6 +76,12 @@ export class DataPort implements StreamPort {
     private readonly listener: PortListener,
   ) {
     this.isFramed = channel.protocol === CHANNEL_PROTOCOL
+    const { counters = new StoreCounters(), partials = new ChannelPartials(options.now), delivery } = options
+    this.counters = counters
+    this.partials = partials
+    this.arrivals = new Arrivals(counters, delivery === 'latest')
+    this.reader = new FrameReader({ isLossy: delivery === 'latest', partials: partials.shared })
+    partials.opened(this.reader, (count) => (counters.incomplete += count))
     channel.binaryType = 'arraybuffer'
     channel.bufferedAmountLowThreshold = LATEST_HIGH_WATER_BYTES / 2
     channel.onopen = () => this.opened()
@@ -114,9 +130,11 @@ export class DataPort implements StreamPort {
     const { epoch, block } = this.clearance()
     if (!this.isOpen || block !== null) return false
     if (this.options.delivery === 'latest' && this.channel.bufferedAmount > LATEST_HIGH_WATER_BYTES) {
+      this.counters.replaced += this.waiting === null ? 0 : 1
       this.waiting = { value: typeof value === 'string' ? value : value.slice(), epoch }
       return true
     }
+    this.counters.replaced += this.waiting === null ? 0 : 1
     this.waiting = null
     return !this.isFull && this.transmit(value, epoch)
   }
@@ -158,6 +176,7 @@ export class DataPort implements StreamPort {
     try {
       if (this.isFramed) this.putFramed(value, epoch, stampUs)
       else this.putBare(value)
+      this.counters.gave(typeof value === 'string' ? value.length : value.byteLength)
       return true
     } catch {
       // The browser throws where its queue is full or the message too large for the other side.
@@ -194,14 +213,17 @@ export class DataPort implements StreamPort {
   }
 
   private tellBare(data: ArrayBuffer): void {
+    this.counters.got(data.byteLength)
     this.listener.received(this, { data, seq: 0, stampUs: 0, latched: false })
   }
 
   private readFramed(data: ArrayBuffer): void {
     try {
       const frame = this.reader.read(new Uint8Array(data), this.options.now())
-      if (frame === null) return
+      if (frame === null) return this.partials.arrived()
       const { seq, stampUs, latched } = frame
+      this.counters.got(frame.payload.byteLength)
+      if (!this.arrivals.take(seq)) return
       this.listener.received(this, { data: exact(frame.payload), seq, stampUs, latched })
     } catch (error) {
       if (!(error instanceof WireError)) throw error
@@ -217,6 +239,7 @@ export class DataPort implements StreamPort {
 
   private silence(): void {
     this.waiting = null
+    this.partials.closed(this.reader)
     this.channel.onopen = this.channel.onclose = this.channel.onmessage = this.channel.onbufferedamountlow = null
   }
 }

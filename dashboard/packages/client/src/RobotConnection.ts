@@ -11,6 +11,7 @@ import { BulkLane, type BulkLaneState } from './BulkLane'
 import { isAbout, reasonIn } from './connectionWords'
 import { ControlDesk } from './control/ControlDesk'
 import { PictureReporter } from './control/PictureReporter'
+import { DeliveryWatch } from './delivery/DeliveryWatch'
 import { KnownCatalogue } from './KnownCatalogue'
 import { bindingHost, deskSurroundings, pictureSurroundings, type Live } from './liveSurroundings'
 import { MosaicError } from './MosaicError'
@@ -72,6 +73,8 @@ export class RobotConnection implements StoreHost {
   readonly near: Readable<readonly string[]> = this.nearPath.value
   /** What happened when between the click and the first picture, of the newest attempt; null before one. */
   readonly timeline: Readable<Timeline | null> = this.record.view
+  /** How the robot's data travels, while anybody asks; what a store itself got and sent is its `counters`. */
+  readonly delivery = new DeliveryWatch((watch) => this.attempt?.control.send('delivery.watch', watch) ?? false)
   /** The second peer connection, for connectors with delivery `bulk`. */
   readonly bulkLane: Readable<BulkLaneState>
   /** Messages that the robot did not accept. */
@@ -324,6 +327,7 @@ export class RobotConnection implements StoreHost {
         if (this.session.isGreeted) {
           this.control.greeted(message.data.extensions)
           this.streams.greeted(message.data.extensions)
+          this.delivery.greeted(message.data.extensions)
           this.lane.greeted('bulkLane' in message.data.extensions)
         }
         return this.bindings.greeted()
@@ -338,6 +342,8 @@ export class RobotConnection implements StoreHost {
         return this.handle({ type: 'broken', ...reasonIn(message.data), code: message.data.code })
       case 'resume':
         return this.streams.resumed(message.data)
+      case 'delivery.report':
+        return this.delivery.heard(message.data)
       case 'delivered':
         return this.streams.delivered(message.data)
       case 'media.origin':
@@ -366,6 +372,7 @@ export class RobotConnection implements StoreHost {
     this.control.linkLost(bye)
     this.pictures.clear()
     this.lane.drop()
+    this.delivery.lost()
     this.nearPath.forget()
     if (bye) this.streams.close()
     else this.streams.lost()

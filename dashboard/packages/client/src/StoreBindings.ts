@@ -11,6 +11,7 @@ import {
 import { channelPlan, NOT_MEDIA, type ChannelPlan } from './channelPlan'
 import type { Clearance } from './control/clearance'
 import { DataPort, type PortMessage } from './DataPort'
+import { ChannelPartials } from './delivery/ChannelPartials'
 import { mediaLines } from './mediaLines'
 import type { OutgoingStream } from './resume/OutgoingStream'
 import type { SessionStreams } from './resume/SessionStreams'
@@ -62,6 +63,7 @@ export class StoreBindings {
   private readonly tracks = new Map<string, Track>()
   private readonly origins = new Map<string, MediaOrigin>()
   private readonly talkers = new Map<string, Talker | null>()
+  private readonly partials = new ChannelPartials(() => this.host.now())
   private link: PeerLink | null = null
   private catalogue: Catalogue | null = null
   private isOriginal = false
@@ -270,6 +272,8 @@ export class StoreBindings {
         delivery: plan.delivery,
         now: () => this.host.now(),
         clearance: () => this.clearanceOf(binding),
+        counters: binding.store.counters,
+        partials: this.partials,
         ...this.streamOf(binding, plan, label, dataType),
       }
       return new DataPort(channel, options, {

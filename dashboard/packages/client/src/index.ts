@@ -6,6 +6,8 @@ export { FIRST_FRAME_TIMEOUT_MS, firstFrameCode, type Received } from './firstFr
 export { resourceOf } from './control/clearance'
 export { ControlDesk } from './control/ControlDesk'
 export type * from './control/views'
+export { DeliveryWatch, type DeliveryRows } from './delivery/DeliveryWatch'
+export { StoreCounters } from './delivery/StoreCounters'
 export { MosaicClient, type MosaicClientOptions } from './MosaicClient'
 export { MosaicError } from './MosaicError'
 export { nearestName } from './nearestName'
@@ -31,6 +33,7 @@ export type {
   Catalogue,
   CatalogueEntry,
   Delivery,
+  DeliveryRow,
   Finding,
   Direction,
   JournalEntry,

@@ -167,6 +167,25 @@ export interface SafetyCause {
   factor: number
 }
 
+/** One connector. Counts are sums over all operators since the robot started; the queue is the longest of any. */
+export interface DeliveryRow {
+  label: string
+  delivery: Delivery
+  messages: number
+  rateHz: number
+  bytesPerS: number
+  queueMessages: number
+  queueBytes: number
+  replaced: number
+  dropped: number
+  thinned: number
+  refused: number
+  lost: number
+  resent: number
+  /** Since the last message; null: there was none. */
+  ageMs?: number
+}
+
 /** One thing that happened. `at` is the robot's wall clock in ISO 8601 UTC, for people to read. */
 export interface JournalEntry {
   number: number

@@ -1,4 +1,5 @@
 import type { DataPort } from '../DataPort'
+import { StoreCounters } from '../delivery/StoreCounters'
 import { guarded, Listeners, Value, type Readable } from '../Readable'
 import type { Gap, MessageInfo, RobotConnector, StoreState } from '../types'
 
@@ -24,6 +25,9 @@ export abstract class MosaicStore {
 
   /** Messages that were lost across a reconnection, the latest loss; null: none. */
   readonly gap: Readable<Gap | null> = this.lastGap
+
+  /** What it has received and sent since it was made. */
+  readonly counters = new StoreCounters()
 
   abstract getStoreType(): StoreType
 

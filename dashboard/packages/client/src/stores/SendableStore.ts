@@ -25,12 +25,12 @@ export class SendableStore extends MosaicStore {
 
   /** Send one message; false when it was not accepted: blocked, not open, or the link does not keep up. */
   sendData(data: Sendable): boolean {
-    return this.outgoing.send(data)
+    return this.counted(this.outgoing.send(data))
   }
 
   /** `sendData` of the value as JSON; a value that JSON can't hold (NaN, infinities) is refused. */
   sendJson(value: unknown): boolean {
-    return this.outgoing.sendJson(value)
+    return this.counted(this.outgoing.sendJson(value))
   }
 
   override attach(ports: readonly DataPort[]): void {
@@ -49,5 +49,10 @@ export class SendableStore extends MosaicStore {
   /** Called by the connection. */
   refused(refusal: Refusal): void {
     this.refusal.set(refusal)
+  }
+
+  private counted(isAccepted: boolean): boolean {
+    if (!isAccepted) this.counters.refused += 1
+    return isAccepted
   }
 }

@@ -1,0 +1,27 @@
+/** What one store has received and sent since it was made, over all its channels and connections: plain numbers. */
+export class StoreCounters {
+  received = 0
+  receivedBytes = 0
+  /** Numbers that were skipped: lost on the way, or replaced by a newer value before they left the robot. */
+  missed = 0
+  /** Came after a newer one. */
+  late = 0
+  /** Large messages of which only parts arrived. */
+  incomplete = 0
+  sent = 0
+  sentBytes = 0
+  /** Accepted, but a newer value took their place before they left. */
+  replaced = 0
+  /** Not accepted: blocked, not open, or too much was waiting. */
+  refused = 0
+
+  got(bytes: number): void {
+    this.received += 1
+    this.receivedBytes += bytes
+  }
+
+  gave(bytes: number): void {
+    this.sent += 1
+    this.sentBytes += bytes
+  }
+}
