@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
@@ -50,6 +50,7 @@ class LanRobot:
     port: int = field(default_factory=free_port)
     snapshots: list[dict[str, Any]] = field(default_factory=list)
     log: list[str] = field(default_factory=list)
+    readers: list[threading.Thread] = field(default_factory=list)
     process: subprocess.Popen[str] | None = None
 
     @property
@@ -63,7 +64,19 @@ class LanRobot:
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(words, env=self.environment, stdout=pipe, stderr=pipe, text=True)
         for stream, take in ((self.process.stdout, self._snapshot), (self.process.stderr, self.log.append)):
-            threading.Thread(target=lambda stream=stream, take=take: [take(one) for one in stream], daemon=True).start()
+            reader = threading.Thread(target=self._read, args=(stream, take), daemon=True)
+            reader.start()
+            self.readers.append(reader)
+
+    @staticmethod
+    def _read(stream: IO[str], take: Callable[[str], None]) -> None:
+        with stream:
+            for line in stream:
+                take(line)
+
+    def close(self) -> None:
+        for reader in self.readers:
+            reader.join(timeout=5)
 
     def _snapshot(self, line: str) -> None:
         self.snapshots.append(json.loads(line))
@@ -95,6 +108,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory, wait_for: Callable[..., floa
     yield running
     running.process.terminate()
     assert running.process.wait(timeout=10) == 0
+    running.close()
 
 
 @pytest.fixture
