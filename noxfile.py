@@ -66,9 +66,13 @@ def docs(session: nox.Session) -> None:
 
 @nox.session
 def bench(session: nox.Session) -> None:
-    """Start-up and set-up figures, as tables."""
-    for script in sorted((ROOT / "bench").glob("*.py")):
-        session.run(PYTHON, str(script), *session.posargs, external=True)
+    """All benchmarks, as tables; `nox -s bench -- data --rounds 1` runs one with its options."""
+    name, *options = session.posargs or ["*"]
+    scripts = sorted((ROOT / "bench").glob(f"{name.removesuffix('.py')}.py"))
+    if not scripts:
+        session.error(f"bench/ has no {name}.py")
+    for script in scripts:
+        session.run(PYTHON, str(script), *options, external=True)
 
 
 @nox.session
