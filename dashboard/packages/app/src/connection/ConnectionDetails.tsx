@@ -3,7 +3,7 @@ import { timelineJson, type RobotConnection } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { IconCopy, IconStethoscope } from '@tabler/icons-react'
 import { Link } from 'react-router-dom'
-import { connectionText } from '../robot/connectionText'
+import { bulkLaneText, connectionText } from '../robot/connectionText'
 import classes from './connection.module.css'
 import { TimelineBars } from './TimelineBars'
 
@@ -16,6 +16,7 @@ export interface ConnectionDetailsProps {
 export default function ConnectionDetails({ connection, onClose }: ConnectionDetailsProps) {
   const state = useReadable(connection.state)
   const timeline = useReadable(connection.timeline)
+  const bulkLane = useReadable(connection.bulkLane)
   const { text, reason, cure } = connectionText(state)
   return (
     // No veil over the page: somebody may be driving.
@@ -25,6 +26,12 @@ export default function ConnectionDetails({ connection, onClose }: ConnectionDet
           <strong>{text}.</strong> {reason} {cure}
           {state.code !== undefined && <code className={classes.code}>{state.code}</code>}
         </p>
+        {bulkLane.phase !== 'none' && (
+          <p className={classes.facts} data-testid="bulk-lane">
+            {bulkLaneText(bulkLane)}
+            {bulkLane.code !== undefined && <code className={classes.code}>{bulkLane.code}</code>}
+          </p>
+        )}
         {timeline === null ? <p className={classes.facts}>Nothing was tried yet.</p> : <TimelineBars timeline={timeline} />}
         <Group gap="sm">
           {timeline !== null && (

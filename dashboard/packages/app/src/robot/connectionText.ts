@@ -1,5 +1,5 @@
 /** What the connection badge says. */
-import { reasonOf, type ConnectionPhase, type ConnectionState } from '@mosaic/client'
+import { reasonOf, type BulkLaneState, type ConnectionPhase, type ConnectionState } from '@mosaic/client'
 
 export interface ConnectionText {
   tone: 'ok' | 'busy' | 'bad' | 'idle'
@@ -32,4 +32,18 @@ export function connectionText(state: ConnectionState): ConnectionText {
 export function formattedRoundTrip(roundTripMs: number | null): string {
   if (roundTripMs === null) return '– ms'
   return `${roundTripMs < 10 ? roundTripMs.toFixed(1) : Math.round(roundTripMs)} ms`
+}
+
+/** What the details say of the second connection, once bulk data wants one. */
+export function bulkLaneText({ phase, code }: BulkLaneState): string {
+  switch (phase) {
+    case 'none':
+      return ''
+    case 'connecting':
+      return 'Bulk data: a connection of its own is being made.'
+    case 'up':
+      return 'Bulk data has a connection of its own.'
+    case 'failed':
+      return `Bulk data goes over the main connection; another one is tried again. ${reasonOf(code ?? '').sentence}`
+  }
 }

@@ -1,7 +1,7 @@
 import type { CatalogueEntry, ConnectionPhase } from '@mosaic/client'
 import { widgets } from '@mosaic/widgets'
 import { describe, expect, test } from 'vitest'
-import { connectionText, formattedRoundTrip } from './connectionText'
+import { bulkLaneText, connectionText, formattedRoundTrip } from './connectionText'
 import { placesOf } from './layout'
 import { readChoices, strayLabels, without, writeChoices } from './viewChoices'
 
@@ -52,6 +52,12 @@ describe('the badge', () => {
     expect(text.reason).toContain('network path')
     expect(text.cure).toContain('TURN')
     expect(text.canRetry).toBe(true)
+  })
+
+  test('says where bulk data goes, and why not over a connection of its own', () => {
+    expect(bulkLaneText({ phase: 'none' })).toBe('')
+    expect(bulkLaneText({ phase: 'up' })).toContain('of its own')
+    expect(bulkLaneText({ phase: 'failed', code: 'ice.timeout' })).toContain('No network path')
   })
 
   test.each([
