@@ -1,4 +1,4 @@
-import { Value, type CatalogueEntry, type MediaStatistics, type StoreState } from '@mosaic/client'
+import { Value, type CatalogueEntry, type MediaStatistics, type Received, type StoreState } from '@mosaic/client'
 import { act, cleanup, render, screen } from '@testing-library/react'
 import userEvent from '@testing-library/user-event'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
@@ -97,6 +97,22 @@ test('the store hears of every displayed picture, and its age stands over it', (
   })
   expect(store.shown).toEqual([90_000, 90_000])
   expect(screen.getByTestId('picture-facts').textContent).toContain('42 ms old')
+})
+
+test('a camera that shows nothing says why, until a picture comes', async () => {
+  vi.useFakeTimers()
+  act(() => store.mediaStream.set(new MediaStream()))
+  store.arrived = { packets: 0, frames: 0, reportedPackets: 120 }
+  shown()
+  await act(() => vi.advanceTimersByTimeAsync(7_900))
+  expect(screen.queryByText(/media\.no_packets/)).toBeNull()
+  await act(() => vi.advanceTimersByTimeAsync(200))
+  expect(screen.getByText(/media\.no_packets/)).toBeTruthy()
+  act(() => {
+    frame?.()
+    vi.advanceTimersByTime(300)
+  })
+  expect(screen.queryByText(/media\.no_packets/)).toBeNull()
 })
 
 test('a frozen picture is marked and says since when', () => {
