@@ -81,6 +81,7 @@ def _lan_serving(config: RobotConfig, wish: LanWish | None, path: Path, *, has_s
 def make_robot(configured: Configured, *, lan: KnownServer | None = None) -> Robot:
     """A robot on the real network. ``lan``: the server that it runs itself."""
     from mosaic_core.adapters.aiortc_answerer import aiortc_answerer
+    from mosaic_core.adapters.network_watch import watch_network
     from mosaic_core.adapters.shared_sound import SharedSound
     from mosaic_core.adapters.shared_video import SharedVideo
     from mosaic_core.adapters.websocket import open_websocket
@@ -97,6 +98,7 @@ def make_robot(configured: Configured, *, lan: KnownServer | None = None) -> Rob
         make_answerer=partial(aiortc_answerer, relay_only=policy == "relay"),
         open_stream=SharedVideo,
         open_sound=SharedSound,
+        watch_network=watch_network,
         software=f"mosaic-core/{__version__}",
         lan=lan,
     )

@@ -80,13 +80,25 @@ class CloseRequested:
 
 
 @dataclass(frozen=True, slots=True)
+class Doubted:
+    """The network is another one, or the transport hesitates: a word within ``patience_s``, or the robot is lost."""
+
+    patience_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class RobotReturned:
+    """The robot has a new connection to the server: what was sent over the one before has perhaps not reached it."""
+
+
+@dataclass(frozen=True, slots=True)
 class DeadlinePassed:
     """The time of :attr:`OperatorPeer.deadline_s` has come."""
 
 
 Event = (
     Offered | Answered | TransportChanged | ControlOpened | HelloReceived | ControlReceived | EndReceived
-    | CloseRequested | DeadlinePassed
+    | CloseRequested | Doubted | RobotReturned | DeadlinePassed
 )  # fmt: skip
 
 
@@ -147,6 +159,10 @@ class OperatorPeer:
                 return self._end(code, message, tells_robot=False)
             case CloseRequested():
                 return self._end("peer.closed", "", tells_robot=True)
+            case Doubted(patience_s):
+                return self._doubted(now_s + patience_s, now_s)
+            case RobotReturned() if self.phase == "waiting":
+                return self._end("signal.timeout", "", tells_robot=True)
             case DeadlinePassed():
                 return self._overdue(now_s)
             case _:
@@ -194,6 +210,12 @@ class OperatorPeer:
         if self.phase == "open":
             self._lost_at_s = now_s + PEER_LOST_AFTER_S
             self.deadline_s = min(self._ping_at_s, self._lost_at_s)
+
+    def _doubted(self, lost_at_s: float, now_s: float) -> list[Effect]:
+        if self.phase != "open":
+            return []
+        self._lost_at_s = min(self._lost_at_s, lost_at_s)
+        return self._ping(now_s)
 
     def _overdue(self, now_s: float) -> list[Effect]:
         if self.deadline_s is None or now_s < self.deadline_s:

@@ -20,6 +20,7 @@ from mosaic_core.machines.signaling_events import (
     ConnectFailed,
     DeadlinePassed,
     FrameReceived,
+    NetworkChanged,
     ReconnectAfter,
     Report,
     Send,
@@ -42,7 +43,7 @@ class Deliver:
     message: wire.SignalingMessage
 
 
-Event = SocketOpened | ConnectFailed | FrameReceived | SocketClosed | DeadlinePassed
+Event = SocketOpened | ConnectFailed | FrameReceived | SocketClosed | NetworkChanged | DeadlinePassed
 Effect = Send | CloseSocket | ReconnectAfter | ChangeState | Report | Deliver
 
 
@@ -67,6 +68,10 @@ class OperatorSession:
         self._robot_ids = tuple(dict.fromkeys(robot_ids))
         return self._subscription() if self.state == "ready" else []
 
+    def probe(self) -> list[Effect]:
+        """Ask for what is answered at once, to see whether the server is still there."""
+        return self._subscription()
+
     def handle(self, event: Event, now_s: float, random_unit: float = 0.0) -> list[Effect]:
         """What to do now, in order."""
         if self.state == "stopped":
@@ -82,6 +87,8 @@ class OperatorSession:
                 return self._frame(text, now_s)
             case SocketClosed(code):
                 return self._closed(code, now_s, random_unit)
+            case NetworkChanged():
+                return self._moved()
             case DeadlinePassed():
                 if self.deadline_s is None or now_s < self.deadline_s:
                     return []
@@ -98,6 +105,13 @@ class OperatorSession:
         code = CLOSE_REASONS.get(CloseCode(close_code), "") if close_code in list(CloseCode) else ""
         message = reason(code).sentence if code else f"The server closed the connection (code {close_code})."
         return self._lost(code or "signal.unreachable", message, now_s, random_unit)
+
+    def _moved(self) -> list[Effect]:
+        """Nothing failed: no back-off, and nothing to report."""
+        was_up = self.state != "offline"
+        self.state, self.deadline_s, self._ready_at_s = "offline", None, None
+        self._backoff.reset()
+        return [*([ChangeState("offline")] if was_up else []), ReconnectAfter(0.0)]
 
     def _stopped(self, code: str) -> list[Effect]:
         self.state, self.deadline_s = "stopped", None

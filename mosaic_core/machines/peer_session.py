@@ -79,13 +79,20 @@ class CloseRequested:
 
 
 @dataclass(frozen=True, slots=True)
+class Doubted:
+    """The robot's network is another one: a word within ``patience_s``, or the operator is lost."""
+
+    patience_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class DeadlinePassed:
     """The time of :attr:`PeerSession.deadline_s` has come."""
 
 
 Event = (
     Answered | AnswerFailed | TransportChanged | ChannelOpened | HelloReceived | ControlReceived | ByeReceived
-    | CloseRequested | DeadlinePassed
+    | CloseRequested | Doubted | DeadlinePassed
 )  # fmt: skip
 
 
@@ -157,6 +164,10 @@ class PeerSession:
                 return self._close(code, message)
             case CloseRequested(code, message):
                 return self._close(code, message, say_bye=self._phase == "open")
+            case Doubted(patience_s):
+                if self._phase == "open" and self.deadline_s is not None:
+                    self.deadline_s = min(self.deadline_s, now_s + patience_s)
+                return []
             case DeadlinePassed():
                 return self._overdue(now_s)
 

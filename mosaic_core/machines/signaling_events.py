@@ -35,6 +35,11 @@ class SocketClosed:
 
 
 @dataclass(frozen=True, slots=True)
+class NetworkChanged:
+    """This machine's network is another one: the socket, if there is one, was dropped and is made anew at once."""
+
+
+@dataclass(frozen=True, slots=True)
 class DeadlinePassed:
     """The time of :attr:`SignalingSession.deadline_s` has come."""
 
@@ -66,7 +71,7 @@ class ShutdownBegun:
 
 
 Event = (
-    SocketOpened | ConnectFailed | FrameReceived | SocketClosed | DeadlinePassed | MessageReady
+    SocketOpened | ConnectFailed | FrameReceived | SocketClosed | NetworkChanged | DeadlinePassed | MessageReady
     | PeerConnected | PeerEnded | ShutdownBegun
 )  # fmt: skip
 

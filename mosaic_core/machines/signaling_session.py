@@ -21,6 +21,7 @@ from mosaic_core.machines.signaling_events import (
     Event,
     FrameReceived,
     MessageReady,
+    NetworkChanged,
     PeerConnected,
     PeerEnded,
     ReconnectAfter,
@@ -87,6 +88,8 @@ class SignalingSession:
                 return self._frame(text, now_s)
             case SocketClosed(code):
                 return self._closed(code, now_s, random_unit)
+            case NetworkChanged():
+                return self._moved()
             case DeadlinePassed():
                 return self._overdue(now_s)
             case MessageReady(message):
@@ -131,6 +134,13 @@ class SignalingSession:
             self._reported = code
             effects.append(Report(code, message))
         return [*effects, ReconnectAfter(backoff.failed(ready_for_s, random_unit))]
+
+    def _moved(self) -> list[Effect]:
+        """Nothing failed: no back-off, and nothing to report."""
+        was_up = self._state != "offline"
+        self._state, self.deadline_s, self._ready_at_s = "offline", None, None
+        self._backoff.reset()
+        return [*([ChangeState("offline")] if was_up else []), ReconnectAfter(0.0)]
 
     def _overdue(self, now_s: float) -> list[Effect]:
         if self.deadline_s is None or now_s < self.deadline_s:

@@ -12,9 +12,10 @@ from typing import Self
 import httpx
 
 from mosaic_core.machines.connection_timeline import ConnectionTimeline
+from mosaic_core.machines.network_change import NetworkChange
 from mosaic_core.operator.channel_port import now_us
 from mosaic_core.operator.peer_link import ConnectionPlan
-from mosaic_core.operator.reconnection import keep_connected
+from mosaic_core.operator.reconnection import Keeper
 from mosaic_core.operator.rest_api import RestApi, RobotSummary, log_in
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.robot_connector import RobotConnector
@@ -23,7 +24,7 @@ from mosaic_core.operator.store_manager import StoreManager
 from mosaic_core.operator.store_plan import media_labels_of
 from mosaic_core.operator.stores import MosaicStore
 from mosaic_core.runtime.operator_transport import OffererFactory
-from mosaic_core.runtime.transport import SocketConnector
+from mosaic_core.runtime.transport import NetworkWatcher, SocketConnector
 from mosaic_core.words import signaling
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
@@ -42,7 +43,7 @@ class MosaicOperator:
     All calls and callbacks on one event loop. ``is_person``: a person decides what is sent; programs give way to
     persons, so say so only where it is true. ``ice_transport_policy="relay"`` goes only through TURN.
     ``uses_bulk_lane=False`` puts bulk data beside everything else on the one peer connection. ``open_socket``,
-    ``make_offerer``, ``http`` and ``clock_us`` (this operator's monotonic clock) are for tests.
+    ``make_offerer``, ``http`` and ``clock_us`` (this operator's monotonic clock) and ``watch_network`` are for tests.
     """
 
     def __init__(
@@ -57,6 +58,7 @@ class MosaicOperator:
         make_offerer: OffererFactory | None = None,
         http: httpx.AsyncBaseTransport | None = None,
         clock_us: Callable[[], int] = now_us,
+        watch_network: NetworkWatcher | None = None,
     ) -> None:
         self.access_token = access_token
         self.is_person = is_person
@@ -74,7 +76,9 @@ class MosaicOperator:
         self._clock_us = clock_us
         self._connections: dict[str, RobotConnection] = {}
         self._session_ids: dict[str, str] = {}
-        self._keepers: set[asyncio.Task[None]] = set()
+        self._keepers: dict[asyncio.Task[None], Keeper] = {}
+        self._watch_network = watch_network or (_default_watch() if open_socket is None else None)
+        self._network_watch: asyncio.Task[None] | None = None
         self._watched: set[str] = set()
         self._listeners: list[Callable[[str, RobotStatus], None]] = []
         self._changed = asyncio.Event()
@@ -93,8 +97,13 @@ class MosaicOperator:
         return cls(base_url, await log_in(base_url, CODE_ROUTE, {"code": code}), is_person=is_person)
 
     async def __aenter__(self) -> Self:
-        self._signaling.start()
+        self._start()
         return self
+
+    def _start(self) -> None:
+        self._signaling.start()
+        if self._network_watch is None and self._watch_network is not None:
+            self._network_watch = asyncio.create_task(self._watch_network(self._network_changed))
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -103,8 +112,10 @@ class MosaicOperator:
 
     async def close(self) -> None:
         """End all connections and sign off."""
-        for keeper in self._keepers:
+        for keeper in list(self._keepers):
             keeper.cancel()
+        if self._network_watch is not None:
+            self._network_watch.cancel()
         await asyncio.gather(*(connection.close() for connection in list(self._connections.values())))
         self.stores.close()
         await self._signaling.close()
@@ -117,7 +128,7 @@ class MosaicOperator:
     def watch(self, robot_ids: Sequence[str]) -> None:
         """Hear of the status and catalogue of these robots too, also after a reconnection."""
         self._watched.update(robot_ids)
-        self._signaling.start()
+        self._start()
         self._signaling.subscribe(sorted(self._watched))
 
     def on_status(self, callback: Callable[[str, RobotStatus], None]) -> Callable[[], None]:
@@ -155,7 +166,7 @@ class MosaicOperator:
         previous = self._connections.pop(robot_id, None)
         if previous is not None:
             await previous.close()
-        self._signaling.start()
+        self._start()
         loop = asyncio.get_running_loop()
         ends_at_s = loop.time() + timeout_s
         timeline = self.timelines[robot_id] = ConnectionTimeline(time.monotonic())
@@ -179,13 +190,14 @@ class MosaicOperator:
     def _keep(self, connection: RobotConnection, connectors: Sequence[RobotConnector]) -> None:
         async def reopen() -> None:
             timeline = self.timelines[connection.robot_id] = ConnectionTimeline(time.monotonic())
-            await self._signaling.wait_ready(RECONNECT_TIMEOUT_S)
+            await self._signaling.assured(RECONNECT_TIMEOUT_S)
             await connection.reopen(await self._plan(connection.robot_id, connectors, timeline), RECONNECT_TIMEOUT_S)
 
         connection.keep()
-        task = asyncio.create_task(keep_connected(connection, reopen))
-        self._keepers.add(task)
-        task.add_done_callback(self._keepers.discard)
+        keeper = Keeper(connection, reopen)
+        task = asyncio.create_task(keeper.run())
+        self._keepers[task] = keeper
+        task.add_done_callback(lambda done: self._keepers.pop(done, None))
 
     async def _plan(
         self, robot_id: str, connectors: Sequence[RobotConnector], timeline: ConnectionTimeline
@@ -199,7 +211,7 @@ class MosaicOperator:
             self.stores.get_or_create_store(connector)
         session_id = self._session_ids.get(robot_id) if "multiPeer" in agreed else None
         timeline.mark("asked", time.monotonic())
-        made = await self.rest.create_connection(robot_id, session_id)
+        made, ice_servers = await asyncio.gather(self.rest.create_connection(robot_id, session_id), self._ice_servers())
         timeline.mark("granted", time.monotonic())
         if made.session_id is not None:
             self._session_ids[robot_id] = made.session_id
@@ -210,7 +222,7 @@ class MosaicOperator:
             session_id=made.session_id,
             catalogue=catalogue,
             media_labels=media_labels_of(catalogue, self.stores.stores_of(robot_id)),
-            ice_servers=await self._ice_servers(),
+            ice_servers=ice_servers,
             agreed=agreed,
             is_person=self.is_person,
             clock_us=self._clock_us,
@@ -226,8 +238,7 @@ class MosaicOperator:
     def _heard(self, message: SignalingMessage) -> None:
         match message:
             case signaling.StatusUpdate(robot_id=str(robot_id), status=status):
-                self.statuses[robot_id] = status
-                self._changed.set()
+                self._robot_status(robot_id, status)
                 for callback in list(self._listeners):
                     callback(robot_id, status)
             case signaling.CatalogueUpdate(robot_id=robot_id, catalogue=catalogue):
@@ -240,6 +251,27 @@ class MosaicOperator:
                         connection.hear(message)
             case _:
                 pass
+
+    def _robot_status(self, robot_id: str, status: RobotStatus) -> None:
+        was_away = self.statuses.get(robot_id) in (RobotStatus.DISCONNECTED, RobotStatus.WS_CONNECTED)
+        self.statuses[robot_id] = status
+        self._changed.set()
+        if was_away and status is RobotStatus.READY_TO_CONNECT:
+            for keeper in self._keepers.values():
+                if keeper.connection.robot_id == robot_id:
+                    keeper.connection.robot_returned()
+                    keeper.wake()
+
+    def _network_changed(self, change: NetworkChange) -> None:
+        """Whoever waits tries again now; what was connected may hang, and is asked."""
+        if change == "moved" or self._signaling.session.state != "ready":
+            self._signaling.renew()
+        if change == "moved":
+            self.rest.renew()
+            for connection in self._connections.values():
+                connection.doubt()
+        for keeper in self._keepers.values():
+            keeper.wake()
 
     def _refused(self, code: int) -> None:
         """The server took an offer or candidate for none of ours; it does not say which, so: those being made."""
@@ -272,6 +304,12 @@ class MosaicOperator:
         connection = self._connections.get(store.robot_connector.robot_id)
         if connection is not None:
             connection.store_released(store)
+
+
+def _default_watch() -> NetworkWatcher:
+    from mosaic_core.adapters.network_watch import watch_network
+
+    return watch_network
 
 
 def _default_socket() -> SocketConnector:

@@ -25,6 +25,10 @@ from mosaic_core.words.timeline import Moment
 
 _log = logging.getLogger(__name__)
 
+DOUBT_S = 0.5
+"""Patience with a robot after a change of network; a live one answers a ping within a round trip."""
+DOUBT_ROUND_TRIPS = 4
+
 
 def _new_timeline() -> ConnectionTimeline:
     return ConnectionTimeline(time.monotonic())
@@ -151,6 +155,15 @@ class PeerLink:
                 self._handle(machine.EndReceived(code or "peer.closed", text or ""))
             case _:
                 pass
+
+    def doubt(self) -> None:
+        """The network is another one: the robot has a few round trips to prove that it is still there."""
+        best_us = self.control.best_round_trip_us if self.control is not None else None
+        self._handle(machine.Doubted(max(DOUBT_S, DOUBT_ROUND_TRIPS * (best_us or 0) / 1e6)))
+
+    def robot_returned(self) -> None:
+        """The robot has a new connection to the server."""
+        self._handle(machine.RobotReturned())
 
     async def close(self) -> None:
         """Say good-bye and end everything; doing so twice does nothing."""

@@ -1,4 +1,6 @@
-"""Brings a connection back after it was lost: same session, growing waits with jitter, until it is closed for good."""
+"""Brings a connection back after it was lost: same session, the first try at once, then growing waits with jitter,
+until it is closed for good.
+"""
 
 from __future__ import annotations
 
@@ -17,18 +19,41 @@ POLICY = BackoffPolicy(first_s=0.3, factor=1.7, max_s=10.0, jitter=0.5)
 """Quick at first: most losses are a change of network that is over when it is noticed."""
 
 
-async def keep_connected(connection: RobotConnection, reopen: Callable[[], Awaitable[None]]) -> None:
-    """Run beside ``connection`` for its life. ``reopen()`` tries once, and raises what went wrong."""
-    while await connection.wait_interrupted():
-        _log.warning("the connection to robot %s is lost, trying again", connection.robot_id)
+class Keeper:
+    """Keeps one connection; :meth:`run` beside it for its life. ``reopen()`` tries once, and raises what went wrong."""
+
+    def __init__(self, connection: RobotConnection, reopen: Callable[[], Awaitable[None]]) -> None:
+        self.connection = connection
+        self._reopen = reopen
+        self._woken = asyncio.Event()
+
+    def wake(self) -> None:
+        """Something is better now: the network or the robot came back. Try at once."""
+        self._woken.set()
+
+    async def run(self) -> None:
+        connection = self.connection
+        while await connection.wait_interrupted():
+            _log.warning("the connection to robot %s is lost, trying again", connection.robot_id)
+            await self._bring_back()
+            if connection.state == "connected":
+                _log.warning("the connection to robot %s is back", connection.robot_id)
+
+    async def _bring_back(self) -> None:
         backoff = Backoff(POLICY)
-        while connection.state == "reconnecting":
-            await asyncio.sleep(backoff.failed(0.0, random.random()))
+        while self.connection.state == "reconnecting":
+            self._woken.clear()
             try:
-                await reopen()
+                await self._reopen()
             except AuthError as error:
-                connection.give_up(ConnectionFailed(error.message, code=error.code))
+                self.connection.give_up(ConnectionFailed(error.message, code=error.code))
             except MosaicError as error:
                 _log.debug("not yet: %s", error.message)
-        if connection.state == "connected":
-            _log.warning("the connection to robot %s is back", connection.robot_id)
+                await self._pause(backoff.failed(0.0, random.random()))
+
+    async def _pause(self, delay_s: float) -> None:
+        try:
+            async with asyncio.timeout(delay_s):
+                await self._woken.wait()
+        except TimeoutError:
+            return

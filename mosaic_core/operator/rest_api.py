@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -50,7 +51,20 @@ class RestApi:
     """One signed-in account. Raises :class:`AuthError` or :class:`SignalingError`; close it at the end."""
 
     def __init__(self, base_url: str, access_token: str, transport: httpx.AsyncBaseTransport | None = None) -> None:
-        self._client = _client(base_url, transport, {"Authorization": f"Bearer {access_token}"})
+        self._base_url = base_url
+        self._transport = transport
+        self._headers = {"Authorization": f"Bearer {access_token}"}
+        self._client = _client(base_url, transport, self._headers)
+        self._leaving: set[asyncio.Task[None]] = set()
+
+    def renew(self) -> None:
+        """The network is another one: connections that were kept may be dead without knowing it. Event loop."""
+        if self._transport is not None:
+            return
+        leaving = asyncio.create_task(self._client.aclose())
+        self._leaving.add(leaving)
+        leaving.add_done_callback(self._leaving.discard)
+        self._client = _client(self._base_url, None, self._headers)
 
     async def robots(self) -> list[RobotSummary]:
         """All robots of this account's organization."""

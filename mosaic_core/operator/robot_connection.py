@@ -53,6 +53,8 @@ class RobotConnection:
         """Why it ended, once :attr:`state` is ``closed``."""
         self.control = ControlDesk(plan.peer_id, plan.clock_us)
         """Who commands: leases, the stop, the other operators."""
+        self.near_urls: tuple[str, ...] = ()
+        """Where the robot serves operators on its own network itself, whether or not this is one of those networks."""
         self.delivery = DeliveryWatcher(self._say)
         """How the robot's data travels, while anybody asks; what a store itself got and sent is its ``counters``."""
         self._stores = stores
@@ -223,6 +225,16 @@ class RobotConnection:
         await self.open(timeout_s)
         self.control.regain()
 
+    def doubt(self) -> None:
+        """The network of this machine is another one."""
+        if self.state == "connected":
+            self._peer.doubt()
+
+    def robot_returned(self) -> None:
+        """The robot has a new connection to the server: an offer that went over the one before is made anew."""
+        if self.state == "reconnecting":
+            self._peer.robot_returned()
+
     def give_up(self, error: ConnectionFailed) -> None:
         """It has ended for good."""
         self.error, self.state = error, "closed"
@@ -281,6 +293,8 @@ class RobotConnection:
                 self._streams.heard(message)
             case control.DeliveryReport():
                 self.delivery.heard(message)
+            case control.Near(urls=urls):
+                self.near_urls = urls
             case control.Refusal():
                 for callback in list(self._refusals):
                     callback(message)

@@ -8,6 +8,7 @@ import random
 import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from typing import Any
 
 from mosaic_core.machines import operator_signaling as machine
 from mosaic_core.machines.signaling_events import (
@@ -16,6 +17,7 @@ from mosaic_core.machines.signaling_events import (
     ConnectFailed,
     DeadlinePassed,
     FrameReceived,
+    NetworkChanged,
     ReconnectAfter,
     Report,
     Send,
@@ -32,6 +34,8 @@ _log = logging.getLogger(__name__)
 MAX_QUEUED = 512
 """Messages that wait for a server which takes none: far more than a minute of offers and candidates for every robot.
 Beyond it the connection is given up and made anew, so that memory stays bounded."""
+PROBE_S = 0.7
+"""A server that is there answers at once."""
 FAREWELL_S = 0.5
 """How long the last messages may take to leave."""
 
@@ -50,6 +54,9 @@ class SignalingLink:
         self._outgoing: asyncio.Queue[str] = asyncio.Queue(MAX_QUEUED)
         self._reconnect_after_s = 0.0
         self._changed = asyncio.Event()
+        self._renewal = asyncio.Event()
+        self._frames = 0
+        self._farewells: set[asyncio.Task[None]] = set()
         self._woken = asyncio.Event()
         self._close_request: CloseSocket | None = None
         self._problem: tuple[str, str] | None = None
@@ -83,6 +90,27 @@ class SignalingLink:
     def subscribe(self, robot_ids: Iterable[str]) -> None:
         self._carry_out(self.session.subscribe(robot_ids))
 
+    async def assured(self, timeout_s: float) -> None:
+        """Until messages can be sent to a server that has just shown to be there: a socket that lost its network does
+        not know it. Raises as :meth:`wait_ready`."""
+        heard = self._frames
+        if self.session.state == "ready":
+            self._carry_out(self.session.probe())
+            with suppress(TimeoutError):
+                async with asyncio.timeout(PROBE_S):
+                    while self._frames == heard and self.session.state == "ready":
+                        self._changed.clear()
+                        await self._changed.wait()
+            if self._frames == heard and self.session.state == "ready":
+                self.renew()
+        while self._renewal.is_set() and self.session.state == "ready":  # noqa: ASYNC110 - the old socket is left at once
+            await asyncio.sleep(0)
+        await self.wait_ready(timeout_s)
+
+    def renew(self) -> None:
+        """The network is another one: leave the socket, which may be dead without knowing it; make a new one now."""
+        self._renewal.set()
+
     async def close(self) -> None:
         """Send what is queued, then end."""
         if self.session.state == "ready":
@@ -100,29 +128,64 @@ class SignalingLink:
 
     async def _run(self) -> None:
         while self.session.state != "stopped":
-            try:
-                self._socket = await self._connect(self._url)
-            except SignalingError as error:
-                self._handle(ConnectFailed(error.message, error.code))
-            else:
+            self._renewal.clear()
+            connecting = asyncio.create_task(self._connect(self._url))
+            if not await self._until_done(connecting):
+                connecting.cancel()
+                await asyncio.wait({connecting})
+                self._handle(NetworkChanged())
+            elif (error := connecting.exception()) is None:
+                self._socket = connecting.result()
                 await self._serve(self._socket)
                 self._handle(SocketClosed(self._socket.close_code))
-            await asyncio.sleep(self._reconnect_after_s)
+            elif isinstance(error, SignalingError):
+                self._handle(ConnectFailed(error.message, error.code))
+            else:
+                raise error
+            with suppress(TimeoutError):
+                async with asyncio.timeout(self._reconnect_after_s):
+                    await self._renewal.wait()
+                    self._handle(NetworkChanged())
+
+    async def _until_done(self, *tasks: asyncio.Task[Any]) -> bool:
+        """Until one of them is done; ``False``: the network changed before."""
+        renewal = asyncio.create_task(self._renewal.wait())
+        try:
+            await asyncio.wait({renewal, *tasks}, return_when=asyncio.FIRST_COMPLETED)
+        except asyncio.CancelledError:
+            for task in tasks:
+                task.cancel()
+            raise
+        finally:
+            renewal.cancel()
+        return any(task.done() for task in tasks)
 
     async def _serve(self, socket: SignalingSocket) -> None:
         self._outgoing = asyncio.Queue(MAX_QUEUED)
         self._handle(SocketOpened())
         tasks = [asyncio.create_task(work) for work in (self._read(socket), self._write(socket), self._watch(socket))]
+        is_moved = False
         try:
-            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            is_moved = not await self._until_done(*tasks)
         finally:
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
+            await self._leave(socket, is_moved=is_moved)
+
+    async def _leave(self, socket: SignalingSocket, *, is_moved: bool) -> None:
+        if not is_moved:
             await socket.close()
+            return
+        self._handle(NetworkChanged())
+        farewell = asyncio.create_task(socket.close())  # whoever is out of reach answers nothing
+        self._farewells.add(farewell)
+        farewell.add_done_callback(self._farewells.discard)
 
     async def _read(self, socket: SignalingSocket) -> None:
         async for text in socket:
+            self._frames += 1
+            self._changed.set()
             self._handle(FrameReceived(text))
 
     async def _write(self, socket: SignalingSocket) -> None:

@@ -27,12 +27,14 @@ from mosaic_core.runtime.sound_transport import IncomingSound, SoundLabels
 from mosaic_core.runtime.stop_link import StopLink
 from mosaic_core.runtime.transport import Answerer, AnswererFactory, Channel, PictureFeed
 from mosaic_core.words import control
-from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, STOP_LABEL
+from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, PING_PERIOD_S, STOP_LABEL
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.signaling import ExchangeIceCandidate, IceCandidate, SdpAnswer
 
 logger = logging.getLogger(__name__)
 
+DOUBT_S = 2 * PING_PERIOD_S + 0.2
+"""Two pings and the way here."""
 _BYE_FLUSH_S = 0.05
 """Time for the bye to leave before the transport closes."""
 
@@ -50,9 +52,7 @@ class OperatorPeer:
         self._baseline = ArrivalBaseline()
         self._queue = SendQueue(self._has_room)
         self._resume = PeerResume(lambda: self.sender, site, self._control.answer)
-        self._channels = PeerChannels(
-            lambda: self.sender, site, self._queue, self._baseline, self.refuse, self._resume
-        )
+        self._channels = PeerChannels(lambda: self.sender, site, self._queue, self._baseline, self.refuse, self._resume)
         self._lane = BulkLane(self._lane_owner(make_answerer))
         self._unbound: list[str] = []
         self._origins: list[control.MediaOrigin] = []
@@ -115,6 +115,10 @@ class OperatorPeer:
     def close(self, code: str, message: str = "") -> None:
         """Begin to close; an operator of ours hears why."""
         self._handle(session.CloseRequested(code, message))
+
+    def doubt(self) -> None:
+        """The robot's network is another one: operators of ours ping, so a live one is heard soon."""
+        self._handle(session.Doubted(DOUBT_S))
 
     async def closed(self) -> None:
         await self._closed.wait()

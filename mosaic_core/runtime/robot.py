@@ -13,6 +13,7 @@ import pluggy
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines import signaling_events as session
+from mosaic_core.machines.network_change import NetworkChange
 from mosaic_core.machines.peer_admission import AddCandidate, RefusePeer, StartPeer, StopPeer
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.counters import PeerSnapshot, RobotSnapshot, ServerSnapshot
@@ -29,7 +30,7 @@ from mosaic_core.runtime.server_link import FLEET, LAN, KnownServer, ServerLink,
 from mosaic_core.runtime.sessions import SessionBook
 from mosaic_core.runtime.site import Site
 from mosaic_core.runtime.sound_transport import SoundStreamFactory
-from mosaic_core.runtime.transport import AnswererFactory, PictureStreamFactory, SocketConnector
+from mosaic_core.runtime.transport import AnswererFactory, NetworkWatcher, PictureStreamFactory, SocketConnector
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import reason
 from mosaic_core.words.config import RobotConfig
@@ -59,6 +60,7 @@ class Robot:
         open_sound: SoundStreamFactory = plain_sound,
         software: str,
         lan: KnownServer | None = None,
+        watch_network: NetworkWatcher | None = None,
     ) -> None:
         """``lan`` is a second server beside that of the configuration, or the only one where it names none."""
         self._config = config
@@ -70,6 +72,7 @@ class Robot:
         self._open_stream = open_stream
         self._open_sound = open_sound
         self._software = software
+        self._watch_network = watch_network
         self._catalogue = Catalogue.of(connector.entry for connector in connectors)
         self._state = "offline"
         self._started_at_s = time.monotonic()
@@ -144,10 +147,15 @@ class Robot:
         runs.start()
         signaling = asyncio.create_task(self._introduce(), name="mosaic-signaling")
         signaling.add_done_callback(lambda _: self._stopping.set())
+        watching = None
+        if self._watch_network is not None:
+            watching = asyncio.create_task(self._watch_network(self._network_changed), name="mosaic-network")
         try:
             if not self._stop_wanted:
                 await self._stopping.wait()
         finally:
+            if watching is not None:
+                watching.cancel()
             await self._shutdown(runs, signaling)
         if not signaling.cancelled() and (bug := signaling.exception()) is not None:
             raise bug
@@ -158,6 +166,15 @@ class Robot:
 
     def _scope(self, server: KnownServer) -> str:
         return f"{server.name}:" if len(self._servers) > 1 else ""
+
+    def _network_changed(self, change: NetworkChange) -> None:
+        """Be found again soon: operators whose connection is dead ask for a new one through the server."""
+        logger.info("this machine's network is another one (%s)", change)
+        for link in self._links:
+            link.network_changed(change)
+        if change == "moved":
+            for peer in tuple(self._peers.values()):
+                peer.doubt()
 
     def stop(self) -> None:
         """Begin an orderly end. Any thread, any number of times, also before :meth:`run`."""

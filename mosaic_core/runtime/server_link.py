@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from mosaic_core.machines import signaling_events as session
+from mosaic_core.machines.network_change import NetworkChange
 from mosaic_core.machines.peer_admission import AddCandidate, PeerIdentity, RefusePeer, StartPeer, StopPeer
 from mosaic_core.machines.signaling_session import SignalingSession
 from mosaic_core.runtime.signaling_client import SignalingClient
@@ -67,6 +68,11 @@ class ServerLink:
     def shut_down(self) -> None:
         """Say good-bye; :meth:`run` ends then."""
         self._client.tell(session.ShutdownBegun())
+
+    def network_changed(self, change: NetworkChange) -> None:
+        """A socket of the network before may hang for long; one that is missing is worth a try now."""
+        if change == "moved" or self.state != "ready":
+            self._client.renew()
 
     def introduced(self, peer_id: str) -> bool:
         return peer_id.startswith(self.scope)

@@ -7,6 +7,7 @@ import logging
 import random
 import time
 from collections.abc import Callable
+from typing import Any
 
 from mosaic_core.machines import signaling_events as session
 from mosaic_core.machines.signaling_session import SignalingSession
@@ -40,6 +41,8 @@ class SignalingClient:
         self._delay_s = 0.0
         self._timer: asyncio.TimerHandle | None = None
         self._stopped = asyncio.Event()
+        self._renewal = asyncio.Event()
+        self._farewells: set[asyncio.Task[None]] = set()
 
     def tell(self, event: session.Event) -> None:
         """Something happened: on the socket, or in the robot."""
@@ -55,38 +58,76 @@ class SignalingClient:
             self._stopped.set()
         self._rearm()
 
+    def renew(self) -> None:
+        """The network is another one: leave the socket, which may be dead without knowing it; make a new one now."""
+        self._renewal.set()
+
     async def run(self) -> None:
         """Until the session is stopped."""
         while not self._stopped.is_set():
-            try:
-                socket = await self._connect(self._url)
-            except SignalingError as error:
+            self._renewal.clear()
+            connecting = self._loop.create_task(self._connect(self._url))
+            if not await self._until_done(connecting):
+                connecting.cancel()
+                await asyncio.wait({connecting})
+                self.tell(session.NetworkChanged())
+            elif (error := connecting.exception()) is None:
+                await self._serve(connecting.result())
+            elif isinstance(error, SignalingError):
                 self.tell(session.ConnectFailed(error.message, error.code))
             else:
-                await self._serve(socket)
+                raise error
             await self._wait()
 
-    async def _wait(self) -> None:
+    async def _until_done(self, *tasks: asyncio.Task[Any]) -> bool:
+        """Until one of them is done; ``False``: the network changed before."""
+        renewal = self._loop.create_task(self._renewal.wait())
         try:
-            await asyncio.wait_for(self._stopped.wait(), self._delay_s)
+            await asyncio.wait({renewal, *tasks}, return_when=asyncio.FIRST_COMPLETED)
+        except asyncio.CancelledError:
+            for task in tasks:
+                task.cancel()
+            raise
+        finally:
+            renewal.cancel()
+        return any(task.done() for task in tasks)
+
+    async def _wait(self) -> None:
+        stopped = self._loop.create_task(self._stopped.wait())
+        try:
+            async with asyncio.timeout(self._delay_s):
+                if not await self._until_done(stopped):
+                    self.tell(session.NetworkChanged())
         except TimeoutError:
             return
+        finally:
+            stopped.cancel()
 
     async def _serve(self, socket: SignalingSocket) -> None:
         self._unsent = asyncio.Queue(_MAX_UNSENT)
         reader = self._loop.create_task(self._read(socket))
         writer = self._loop.create_task(self._write(socket, self._unsent))
         self.tell(session.SocketOpened())
+        is_moved = False
         try:
-            await asyncio.wait({reader, writer}, return_when=asyncio.FIRST_COMPLETED)
+            is_moved = not await self._until_done(reader, writer)
         finally:
             self._unsent = None
             code = None if not writer.done() or writer.cancelled() or writer.exception() else writer.result()
             reader.cancel()
             writer.cancel()
             await asyncio.wait({reader, writer})
-            await _close(socket, 1000, "")
+            await self._leave(socket, is_moved=is_moved)
             self.tell(session.SocketClosed(socket.close_code if code is None else code))
+
+    async def _leave(self, socket: SignalingSocket, *, is_moved: bool) -> None:
+        if not is_moved:
+            await _close(socket, 1000, "")
+            return
+        self.tell(session.NetworkChanged())
+        farewell = self._loop.create_task(_close(socket, 1000, ""))  # whoever is out of reach answers nothing
+        self._farewells.add(farewell)
+        farewell.add_done_callback(self._farewells.discard)
 
     async def _read(self, socket: SignalingSocket) -> None:
         try:

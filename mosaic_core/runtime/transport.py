@@ -10,6 +10,7 @@ from typing import Any, Protocol, TypeAlias
 
 from mosaic_core.contract.media import EncodingParams, Picture
 from mosaic_core.machines.chosen_path import ChosenPath
+from mosaic_core.machines.network_change import NetworkChange
 from mosaic_core.machines.rate_control import Feedback
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.sound_transport import NO_SOUND, IncomingSound, SoundLabels
@@ -199,6 +200,12 @@ class SignalingSocket(Protocol):
     @property
     def close_code(self) -> int | None:
         """The other side's close code, once closed."""
+        ...
+
+
+class NetworkWatcher(Protocol):
+    async def __call__(self, changed: Callable[[NetworkChange], None]) -> None:
+        """Call ``changed`` at every change of this machine's network, until cancelled."""
         ...
 
 
