@@ -1,12 +1,12 @@
 """From the camera to the eye: the age of displayed pictures in Chromium, read from the pictures themselves.
 
-python bench/glass_to_glass.py [--quick] [--rounds N] [--seconds S] [--only sessions dashboard links]
+python bench/glass_to_glass.py [--quick] [--rounds N] [--seconds S] [--codec C] [--only sessions dashboard links]
 
 Every sender burns the time of capture into its pictures; a page of Chromium reads it back from the displayed <video>,
 when `requestVideoFrameCallback` says for when it is on the screen. All processes of a machine have the same monotonic
 clock; the page's own is calibrated against it, and how far that may be wrong is printed. Ways alternate within each
 round. Differences below 17 ms, one vsync, are noise. The full run takes eight minutes; `--seconds 60` has every bad
-network for a minute.
+network for a minute, which takes twelve.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import os
 import tempfile
 from collections import defaultdict
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -125,31 +126,21 @@ class Bench:
 
     # -- bad networks --------------------------------------------------------------------------------------------
 
-    async def links(self, seconds: float, rounds: int = 1) -> None:
-        found: dict[tuple[str, Way], list[bad_links.Seen]] = defaultdict(list)
-        for _ in range(rounds):
-            for way in (OURS, AIORTC):
-                for seen in await bad_links.all_seen(self._browser, way, self._losses, seconds):
-                    found[seen.phase.name, way].append(seen)
-        self._console.print(self._links_table(found, seconds))
+    async def links(self, seconds: float, codec: str) -> None:
+        ways = [replace(way, codec=codec) for way in (OURS, AIORTC)]
+        seen = await bad_links.seen_by(self._browser, ways, self._losses, seconds)
+        found = {(one.phase.name, way): [one] for way in ways for one in seen[way]}
+        width, height = bad_links.SIZE
         self._console.print(
-            "Well again: narrower, until the ages are within 100 ms of those before the step, without freezes, for "
+            f"{width}x{height}, {bad_links.DELAY_MS:.0f} ms each way, {seconds:.0f} s of each network:\n"
+        )
+        for line in bad_links.table_lines(found, ways):
+            self._console.print(line, markup=False, soft_wrap=True)
+        self._console.print(
+            "\nWell again: narrower, until the ages are within 100 ms of those before the step, without freezes, for "
             "two seconds; wider, until for two seconds 80 % of the bit rate before the first step came. Drift: the "
             "last third's median age less the first third's."
         )
-
-    def _links_table(self, found: dict[tuple[str, Way], list[bad_links.Seen]], seconds: float) -> Table:
-        width, height = bad_links.SIZE
-        title = f"{width}x{height} VP8, {bad_links.DELAY_MS:.0f} ms each way, {seconds:.0f} s each"
-        table = Table(title=title)
-        columns = ("network", "way", "freezes/min", "fps", "p50 ms", "p95 ms", "drift ms", "well again s", "Mbit/s")
-        for name in (*columns, "height"):
-            table.add_column(name, justify="left" if name in ("network", "way") else "right")
-        for phase in (*self._losses, *bad_links.STEPS):
-            for way in (OURS, AIORTC):
-                table.add_row(phase.name, way.sender, *_link_cells(found[phase.name, way]))
-            table.add_section()
-        return table
 
 
 def differences_ms(pictures: list[Displayed]) -> list[float]:
@@ -180,22 +171,6 @@ def _mean(values: Any) -> float:
     return float(sum(listed) / len(listed))
 
 
-def _link_cells(runs: list[bad_links.Seen]) -> list[str]:
-    median = bad_links.median_of
-    again = "" if runs[0].well_again_s is None else f"{median(runs, 'well_again_s'):.1f}".replace("inf", "never")
-    p50, p95 = (f"{median(runs, 'age_ms', share):.0f}" for share in (0.5, 0.95))
-    counts = (f"{median(runs, 'freezes'):.1f}", f"{median(runs, 'fps'):.1f}")
-    return [
-        *counts,
-        p50,
-        p95,
-        f"{median(runs, 'drift_ms'):+.0f}",
-        again,
-        f"{median(runs, 'mbps'):.2f}",
-        runs[0].heights,
-    ]
-
-
 async def measure(asked: argparse.Namespace, console: Console) -> list[str]:
     program = chromium()
     if program is None:
@@ -209,7 +184,7 @@ async def measure(asked: argparse.Namespace, console: Console) -> list[str]:
         if "dashboard" in asked.only:
             await bench.dashboard(2.0 if asked.quick else 4.0, 3.0 if asked.quick else 8.0)
         if "links" in asked.only:
-            await bench.links(asked.seconds)
+            await bench.links(asked.seconds, asked.codec)
         await browser.close()
         await other.close()
         return bench.missed
@@ -221,6 +196,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="90 seconds: does it work at all?")
     parser.add_argument("--rounds", type=int, help="sessions of each way and size (2; quick: 1)")
     parser.add_argument("--seconds", type=float, help="of each bad network (12; quick: 3)")
+    parser.add_argument("--codec", choices=("vp8", "h264"), default="vp8", help="of the bad networks")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     asked = parser.parse_args()
     asked.rounds = asked.rounds or (1 if asked.quick else 2)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import statistics
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -96,10 +95,16 @@ class Seen:
         return " ".join(str(height) for height in common if shown.count(height) >= len(shown) / 10)
 
 
-async def all_seen(browser: Any, way: Way, losses: Sequence[Phase], seconds: float) -> list[Seen]:
-    """Each loss for ``seconds`` on a connection of its own, then the step on another one."""
-    found = [await _loss(browser, way, phase, seconds) for phase in losses]
-    return [*found, *await _step(browser, way, seconds)]
+async def seen_by(browser: Any, ways: Sequence[Way], losses: Sequence[Phase], seconds: float) -> dict[Way, list[Seen]]:
+    """Each loss for ``seconds`` on a connection of its own, then the step on another one; the ways take turns, so that
+    what else the machine does hits both."""
+    found: dict[Way, list[Seen]] = {way: [] for way in ways}
+    for phase in losses:
+        for way in ways:
+            found[way].append(await _loss(browser, way, phase, seconds))
+    for way in ways:
+        found[way] += await _step(browser, way, seconds)
+    return found
 
 
 async def _loss(browser: Any, way: Way, phase: Phase, seconds: float) -> Seen:
@@ -135,6 +140,25 @@ async def _phases(one: Session, phases: Sequence[Phase], seconds: float) -> list
     return seen
 
 
-def median_of(runs: Sequence[Seen], name: str, *words: float) -> float:
-    values = [getattr(run, name) for run in runs]
-    return float(statistics.median(value(*words) if words else value for value in values))
+def table_lines(found: Mapping[Way, Sequence[Seen]]) -> list[str]:
+    """In Markdown, the ways below each other."""
+    names = (
+        "network", "way", "freezes/min", "fps", "p50 / p95 / oldest ms", "drift ms", "well again s", "Mbit/s", "height",
+    )  # fmt: skip
+    lines = ["| " + " | ".join(names) + " |", "|---" * len(names) + "|"]
+    for of_one_network in zip(*found.values(), strict=True):
+        for way, seen in zip(found, of_one_network, strict=True):
+            lines.append("| " + " | ".join((seen.phase.name, way.name, *_cells(seen))) + " |")
+    return lines
+
+
+def _cells(seen: Seen) -> tuple[str, ...]:
+    return (
+        f"{seen.freezes:.1f}",
+        f"{seen.fps:.1f}",
+        " / ".join(f"{seen.age_ms(share):.0f}" for share in (0.5, 0.95, 1.0)),
+        f"{seen.drift_ms:+.0f}",
+        "" if seen.well_again_s is None else f"{seen.well_again_s:.1f}".replace("inf", "never"),
+        f"{seen.mbps:.2f}",
+        seen.heights,
+    )
