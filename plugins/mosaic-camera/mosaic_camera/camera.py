@@ -57,10 +57,11 @@ class CameraParams(EncodingParams):
         default=0, description="Degrees clockwise, after flipping.", json_schema_extra=unit("deg")
     )
     loop: bool = Field(default=True, description="Start a video file again when it ends.")
-    passthrough: Literal["auto", "never"] = Field(
+    passthrough: Literal["auto", "device", "never"] = Field(
         default="auto",
         description="`auto`: H.264 of network streams and files is sent as it is, where neither size, rate, flip nor "
-        "rotation is asked for; operators without H.264 get it encoded anew. `never`: always encode.",
+        "rotation is asked for; operators without H.264 get it encoded anew. `device`: that of a USB camera's own "
+        "encoder too, whose bit rate follows nobody's network. `never`: always encode.",
     )
 
 
@@ -89,7 +90,7 @@ class Camera(MediaTrackHandler):
         began_s: float | None = None
         while (grabbed := self._next(grabber)) is not None:
             at_s = grabbed.captured_at_s if grabber.is_live else grabbed.position_s
-            if not pace.takes(at_s):
+            if not grabber.keeps_order and not pace.takes(at_s):
                 continue
             if grabber.is_live:
                 yield grabbed, grabbed.captured_at_s
@@ -142,8 +143,10 @@ class Camera(MediaTrackHandler):
 
 def _passes_packets(params: CameraParams) -> bool:
     """Whether the source's own packets would show what is asked for."""
+    if is_device(params.source):  # size and rate are modes of its own
+        return params.passthrough == "device" and params.rotation == 0 and params.flip == "none"
     is_changed = any((params.width, params.height, params.fps, params.rotation, params.flip != "none"))
-    return params.passthrough == "auto" and not is_changed and may_have_packets(str(params.source))
+    return params.passthrough != "never" and not is_changed and may_have_packets(str(params.source))
 
 
 class CameraConfigurer(MediaTrackConfigurer[CameraParams]):

@@ -1,4 +1,6 @@
-"""Sources whose H.264 is passed on as it is: network cameras and video files, without decoding and encoding again."""
+"""Sources whose H.264 is passed on as it is: network cameras, video files and USB cameras that encode, without decoding
+and encoding again.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,7 @@ from typing import Any
 import av
 from av.bitstream import BitStreamFilterContext
 
-from mosaic_camera.source import Grabbed
+from mosaic_camera.source import Grabbed, Wanted, capture_time_s
 from mosaic_camera.source_error import SourceError
 
 NETWORK_TIMEOUT_S = 5.0
@@ -38,6 +40,25 @@ def open_packets(source: str) -> PacketSource | None:
         container.close()
         return None
     return PacketSource(container, stream, is_live=is_network and not stream.duration and not container.duration)
+
+
+def open_device_packets(path: str, wanted: Wanted) -> PacketSource | None:
+    """The H.264 that a camera of this machine makes itself (USB Video Class 1.5 and the like), in the mode that is
+    nearest to what is wanted; ``None`` if it makes none."""
+    options = {"input_format": "h264"}
+    if wanted.width and wanted.height:
+        options["video_size"] = f"{wanted.width}x{wanted.height}"
+    if wanted.fps:
+        options["framerate"] = f"{wanted.fps:g}"
+    try:
+        container = av.open(path, format="v4l2", options=options)
+    except (av.FFmpegError, OSError, ValueError):
+        return None
+    stream = next(iter(container.streams.video), None)
+    if stream is None or stream.codec_context.name != "h264":
+        container.close()
+        return None
+    return PacketSource(container, stream, is_live=True)
 
 
 class PacketSource:
@@ -70,7 +91,9 @@ class PacketSource:
             stamp_s = float(packet.pts * packet.time_base)
             self._began_s = stamp_s if self._began_s is None else self._began_s
             self._position_s = self._turn_began_s + stamp_s - self._began_s
-        return Grabbed(packet, time.monotonic(), self._position_s, bool(packet.is_keyframe))
+        now_s = time.monotonic()
+        captured_at_s = capture_time_s(stamp_s, now_s) if self._is_live and packet.pts is not None else now_s
+        return Grabbed(packet, captured_at_s, self._position_s, bool(packet.is_keyframe))
 
     def rewind(self) -> None:
         """Back to the first picture; positions go on rising."""

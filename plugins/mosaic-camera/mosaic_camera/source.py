@@ -38,7 +38,7 @@ class Wanted:
     height: int | None = None
     fps: float | None = None
     passes_packets: bool = False
-    """H.264 that the source has already may come as packets."""
+    """H.264 that the source has already, or that a camera makes itself, may come as packets."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,9 @@ def open_source(wanted: Wanted) -> Source:
     if wanted.passes_packets and not is_device(text) and (packets := _packets_of(text)) is not None:
         return packets
     if is_device(text):
-        return _opened_device(Path(f"/dev/video{text}" if text.isdecimal() else text), wanted)
+        path = Path(f"/dev/video{text}" if text.isdecimal() else text)
+        check_device(path, found_devices())
+        return (_device_packets(path, wanted) if wanted.passes_packets else None) or _opened_device(path, wanted)
     if "://" in text and not text.startswith("file://"):
         return _opened_url(text)
     return _opened_file(Path(text.removeprefix("file://")).expanduser())
@@ -103,10 +105,20 @@ def _packets_of(text: str) -> Source | None:
     return open_packets(text)
 
 
+def _device_packets(path: Path, wanted: Wanted) -> Source | None:
+    from mosaic_camera.packet_source import open_device_packets
+
+    packets = open_device_packets(str(path), wanted)
+    if packets is None:
+        logger.warning(
+            "%s makes no H.264 itself; its pictures are encoded here (`v4l2-ctl --list-formats` tells)", path
+        )
+    return packets
+
+
 def _opened_device(path: Path, wanted: Wanted) -> Source:
     import cv2
 
-    check_device(path, found_devices())
     capture = cv2.VideoCapture(str(path), cv2.CAP_V4L2)
     if not capture.isOpened():
         capture.release()
@@ -187,7 +199,7 @@ class CaptureSource:
         if not is_decoded or image is None:
             return None
         if self._is_live:
-            return Grabbed(image, _capture_time_s(stamp_s, now_s))
+            return Grabbed(image, capture_time_s(stamp_s, now_s))
         self._position_s = self._next_position_s(stamp_s)
         return Grabbed(image, now_s, self._position_s)
 
@@ -209,6 +221,6 @@ def _plausible_fps(fps: float) -> float:
     return fps if 0.1 <= fps <= 1000 else FALLBACK_FPS
 
 
-def _capture_time_s(stamp_s: float, now_s: float) -> float:
+def capture_time_s(stamp_s: float, now_s: float) -> float:
     """A V4L2 driver stamps with the monotonic clock; anything that isn't just now is something else."""
     return stamp_s if 0.0 <= now_s - stamp_s < 1.0 else now_s

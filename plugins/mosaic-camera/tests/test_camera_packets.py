@@ -145,3 +145,60 @@ def test_h264_from_the_network_is_passed_on_until_the_stream_is_lost(served: str
     with pytest.raises(SourceError, match="was lost"):
         take_frames(camera)
     assert decoded_numbers(packets_of(fake_host(camera).pictures)) == list(range(PICTURES))
+
+
+@pytest.fixture
+def encoding_camera(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[str, list[dict[str, Any]]]:
+    """A device node behind which a recording plays the camera that encodes, and how it was opened."""
+    node, recording = tmp_path / "video7", recorded(tmp_path / "clip.mp4")
+    opened: list[dict[str, Any]] = []
+    node.touch()
+    real = av.open
+
+    def play(path: str, *words: Any, **options: Any) -> Any:
+        if options.get("format") != "v4l2":
+            return real(path, *words, **options)
+        opened.append({"path": path, **options})
+        return real(str(recording))
+
+    monkeypatch.setattr(av, "open", play)
+    for module in ("source", "camera"):
+        monkeypatch.setattr(f"mosaic_camera.{module}.is_device", lambda source: source == str(node))
+    return str(node), opened
+
+
+def test_the_h264_of_a_cameras_own_encoder_is_passed_on_in_the_mode_asked_for(
+    encoding_camera: tuple[str, list[dict[str, Any]]],
+) -> None:
+    node, opened = encoding_camera
+    asked = {"source": node, "passthrough": "device", "width": 1280, "height": 720, "fps": 5}
+    camera = build(CameraConfigurer, params=asked)
+    assert camera.encoding.codec == "h264"
+    packets = packets_of(take_frames(camera, PICTURES))
+    assert decoded_numbers(packets) == list(range(PICTURES)), "none is left out: they build on each other"
+    options = {"input_format": "h264", "video_size": "1280x720", "framerate": "5"}
+    assert opened == [{"path": node, "format": "v4l2", "options": options}]
+
+
+@pytest.mark.parametrize("asked", [{}, {"passthrough": "device", "rotation": 90}, {"passthrough": "never"}])
+def test_a_cameras_own_encoder_is_left_alone_unless_asked_for(
+    encoding_camera: tuple[str, list[dict[str, Any]]], asked: dict[str, Any]
+) -> None:
+    node, opened = encoding_camera
+    camera = build(CameraConfigurer, params={"source": node, **asked})
+    with pytest.raises(SourceError, match="does not open as a camera"):  # what OpenCV says of an empty file
+        take_frames(camera, 1)
+    assert opened == []
+
+
+def test_a_camera_without_an_encoder_is_read_as_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    node = tmp_path / "video8"
+    node.touch()
+    for module in ("source", "camera"):
+        monkeypatch.setattr(f"mosaic_camera.{module}.is_device", lambda source: source == str(node))
+    camera = build(CameraConfigurer, params={"source": str(node), "passthrough": "device"})
+    with pytest.raises(SourceError, match="does not open as a camera"):
+        take_frames(camera, 1)
+    assert "makes no H.264" in caplog.text
