@@ -21,8 +21,10 @@ if str(HERE) not in sys.path:
     sys.path.append(str(HERE))
 
 from laboratory.forwarding import ROUTER_OPERATOR_IP, ROUTER_ROBOT_IP, Lab  # noqa: E402
+from laboratory.nats import Kind, NatLab  # noqa: E402
 from laboratory.processes import MOSAIC, Process, until  # noqa: E402
 from laboratory.site import Site, Track  # noqa: E402
+from laboratory.turn_server import Coturn, run_coturn  # noqa: E402
 
 ROBOT_SIDE = HERE / "robot_side"
 START_S = 30.0
@@ -124,3 +126,32 @@ def site(whole_site: Site, wait_for: Callable[..., float]) -> Iterator[Site]:
 @pytest.fixture(name="until", scope="session")
 def until_fixture() -> Callable[..., Coroutine[Any, Any, None]]:
     return until
+
+
+@pytest.fixture(scope="session")
+def nat_lab(lab: Lab) -> Iterator[NatLab]:
+    """Symmetric NATs on both sides; one for all tests."""
+    yield from _nat_lab("symmetric")
+
+
+@pytest.fixture(scope="session")
+def cone_lab(lab: Lab) -> Iterator[NatLab]:
+    """NATs that keep one port for all destinations."""
+    yield from _nat_lab("endpoint-independent")
+
+
+def _nat_lab(kind: Kind) -> Iterator[NatLab]:
+    for program, package in (("nft", "nftables"), ("turnserver", "coturn"), ("openssl", "openssl")):
+        if shutil.which(program) is None:
+            pytest.skip(f"no `{program}`: apt install {package}")
+    with ExitStack() as stack:
+        yield NatLab(stack, kind)
+
+
+@pytest.fixture(scope="session")
+def coturn(
+    nat_lab: NatLab, tmp_path_factory: pytest.TempPathFactory, wait_for: Callable[..., float]
+) -> Iterator[Coturn]:
+    """In the public network between the symmetric NATs."""
+    with ExitStack() as stack:
+        yield run_coturn(nat_lab, tmp_path_factory.mktemp("coturn"), stack, wait_for)

@@ -10,7 +10,9 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
+from pathlib import Path
 
 MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main"]
 
@@ -56,3 +58,20 @@ async def until(condition: Callable[[], bool], what: str, timeout_s: float = 10.
     while not condition():
         assert time.monotonic() < ends_at_s, f"after {timeout_s} s still not true: {what}"
         await asyncio.sleep(0.01)
+
+
+def started(stack: ExitStack, words: list[str], log: Path, **environment: str) -> subprocess.Popen[bytes]:
+    """Runs until the stack closes; what it writes goes to ``log``."""
+    with log.open("wb") as output:
+        process = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT, env={**os.environ, **environment})
+
+    def stop() -> None:
+        process.send_signal(signal.SIGTERM)
+        try:
+            process.wait(10)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait(5)
+
+    stack.callback(stop)
+    return process
