@@ -34,10 +34,13 @@ const OF_EVENT: Partial<Record<PeerEvent['type'], Moment>> = {
  */
 export class ConnectionTimeline {
   private readonly current = new Value<Timeline | null>(null)
+  private readonly lastFailed = new Value<Timeline | null>(null)
   private beganMs = 0
 
   /** Null before the first attempt; the last one stays until the next begins. */
   readonly view: Readable<Timeline | null> = this.current
+  /** The last attempt that failed, while the next ones are made; null once one came up. */
+  readonly failed: Readable<Timeline | null> = this.lastFailed
 
   begin(nowMs: number): void {
     this.beganMs = nowMs
@@ -56,6 +59,7 @@ export class ConnectionTimeline {
     if (now === null || now.endedMs !== undefined || this.has(moment)) return
     const mark = { moment, atMs: Math.max(0, nowMs - this.beganMs), detail: detail.slice(0, MAX_DETAIL) }
     this.current.set({ ...now, marks: [...now.marks, mark].sort(byTime) })
+    if (moment === 'control') this.lastFailed.set(null)
   }
 
   /** What was found out afterwards about a moment, as the path that ICE chose. */
@@ -69,7 +73,9 @@ export class ConnectionTimeline {
   end(code: string, nowMs: number): void {
     const now = this.current.get()
     if (now === null || now.endedMs !== undefined) return
-    this.current.set({ ...now, code, endedMs: Math.max(0, nowMs - this.beganMs) })
+    const ended = { ...now, code, endedMs: Math.max(0, nowMs - this.beganMs) }
+    this.current.set(ended)
+    this.lastFailed.set(code === 'peer.closed' ? null : ended)
   }
 
   has(moment: Moment): boolean {

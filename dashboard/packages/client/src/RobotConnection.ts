@@ -77,6 +77,8 @@ export class RobotConnection implements StoreHost {
   readonly delivery = new DeliveryWatch((watch) => this.attempt?.control.send('delivery.watch', watch) ?? false)
   /** The second peer connection, for connectors with delivery `bulk`. */
   readonly bulkLane: Readable<BulkLaneState>
+  /** The last attempt that failed, until one comes up. */
+  readonly failedTimeline: Readable<Timeline | null> = this.record.failed
   /** Messages that the robot did not accept. */
   readonly refusals = { subscribe: (listener: (refusal: Refusal) => void): (() => void) => this.refused.add(listener) }
 
@@ -289,12 +291,12 @@ export class RobotConnection implements StoreHost {
     if (message.type === 'status.update' && message.data.robotId === this.robotId) this.statusChanged(message.data.status)
     const { attempt } = this
     if (!attempt || !isAbout(message, attempt.rtcConnectionId)) return
-    this.candidateIn(message)
     if (message.type === 'signaling.send_sdp_answer') void attempt.answered(message.data.sdpAnswer)
     else if (message.type === 'signaling.exchange_ice_candidate') void attempt.link.addCandidate(message.data.iceCandidate)
     else if (message.type === 'signaling.close_peer_connection') {
       this.handle({ type: 'broken', code: 'peer.closed', ...reasonIn(message.data) })
     }
+    this.candidateIn(message)
   }
 
   private candidateIn(message: SignalingMessage): void {

@@ -30,6 +30,9 @@ describe('the timeline of a set-up', () => {
     expect(it.view.get()).toMatchObject({ code: 'ice.timeout', endedMs: 15_000, marks: [{ moment: 'asked' }] })
     it.begin(20_000)
     expect(it.view.get()).toEqual({ marks: [{ moment: 'asked', atMs: 0, detail: '' }] })
+    expect(it.failed.get()?.code).toBe('ice.timeout')
+    it.mark('control', 20_100)
+    expect(it.failed.get()).toBeNull()
   })
 
   test('is copied with the keys that Python uses', () => {

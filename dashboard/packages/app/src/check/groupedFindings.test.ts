@@ -16,6 +16,7 @@ test('a failure comes before a warning, and nothing wrong is nothing to do', () 
   expect(worst(found)?.check).toBe('c.c')
   expect(worst(found.slice(0, 2))?.check).toBe('b.b')
   expect(worst(found.slice(0, 1))).toBeNull()
+  expect(worst([finding('browser.microphone', 'warn'), finding('ice.nat', 'warn')])?.check).toBe('ice.nat')
 })
 
 test('what is copied has the keys of the command line', () => {

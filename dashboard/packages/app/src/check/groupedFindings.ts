@@ -20,9 +20,15 @@ export function groupedFindings(findings: readonly Finding[]): FindingGroup[] {
   })).filter((group) => group.findings.length > 0)
 }
 
+/** What matters most for a connection; a microphone matters to few. */
+const URGENCY = ['server', 'network', 'ice', 'browser']
+
 /** The first thing to do something about; null where nothing is wrong. */
 export function worst(findings: readonly Finding[]): Finding | null {
-  return findings.find(({ status }) => status === 'fail') ?? findings.find(({ status }) => status === 'warn') ?? null
+  const urgency = ({ check }: Finding) => URGENCY.indexOf(check.split('.')[0] ?? '')
+  const first = (status: Finding['status']) =>
+    findings.filter((finding) => finding.status === status).sort((one, other) => urgency(one) - urgency(other))[0]
+  return first('fail') ?? first('warn') ?? null
 }
 
 /** For the clipboard; the same keys as `mosaic doctor --json`. */

@@ -20,7 +20,7 @@ export default function ConnectionDetails({ connection, onClose }: ConnectionDet
   const { text, reason, cure } = connectionText(state)
   return (
     // No veil over the page: somebody may be driving.
-    <Drawer opened onClose={onClose} position="right" size="md" title="Connection details" withOverlay={false} lockScroll={false} trapFocus={false}>
+    <Drawer opened onClose={onClose} position="right" size="md" title="Connection details" withOverlay={false} lockScroll={false} trapFocus={false} classNames={{ inner: classes.inner }}>
       <div className={classes.root}>
         <p className={classes.facts}>
           <strong>{text}.</strong> {reason} {cure}

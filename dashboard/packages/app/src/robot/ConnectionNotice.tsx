@@ -15,7 +15,7 @@ export interface ConnectionNoticeProps {
 /** Why there is no connection, what to do about it, and a way to try again. */
 export function ConnectionNotice({ connection, robot }: ConnectionNoticeProps) {
   const state = useReadable(connection.state)
-  const timeline = useReadable(connection.timeline)
+  const timeline = useReadable(connection.failedTimeline)
   const { reason, cure, canRetry, text, tone } = connectionText(state)
   const isOffline = robot?.isOnline === false
   if (tone === 'ok' || (reason === '' && !isOffline)) return null
@@ -26,7 +26,7 @@ export function ConnectionNotice({ connection, robot }: ConnectionNoticeProps) {
         <strong>{reason === '' ? `${robot?.name ?? 'The robot'} is offline.` : reason}</strong>{' '}
         {isOffline ? 'Start it with `mosaic run`; this page connects by itself when it is back.' : cure}
         {state.code !== undefined && <code className={classes.code}>{state.code}</code>}
-        {timeline?.endedMs !== undefined && !isOffline && (
+        {timeline !== null && !isOffline && (
           <details className={classes.how}>
             <summary>How far it got</summary>
             <TimelineBars timeline={timeline} />

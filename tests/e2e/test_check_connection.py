@@ -1,0 +1,102 @@
+"""The operator's half of the doctor in a real browser, and how a connection came up, in details and in a failure."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
+
+PICTURES = os.environ.get("MOSAIC_E2E_PICTURES")
+"""A folder for screenshots, for whoever wants to see the pages."""
+
+
+def photographed(page: Page, name: str) -> None:
+    if PICTURES:
+        page.screenshot(path=Path(PICTURES) / f"{name}.png")
+
+
+@pytest.fixture
+def page(browser: Any) -> Any:
+    context = browser.new_context(
+        viewport={"width": 1280, "height": 900}, permissions=["clipboard-read", "clipboard-write"]
+    )
+    page = context.new_page()
+    page.set_default_timeout(20_000)
+    yield page
+    context.close()
+
+
+@pytest.fixture
+def sign_in(server: Any, seed: Any) -> Any:
+    def signed_in(page: Page) -> None:
+        page.goto(server.url)
+        page.get_by_label("Email").fill(seed.email)
+        page.locator("input[type=password]").fill(seed.password)
+        page.keyboard.press("Enter")
+        page.get_by_role("heading", name="Robots").wait_for()
+
+    return signed_in
+
+
+def test_the_check_page_looks_at_browser_server_and_ice_without_a_robot(
+    page: Page, server: Any, seed: Any, sign_in: Any
+) -> None:
+    sign_in(page)
+    page.get_by_role("link", name="Check connection").click()
+    check = page.get_by_test_id("check")
+    expect(check).to_have_attribute("aria-busy", "false", timeout=20_000)
+    for group in ("This browser", "Network", "Server", "STUN, TURN, NAT"):
+        expect(page.get_by_role("region", name=group)).to_be_visible()
+    expect(check).to_contain_text("This browser has WebRTC.")
+    expect(check).to_contain_text("The clocks of this machine and of the server agree")
+    expect(check).to_contain_text("ice.no_servers")
+    photographed(page, "check")
+    page.get_by_role("button", name="Copy as JSON").click()
+    copied = json.loads(page.evaluate("() => navigator.clipboard.readText()"))
+    assert copied["version"] == 1
+    assert {"browser.webrtc", "server.http", "network.addresses"} <= {one["check"] for one in copied["findings"]}
+
+
+def test_a_connected_robot_shows_how_the_connection_came_up(
+    page: Page, server: Any, seed: Any, robot: Any, sign_in: Any
+) -> None:
+    sign_in(page)
+    page.goto(f"{server.url}/robots/{seed.robot_id}")
+    page.get_by_text("Connected", exact=True).wait_for()
+    page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")
+    page.get_by_role("button", name="Connection details").click()
+    timeline = page.get_by_test_id("timeline")
+    for title in ("Path found (ICE)", "Encrypted (DTLS)", "Control channel open", "First value", "First picture"):
+        expect(timeline).to_contain_text(title)
+    expect(timeline).to_contain_text("over UDP")
+    photographed(page, "details")
+    page.get_by_role("button", name="Copy as JSON").click()
+    copied = json.loads(page.evaluate("() => navigator.clipboard.readText()"))
+    assert {"asked", "ice", "frame"} <= {mark["moment"] for mark in copied["marks"]}
+
+
+def test_a_connection_that_fails_shows_how_far_it_got(
+    page: Page, server: Any, seed: Any, robot: Any, sign_in: Any
+) -> None:
+    page.add_init_script("RTCPeerConnection.prototype.addIceCandidate = async () => {}")
+    page.add_init_script("""
+      const accept = RTCPeerConnection.prototype.setRemoteDescription
+      RTCPeerConnection.prototype.setRemoteDescription = function (description) {
+        return accept.call(this, { type: description.type, sdp: description.sdp.replace(/a=candidate.*\\r\\n/g, '') })
+      }
+      Object.defineProperty(RTCPeerConnection.prototype, 'onicecandidate', { set() {}, get: () => null })
+    """)
+    sign_in(page)
+    page.goto(f"{server.url}/robots/{seed.robot_id}")
+    notice = page.get_by_role("alert").filter(has_text="ice.")
+    notice.wait_for(timeout=30_000)
+    notice.get_by_text("How far it got").click()
+    expect(notice.get_by_test_id("timeline")).to_contain_text("Answer received")
+    expect(notice.get_by_test_id("timeline")).to_contain_text("Ended")
+    photographed(page, "failed")
