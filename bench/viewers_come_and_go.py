@@ -32,15 +32,15 @@ async def measure(folder: Path, stack: ExitStack, viewers: int, minutes: float) 
 
 def table_of(found: Soaked, minutes: float) -> Table:
     table = Table(title=f"{found.joins} operators in {minutes:g} minutes; the robot when nobody is there")
-    for name in ("", "memory MB", "threads", "tasks"):
+    for name in ("", "memory MB", "threads", "tasks", "open files"):
         table.add_column(name, justify="right" if name else "left")
     for name, kept in (("before", found.before), ("after", found.after)):
         table.add_row(name, *cells(kept))
     return table
 
 
-def cells(kept: Kept) -> tuple[str, str, str]:
-    return f"{kept.rss_mb:.1f}", str(kept.threads), str(kept.tasks)
+def cells(kept: Kept) -> tuple[str, ...]:
+    return f"{kept.rss_mb:.1f}", str(kept.threads), str(kept.tasks), str(kept.files)
 
 
 def main() -> None:
@@ -57,7 +57,10 @@ def main() -> None:
     console = Console()
     console.print(table_of(found, asked.minutes))
     grown_mb = found.after.rss_mb - found.before.rss_mb
-    console.print(f"Growth: {1000 * grown_mb / found.joins:.0f} KB for each operator who came and left")
+    share = grown_mb / found.before.rss_mb
+    console.print(f"Growth: {share:.1%}, {1000 * grown_mb / found.joins:.1f} KB for each operator who came and left")
+    if found.late:
+        console.print(f"[red]{found.late} of them saw no picture for half a minute")
 
 
 if __name__ == "__main__":

@@ -29,6 +29,7 @@ def kept() -> dict[str, object]:
         "rss_mb": pages * 4096 / 1e6,
         "threads": len(names),
         "tasks": len(asyncio.all_tasks()),
+        "files": sum(1 for _ in Path("/proc/self/fd").iterdir()),
         "encoders": encoders,
     }
 

@@ -33,6 +33,8 @@ class Kept:
     rss_mb: float
     threads: int
     tasks: int
+    files: int
+    """Sockets and files that are open."""
     encoders: tuple[str, ...] = ()
 
 
@@ -48,7 +50,9 @@ class CountedRobot:
         for line in self._log.read_text().splitlines():
             with suppress(json.JSONDecodeError, TypeError):  # a line that is still being written, or a log line
                 words = json.loads(line)
-                found.append(Kept(words["rss_mb"], words["threads"], words["tasks"], tuple(words["encoders"])))
+                found.append(
+                    Kept(words["rss_mb"], words["threads"], words["tasks"], words["files"], tuple(words["encoders"]))
+                )
         return found
 
     async def at_rest(self) -> Kept:
@@ -56,7 +60,9 @@ class CountedRobot:
         seen, ends_at_s = len(self.looks()), time.monotonic() + QUIET_WITHIN_S
         while True:
             last = self.looks()[seen:][-QUIET_LOOKS:]
-            is_quiet = len({(look.threads, look.tasks) for look in last}) == 1 and not any(k.encoders for k in last)
+            is_quiet = len({(look.threads, look.tasks, look.files) for look in last}) == 1 and not any(
+                k.encoders for k in last
+            )
             if len(last) == QUIET_LOOKS and is_quiet:
                 return last[-1]
             if time.monotonic() > ends_at_s:
@@ -83,9 +89,10 @@ def counted_robot(config: Path, log: Path) -> Iterator[CountedRobot]:
 
 @dataclass(frozen=True, slots=True)
 class Soaked:
-    """``joins`` operators between two moments of rest."""
+    """``joins`` operators between two moments of rest; ``late`` of them had no picture within half a minute."""
 
     joins: int
+    late: int
     before: Kept
     after: Kept
 
@@ -94,23 +101,28 @@ async def soaked(server: Server, robot: CountedRobot, viewers: int, seconds: flo
     """First ``warm_up_s`` that do not count: libraries load, caches fill."""
     await _crowd(server.site, viewers, warm_up_s)
     before = await robot.at_rest()
-    joins = await _crowd(server.site, viewers, seconds)
-    return Soaked(joins, before, await robot.at_rest())
+    joins, late = await _crowd(server.site, viewers, seconds)
+    return Soaked(joins, late, before, await robot.at_rest())
 
 
-async def _crowd(site: Site, viewers: int, seconds: float) -> int:
+async def _crowd(site: Site, viewers: int, seconds: float) -> tuple[int, int]:
     ends_at_s = time.monotonic() + seconds
-    return sum(await asyncio.gather(*(_visits(site, ends_at_s) for _ in range(viewers))))
+    visits = await asyncio.gather(*(_visits(site, ends_at_s) for _ in range(viewers)))
+    return sum(joins for joins, _ in visits), sum(late for _, late in visits)
 
 
-async def _visits(site: Site, ends_at_s: float) -> int:
-    """One person who comes again and again; how often."""
-    joins = 0
+async def _visits(site: Site, ends_at_s: float) -> tuple[int, int]:
+    """One person who comes again and again: how often, and how often without seeing anything."""
+    joins = late = 0
     async with await MosaicOperator.login(site.url, site.email, site.password) as operator:
         while time.monotonic() < ends_at_s or joins == 0:
             connection = await operator.connect(site.robot_id)
-            await connection.media("front").next_frame(FIRST_PICTURE_S)
+            try:
+                await connection.media("front").next_frame(FIRST_PICTURE_S)
+            except TimeoutError:
+                late += 1
+                print(f"No picture for {FIRST_PICTURE_S:.0f} s; {connection.state}", flush=True)
             await asyncio.sleep(random.uniform(*STAY_S))
             await connection.close()
             joins += 1
-    return joins
+    return joins, late

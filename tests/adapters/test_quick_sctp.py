@@ -294,6 +294,31 @@ def test_a_receiver_that_is_behind_acknowledges_more_at_once() -> None:
     assert asyncio.run(acknowledged(16, is_behind=True)) == 2
 
 
+def test_a_timer_that_expires_after_the_transport_closed_hurts_nobody() -> None:
+    complaints: list[dict[str, Any]] = []
+
+    async def scenario(link: Association) -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda loop, context: complaints.append(context))
+        channel = await link.channel()
+        link.wires[0].fate = lambda: 0
+        channel.send(b"lost")
+        await until(lambda: link.ends[0]._t3_handle is not None)
+        link.wires[0].state, link.wires[0]._send_data = "closed", refuse  # type: ignore[method-assign]
+        link.ends[0]._t3_due_s = 0.0
+        link.ends[0]._t3_expired()
+        channel.send(b"too late")
+        await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        link.wires[0].state = "connected"
+        del link.wires[0]._send_data
+
+    async def refuse(data: bytes) -> None:
+        raise ConnectionError
+
+    associated(scenario)
+    assert complaints == []
+
+
 @given(st.lists(st.one_of(st.binary(max_size=40), st.none()), max_size=60))
 def test_a_measured_queue_knows_what_waits_in_it(steps: list[bytes | None]) -> None:
     queue: MeasuredQueue[bytes] = MeasuredQueue(len)

@@ -78,7 +78,7 @@ class QuickSending(RTCSctpTransport):
     async def _data_channel_flush(self) -> None:
         """Cut as many messages into chunks as a burst takes, then send them: aiortc sends each by itself."""
         self._is_flush_due = False
-        if self._association_state is not self.State.ESTABLISHED or self._is_gathering or not self._data_channel_queue:
+        if self._is_gathering or not self._data_channel_queue or not self._may_send:
             return
         self._is_gathering = True
         try:
@@ -89,6 +89,11 @@ class QuickSending(RTCSctpTransport):
             self._is_gathering = False
         await self._transmit()
         await self._transmit_reconfig()
+
+    @property
+    def _may_send(self) -> bool:
+        """The association is up, and DTLS below it has not ended meanwhile: whoever sends then is too late."""
+        return self._association_state is self.State.ESTABLISHED and self.transport.state == "connected"
 
     async def _cut_next_message(self) -> None:
         channel, protocol, user_data = self._data_channel_queue.popleft()
@@ -242,8 +247,9 @@ class QuickSending(RTCSctpTransport):
         if left_s > _TIMER_SLACK_S:
             self._t3_handle = asyncio.get_running_loop().call_later(left_s, self._t3_expired)
             return
-        self._may_retransmit = True
-        super()._t3_expired()
+        if self._may_send:
+            self._may_retransmit = True
+            super()._t3_expired()
 
 
 def _payload(data: bytes | str) -> tuple[int, bytes]:
