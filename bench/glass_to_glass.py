@@ -128,13 +128,10 @@ class Bench:
 
     async def links(self, seconds: float, codec: str) -> None:
         ways = [replace(way, codec=codec) for way in (OURS, AIORTC)]
-        seen = await bad_links.seen_by(self._browser, ways, self._losses, seconds)
-        found = {(one.phase.name, way): [one] for way in ways for one in seen[way]}
+        found = await bad_links.seen_by(self._browser, ways, self._losses, seconds)
         width, height = bad_links.SIZE
-        self._console.print(
-            f"{width}x{height}, {bad_links.DELAY_MS:.0f} ms each way, {seconds:.0f} s of each network:\n"
-        )
-        for line in bad_links.table_lines(found, ways):
+        self._console.print(f"{width}x{height}, {bad_links.DELAY_MS:.0f} ms each way, {seconds:.0f} s of each:\n")
+        for line in bad_links.table_lines(found):
             self._console.print(line, markup=False, soft_wrap=True)
         self._console.print(
             "\nWell again: narrower, until the ages are within 100 ms of those before the step, without freezes, for "
