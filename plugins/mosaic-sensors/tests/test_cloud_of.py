@@ -60,14 +60,14 @@ def test_fields_are_found_by_their_usual_names() -> None:
 
 @pytest.mark.parametrize("kind", [np.float32, np.uint32])
 def test_a_colour_packed_as_pcl_does_is_unpacked(kind: type) -> None:
-    packed = np.array([0x00FF8001, 0x00000102], np.uint32).view(kind)
+    packed: Any = np.array([0x00FF8001, 0x00000102], np.uint32).view(kind)
     cloud = cloud_of(structured(x=[1.0, 2], y=[3.0, 4], z=[5.0, 6], rgb=packed))
     assert cloud.rgb is not None
     assert cloud.rgb.tolist() == [[255, 128, 1], [0, 1, 2]]
 
 
 def test_colours_may_be_fractions_bytes_or_sixteen_bit() -> None:
-    def rgb(values: Any) -> list[list[int]]:
+    def rgb(values: Any) -> Any:
         cloud = cloud_of(XYZ, rgb=values)
         assert cloud.rgb is not None
         return cloud.rgb.tolist()

@@ -15,9 +15,10 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.machines.framing import MAX_MESSAGE_BYTES
 from mosaic_core.testing import FakeHost, build, collect, fake_host
 from mosaic_core.words.data_type import Delivery, MosaicDataType
+from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import ConfigError
 from mosaic_sensors.point_cloud import PointCloudParams, PointCloudSender, cloud_of, decoded
-from mosaic_sensors.point_cloud.cloud_files import CloudFileError
+from mosaic_sensors.point_cloud.file_bytes import CloudFileError
 from mosaic_sensors.point_cloud.connector import PointCloudConfigurer
 from mosaic_sensors.point_cloud.datagrams import datagrams_of
 from mosaic_sensors.point_cloud.original_form import OriginalForm
@@ -61,8 +62,8 @@ def test_a_plugin_yields_arrays_and_operators_get_clouds() -> None:
     assert np.abs(decoded(data).xyz - LINE).max() <= 0.005 + 1e-9
     assert sender.is_closed
     assert sender.data_type is MosaicDataType.BYTE_R2U
-    assert isinstance(sender.delivery, object)
-    assert getattr(sender.delivery, "mode") is Delivery.BULK  # noqa: B009 - either a mode or a contract
+    assert isinstance(sender.delivery, DeliveryContract)
+    assert (sender.delivery.mode, sender.delivery.newest_wins) == (Delivery.BULK, True)
 
 
 def test_params_thin_crop_and_round() -> None:
@@ -92,7 +93,8 @@ def test_pushed_points_carry_intensity_colour_frame_and_time() -> None:
     captured_at_s = fake_host(sender).clock.now_s - 0.04
     assert sender.send_points(LINE, np.arange(100), np.full((100, 3), 9, np.uint8), "lidar", captured_at_s)
     cloud = decoded(fake_host(sender).sent[-1].payload)
-    assert (cloud.frame_id, cloud.captured_at_s) == ("lidar", pytest.approx(captured_at_s))
+    assert cloud.frame_id == "lidar"
+    assert cloud.captured_at_s == pytest.approx(captured_at_s)
     assert cloud.intensity is not None
     assert cloud.rgb is not None
     assert cloud.intensity.max() == 99

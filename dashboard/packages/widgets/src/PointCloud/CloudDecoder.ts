@@ -1,5 +1,5 @@
 /** Decodes clouds one after the other, large ones in a worker; while it is busy only the newest of the others waits. */
-import { decodeCloud, type PointCloud } from './compactCloud'
+import { announcedPoints, decodeCloud, type PointCloud } from './compactCloud'
 
 export type Decoded = { id: number; cloud: PointCloud } | { id: number; problem: string }
 
@@ -7,7 +7,7 @@ export type Decoded = { id: number; cloud: PointCloud } | { id: number; problem:
 export type DecoderWorker = Pick<Worker, 'postMessage' | 'onmessage' | 'onerror' | 'terminate'>
 
 /** Below this, decoding takes less time than a worker's answer. */
-const WORKER_FROM_BYTES = 32 * 1024
+const WORKER_FROM_POINTS = 5000
 
 export class CloudDecoder<Tag> {
   private worker: DecoderWorker | null | undefined
@@ -36,7 +36,7 @@ export class CloudDecoder<Tag> {
   private begin(data: ArrayBuffer, tag: Tag): void {
     const id = ++this.lastId
     this.current = { id, data, tag }
-    const worker = data.byteLength >= WORKER_FROM_BYTES ? this.ready() : null
+    const worker = announcedPoints(data) >= WORKER_FROM_POINTS ? this.ready() : null
     if (worker !== null) worker.postMessage({ id, data })
     else this.decodeHere(id, data)
   }

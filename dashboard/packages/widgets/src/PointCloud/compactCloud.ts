@@ -38,6 +38,11 @@ export class CloudError extends Error {
   override name = 'CloudError'
 }
 
+/** How many points the data announces: a few bytes may unfold to many. */
+export function announcedPoints(data: ArrayBuffer): number {
+  return data.byteLength < HEADER_BYTES ? 0 : new DataView(data).getUint32(8)
+}
+
 export async function decodeCloud(data: ArrayBuffer): Promise<PointCloud> {
   const header = headerOf(data)
   const size = header.planes * header.count

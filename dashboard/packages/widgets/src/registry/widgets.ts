@@ -227,7 +227,7 @@ export const widgets: readonly WidgetDefinition[] = [
     icon: IconCube,
     accepts: { dataTypes: ['byte-r2u'], connectorTypes: ['point-cloud'], priority: 50 },
     area: 'panel',
-    size: { columns: 6, rows: 6 },
+    size: { columns: 8, rows: 5 },
     Component: PointCloud,
   },
   {
