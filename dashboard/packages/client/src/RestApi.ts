@@ -71,6 +71,7 @@ export class RestApi {
     const response = await this.reach('/api/v1/server', init)
     const answer = await jsonOf(response)
     if (!response.ok || isRefusal(answer)) throw errorOf(response.status, answer)
+    // eslint-disable-next-line no-restricted-syntax -- the server's wall clock is what is asked for
     const dateMs = Date.parse(response.headers.get('Date') ?? '')
     return { info: resultOf(answer) as ServerInfo, dateMs: Number.isNaN(dateMs) ? null : dateMs }
   }
