@@ -12,7 +12,7 @@ export class StoreCounters {
   sentBytes = 0
   /** Accepted, but a newer value took their place before they left. */
   replaced = 0
-  /** Not accepted: blocked, not open, or too much was waiting. */
+  /** Not accepted although nobody else commands: not open, or too much was waiting. */
   refused = 0
 
   got(bytes: number): void {

@@ -53,7 +53,7 @@ export class BidirectionalStore extends ReceivableStore {
   }
 
   private counted(isAccepted: boolean): boolean {
-    if (!isAccepted) this.counters.refused += 1
+    if (!isAccepted && this.outgoing.block.get() === null) this.counters.refused += 1
     return isAccepted
   }
 }

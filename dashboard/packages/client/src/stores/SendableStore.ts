@@ -52,7 +52,7 @@ export class SendableStore extends MosaicStore {
   }
 
   private counted(isAccepted: boolean): boolean {
-    if (!isAccepted) this.counters.refused += 1
+    if (!isAccepted && this.outgoing.block.get() === null) this.counters.refused += 1
     return isAccepted
   }
 }

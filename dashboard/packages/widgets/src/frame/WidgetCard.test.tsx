@@ -1,5 +1,15 @@
 import { MantineProvider } from '@mantine/core'
-import { Value, type CatalogueEntry, type Gap, type MessageInfo, type MosaicClient, type StoreState } from '@mosaic/client'
+import {
+  DeliveryWatch,
+  StoreCounters,
+  Value,
+  type CatalogueEntry,
+  type DeliveryRow,
+  type Gap,
+  type MessageInfo,
+  type MosaicClient,
+  type StoreState,
+} from '@mosaic/client'
 import { MosaicProvider } from '@mosaic/react'
 import { act, cleanup, render, screen } from '@testing-library/react'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
@@ -18,6 +28,7 @@ const ENTRY: CatalogueEntry = {
 }
 
 class FakeStore {
+  readonly counters = new StoreCounters()
   readonly state = new Value<StoreState>({ phase: 'open' })
   readonly gap = new Value<Gap | null>(null)
   latest: { data: ArrayBuffer; info: MessageInfo } | null = null
@@ -38,11 +49,16 @@ class FakeStore {
 }
 
 let store: FakeStore
+let delivery: DeliveryWatch
+let asked: boolean[]
 let released: number
 
 beforeEach(() => {
   vi.useFakeTimers()
   store = new FakeStore()
+  asked = []
+  delivery = new DeliveryWatch(({ on }) => asked.push(on) > 0)
+  delivery.greeted({ delivery: 1 })
   released = 0
 })
 
@@ -52,10 +68,11 @@ afterEach(() => {
 })
 
 function shown(entry = ENTRY, widget = chooseWidget(widgets, entry)) {
+  const connection = () => ({ delivery })
   const storeManager = { getOrCreateStore: () => store, releaseStore: () => (released += 1) }
   return render(
-    <MantineProvider>
-      <MosaicProvider client={{ storeManager } as unknown as MosaicClient}>
+    <MantineProvider env="test">
+      <MosaicProvider client={{ storeManager, connection } as unknown as MosaicClient}>
         <WidgetCard robotId="r" entry={entry} widget={widget} alternatives={[]} onChoose={() => {}} />
       </MosaicProvider>
     </MantineProvider>,
@@ -134,8 +151,46 @@ test('a widget that fails is named and can be tried again', () => {
   vi.restoreAllMocks()
 })
 
+const ROW: DeliveryRow = {
+  label: 'battery', delivery: 'reliable', messages: 1200, rateHz: 10, bytesPerS: 1500, queueMessages: 3, queueBytes: 4500,
+  replaced: 0, dropped: 7, thinned: 2, refused: 0, lost: 0, resent: 1, ageMs: 40,
+} // prettier-ignore
+
+function later(seconds: number): void {
+  act(() => void vi.advanceTimersByTime(seconds * 1000))
+}
+
+test('a card marks that messages are being dropped, and no longer once they are not', () => {
+  shown()
+  expect(asked).toEqual([true])
+  act(() => delivery.heard({ connectors: [ROW] }))
+  later(2)
+  expect(screen.queryByTestId('drop-mark')).toBeNull()
+  act(() => delivery.heard({ connectors: [{ ...ROW, dropped: 8 }] }))
+  later(1)
+  expect(screen.getByTestId('drop-mark')).toBeTruthy()
+  later(6)
+  expect(screen.queryByTestId('drop-mark')).toBeNull()
+})
+
+test('the details tell what the robot counts and what this page does', async () => {
+  shown()
+  act(() => delivery.heard({ connectors: [ROW] }))
+  store.counters.missed = 4
+  act(() => screen.getByRole('button', { name: 'Menu of battery' }).click())
+  await act(() => vi.advanceTimersByTimeAsync(500))
+  act(() => screen.getByText('Delivery').click())
+  await act(() => vi.advanceTimersByTimeAsync(1500))
+  const cells = (name: string) => [...screen.getByRole('row', { name: new RegExp(`^${name}`) }).children].map((cell) => cell.textContent)
+  expect(cells('rate')).toEqual(['rate', '10.0/s · 1.5 KB/s', '0.0/s · 0 B/s'])
+  expect(cells('queue full')).toEqual(['queue full', '7', '–'])
+  expect(cells('queue 3')).toEqual(['queue', '3 · 4.5 KB', '–'])
+  expect(cells('missed')).toEqual(['missed', '–', '4'])
+})
+
 test('the store is given back when the card leaves', () => {
   shown().unmount()
   expect(released).toBe(1)
+  expect(asked).toEqual([true, false])
   expect(store.listenerCount).toBe(0)
 })

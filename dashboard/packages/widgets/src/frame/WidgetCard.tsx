@@ -1,12 +1,12 @@
-import { ActionIcon, Menu } from '@mantine/core'
 import { reasonOf, type CatalogueEntry, type Gap, type StoreState } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
-import { IconDots } from '@tabler/icons-react'
 import type { ReactNode } from 'react'
+import { DropMark } from '../delivery/DropMark'
 import type { WidgetDefinition } from '../registry/WidgetDefinition'
 import { receives, type AnyStore } from '../stores/storeKinds'
 import { useConnectorStore } from '../stores/useConnectorStore'
 import { AgeBadge } from './AgeBadge'
+import { CardMenu } from './CardMenu'
 import classes from './frame.module.css'
 import { gapText } from './gapText'
 import { Notice } from './Notice'
@@ -34,9 +34,10 @@ export function WidgetCard({ robotId, entry, widget, alternatives, onChoose }: W
         <h3 className={classes.label} title={`${entry.type} · ${entry.dataType} · ${entry.delivery}`}>
           {entry.label}
         </h3>
+        {store !== null && <DropMark {...{ robotId, entry, store }} />}
         <span className={classes.spacer} />
         {store !== null && receives(store) && <AgeBadge store={store} />}
-        <ViewMenu label={entry.label} shown={widget} widgets={alternatives} onChoose={onChoose} />
+        <CardMenu {...{ robotId, entry, store, onChoose }} shown={widget} widgets={alternatives} />
       </header>
       <div className={classes.body}>
         {widget === null ? <NoWidget entry={entry} /> : store !== null && <OpenWidget {...{ robotId, entry, store, widget }} />}
@@ -108,38 +109,4 @@ function barText(store: AnyStore, state: StoreState, gap: Gap | null): string | 
 function closedText(state: StoreState): string {
   const reason = reasonOf(state.code ?? '')
   return [state.message ?? reason.sentence, reason.cure].filter((part) => part !== '').join(' ')
-}
-
-interface ViewMenuProps {
-  label: string
-  shown: WidgetDefinition | null
-  widgets: readonly WidgetDefinition[]
-  onChoose: (widgetId: string) => void
-}
-
-function ViewMenu({ label, shown, widgets, onChoose }: ViewMenuProps) {
-  if (widgets.length < 2) return null
-  return (
-    <Menu position="bottom-end" withinPortal shadow="md">
-      <Menu.Target>
-        <ActionIcon variant="subtle" color="gray" size="md" aria-label={`Show ${label} as …`}>
-          <IconDots size={16} />
-        </ActionIcon>
-      </Menu.Target>
-      <Menu.Dropdown>
-        <Menu.Label>Show as</Menu.Label>
-        {widgets.map(({ id, title, icon: Icon }) => (
-          <Menu.Item
-            key={id}
-            leftSection={<Icon size={16} stroke={1.6} />}
-            aria-current={id === shown?.id ? 'true' : undefined}
-            fw={id === shown?.id ? 600 : 400}
-            onClick={() => onChoose(id)}
-          >
-            {title}
-          </Menu.Item>
-        ))}
-      </Menu.Dropdown>
-    </Menu>
-  )
 }

@@ -1,0 +1,30 @@
+import type { Delivery } from '@mosaic/client'
+import { exactAge } from '../stores/age'
+
+/** What each delivery promises, in a few words. */
+export const PROMISES: Record<Delivery, string> = {
+  reliable: 'ordered and complete',
+  latest: 'the newest value only',
+  bulk: 'behind everything else',
+}
+
+/** `1.5 KB`. */
+export function sizeText(bytes: number): string {
+  if (bytes < 1000) return `${Math.round(bytes)} B`
+  if (bytes < 1e6) return `${(bytes / 1e3).toFixed(1)} KB`
+  return `${(bytes / 1e6).toFixed(1)} MB`
+}
+
+/** `10.0/s · 1.5 KB/s`. */
+export function rateText({ rateHz, bytesPerS }: { rateHz: number; bytesPerS: number }): string {
+  return `${rateHz.toFixed(1)}/s · ${sizeText(bytesPerS)}/s`
+}
+
+/** `3 · 1.5 KB`; a dash where nothing waits. */
+export function queueText(messages: number, bytes: number): string {
+  return messages === 0 ? '–' : `${messages} · ${sizeText(bytes)}`
+}
+
+export function ageText(ageMs: number | null | undefined): string {
+  return ageMs === null || ageMs === undefined ? '–' : exactAge(ageMs)
+}
