@@ -232,7 +232,7 @@ def old_database() -> Callable[[Database], None]:
     return _old_database
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def start_server() -> Callable[..., Any]:
     """For tests that start a server with settings of their own, or twice."""
     return running_server
