@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
 
 from aiortc import (
     RTCBundlePolicy,
@@ -13,8 +15,15 @@ from aiortc import (
 
 from mosaic_core.adapters.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.aiortc_peer import AiortcPeer
-from mosaic_core.adapters.aiortc_private import agree_on_arrivals, name_stream, prefer_codecs, sent_codec, ssrc_of
-from mosaic_core.adapters.offer_vetting import VettedOffer, lines_for_labels, sound_lines, vetted_offer
+from mosaic_core.adapters.aiortc_private import (
+    KeptLines,
+    agree_on_arrivals,
+    name_stream,
+    prefer_codecs,
+    sent_codec,
+    ssrc_of,
+)
+from mosaic_core.adapters.offer_vetting import OfferedLine, VettedOffer, lines_for_labels, sound_lines, vetted_offer
 from mosaic_core.adapters.sound_lines import SoundLines
 from mosaic_core.adapters.video_track import VideoTrack
 from mosaic_core.machines.chosen_path import ChosenPath
@@ -38,6 +47,8 @@ class AiortcAnswerer:
         self._relay_only = relay_only
         self._ice_servers = ice_servers
         self._peer: AiortcPeer | None = None
+        self._offer: VettedOffer | None = None
+        self._served: set[str] = set()
         self._early: list[IceCandidate] = []
         self._is_closed = False
 
@@ -49,25 +60,39 @@ class AiortcAnswerer:
         sound: SoundLabels = NO_SOUND,
     ) -> str:
         """See :class:`mosaic_core.runtime.transport.Answerer`. Adds ``ice.no_address`` and ``ice.no_relay``."""
-        if self._peer is not None or self._is_closed:
-            raise ConnectionFailed("This peer connection has had its offer.", code="sdp.invalid")
+        if self._is_closed:
+            raise ConnectionFailed("This peer connection is closed.", code="sdp.invalid")
         offer = vetted_offer(offer_sdp)
-        bound = lines_for_labels(offer.lines, media_labels, tracks)
-        heard, spoken = sound_lines(offer.lines, sound, tracks)
-        peer = self._peer = self._new_peer(offer)
+        wishes = _Wishes(media_labels, tracks, sound)
+        return await (self._answer_first(offer, wishes) if self._peer is None else self._answer_again(offer, wishes))
+
+    async def _answer_first(self, offer: VettedOffer, wishes: _Wishes) -> str:
+        peer, self._offer = self._new_peer(offer), offer
+        self._peer = peer
         try:
             await peer.pc.setRemoteDescription(RTCSessionDescription(offer.sdp, "offer"))
         except peer.ERRORS as error:
-            message = f"The session description was refused: {error or type(error).__name__}"
-            raise ConnectionFailed(message, code="sdp.invalid") from error
-        served = self._bind(peer, bound, SoundLines(heard, spoken, self._listener), offer.sdp)
-        unbound = [label for label in (*media_labels, *sound.microphones, *sound.speakers) if label not in served]
-        if unbound:
-            self._listener.tracks_unbound(unbound)
+            raise _refused(error) from error
+        self._bind(peer, offer, offer.lines, wishes)
         sdp = await peer.describe_locally()
         peer.described_remotely((*offer.candidates, *self._early), offer.has_all_candidates)
         self._early.clear()
         return sdp
+
+    async def _answer_again(self, offer: VettedOffer, wishes: _Wishes) -> str:
+        """A further offer adds lines to the live connection; what has one keeps it."""
+        assert self._peer is not None
+        assert self._offer is not None
+        offer.refuse_unless_it_adds_to(self._offer)
+        peer, kept = self._peer, KeptLines(self._peer.pc)
+        try:
+            await peer.pc.setRemoteDescription(RTCSessionDescription(offer.sdp, "offer"))
+            kept.restore()
+        except peer.ERRORS as error:
+            raise _refused(error) from error
+        self._bind(peer, offer, offer.lines[len(self._offer.lines) :], wishes)
+        self._offer = offer
+        return await peer.describe_again()
 
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """Add a remote candidate, also before the offer; returns at once."""
@@ -100,19 +125,24 @@ class AiortcAnswerer:
 
         return peer
 
-    def _bind(self, peer: AiortcPeer, bound: Mapping[str, str], sound: SoundLines, offer_sdp: str) -> set[str]:
-        """The labels that have a line now."""
-        served: set[str] = set()
+    def _bind(self, peer: AiortcPeer, offer: VettedOffer, lines: Sequence[OfferedLine], wishes: _Wishes) -> None:
+        """Give ``lines`` to the labels that have none yet."""
+        bound = lines_for_labels(lines, wishes.cameras_without(self._served), wishes.tracks)
+        sound = SoundLines(*sound_lines(lines, wishes.sound_without(self._served), wishes.tracks), self._listener)
+        mids = {line.mid for line in lines}
         for transceiver in peer.pc.getTransceivers():
+            if transceiver.mid not in mids:
+                continue
             label = bound.get(transceiver.mid or "") or sound.bind(transceiver)
             if label is None:
                 prefer_codecs(transceiver, CODEC_ORDER)
                 transceiver.direction = "inactive"
             else:
-                served.add(label)
+                self._served.add(label)
             if label is not None and transceiver.kind == "video":
-                self._bind_line(transceiver, label, offer_sdp)
-        return served
+                self._bind_line(transceiver, label, offer.sdp)
+        if unbound := [label for label in wishes.labels if label not in self._served]:
+            self._listener.tracks_unbound(unbound)
 
     def _bind_line(self, transceiver: RTCRtpTransceiver, label: str, offer_sdp: str) -> None:
         sender, feed = transceiver.sender, self._listener.track_bound(label)
@@ -127,6 +157,33 @@ class AiortcAnswerer:
         sender.replaceTrack(VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals))
         name_stream(sender, label)
         transceiver.direction = "sendonly"
+
+
+@dataclass(frozen=True, slots=True)
+class _Wishes:
+    """What may be given a line, and the operator's wish which (mid → label)."""
+
+    cameras: Sequence[str]
+    tracks: Mapping[str, str] | None
+    sound: SoundLabels
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        return (*self.cameras, *self.sound.microphones, *self.sound.speakers)
+
+    def cameras_without(self, served: AbstractSet[str]) -> list[str]:
+        return [label for label in self.cameras if label not in served]
+
+    def sound_without(self, served: AbstractSet[str]) -> SoundLabels:
+        return SoundLabels(
+            [label for label in self.sound.microphones if label not in served],
+            [label for label in self.sound.speakers if label not in served],
+        )
+
+
+def _refused(error: Exception) -> ConnectionFailed:
+    message = f"The session description was refused: {error or type(error).__name__}"
+    return ConnectionFailed(message, code="sdp.invalid")
 
 
 def aiortc_answerer(

@@ -35,6 +35,7 @@ class AiortcOfferer:
         )
         self._labels: list[str] = []
         self._tracks: dict[str, str] = {}
+        self._is_answered = False
         self._peer.pc.on("track", self._track_arrived)
 
     def create_channel(
@@ -76,6 +77,16 @@ class AiortcOfferer:
         self._tracks = dict(zip(mids, self._labels, strict=True))
         return sdp, self._tracks
 
+    async def offer_more(self, pictures: Sequence[str]) -> tuple[str, Mapping[str, str]]:
+        """A further offer on the live connection, with lines to receive these on too; all tracks as :meth:`offer`."""
+        for label in pictures:
+            self._labels.append(label)
+            self._peer.pc.addTransceiver("video", direction="recvonly")
+        sdp = await self._peer.describe_again()
+        mids = [transceiver.mid or "" for transceiver in self._peer.pc.getTransceivers()]
+        self._tracks = dict(zip(mids, self._labels, strict=True))
+        return sdp, self._tracks
+
     async def accept_answer(self, sdp: str) -> None:
         """Apply the robot's answer; raises :class:`ConnectionFailed` (``sdp.invalid``)."""
         text, candidates, has_all = separated_candidates(sdp)
@@ -84,7 +95,9 @@ class AiortcOfferer:
         except self._peer.ERRORS as error:
             message = f"The robot's answer was refused: {error or type(error).__name__}"
             raise ConnectionFailed(message, code="sdp.invalid") from error
-        self._peer.described_remotely(candidates, has_all)
+        if not self._is_answered:
+            self._is_answered = True
+            self._peer.described_remotely(candidates, has_all)
 
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """Add a remote candidate, also before the answer."""

@@ -90,6 +90,11 @@ class AiortcPeer:
         asyncio.get_running_loop().call_soon(self._release, first_mid(sdp))
         return sdp if self._is_gathered else without_end_of_candidates(sdp)
 
+    async def describe_again(self) -> str:
+        """The answer to a further offer on the same transport: there is nothing to gather."""
+        await self.pc.setLocalDescription()
+        return without_end_of_candidates(self.pc.localDescription.sdp)
+
     def described_remotely(self, candidates: Sequence[IceCandidate], has_all: bool) -> None:
         """The remote description is set: add its candidates, then those that came too early."""
         self._is_described = True

@@ -37,6 +37,14 @@ class VettedOffer:
     candidates: tuple[IceCandidate, ...]
     has_all_candidates: bool
     is_bundled: bool
+    ice_users: frozenset[str]
+
+    def refuse_unless_it_adds_to(self, first: VettedOffer) -> None:
+        """A further offer may add lines. Raises :class:`ConnectionFailed` (``sdp.invalid``) for anything else."""
+        if [line.mid for line in self.lines[: len(first.lines)]] != [line.mid for line in first.lines]:
+            raise _invalid("lines of the first offer are gone")
+        if self.ice_users != first.ice_users or not self.is_bundled or not first.is_bundled:
+            raise _invalid("only lines on the same transport can be added")
 
 
 def vetted_offer(text: str) -> VettedOffer:
@@ -63,6 +71,7 @@ def vetted_offer(text: str) -> VettedOffer:
         candidates=candidates,
         has_all_candidates=has_all,
         is_bundled=set(mids) == set(bundle),
+        ice_users=frozenset(media.ice.usernameFragment or "" for media in description.media if media.ice is not None),
     )
 
 

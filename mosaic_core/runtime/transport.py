@@ -161,6 +161,7 @@ class Answerer(Protocol):
     ) -> str:
         """Vet and apply the offer, bind tracks, return the answer's SDP at once; candidates follow by listener.
 
+        A further offer on the live connection may add lines; what has one keeps it.
         ``media_labels`` are the robot's cameras in YAML order, ``tracks`` the operator's wish (mid → label).
         Raises :class:`ConnectionFailed` with ``sdp.invalid`` or ``sdp.no_common_codec``.
         """

@@ -163,6 +163,12 @@ def test_the_first_codec_of_a_transceiver_is_the_one_that_is_sent() -> None:
     with_peer(check)
 
 
+def test_the_codecs_and_extensions_of_every_line_are_set_anew_by_each_remote_description() -> None:
+    source = source_of(RTCPeerConnection.setRemoteDescription)
+    assert "transceiver._codecs = common" in source
+    assert "transceiver._headerExtensions = find_common_header_extensions(" in source
+
+
 def test_msid_is_made_of_the_senders_stream_and_track_ids() -> None:
     module = inspect.getmodule(RTCPeerConnection)
     assert "{transceiver.sender._stream_id} {transceiver.sender._track_id}" in source_of(module)

@@ -9,6 +9,7 @@ from mosaic_core.adapters.aiortc_private.arrivals import PacketNumbers, agree_on
 from mosaic_core.adapters.aiortc_private.codecs import has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.fair_turns import take_turns
 from mosaic_core.adapters.aiortc_private.gathering import EarlyGathering, ice_transports, widen_udp_buffer
+from mosaic_core.adapters.aiortc_private.kept_lines import KeptLines
 from mosaic_core.adapters.aiortc_private.pacing import PacedTransport
 from mosaic_core.adapters.aiortc_private.paths import chosen_path
 from mosaic_core.adapters.aiortc_private.quick_sctp import quicken
@@ -17,6 +18,7 @@ from mosaic_core.adapters.aiortc_private.senders import RtpOriginLearner, Sender
 
 __all__ = [
     "EarlyGathering",
+    "KeptLines",
     "MediaDescription",
     "PacedTransport",
     "PacketNumbers",
