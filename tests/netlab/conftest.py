@@ -20,14 +20,16 @@ HERE = Path(__file__).parent
 if str(HERE) not in sys.path:
     sys.path.append(str(HERE))
 
+from laboratory.fleet import Fleet, run_fleet  # noqa: E402
 from laboratory.forwarding import ROUTER_OPERATOR_IP, ROUTER_ROBOT_IP, Lab  # noqa: E402
 from laboratory.nats import Kind, NatLab  # noqa: E402
 from laboratory.processes import MOSAIC, Process, until  # noqa: E402
 from laboratory.site import Site, Track  # noqa: E402
-from laboratory.turn_server import Coturn, run_coturn  # noqa: E402
+from laboratory.turn_server import SECRET, Coturn, run_coturn  # noqa: E402
 
 ROBOT_SIDE = HERE / "robot_side"
 START_S = 30.0
+SHORT_CREDENTIALS = [sys.executable, str(ROBOT_SIDE / "short_credentials.py")]
 CONNECTORS = """\
   - type: cmd-vel
     label: cmd_vel
@@ -155,3 +157,15 @@ def coturn(
     """In the public network between the symmetric NATs."""
     with ExitStack() as stack:
         yield run_coturn(nat_lab, tmp_path_factory.mktemp("coturn"), stack, wait_for)
+
+
+@pytest.fixture(scope="session")
+def fleet(
+    nat_lab: NatLab, coturn: Coturn, tmp_path_factory: pytest.TempPathFactory, wait_for: Callable[..., float]
+) -> Iterator[Fleet]:
+    """Behind the symmetric NATs; credentials end after seconds, so that whatever needs fresh ones shows it."""
+    folder = tmp_path_factory.mktemp("fleet")
+    with ExitStack() as stack:
+        found = run_fleet(nat_lab, coturn, folder, stack, wait_for, mosaic_server=SHORT_CREDENTIALS)
+        yield found
+        assert SECRET not in (folder / "server.log").read_text() + found.robot_log.read_text()

@@ -12,13 +12,12 @@ import re
 import socket
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from typing import Any
 
 import aioice.stun
 import aioice.turn
 import pytest
-from laboratory.fleet import Fleet, run_fleet
+from laboratory.fleet import Fleet
 from laboratory.nats import OPERATOR_WAN, ROBOT_WAN, NatLab
 from laboratory.turn_server import DEAD, SECRET, TURN_IP, URLS, Coturn
 
@@ -121,6 +120,12 @@ def test_expired_credentials_are_refused_and_fresh_ones_work(nat_lab: NatLab) ->
     assert " typ relay" in sdp
 
 
+def refresh_request() -> aioice.stun.Message:
+    request = aioice.stun.Message(aioice.stun.Method.REFRESH, aioice.stun.Class.REQUEST)
+    request.attributes["LIFETIME"] = 600
+    return request
+
+
 @pytest.mark.usefixtures("coturn")
 def test_a_live_connection_outlives_its_credentials(nat_lab: NatLab) -> None:
     async def body() -> None:
@@ -132,6 +137,9 @@ def test_a_live_connection_outlives_its_credentials(nat_lab: NatLab) -> None:
         try:
             channel, opened = offerer.create_channel("x"), asyncio.Event()
             channel.on_open = opened.set
+            relay, _ = await aioice.turn.create_turn_endpoint(
+                asyncio.DatagramProtocol, (TURN_IP, 3478), given[0].username, given[0].credential
+            )
             sdp, _ = await offerer.offer()
             await offerer.accept_answer(await answerer.answer(sdp, [], None))
             async with asyncio.timeout(20):
@@ -140,6 +148,10 @@ def test_a_live_connection_outlives_its_credentials(nat_lab: NatLab) -> None:
                     channel.send("still here")
                     assert await theirs.heard.get() == "still here"
                     await asyncio.sleep(0.2)
+            inner: Any = vars(relay)["_TurnTransport__inner_protocol"]
+            kept = await inner.request_with_retry(refresh_request())
+            assert kept[0].attributes["LIFETIME"] >= 600, "it is kept alive after them too"
+            await inner.delete()
             with pytest.raises(ConnectionFailed):
                 await offered(given)
         finally:
@@ -166,17 +178,6 @@ def test_nobody_gets_through_the_relay_into_a_private_network(nat_lab: NatLab, a
             await inner.delete()
 
     nat_lab.on_operators_side(body)
-
-
-@pytest.fixture(scope="module")
-def fleet(
-    nat_lab: NatLab, coturn: Coturn, tmp_path_factory: pytest.TempPathFactory, wait_for: Callable[..., float]
-) -> Iterator[Fleet]:
-    folder = tmp_path_factory.mktemp("fleet")
-    with ExitStack() as stack:
-        found = run_fleet(nat_lab, coturn, folder, stack, wait_for)
-        yield found
-        assert SECRET not in (folder / "server.log").read_text() + found.robot_log.read_text()
 
 
 @pytest.fixture
@@ -220,3 +221,29 @@ def test_where_firewalls_forbid_udp_they_meet_by_tcp_and_tls(
     forbidding(*forbidden)
     took_s, _ = nat_lab.on_operators_side(lambda: through(fleet))
     assert took_s < 8, "what is forbidden is not waited for"
+
+
+def test_a_session_outlives_its_credentials_and_its_next_connection_gets_fresh_ones(
+    nat_lab: NatLab, fleet: Fleet, coturn: Coturn, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trust(monkeypatch, coturn)
+
+    async def body() -> None:
+        async with await fleet.signed_in() as operator:
+            connection = await operator.connect(fleet.account["robotId"], timeout_s=30)
+            pose = connection.receivable("pose")
+            await pose.next_message()
+            ends_at_s = newest_s(coturn)
+            while time.time() <= ends_at_s + 1:
+                await pose.next_message(2)
+            assert connection.state == "connected"
+            attempt = await fleet.attempt(operator)
+            assert int(attempt.issued[0].partition(":")[0]) > ends_at_s
+        assert newest_s(coturn) > ends_at_s
+
+    nat_lab.on_operators_side(body)
+
+
+def newest_s(coturn: Coturn) -> int:
+    """Until when the newest credentials are good that somebody has shown."""
+    return max(int(found) for found in re.findall(r"user <(\d+):", coturn.log.read_text()))

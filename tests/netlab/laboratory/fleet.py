@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -69,9 +69,9 @@ def run_fleet(
     wait_for: Callable[..., Any],
     *,
     urls: tuple[str, ...] = (DEAD, *URLS.values()),
-    turn_lifetime_s: float = 600,
+    mosaic_server: Sequence[str] = MOSAIC,
 ) -> Fleet:
-    """Until the stack closes."""
+    """Until the stack closes. ``mosaic_server`` runs instead of ``mosaic`` where the server is."""
     data = ["--data-dir", str(folder)]
     account = json.loads(command(*MOSAIC, "server", "seed", *data, "--robot-name", "Lab robot", "--json"))
     (folder / "secret").write_text(SECRET)
@@ -79,8 +79,7 @@ def run_fleet(
     robot_ip, ready = f"{ROBOT_WAN}.1", folder / "ready.json"
     words = ["server", "run", "--host", "0.0.0.0", "--port", str(SERVER_PORT), "--insecure-public", *data]  # noqa: S104
     more = ["--allow-host", robot_ip, "--allow-host", TURN_IP, "--ready-file", str(ready)]
-    lifetime = ["--turn-lifetime", str(turn_lifetime_s)]
-    server_words = [*lab.prefix("public"), *MOSAIC, *words, *more, *lifetime]
+    server_words = [*lab.prefix("public"), *mosaic_server, *words, *more]
     server = started(stack, server_words, folder / "server.log")
     wait_for(lambda: ready.exists() and bool(ready.read_text()), "the server listens", alive=server, log=[])
     config, log = folder / "mosaic_config.yaml", folder / "robot.log"
