@@ -8,7 +8,8 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class ChosenPath:
-    """Candidate types are W3C's: ``host``, ``srflx``, ``prflx`` or ``relay``. Addresses are for the user alone."""
+    """Candidate types are W3C's: ``host``, ``srflx``, ``prflx`` or ``relay``. Addresses (``host:port``,
+    ``[host]:port``) are for the user alone."""
 
     local_type: str
     remote_type: str
@@ -19,7 +20,7 @@ class ChosenPath:
     @property
     def family(self) -> str:
         """``IPv4`` or ``IPv6``."""
-        return "IPv6" if ":" in self.local_address else "IPv4"
+        return "IPv6" if self.local_address.startswith("[") else "IPv4"
 
     @property
     def is_relayed(self) -> bool:

@@ -15,11 +15,12 @@ _EXPLAINS: dict[str, tuple[str, ...]] = {
     "server.clock": ("server.token", "ice.turn"),
     "server.http": ("server.websocket", "server.token", "ice.servers"),
     "server.token": ("ice.servers",),
-    "ice.relay": ("relay.",),
-    "ice.turn": ("ice.relay", "relay."),
     "ice.servers": ("ice.nat", "relay."),
+    "ice.turn": ("ice.relay", "relay."),
+    "ice.relay": ("relay.",),
 }
-"""A failed check, and the starts of those that fail with it."""
+"""A failed check, and the starts of those that fail with it. Earlier ones explain later ones, never the reverse."""
+_RANKS = {check: rank for rank, check in enumerate(_EXPLAINS)}
 MAX_STEPS = 3
 
 
@@ -32,6 +33,6 @@ def first_steps(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 
 
 def _is_explained(finding: Finding, bad: Sequence[Finding]) -> bool:
-    return any(
-        finding.check != cause.check and finding.check.startswith(_EXPLAINS.get(cause.check, ("\0",))) for cause in bad
-    )
+    rank = _RANKS.get(finding.check, len(_RANKS))
+    causes = [cause.check for cause in bad if _RANKS.get(cause.check, len(_RANKS)) < rank]
+    return any(finding.check.startswith(_EXPLAINS[cause]) for cause in causes)
