@@ -18,9 +18,9 @@ from mosaic_core.words.data_type import Delivery, MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import ConfigError
 from mosaic_sensors.point_cloud import PointCloudParams, PointCloudSender, cloud_of, decoded
-from mosaic_sensors.point_cloud.file_bytes import CloudFileError
 from mosaic_sensors.point_cloud.connector import PointCloudConfigurer
 from mosaic_sensors.point_cloud.datagrams import datagrams_of
+from mosaic_sensors.point_cloud.file_bytes import CloudFileError
 from mosaic_sensors.point_cloud.original_form import OriginalForm
 from mosaic_sensors.point_cloud.udp import UdpPointCloud
 
