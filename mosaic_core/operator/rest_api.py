@@ -103,7 +103,7 @@ class RestApi:
         return NewConnection.model_validate(data["sessions"][0])
 
     async def close(self) -> None:
-        await self._client.aclose()
+        await asyncio.gather(self._client.aclose(), *self._leaving, return_exceptions=True)
 
 
 async def log_in(

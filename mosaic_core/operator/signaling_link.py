@@ -125,6 +125,7 @@ class SignalingLink:
         if self._socket is not None:
             await self._socket.close()
             self._socket = None
+        await asyncio.gather(*self._farewells, return_exceptions=True)
 
     async def _run(self) -> None:
         while self.session.state != "stopped":
@@ -133,6 +134,8 @@ class SignalingLink:
             if not await self._until_done(connecting):
                 connecting.cancel()
                 await asyncio.wait({connecting})
+                if not connecting.cancelled() and connecting.exception() is None:
+                    self._say_farewell(connecting.result())
                 self._handle(NetworkChanged())
             elif (error := connecting.exception()) is None:
                 self._socket = connecting.result()
@@ -178,7 +181,11 @@ class SignalingLink:
             await socket.close()
             return
         self._handle(NetworkChanged())
-        farewell = asyncio.create_task(socket.close())  # whoever is out of reach answers nothing
+        self._say_farewell(socket)
+
+    def _say_farewell(self, socket: SignalingSocket) -> None:
+        """Without waiting for it: whoever is out of reach answers nothing."""
+        farewell = asyncio.create_task(socket.close())
         self._farewells.add(farewell)
         farewell.add_done_callback(self._farewells.discard)
 

@@ -70,6 +70,8 @@ class SignalingClient:
             if not await self._until_done(connecting):
                 connecting.cancel()
                 await asyncio.wait({connecting})
+                if not connecting.cancelled() and connecting.exception() is None:
+                    self._say_farewell(connecting.result())
                 self.tell(session.NetworkChanged())
             elif (error := connecting.exception()) is None:
                 await self._serve(connecting.result())
@@ -125,7 +127,11 @@ class SignalingClient:
             await _close(socket, 1000, "")
             return
         self.tell(session.NetworkChanged())
-        farewell = self._loop.create_task(_close(socket, 1000, ""))  # whoever is out of reach answers nothing
+        self._say_farewell(socket)
+
+    def _say_farewell(self, socket: SignalingSocket) -> None:
+        """Without waiting for it: whoever is out of reach answers nothing."""
+        farewell = self._loop.create_task(_close(socket, 1000, ""))
         self._farewells.add(farewell)
         farewell.add_done_callback(self._farewells.discard)
 
