@@ -26,5 +26,6 @@ export function queueText(messages: number, bytes: number): string {
 }
 
 export function ageText(ageMs: number | null | undefined): string {
-  return ageMs === null || ageMs === undefined ? '–' : exactAge(ageMs)
+  if (ageMs === null || ageMs === undefined) return '–'
+  return ageMs < 1000 ? `${Math.round(ageMs)} ms` : exactAge(ageMs)
 }
