@@ -27,7 +27,8 @@ from mosaic_core.words.errors import WireError
 
 logger = logging.getLogger(__name__)
 
-MAX_CONTROL_BYTES = 64 * 1024
+MAX_CONTROL_BYTES = 256 * 1024
+"""As on the server's socket: an offer with many media lines is this large."""
 _REFUSAL_PERIOD_S = 0.5
 """The same refusal of the same connector is told at most this often; the robot counts every one."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Mapping, Sequence
 from typing import Any
 
 from mosaic_core.contract.host import Outgoing, Sender
@@ -16,6 +16,7 @@ from mosaic_core.machines.peer_admission import StartPeer
 from mosaic_core.machines.send_scheduler import Offered
 from mosaic_core.runtime.bulk_lane import BulkLane, LaneOwner
 from mosaic_core.runtime.control_link import ControlLink
+from mosaic_core.runtime.further_offers import FurtherOffers
 from mosaic_core.runtime.peer_channels import PeerChannels
 from mosaic_core.runtime.peer_control import PeerControl
 from mosaic_core.runtime.peer_resume import PeerResume
@@ -54,6 +55,7 @@ class OperatorPeer:
         self._resume = PeerResume(lambda: self.sender, site, self._control.answer)
         self._channels = PeerChannels(lambda: self.sender, site, self._queue, self._baseline, self.refuse, self._resume)
         self._lane = BulkLane(self._lane_owner(make_answerer))
+        self._offers = FurtherOffers(start.peer_id, self._answer_to, self._control.answer)
         self._unbound: list[str] = []
         self._origins: list[control.MediaOrigin] = []
         self._early: list[IceCandidate] | None = []
@@ -131,12 +133,16 @@ class OperatorPeer:
         if self._control.link is not None:
             self._control.link.refuse(label, seq, code, message)
 
+    async def _answer_to(self, offer_sdp: str, tracks: Mapping[str, str] | None) -> str:
+        assert self._answerer is not None
+        media, sound = self._site.media, SoundLabels(self._site.media.microphones(), self._site.talk.labels())
+        return await self._answerer.answer(offer_sdp, media.cameras(), tracks, sound)
+
     async def _answer(self) -> None:
         start = self._start
         try:
             self._answerer = answerer = self._make_answerer(self, start.ice_servers)
-            media, sound = self._site.media, SoundLabels(self._site.media.microphones(), self._site.talk.labels())
-            sdp = await answerer.answer(start.offer_sdp, media.cameras(), start.tracks, sound)
+            sdp = await self._answer_to(start.offer_sdp, start.tracks)
         except MosaicError as error:
             self._handle(session.AnswerFailed(error.code, error.message))
             return
@@ -307,6 +313,10 @@ class OperatorPeer:
                 self._handle(session.ControlReceived())
                 if self.phase == "open":
                     self._lane.heard(message)
+            case control.RenegotiateOffer():
+                self._handle(session.ControlReceived())
+                if self.phase == "open":
+                    self._spawn(self._offers.take(message))
             case control.Resume() | control.Delivered():
                 self._handle(session.ControlReceived())
                 if self.phase == "open":

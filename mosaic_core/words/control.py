@@ -38,7 +38,8 @@ MEDIA_SEEN_PERIOD_S = 0.1
 
 CONTROL_EXTENSIONS: dict[str, int] = {
     "catalogue": 1, "mediaWatch": 1, "mediaOrigin": 1, "refusals": 1,
-    "lease": 1, "stop": 1, "safetyLimit": 1, "journal": 1, "bulkLane": 1, "resume": 1, "delivery": 1, "near": 1,
+    "lease": 1, "stop": 1, "safetyLimit": 1, "journal": 1, "bulkLane": 1, "renegotiate": 1, "resume": 1,
+    "delivery": 1, "near": 1,
 }  # fmt: skip
 Role = Literal["observer", "operator", "supervisor"]
 ResourceName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,31}$")]

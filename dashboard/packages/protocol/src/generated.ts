@@ -844,6 +844,7 @@ export const CONTROL_EXTENSIONS: Record<string, number> = {
   'safetyLimit': 1,
   'journal': 1,
   'bulkLane': 1,
+  'renegotiate': 1,
   'resume': 1,
   'delivery': 1,
   'near': 1,

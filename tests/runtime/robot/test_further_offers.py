@@ -1,0 +1,77 @@
+"""An operator offers again on its live connection: answered once at a time, and never a reason to end it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import pytest
+
+from mosaic_core import MediaTrackHandler
+from mosaic_core.words import control
+
+
+class Camera(MediaTrackHandler):
+    """Never asked for a picture here."""
+
+
+def played(kit: Any, body: Callable[[Any, Any], Coroutine[Any, Any, None]]) -> None:
+    async def play() -> None:
+        async with kit.running(kit.connector_of(Camera("front")), kit.connector_of(Camera("rear"))) as scene:
+            await body(scene, await scene.enters("ann"))
+
+    kit.play(play)
+
+
+def test_a_further_offer_is_answered_with_its_number(kit: Any) -> None:
+    async def body(scene: Any, ann: Any) -> None:
+        ann.say(control.RenegotiateOffer(attempt=4, sdp="offer:2", tracks={"0": "front", "1": "rear"}))
+        assert await ann.hears("renegotiate.answer") == control.RenegotiateAnswer(attempt=4, sdp="answer")
+        assert len(scene.network.order) == 1
+        ann.say(control.MediaWatch(label="rear", on=True))
+        ann.say(control.MediaWatch(label="nothing", on=True))
+        assert (await ann.hears("media.unavailable")).label == "nothing"
+
+    played(kit, body)
+
+
+def test_one_that_can_not_be_answered_changes_nothing(kit: Any) -> None:
+    async def body(scene: Any, ann: Any) -> None:
+        ann.say(control.RenegotiateOffer(attempt=1, sdp="bad"))
+        answer = await ann.hears("renegotiate.answer")
+        assert (answer.sdp, answer.code) == (None, "sdp.no_common_codec")
+        assert scene.robot.peers
+
+    played(kit, body)
+
+
+def test_whatever_an_offer_breaks_the_connection_goes_on(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def body(scene: Any, ann: Any) -> None:
+        async def broken(*_: Any) -> str:
+            raise RuntimeError("from somewhere deep inside")
+
+        monkeypatch.setattr(ann.end, "answer", broken)
+        ann.say(control.RenegotiateOffer(attempt=1, sdp="offer"))
+        assert (await ann.hears("renegotiate.answer")).code == "sdp.invalid"
+        assert scene.robot.peers
+
+    played(kit, body)
+
+
+def test_offers_in_quick_succession_are_refused(kit: Any) -> None:
+    async def body(scene: Any, ann: Any) -> None:
+        for attempt in range(1, 6):
+            ann.say(control.RenegotiateOffer(attempt=attempt, sdp="offer"))
+        await ann.hears("renegotiate.answer", 5)
+        codes = [answer.code for answer in ann.heard("renegotiate.answer")]
+        assert codes.count("signal.too_slow") >= 3
+
+    played(kit, body)
+
+
+def test_an_offer_of_eighty_kilobytes_is_taken(kit: Any) -> None:
+    async def body(scene: Any, ann: Any) -> None:
+        ann.say(control.RenegotiateOffer(attempt=1, sdp="offer:2", tracks={str(n): "x" * 400 for n in range(200)}))
+        assert (await ann.hears("renegotiate.answer")).sdp == "answer"
+
+    played(kit, body)
