@@ -25,7 +25,7 @@ from laboratory.forwarding import ROUTER_OPERATOR_IP, ROUTER_ROBOT_IP, Lab  # no
 from laboratory.nats import Kind, NatLab  # noqa: E402
 from laboratory.processes import MOSAIC, Process, until  # noqa: E402
 from laboratory.site import Site, Track  # noqa: E402
-from laboratory.turn_server import SECRET, Coturn, run_coturn  # noqa: E402
+from laboratory.turn_server import SECRET, TURN_IP, Coturn, run_coturn  # noqa: E402
 
 ROBOT_SIDE = HERE / "robot_side"
 START_S = 30.0
@@ -169,3 +169,14 @@ def fleet(
         found = run_fleet(nat_lab, coturn, folder, stack, wait_for, mosaic_server=SHORT_CREDENTIALS)
         yield found
         assert SECRET not in (folder / "server.log").read_text() + found.robot_log.read_text()
+
+
+@pytest.fixture(scope="session")
+def cone_fleet(
+    cone_lab: NatLab, tmp_path_factory: pytest.TempPathFactory, wait_for: Callable[..., float]
+) -> Iterator[Fleet]:
+    """Behind the NATs that keep their ports; there is STUN, and no relay."""
+    with ExitStack() as stack:
+        stun = run_coturn(cone_lab, tmp_path_factory.mktemp("stun"), stack, wait_for)
+        folder = tmp_path_factory.mktemp("cone-fleet")
+        yield run_fleet(cone_lab, stun, folder, stack, wait_for, urls=(f"stun:{TURN_IP}:3478",))

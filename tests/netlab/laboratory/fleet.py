@@ -75,7 +75,8 @@ def run_fleet(
     data = ["--data-dir", str(folder)]
     account = json.loads(command(*MOSAIC, "server", "seed", *data, "--robot-name", "Lab robot", "--json"))
     (folder / "secret").write_text(SECRET)
-    command(*MOSAIC, "server", "ice", "add", *urls, "--secret-file", str(folder / "secret"), *data)
+    secret = ["--secret-file", str(folder / "secret")] if any(url.startswith("turn") for url in urls) else []
+    command(*MOSAIC, "server", "ice", "add", *urls, *secret, *data)
     robot_ip, ready = f"{ROBOT_WAN}.1", folder / "ready.json"
     words = ["server", "run", "--host", "0.0.0.0", "--port", str(SERVER_PORT), "--insecure-public", *data]  # noqa: S104
     more = ["--allow-host", robot_ip, "--allow-host", TURN_IP, "--ready-file", str(ready)]

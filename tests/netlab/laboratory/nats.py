@@ -32,9 +32,16 @@ table ip lab {
     iifname "lan" accept
     ct state established,related accept
   }
+  chain received {
+    type filter hook input priority 0; policy drop;
+    iifname != "wan" accept
+    ct state established,related accept
+  }
   chain forbidden { }
 }
 """
+"""As home routers do, who was not spoken to is dropped in silence: a packet that is taken in leaves a record, and the
+answer to it then gets another port."""
 _numbers = count()
 
 
