@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,7 +11,9 @@ from hypothesis import strategies as st
 from mosaic_core.machines.send_scheduler import (
     HIGH_WATER_BYTES,
     LEAST_HIGH_WATER_BYTES,
+    LIMITS,
     LOW_WATER_BYTES,
+    PIECE_COST_BYTES,
     Lane,
     Offered,
     QueuedMessage,
@@ -199,3 +203,130 @@ def test_on_a_slow_path_less_waits_below_but_never_nothing(window_bytes: int) ->
     it.offer(message("event", b"x"))
     assert it.take(high, window_bytes) is None
     assert it.take(high - 4, window_bytes) == ("event", b"x")
+
+
+def test_a_full_queue_whose_newest_wins_loses_its_oldest() -> None:
+    it = SendScheduler()
+    it.open("cloud", Lane.BULK, QueueLimits(messages=2, size_bytes=100, newest_wins=True))
+    offered = [it.offer(message("cloud", bytes([number]))) for number in range(5)]
+    assert offered == [Offered.QUEUED] * 2 + [Offered.REPLACED] * 3
+    assert it.waiting("cloud") == (2, 2)
+    assert drained(it) == [("cloud", b"\3"), ("cloud", b"\4")]
+    assert (it.counters.replaced, it.counters.refused) == (3, 0)
+
+
+def test_a_newest_message_larger_than_the_queue_takes_the_place_of_all() -> None:
+    it = SendScheduler()
+    it.open("cloud", Lane.BULK, QueueLimits(messages=5, size_bytes=10, newest_wins=True))
+    it.offer(message("cloud", b"a"))
+    it.offer(message("cloud", b"b"))
+    assert it.offer(message("cloud", b"x" * 50)) is Offered.REPLACED
+    assert it.waiting("cloud") == (1, 50)
+
+
+def test_small_messages_get_their_share_of_the_bytes_beside_large_ones() -> None:
+    it = scheduler(log=Lane.RELIABLE, map=Lane.RELIABLE)
+    limits = QueueLimits(messages=10_000, size_bytes=10**9)
+    it.open("log", Lane.RELIABLE, limits)
+    it.open("map", Lane.RELIABLE, limits)
+    for _ in range(50):
+        it.offer(message("map", b"m" * 60_000))
+    for _ in range(2000):
+        it.offer(message("log", b"l" * 100))
+    sent = {"log": 0, "map": 0}
+    while sent["map"] < 5 * 60_000:
+        channel, piece = it.take(0) or ("", b"")
+        sent[channel] += len(piece)
+    assert sent["log"] > 100 * 1000, "by turns it would be one hundred bytes for sixty thousand"
+
+
+def test_having_been_idle_earns_nothing() -> None:
+    it = scheduler(old=Lane.RELIABLE, new=Lane.RELIABLE)
+    for _ in range(100):
+        it.offer(message("old", b"x" * 1000))
+        it.take(0)
+    for _ in range(10):
+        it.offer(message("old", b"x" * 1000))
+        it.offer(message("new", b"x" * 1000))
+    first = [channel for channel, _ in drained(it)][:10]
+    assert abs(first.count("old") - first.count("new")) <= 1
+
+
+def test_a_channel_that_is_opened_anew_in_its_turn_sends_nothing_of_before() -> None:
+    it = scheduler(a=Lane.RELIABLE, b=Lane.RELIABLE)
+    it.offer(message("a", b"old", b"older"))
+    it.offer(message("b", b"b"))
+    it.take(0)
+    it.open("a", Lane.BULK)
+    it.offer(message("a", b"new"))
+    assert sorted(drained(it)) == [("a", b"new"), ("b", b"b")]
+
+
+KINDS = {
+    "control": (Lane.CONTROL, None),
+    "pose": (Lane.LATEST, None),
+    "event": (Lane.RELIABLE, QueueLimits(messages=4, size_bytes=200)),
+    "log": (Lane.RELIABLE, QueueLimits(messages=8, size_bytes=300)),
+    "map": (Lane.BULK, QueueLimits(messages=3, size_bytes=400)),
+    "cloud": (Lane.BULK, QueueLimits(messages=2, size_bytes=400, newest_wins=True)),
+}
+Act = st.one_of(
+    st.tuples(st.just("offer"), st.sampled_from(sorted(KINDS)), st.integers(1, 150)),
+    st.tuples(
+        st.just("take"), st.sampled_from([0, LOW_WATER_BYTES, HIGH_WATER_BYTES // 2, HIGH_WATER_BYTES]), st.just(0)
+    ),
+)
+
+
+@given(st.lists(Act, max_size=120))
+def test_on_any_walk_bounds_hold_order_holds_and_the_newest_value_is_the_last_to_go(
+    acts: list[tuple[Any, ...]],
+) -> None:
+    it = SendScheduler()
+    for channel, (lane, limits) in KINDS.items():
+        it.open(channel, lane, limits)
+    accepted: dict[str, list[int]] = {channel: [] for channel in KINDS}
+    sent: dict[str, list[int]] = {channel: [] for channel in KINDS}
+    for number, (act, what, size) in enumerate(acts):
+        if act == "take":
+            taken = it.take(what)
+            if taken is not None:
+                assert isinstance(taken[1], bytes)
+                sent[taken[0]].append(int(taken[1].split(b".")[0]))
+            continue
+        pieces = [f"{number}.".encode().ljust(size, b"x")]
+        if it.offer(message(what, *pieces)) is not Offered.REFUSED:
+            accepted[what].append(number)
+        messages, size_bytes = it.waiting(what)
+        lane, limits = KINDS[what]
+        limits = limits or LIMITS[lane]
+        assert messages <= limits.messages
+        assert size_bytes <= limits.size_bytes or messages == 1
+    for channel, piece in drained(it):
+        assert isinstance(piece, bytes)
+        sent[channel].append(int(piece.split(b".")[0]))
+    assert it.is_idle
+    for channel, numbers in sent.items():
+        assert numbers == sorted(numbers)
+        if channel in ("pose", "cloud"):
+            assert numbers[-1:] == accepted[channel][-1:]
+        else:
+            assert numbers == accepted[channel]
+
+
+@given(st.lists(st.tuples(st.integers(2, 2000), st.integers(1, 4)), min_size=2, max_size=5))
+def test_no_channel_of_a_lane_starves_whatever_the_others_send(loads: list[tuple[int, int]]) -> None:
+    """Each always has something to send; after a while each has had its share, give or take one message."""
+    it = SendScheduler()
+    limits = QueueLimits(messages=10, size_bytes=10**9)
+    for index in range(len(loads)):
+        it.open(str(index), Lane.BULK, limits)
+    cost = dict.fromkeys(map(str, range(len(loads))), 0)
+    for _ in range(400):
+        for index, (size, pieces) in enumerate(loads):
+            while it.waiting(str(index))[0] < 2:
+                it.offer(message(str(index), *[b"x" * size] * pieces))
+        channel, piece = it.take(0) or ("", b"")
+        cost[channel] += len(piece) + PIECE_COST_BYTES
+    largest = max(size for size, _ in loads) + PIECE_COST_BYTES
+    assert max(cost.values()) - min(cost.values()) <= 2 * largest
