@@ -74,7 +74,7 @@ async def open_websocket(url: str, *, certificate: Path | None = None) -> WebSoc
                 ping_timeout=PING_TIMEOUT_S,
                 close_timeout=1.0,
                 proxy=None if _is_local(url) else True,
-                ssl=None if certificate is None else _pinned(certificate),
+                **({} if certificate is None else {"ssl": _pinned(certificate)}),
             )
         )
     except (OSError, WebSocketException, ValueError) as error:
