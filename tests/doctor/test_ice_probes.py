@@ -1,0 +1,123 @@
+"""STUN and TURN, asked for real: a coturn on loopback, a silent port, a name that nobody knows."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from typing import Any, TypeVar
+
+import pytest
+
+from mosaic_core.adapters.peer_trial import peer_trial
+from mosaic_core.adapters.stun_probe import stun_survey
+from mosaic_core.adapters.turn_probe import turn_probe
+from mosaic_core.doctor.ice_checks import ice_checks
+from mosaic_core.machines.nat_kind import nat_verdict
+from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.finding import Finding
+from mosaic_core.words.ice import IceServer, parse_ice_url
+
+T = TypeVar("T")
+SHORT_S = 0.6
+SILENT = "turn:127.0.0.1:9"
+
+
+def run(work: Coroutine[Any, Any, T]) -> T:
+    async def bounded() -> T:
+        async with asyncio.timeout(30):
+            return await work
+
+    return asyncio.run(bounded())
+
+
+@pytest.mark.parametrize("transport", ["udp", "tcp"])
+def test_an_allocation_is_made_and_given_back(coturn: Any, transport: str) -> None:
+    answer = run(turn_probe(parse_ice_url(getattr(coturn, transport)), "me", "pass"))
+    assert (answer.code, answer.problem) == ("check.ok", "")
+    assert answer.relayed.startswith("127.0.0.1:")
+
+
+@pytest.mark.parametrize(
+    ("username", "credential", "code"),
+    [("me", "wrong", "ice.turn_refused"), (None, None, "ice.turn_no_credentials")],
+)
+def test_refused_credentials_are_told_from_missing_ones(
+    coturn: Any, username: str | None, credential: str | None, code: str
+) -> None:
+    assert run(turn_probe(parse_ice_url(coturn.udp), username, credential)).code == code
+
+
+@pytest.mark.parametrize(
+    ("url", "words"),
+    [
+        (SILENT, "no answer"),
+        (f"{SILENT}?transport=tcp", "nothing listens"),
+        ("turn:nix.invalid:1", "can't be resolved"),
+    ],
+)
+def test_a_server_that_is_not_there_is_said_in_time(url: str, words: str) -> None:
+    answer = run(turn_probe(parse_ice_url(url), "me", "pass", SHORT_S))
+    assert answer.code == "ice.turn_silent"
+    assert words in answer.problem
+    assert answer.took_ms < 1000 * (SHORT_S + 2)
+
+
+def test_plain_turn_where_tls_is_expected_is_a_finding_and_no_hang(coturn: Any) -> None:
+    answer = run(turn_probe(parse_ice_url(f"turns:127.0.0.1:{coturn.port}"), "me", "pass", SHORT_S))
+    assert answer.code in ("ice.turn_failed", "ice.turn_silent")
+
+
+def test_one_socket_asks_all_stun_servers_and_their_answers_are_judged(coturn: Any) -> None:
+    urls = [parse_ice_url(url) for url in (f"stun:127.0.0.1:{coturn.port}", "stun:127.0.0.1:9", "stun:nix.invalid:1")]
+    survey = run(stun_survey(urls, SHORT_S))
+    answered, silent, unknown = survey.answers
+    assert answered.mapping is not None
+    assert answered.mapping.mapped == ("127.0.0.1", survey.local_port)
+    assert (silent.mapping, unknown.mapping) == (None, None)
+    assert "no answer" in silent.problem
+    assert "resolved" in unknown.problem
+    assert nat_verdict(survey.local_port, ["127.0.0.1"], survey.mappings).kind == "none"
+
+
+async def all_of(servers: tuple[IceServer, ...]) -> dict[str, list[Finding]]:
+    found: dict[str, list[Finding]] = {}
+    async for finding in ice_checks(servers):
+        found.setdefault(finding.check, []).append(finding)
+    return found
+
+
+def test_a_dead_url_beside_a_working_one_is_a_warning(coturn: Any) -> None:
+    found = run(all_of((IceServer(urls=(coturn.tcp, f"{SILENT}?transport=tcp"), username="me", credential="pass"),)))
+    assert [one.status for one in found["ice.turn"]] == ["ok", "warn"]
+    assert found["ice.relay"][0].status == "ok"
+
+
+def test_the_cure_of_a_silent_protocol_is_the_one_that_answers(coturn: Any) -> None:
+    from mosaic_core.adapters.turn_probe import TurnAnswer
+    from mosaic_core.doctor.ice_checks import relay_findings
+
+    silent = TurnAnswer("turn:t.example:3478?transport=udp", "ice.turn_silent", 5000.0, "no answer within 5 s")
+    other = TurnAnswer("turn:t.example:3478?transport=tcp", "check.ok", 20.0, relayed="192.0.2.1:1")
+    turn, relay = relay_findings([silent], [other])
+    assert turn.cure == "It answers by the other protocol: add turn:t.example:3478?transport=tcp."
+    assert (turn.status, relay.code) == ("fail", "ice.no_turn")
+
+
+def test_without_any_server_that_is_said() -> None:
+    assert [one.code for one in run(all_of(()))["ice.servers"]] == ["ice.no_servers"]
+
+
+def test_a_whole_connection_goes_through_the_relay(coturn: Any) -> None:
+    server = IceServer(urls=(coturn.udp,), username="me", credential="pass")
+    result = run(peer_trial((server,), relay_only=True))
+    assert result.path is not None
+    assert (result.path.local_type, result.path.remote_type, result.path.family) == ("relay", "relay", "IPv4")
+    assert result.throughput_bps > 1e6
+    assert result.round_trip_ms < 1000
+
+
+def test_a_connection_that_finds_no_relay_names_its_phase(coturn: Any) -> None:
+    server = IceServer(urls=(coturn.udp,), username="me", credential="wrong")
+    with pytest.raises(ConnectionFailed) as failed:
+        run(peer_trial((server,), relay_only=True, timeout_s=3))
+    assert failed.value.code in ("ice.no_relay", "ice.timeout")
