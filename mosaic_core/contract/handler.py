@@ -6,7 +6,7 @@ loop. ``send_*`` may be called from any thread, never blocks, and says whether t
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Awaitable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel
@@ -113,7 +113,14 @@ class Handler:
         ``with self.tap_media("front") as tap: picture = tap.next(timeout_s=1.0)``. Any thread."""
         return self._host.tap_media(label, codec)
 
-    def _send(self, kind: PayloadKind, payload: bytes, to: Sender | None, followers: tuple[bytes, ...] = ()) -> bool:
+    def _send(
+        self,
+        kind: PayloadKind,
+        payload: bytes,
+        to: Sender | None,
+        followers: tuple[bytes, ...] = (),
+        original_text: Callable[[], str] | None = None,
+    ) -> bool:
         return self._host.send(
             Outgoing(
                 channel=self.label,
@@ -122,6 +129,7 @@ class Handler:
                 stamp_us=int(self._host.monotonic_s() * 1e6),
                 to=to.peer_id if to else None,
                 followers=followers,
+                original_text=original_text,
             )
         )
 
@@ -153,8 +161,12 @@ class _Sends(Handler):
     def send_string(self, text: str, to: Sender | None = None) -> bool:
         return self._send(PayloadKind.STRING, text.encode(), to)
 
-    def send_bytes(self, data: bytes, to: Sender | None = None) -> bool:
-        return self._send(PayloadKind.BYTES, bytes(data), to)
+    def send_bytes(
+        self, data: bytes, to: Sender | None = None, *, original_text: Callable[[], str] | None = None
+    ) -> bool:
+        """``original_text`` makes the text that original dashboards expect instead, if they do; it runs on the event
+        loop, once for each of them, and must be quick."""
+        return self._send(PayloadKind.BYTES, bytes(data), to, original_text=original_text)
 
     def send_burst(self, parts: Sequence[bytes], to: Sender | None = None) -> bool:
         """Binary messages that mean something only together, in order. Waiting, they are one: replaced or dropped

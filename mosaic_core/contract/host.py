@@ -6,7 +6,7 @@ The runtime implements :class:`HandlerHost` for real robots, the kit in ``mosaic
 from __future__ import annotations
 
 import time
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -38,7 +38,8 @@ class Outgoing:
     """One message on its way out. ``channel`` is the data channel's label, ``to`` a peer id or ``None`` for all.
 
     ``followers``: more payloads that travel right behind the first, each a message of its own to whoever receives
-    them; here they are queued, replaced and counted as one.
+    them; here they are queued, replaced and counted as one. ``original_text`` makes what original operators get
+    instead, on the event loop, if there are any.
     """
 
     channel: str
@@ -47,6 +48,7 @@ class Outgoing:
     stamp_us: int
     to: str | None = None
     followers: tuple[bytes, ...] = ()
+    original_text: Callable[[], str] | None = None
 
     @property
     def size_bytes(self) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from itertools import chain
 
 from mosaic_core.contract.host import Outgoing
@@ -23,6 +24,14 @@ from mosaic_core.machines.send_scheduler import QueuedMessage
 from mosaic_core.runtime.transport import Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import WireError
+
+
+def _bare(message: Outgoing) -> Iterator[bytes | str]:
+    if message.original_text is not None:
+        yield message.original_text()
+        return
+    for payload in (message.payload, *message.followers):
+        yield payload if message.kind is PayloadKind.BYTES else payload.decode()
 
 
 class ChannelLink:
@@ -48,9 +57,7 @@ class ChannelLink:
         payloads = (message.payload, *message.followers)
         size = message.size_bytes
         if not self.is_framed:
-            is_text = message.kind is not PayloadKind.BYTES
-            bare = (payload.decode() if is_text else payload for payload in payloads)
-            return QueuedMessage(self.channel.label, bare, size)
+            return QueuedMessage(self.channel.label, _bare(message), size)
         if seq is not None:
             self._seq = (seq - 1) % SEQ_MODULUS
         frames = [self._framed(message, payload, flags) for payload in payloads]

@@ -9,6 +9,7 @@ from mosaic_core import DataChannelSendable
 from mosaic_core.machines.framing import PayloadKind
 from mosaic_core.runtime.catalogue_entry import catalogue_entry
 from mosaic_core.runtime.connector import Connector
+from mosaic_core.words.data_type import Delivery
 
 
 class Lane(DataChannelSendable[bytes]):
@@ -107,3 +108,39 @@ def test_the_catalogue_tells_of_the_own_channel_alone(kit: Any) -> None:
     entry = catalogue_entry("cloud", "point-cloud", connector.handlers)
     assert [channel.label for channel in entry.channels] == ["cloud"]
     assert cloud.lane.data_type is entry.data_type
+
+
+class Scan(DataChannelSendable[bytes]):
+    """Bytes for ours, text for original dashboards, on one channel."""
+
+    delivery = Delivery.LATEST
+    texts = 0
+
+    def messages(self) -> Iterator[bytes]:
+        for _ in self.every(0.01):
+            self.send_bytes(b"compact", original_text=self._text)
+        yield from ()
+
+    def _text(self) -> str:
+        self.texts += 1
+        return '{"ranges": []}'
+
+
+def test_original_dashboards_get_the_text_that_they_know_and_it_is_made_for_them_alone(kit: Any) -> None:
+    scan = Scan("scan")
+
+    async def body() -> None:
+        async with kit.running(kit.connector_of(scan)) as scene:
+            await scene.network.ready()
+            operator = await scene.network.offer()
+            await operator.greet()
+            own = operator.open("scan")
+            await kit.until(lambda: len(own.frames()) > 2)
+            assert scan.texts == 0
+            assert own.frames()[-1].payload == b"compact"
+            own.close()
+            original = operator.open("scan", "")
+            await kit.until(lambda: len(original.sent) > 2)
+            assert set(original.sent) == {'{"ranges": []}'}
+
+    kit.play(body)
