@@ -7,6 +7,7 @@ import socket
 import ssl
 from collections.abc import AsyncIterator
 from pathlib import Path
+from typing import Literal
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import ClientConnection, connect
@@ -74,12 +75,18 @@ async def open_websocket(url: str, *, certificate: Path | None = None) -> WebSoc
                 ping_timeout=PING_TIMEOUT_S,
                 close_timeout=1.0,
                 proxy=None if _is_local(url) else True,
-                **({} if certificate is None else {"ssl": _pinned(certificate)}),
+                ssl=_tls(url, certificate),
             )
         )
     except (OSError, WebSocketException, ValueError) as error:
         message, cure = _cause(url, error)
         raise SignalingError(message, code="signal.unreachable", cure=cure) from error
+
+
+def _tls(url: str, certificate: Path | None) -> ssl.SSLContext | Literal[True] | None:
+    if not url.startswith("wss:"):
+        return None
+    return True if certificate is None else _pinned(certificate)
 
 
 def _pinned(certificate: Path) -> ssl.SSLContext:
