@@ -72,6 +72,14 @@ def test_an_ice_transport_has_its_connection_under_connection() -> None:
     with_peer(check)
 
 
+def test_the_selected_pair_of_a_component_is_under_nominated() -> None:
+    assert "active_pair = self._nominated.get(component)" in source_of(aioice.ice.Connection)
+    assert isinstance(aioice.Connection(ice_controlling=True)._nominated, dict)
+    pair = source_of(aioice.ice.CandidatePair)
+    assert "self.remote_candidate = remote_candidate" in pair
+    assert "def local_candidate" in pair
+
+
 def test_datagrams_are_read_through_the_transports_own_recv_from_a_queue_of_its_connection() -> None:
     assert "data = await self.transport._recv()" in source_of(RTCDtlsTransport._recv_next)
     assert "self._recv = self._connection.recv" in source_of(RTCIceTransport.__init__)
