@@ -112,7 +112,7 @@ class ViewerFeed:
 
     def pause_s(self, size_bytes: int) -> float:
         path_bps = self.rate.trains_bps if isinstance(self.rate, PathRate) else None
-        return self._pacer.wait_s(size_bytes, self.budget_bps, time.monotonic(), path_bps)
+        return self._pacer.wait_s(size_bytes, self.budget_bps, time.monotonic(), path_bps, len(self._items))
 
     # -- what the stream calls -----------------------------------------------------------------------------------
 
