@@ -8,6 +8,9 @@ import { StopChannel } from './StopChannel'
 
 /** How long a closing connection stays for its farewell to leave. */
 const FAREWELL_MS = 200
+/** Patience with a robot after a change of network; a live one answers a ping within a round trip. */
+const DOUBT_MS = 700
+const DOUBT_ROUND_TRIPS = 4
 
 export interface AttemptListener {
   happened(event: PeerEvent): void
@@ -44,6 +47,7 @@ export class PeerAttempt {
     this.link = new PeerLink(platform, options.iceServers, {
       candidateFound: (candidate) => this.candidateFound(candidate),
       iceConnected: () => this.happened({ type: 'iceConnected' }),
+      iceHesitates: () => this.happened({ type: 'doubted', patienceMs: this.patienceMs }),
       linkConnected: () => this.happened({ type: 'linkConnected' }),
       linkBroken: (code) => this.happened({ type: 'broken', code }),
       trackArrived: (label, stream, receiver) => listener.trackArrived(label, stream, receiver),
@@ -64,6 +68,11 @@ export class PeerAttempt {
         if (!this.isOver) listener.controlHeard({ type: 'stop.ack', data })
       },
     })
+  }
+
+  /** How long a robot that is there may take for a word. */
+  get patienceMs(): number {
+    return Math.max(DOUBT_MS, DOUBT_ROUND_TRIPS * (this.control.clocks.roundTripMs ?? 0))
   }
 
   async offer(lines: readonly MediaLine[]): Promise<void> {

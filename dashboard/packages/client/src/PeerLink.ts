@@ -22,6 +22,8 @@ export interface MediaLine {
 export interface PeerLinkListener {
   candidateFound(candidate: IceCandidate): void
   iceConnected(): void
+  /** Nothing comes through at the moment; it may be back, or be lost. */
+  iceHesitates(): void
   linkConnected(): void
   linkBroken(code: string): void
   trackArrived(label: string, stream: MediaStream, receiver: RTCRtpReceiver): void
@@ -35,7 +37,7 @@ export interface Offer {
 
 /**
  * One `RTCPeerConnection` of the offering side. Candidates of the robot wait for its answer; ours are plain
- * three-key objects. It never negotiates a second time, so there is no glare.
+ * three-key objects. Only this side ever offers, once more for every line that comes later: there is no glare.
  */
 export class PeerLink {
   private readonly connection: RTCPeerConnection
@@ -85,6 +87,16 @@ export class PeerLink {
     this.isAnswered = true
     await this.connection.setRemoteDescription({ type: 'answer', sdp })
     for (const candidate of this.early.splice(0)) await this.add(candidate)
+  }
+
+  /** The answer to a further offer, which added lines. */
+  async acceptMore(sdp: string): Promise<void> {
+    if (!this.isClosed) await this.connection.setRemoteDescription({ type: 'answer', sdp })
+  }
+
+  /** Whether a line was offered for this label. */
+  hasLine(label: string): boolean {
+    return [...this.labels.values()].includes(label)
   }
 
   /** A candidate of the robot; one that the browser can't use is not worth more than a line on the console. */
@@ -137,6 +149,7 @@ export class PeerLink {
 
   private iceChanged(): void {
     const state = this.connection.iceConnectionState
+    if (state === 'disconnected') this.listener.iceHesitates()
     if (state !== 'connected' && state !== 'completed') return
     this.hasPath = true
     this.listener.iceConnected()

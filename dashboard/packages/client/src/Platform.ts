@@ -20,6 +20,6 @@ export interface Platform {
   onPageHide(listener: () => void): void
   /** A page that was put aside is shown again. */
   onPageShow(listener: () => void): void
-  /** The machine has a network again. */
-  onNetworkBack(listener: () => void): void
+  /** The machine has a network again, none any more, or another one. */
+  onNetworkChange(listener: () => void): void
 }

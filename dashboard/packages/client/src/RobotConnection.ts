@@ -14,6 +14,7 @@ import { PictureReporter } from './control/PictureReporter'
 import { DeliveryWatch } from './delivery/DeliveryWatch'
 import { KnownCatalogue } from './KnownCatalogue'
 import { bindingHost, deskSurroundings, pictureSurroundings, type Live } from './liveSurroundings'
+import { MoreLines } from './MoreLines'
 import { MosaicError } from './MosaicError'
 import { NearPath } from './NearPath'
 import { PeerAttempt } from './PeerAttempt'
@@ -34,6 +35,9 @@ import type { ConnectionState } from './types'
 
 /** How long the lane waits for the server's fresh credentials. */
 const FRESH_ICE_MS = 1000
+
+/** A timer this late was not held up, the machine was asleep. */
+const SLEPT_MS = 3000
 
 export interface ConnectionSurroundings {
   platform: Platform
@@ -60,6 +64,7 @@ export class RobotConnection implements StoreHost {
   private robotStatus: RobotStatus | null = null
   private attempt: PeerAttempt | null = null
   private iceServers: readonly IceServer[] = []
+  private more: MoreLines | null = null
   /** Counts attempts, so that what an abandoned one still receives is recognized. */
   private attemptNumber = 0
   private timer: ReturnType<typeof setTimeout> | null = null
@@ -100,6 +105,7 @@ export class RobotConnection implements StoreHost {
     const host = bindingHost(platform, live, {
       watch: (label, on) => this.watch(label, on),
       clearanceOf: (entry) => this.control.clearanceOf(entry),
+      lineMissing: () => this.more?.look(),
       bulkCarrier: (main) => (this.lane.settled() ? (this.lane.link ?? main) : null),
       streams: this.streams,
       shown: (label, rtpTimestamp, atMs) => {
@@ -124,6 +130,7 @@ export class RobotConnection implements StoreHost {
     })
     platform.onPageHide(() => this.handle({ type: 'pageHidden' }))
     platform.onPageShow(() => this.handle({ type: 'pageShown' }))
+    platform.onNetworkChange(() => this.doubt())
     socket.onMessage((message) => this.signaled(message))
     socket.state.subscribe(() => this.serverChanged())
   }
@@ -196,8 +203,21 @@ export class RobotConnection implements StoreHost {
   private schedule(): void {
     if (this.timer !== null) clearTimeout(this.timer)
     const atMs = this.session.wakeAtMs
-    const tick = (): void => this.handle({ type: 'ticked' })
+    const tick = (): void => this.ticked(atMs ?? 0)
     this.timer = atMs === null ? null : setTimeout(tick, Math.max(0, atMs - this.around.platform.now()))
+  }
+
+  private ticked(dueAtMs: number): void {
+    // The machine slept: whatever was connected is probably gone.
+    if (this.around.platform.now() - dueAtMs > SLEPT_MS) {
+      this.around.socket.doubt()
+      this.doubt()
+    }
+    this.handle({ type: 'ticked' })
+  }
+
+  private doubt(): void {
+    if (this.attempt) this.handle({ type: 'doubted', patienceMs: this.attempt.patienceMs })
   }
 
   private carryOut(effect: PeerEffect): void {
@@ -226,7 +246,10 @@ export class RobotConnection implements StoreHost {
           this.control.linkLost(true)
           this.streams.close()
         }
-        if (this.session.publicPhase === 'reconnecting') return this.bindings.tellInterrupted(reasonIn(effect))
+        if (this.session.publicPhase === 'reconnecting') {
+          this.around.socket.doubt()
+          return this.bindings.tellInterrupted(reasonIn(effect))
+        }
         return this.bindings.tellDisconnected(reasonIn(effect))
       case 'tellFailed':
         this.control.gaveUp({ ...reasonIn(effect), code: effect.code })
@@ -263,6 +286,15 @@ export class RobotConnection implements StoreHost {
     } catch (error) {
       if (number === this.attemptNumber) this.broken(error)
     }
+  }
+
+  private moreLines(): MoreLines | null {
+    const { attempt, bindings } = this
+    return attempt && new MoreLines(attempt.link, {
+      send: (offer) => attempt.control.send('renegotiate.offer', offer),
+      missing: () => bindings.missingLines(),
+      added: () => bindings.linesAdded(),
+    })
   }
 
   // For the lane: the server need not be there, and the credentials of the main connection may still do.
@@ -331,11 +363,14 @@ export class RobotConnection implements StoreHost {
           this.streams.greeted(message.data.extensions)
           this.delivery.greeted(message.data.extensions)
           this.lane.greeted('bulkLane' in message.data.extensions)
+          if ('renegotiate' in message.data.extensions) this.more ??= this.moreLines()
         }
         return this.bindings.greeted()
       case 'catalogue':
         this.record.mark('catalogue', this.around.platform.now())
         return this.known.learn(message.data.catalogue)
+      case 'renegotiate.answer':
+        return this.more?.heard(message.data)
       case 'lane.answer':
       case 'lane.candidate':
       case 'lane.close':
@@ -374,6 +409,8 @@ export class RobotConnection implements StoreHost {
     this.control.linkLost(bye)
     this.pictures.clear()
     this.lane.drop()
+    this.more?.close()
+    this.more = null
     this.delivery.lost()
     this.nearPath.forget()
     if (bye) this.streams.close()

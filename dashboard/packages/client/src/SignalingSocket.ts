@@ -11,6 +11,8 @@ export class SignalingSocket {
   private readonly messages = new Listeners<[SignalingMessage]>()
   private readonly refusals = new Listeners<[string]>()
   private socket: WebSocket | null = null
+  /** Whose status was asked for last: asked again, it is answered at once. */
+  private robotIds: SignalingMessages['status.subscribe']['robotIds'] = []
   private timer: ReturnType<typeof setTimeout> | null = null
 
   readonly state: Readable<ServerState> = this.serverState
@@ -19,7 +21,10 @@ export class SignalingSocket {
     private readonly url: string,
     private readonly platform: Platform,
   ) {
-    platform.onNetworkBack(() => this.handle({ type: 'networkBack' }))
+    platform.onNetworkChange(() => {
+      this.handle({ type: 'networkChanged' })
+      this.doubt()
+    })
   }
 
   start(token: string): void {
@@ -28,6 +33,13 @@ export class SignalingSocket {
 
   stop(): void {
     this.handle({ type: 'stopped' })
+  }
+
+  /** Ask for a sign of life: a socket whose network is gone does not know it, and is made anew at once. */
+  doubt(): void {
+    if (this.session.phase !== 'online') return
+    this.send('status.subscribe', { robotIds: this.robotIds })
+    this.handle({ type: 'doubted' })
   }
 
   /** Every message that is not the socket's own business. */
@@ -42,6 +54,7 @@ export class SignalingSocket {
 
   /** Send one message; false while not online. */
   send<T extends keyof SignalingMessages>(word: T, data: SignalingMessages[T]): boolean {
+    if (word === 'status.subscribe') this.robotIds = (data as SignalingMessages['status.subscribe']).robotIds
     if (this.session.phase !== 'online' || this.socket === null) return false
     this.socket.send(signalingText(word, data))
     return true

@@ -18,8 +18,17 @@ export function browserPlatform(): Platform {
     onVisibilityChange: (listener) => document.addEventListener('visibilitychange', listener),
     onPageHide: (listener) => window.addEventListener('pagehide', listener),
     onPageShow: (listener) => window.addEventListener('pageshow', listener),
-    onNetworkBack: (listener) => window.addEventListener('online', listener),
+    onNetworkChange: (listener) => {
+      window.addEventListener('online', listener)
+      window.addEventListener('offline', listener)
+      connectionOf(navigator)?.addEventListener('change', listener)
+    },
   }
+}
+
+// Only Chromium knows it.
+function connectionOf(navigator: object): EventTarget | null {
+  return 'connection' in navigator && navigator.connection instanceof EventTarget ? navigator.connection : null
 }
 
 // Reading the property alone throws where the user forbids storage.

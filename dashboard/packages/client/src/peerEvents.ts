@@ -30,6 +30,8 @@ export type PeerEvent =
   | { type: 'robotHeard' }
   /** Whatever went wrong, on our side, on the way or by the robot's own word. */
   | { type: 'broken'; code: string; message?: string }
+  /** The network is another one, or the transport hesitates: a word of the robot within this time, or it is lost. */
+  | { type: 'doubted'; patienceMs: number }
   | { type: 'ticked' }
 
 export type PeerEffect =

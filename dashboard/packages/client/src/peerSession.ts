@@ -32,6 +32,8 @@ const PERMANENT: ReadonlySet<string> = new Set([
 ])
 /** Fewer unanswered pings than this prove nothing: the page itself may have been frozen. */
 const PINGS_BEFORE_LOST = 2
+/** A doubt that is settled this late proves nothing: the page stood still, and answers may be waiting unread. */
+const STALL_MS = 500
 
 export class PeerSession {
   private current: PeerPhase = 'idle'
@@ -43,6 +45,7 @@ export class PeerSession {
   private heardAtMs = 0
   private pingAtMs = 0
   private unansweredPings = 0
+  private doubt: { untilMs: number; patienceMs: number } | null = null
   private why: { code?: string; message?: string } = {}
 
   get phase(): PeerPhase {
@@ -79,7 +82,8 @@ export class PeerSession {
     if (this.current !== 'up') return this.deadline?.atMs ?? null
     if (this.greeted === null) return this.heardAtMs + HELLO_TIMEOUT_MS
     if (!this.greeted) return null
-    return this.mayBeLost ? Math.min(this.pingAtMs, this.heardAtMs + PEER_LOST_AFTER_MS) : this.pingAtMs
+    const lostAtMs = this.mayBeLost ? this.heardAtMs + PEER_LOST_AFTER_MS : Infinity
+    return Math.min(this.pingAtMs, lostAtMs, this.doubt?.untilMs ?? Infinity)
   }
 
   handle(event: PeerEvent, nowMs: number, random: number): PeerEffect[] {
@@ -96,6 +100,8 @@ export class PeerSession {
         return this.retryNow(nowMs)
       case 'broken':
         return this.fail(event, nowMs, random)
+      case 'doubted':
+        return this.doubted(event.patienceMs, nowMs)
       case 'ticked':
         return this.tick(nowMs, random)
       default:
@@ -129,6 +135,8 @@ export class PeerSession {
 
   private retryNow(nowMs: number): PeerEffect[] {
     if (this.current === 'waiting') return this.begin(nowMs)
+    // What was offered went to a socket of before, of the robot or of this page.
+    if (this.current === 'answering') return [{ type: 'drop', bye: false }, ...this.begin(nowMs)]
     const isHealed = this.current === 'failed' && !PERMANENT.has(this.why.code ?? '')
     return isHealed ? this.beginAnew(nowMs) : []
   }
@@ -189,6 +197,13 @@ export class PeerSession {
   private hear(nowMs: number): void {
     this.heardAtMs = nowMs
     this.unansweredPings = 0
+    this.doubt = null
+  }
+
+  private doubted(patienceMs: number, nowMs: number): PeerEffect[] {
+    if (this.current !== 'up' || this.greeted !== true || this.doubt !== null) return []
+    this.doubt = { untilMs: nowMs + patienceMs, patienceMs }
+    return this.ping(nowMs)
   }
 
   private ping(nowMs: number): PeerEffect[] {
@@ -215,7 +230,14 @@ export class PeerSession {
     if (this.mayBeLost && nowMs >= this.heardAtMs + PEER_LOST_AFTER_MS) {
       return this.fail({ code: 'peer.lost' }, nowMs, random)
     }
+    if (this.doubt !== null && nowMs >= this.doubt.untilMs) return this.settleDoubt(this.doubt, nowMs, random)
     return nowMs >= this.pingAtMs ? this.ping(nowMs) : []
+  }
+
+  private settleDoubt({ untilMs, patienceMs }: { untilMs: number; patienceMs: number }, nowMs: number, random: number): PeerEffect[] {
+    if (nowMs - untilMs <= STALL_MS) return this.fail({ code: 'peer.lost' }, nowMs, random)
+    this.doubt = { untilMs: nowMs + patienceMs, patienceMs }
+    return this.ping(nowMs)
   }
 
   private fail(why: { code: string; message?: string }, nowMs: number, random: number): PeerEffect[] {
@@ -227,7 +249,10 @@ export class PeerSession {
     this.attempt += 1
     const isFinal = PERMANENT.has(why.code) || (!this.wasUp && this.attempt >= FIRST_ATTEMPTS)
     this.enter(isFinal ? 'failed' : 'waiting', nowMs)
-    this.retryAtMs = nowMs + backoffDelayMs(this.attempt - 1, random, BACKOFF)
+    // Most losses are a change of network that is over when it is noticed: the first try is made at once.
+    const isAtOnce = wasConnected && why.code !== 'peer.shutdown'
+    this.retryAtMs = isAtOnce ? nowMs : nowMs + backoffDelayMs(this.attempt - 1, random, BACKOFF)
+    this.doubt = null
     if (isFinal) effects.push({ type: 'tellFailed', ...this.why, code: why.code })
     return effects
   }

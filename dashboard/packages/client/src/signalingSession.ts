@@ -22,8 +22,10 @@ export type SignalingEvent =
   | { type: 'opened' }
   | { type: 'closed'; closeCode: number }
   | { type: 'heard'; message: SignalingMessage }
-  /** The machine's network is back. */
-  | { type: 'networkBack' }
+  /** The machine's network is back, or another one. */
+  | { type: 'networkChanged' }
+  /** Something was asked that is answered at once: silence means that the socket is dead without knowing it. */
+  | { type: 'doubted' }
   | { type: 'ticked' }
 
 export type SignalingEffect =
@@ -38,6 +40,8 @@ export type SignalingEffect =
 const OPEN_TIMEOUT_MS = 10_000
 /** A server that pings does so every 5 s; three of them missing means that the line is dead. */
 const SILENCE_MS = 15_000
+/** A server that is there answers within this time. */
+const PROBE_MS = 700
 const BACKOFF = { baseMs: 500, maxMs: 10_000 }
 
 export class SignalingSession {
@@ -46,6 +50,7 @@ export class SignalingSession {
   private attempt = 0
   private wakeMs: number | null = null
   private pings = false
+  private isDoubted = false
 
   get phase(): SignalingPhase {
     return this.current
@@ -78,8 +83,11 @@ export class SignalingSession {
         return this.closed(event.closeCode, nowMs, random)
       case 'heard':
         return this.hasSocket ? this.heard(event.message, nowMs) : []
-      case 'networkBack':
-        return this.current === 'waiting' ? this.open(nowMs) : []
+      case 'networkChanged':
+        return this.networkChanged(nowMs)
+      case 'doubted':
+        if (this.current === 'online') this.doubt(nowMs)
+        return []
       case 'ticked':
         return this.wakeMs !== null && nowMs >= this.wakeMs ? this.woken(nowMs, random) : []
     }
@@ -94,9 +102,21 @@ export class SignalingSession {
     this.wakeMs = wakeMs
   }
 
+  private networkChanged(nowMs: number): SignalingEffect[] {
+    if (this.current === 'waiting') return this.open(nowMs)
+    // It may hang on a way that is gone.
+    return this.current === 'opening' || this.current === 'authorizing' ? [{ type: 'close' }, ...this.open(nowMs)] : []
+  }
+
+  private doubt(nowMs: number): void {
+    if (this.isDoubted) return
+    this.isDoubted = true
+    this.wakeMs = nowMs + PROBE_MS
+  }
+
   private open(nowMs: number): SignalingEffect[] {
     this.enter('opening', nowMs + OPEN_TIMEOUT_MS)
-    this.pings = false
+    this.pings = this.isDoubted = false
     return [{ type: 'open' }]
   }
 
@@ -109,6 +129,7 @@ export class SignalingSession {
 
   private woken(nowMs: number, random: number): SignalingEffect[] {
     if (this.current === 'waiting') return this.open(nowMs)
+    if (this.isDoubted) return [{ type: 'close' }, { type: 'tellOffline' }, ...this.open(nowMs)]
     return [{ type: 'close' }, ...this.retryLater(nowMs, random)]
   }
 
@@ -133,6 +154,7 @@ export class SignalingSession {
   }
 
   private heard(message: SignalingMessage, nowMs: number): SignalingEffect[] {
+    this.isDoubted = false
     if (this.current === 'online') this.wakeMs = this.pings ? nowMs + SILENCE_MS : null
     switch (message.type) {
       case 'authorize.req':

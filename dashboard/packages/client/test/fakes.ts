@@ -11,11 +11,16 @@ export class FakeWebSocket {
   onmessage: Handler<{ data: unknown }> = null
   readonly sent: { type: string; data: unknown }[] = []
   isClosed = false
+  /** False: its network is gone, and it doesn't know. */
+  answers = true
 
   constructor(readonly url: string) {}
 
   send(text: string): void {
-    this.sent.push(JSON.parse(text) as { type: string; data: unknown })
+    const message = JSON.parse(text) as { type: string; data: unknown }
+    this.sent.push(message)
+    // Whoever subscribes is answered at once; a word that nobody knows is a sign of life and nothing else.
+    if (message.type === 'status.subscribe' && this.answers) queueMicrotask(() => this.says('test.heard', {}))
   }
 
   close(): void {
@@ -305,7 +310,7 @@ export class FakePlatform implements Platform {
   onVisibilityChange = (listener: () => void): void => this.on('visibility', listener)
   onPageHide = (listener: () => void): void => this.on('hide', listener)
   onPageShow = (listener: () => void): void => this.on('show', listener)
-  onNetworkBack = (listener: () => void): void => this.on('network', listener)
+  onNetworkChange = (listener: () => void): void => this.on('network', listener)
 
   happens(what: 'visibility' | 'hide' | 'show' | 'network'): void {
     for (const listener of this.listeners[what] ?? []) listener()

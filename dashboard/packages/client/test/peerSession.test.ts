@@ -171,7 +171,7 @@ describe('silence', () => {
   test('two seconds of it mean that the robot is lost', () => {
     const bench = new Bench().greeted()
     expect(bench.pass(1999).filter((effect) => effect !== 'sendPing')).toEqual([])
-    expect(bench.pass(1)).toEqual(['drop', 'tellDisconnected peer.lost'])
+    expect(bench.pass(1)).toEqual(['drop', 'tellDisconnected peer.lost', 'request'])
     expect(bench.session.publicPhase).toBe('reconnecting')
     expect(bench.session.reason.code).toBe('peer.lost')
   })
@@ -205,20 +205,48 @@ describe('coming back', () => {
       bench.give({ type: 'broken', code: 'signal.unreachable' })
       return pause
     })
-    expect(pauses).toEqual([500, 1000, 2000, 4000, 8000, 10_000, 10_000, 10_000])
+    expect(pauses).toEqual([0, 1000, 2000, 4000, 8000, 10_000, 10_000, 10_000])
     expect(bench.session.publicPhase).toBe('reconnecting')
   })
 
-  test('after a hello the pauses are short again', () => {
+  test('after a hello the first try is made at once again', () => {
     const bench = new Bench().greeted()
     for (let round = 0; round < 5; round += 1) {
       bench.give({ type: 'broken', code: 'peer.lost' })
-      expect((bench.session.wakeAtMs ?? NaN) - bench.nowMs).toBe(500)
-      bench.pass(500)
+      expect((bench.session.wakeAtMs ?? NaN) - bench.nowMs).toBe(0)
+      bench.pass(0)
       bench.give(...CONNECT.slice(1), { type: 'helloHeard' })
       expect(bench.session.publicPhase).toBe('connected')
       expect(bench.session.reason).toEqual({})
     }
+  })
+
+  test('a robot that is doubted is lost without a word, and kept with one', () => {
+    const bench = new Bench().greeted()
+    expect(bench.give({ type: 'doubted', patienceMs: 700 })).toEqual(['sendPing'])
+    bench.pass(300)
+    bench.give({ type: 'robotHeard' })
+    expect(bench.pass(1500)).not.toContain('drop')
+    bench.give({ type: 'robotHeard' })
+    bench.give({ type: 'doubted', patienceMs: 700 })
+    expect(bench.pass(699)).not.toContain('drop')
+    expect(bench.pass(1)).toContain('tellDisconnected peer.lost')
+  })
+
+  test('a doubt that a page which stood still comes back to gives the robot another moment', () => {
+    const bench = new Bench().greeted()
+    bench.give({ type: 'doubted', patienceMs: 700 })
+    bench.nowMs += 5000
+    bench.give({ type: 'robotHeard' })
+    expect(bench.give({ type: 'ticked' })).not.toContain('drop')
+  })
+
+  test('an offer that went to a socket of before is made anew when the robot or the server is back', () => {
+    const bench = new Bench().greeted()
+    bench.give({ type: 'broken', code: 'peer.lost' })
+    bench.pass(0)
+    bench.give({ type: 'granted' }, { type: 'offered' })
+    expect(bench.give({ type: 'robotReady' })).toEqual(['drop', 'request'])
   })
 
   test('another page with the same session takes over for good', () => {

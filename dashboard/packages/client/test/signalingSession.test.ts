@@ -113,8 +113,18 @@ describe('coming back', () => {
   test('at once when the network is back', () => {
     const bench = new Bench().online()
     bench.give({ type: 'closed', closeCode: 1006 })
-    expect(types(bench.give({ type: 'networkBack' }))).toEqual(['open'])
-    expect(bench.give({ type: 'networkBack' })).toEqual([])
+    expect(types(bench.give({ type: 'networkChanged' }))).toEqual(['open'])
+    expect(types(bench.give({ type: 'networkChanged' }))).toEqual(['close', 'open'])
+  })
+
+  test('at once when a doubted server says nothing, and not at all when it does', () => {
+    const bench = new Bench().online()
+    expect(bench.give({ type: 'doubted' })).toEqual([])
+    bench.hear('ping.ping', { pingId: 'p' })
+    expect(types(bench.pass(700))).toEqual([])
+    bench.give({ type: 'doubted' })
+    expect(types(bench.pass(699))).toEqual([])
+    expect(types(bench.pass(1))).toEqual(['close', 'tellOffline', 'open'])
   })
 })
 
@@ -163,7 +173,7 @@ test('on every walk there is at most one socket', () => {
     { type: 'heard', message: { type: 'authorize.res', data: 100 } },
     { type: 'heard', message: { type: 'authorize.res', data: 10021 } },
     { type: 'heard', message: { type: 'ping.ping', data: { pingId: 'p' } } },
-    { type: 'networkBack' },
+    { type: 'networkChanged' },
     { type: 'ticked' },
   ]
   fc.assert(

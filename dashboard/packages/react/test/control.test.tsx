@@ -26,7 +26,7 @@ function newClient(): MosaicClient {
     onVisibilityChange: nothing,
     onPageHide: nothing,
     onPageShow: nothing,
-    onNetworkBack: nothing,
+    onNetworkChange: nothing,
   }
   return new MosaicClient({ baseUrl: 'https://mosaic.example.org', platform })
 }

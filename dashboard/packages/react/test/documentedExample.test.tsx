@@ -50,7 +50,7 @@ function newClient(): MosaicClient {
     onVisibilityChange: nothing,
     onPageHide: nothing,
     onPageShow: nothing,
-    onNetworkBack: nothing,
+    onNetworkChange: nothing,
   }
   return new MosaicClient({ baseUrl: 'https://mosaic.example.org', platform })
 }
