@@ -18,6 +18,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +68,7 @@ async def restarted(site: RoamingSite, roamer: Roamer) -> float:
     await asyncio.to_thread(site.start_server)
     await asyncio.sleep(CALM_S)
     times_s = [at_s for at_s in roamer.at_s if at_s >= begin_s]
-    return max((later - earlier for earlier, later in zip(times_s, times_s[1:], strict=False)), default=float("inf"))
+    return max((later - earlier for earlier, later in pairwise(times_s)), default=float("inf"))
 
 
 def report(rows: list[Row], roamer: Roamer, pause_s: float) -> None:

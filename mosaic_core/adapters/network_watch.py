@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ipaddress
 import socket
 import time
 from collections.abc import Callable
@@ -32,7 +33,13 @@ async def watch_network(changed: Callable[[NetworkChange], None]) -> None:
 def network_view() -> NetworkView:
     """The network now."""
     ips = [ip.ip if isinstance(ip.ip, str) else ip.ip[0] for one in ifaddr.get_adapters() for ip in one.ips]
-    return NetworkView(frozenset(ips), tuple(_way_out(*stranger) for stranger in _STRANGERS), _slept_s())
+    return NetworkView(frozenset(filter(_leads_somewhere, ips)), tuple(_way_out(*stranger) for stranger in _STRANGERS), _slept_s())
+
+
+def _leads_somewhere(address: str) -> bool:
+    """Nothing of ours is connected from loopback or link-local addresses to anywhere else."""
+    ip = ipaddress.ip_address(address)
+    return not (ip.is_loopback or ip.is_link_local)
 
 
 def _way_out(family: socket.AddressFamily, stranger: str) -> str | None:

@@ -25,7 +25,7 @@ from mosaic_core.words.timeline import Moment
 
 _log = logging.getLogger(__name__)
 
-DOUBT_S = 0.5
+DOUBT_S = 0.7
 """Patience with a robot after a change of network; a live one answers a ping within a round trip."""
 DOUBT_ROUND_TRIPS = 4
 

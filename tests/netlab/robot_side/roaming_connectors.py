@@ -11,10 +11,8 @@ from mosaic_core import DataChannelConfigurer, DataChannelReceivable, DataChanne
 
 class Counter(DataChannelSendable[dict[str, Any]]):
     def messages(self) -> Iterator[dict[str, Any]]:
-        number = 0
-        for _ in self.every(0.05):  # whose own number skips what it was too late for
+        for number, _ in enumerate(self.every(0.05)):  # whose own numbers skip what it was too late for
             yield {"n": number}
-            number += 1
 
 
 class CounterConfigurer(DataChannelConfigurer[Params]):
