@@ -34,6 +34,8 @@ export interface BindingHost {
   valueArrived(label: string): void
   /** What outlives the connection. */
   streams: SessionStreams
+  /** A connector of the catalogue has no media line. */
+  lineMissing(): void
   /** Where bulk goes; null: it shall wait, because its own connection is being made. */
   bulkCarrier(main: ChannelCarrier): ChannelCarrier | null
   /** Whether a message for this connector may leave now; null: one that nobody knows. */
@@ -119,6 +121,21 @@ export class StoreBindings {
     return mediaLines(this.catalogue, wanted.length)
   }
 
+  /** The lines that a further offer must add; none while nobody wants one of them. */
+  missingLines(): MediaLine[] {
+    const { link, catalogue } = this
+    if (link === null || catalogue === null || !this.isUp || !this.isGreeted || this.isOriginal) return []
+    const isMissing = (label: string | null): boolean => label !== null && !link.hasLine(label) && !this.tracks.has(label)
+    const missing = this.mediaLines().filter(({ label }) => isMissing(label))
+    const isWanted = ({ label }: MediaLine): boolean => label !== null && isMediaStore(this.bindings.get(label)?.store)
+    return missing.some(isWanted) ? missing : []
+  }
+
+  /** A further offer was answered. */
+  linesAdded(): void {
+    for (const binding of this.bindings.values()) this.bind(binding)
+  }
+
   /** A new attempt begins. */
   begin(): void {
     for (const { store } of this.bindings.values()) store.notifyBeforeConnected()
@@ -141,6 +158,7 @@ export class StoreBindings {
   greeted(): void {
     this.isGreeted = true
     for (const binding of this.bindings.values()) this.watch(binding)
+    this.host.lineMissing()
   }
 
   /** The robot is an original one: channels carry bare payloads, and every picture is sent anyway. */
@@ -203,7 +221,10 @@ export class StoreBindings {
   trackArrived(label: string, stream: MediaStream, receiver: RTCRtpReceiver): void {
     this.tracks.set(label, { stream, receiver })
     const binding = this.bindings.get(label)
-    if (binding) this.bind(binding)
+    if (!binding) return
+    // A wish that came before the line was refused.
+    binding.isWatching = false
+    this.bind(binding)
   }
 
   originKnown(origin: MediaOrigin): void {
@@ -236,7 +257,7 @@ export class StoreBindings {
   private bind(binding: Binding): void {
     const plan = channelPlan(binding.store.robotConnector, this.catalogue, this.isOriginal)
     if (plan.type === 'mismatch') binding.store.setState(plan.state)
-    else if (plan.type === 'media' && !isMedia(binding.store)) binding.store.setState(NOT_MEDIA)
+    else if (plan.type === 'media' && !isMediaStore(binding.store)) binding.store.setState(NOT_MEDIA)
     else if (binding.store.state.get().phase === 'mismatch') binding.store.setState({ phase: 'waiting' })
     if (plan.type === 'media') this.bindMedia(binding.store, binding)
     else if (plan.type === 'channels' && binding.ports.length === 0) this.openPorts(binding, plan)
@@ -251,7 +272,10 @@ export class StoreBindings {
     const label = store.robotConnector.connectorId
     if (!this.isUp || this.link === null) return
     const line = this.link.voiceOf(label)
-    if (line === null) return store.setState({ phase: 'closed', code: 'media.no_line' })
+    if (line === null) {
+      store.setState({ phase: 'closed', code: 'media.no_line' })
+      return this.host.lineMissing()
+    }
     if (!store.connectLine(line)) return
     store.talkingChanged(this.talkers.get(label) ?? null)
     store.notifyAfterConnected()
@@ -331,6 +355,7 @@ export class StoreBindings {
     const { store } = binding
     const label = store.robotConnector.connectorId
     const track = this.isUp ? this.tracks.get(label) : undefined
+    if (!track && this.isUp) this.host.lineMissing()
     if (!(store instanceof MediaStreamStore) || !track || store.mediaStream.get() === track.stream) return
     store.setMediaStream(track.stream, this.host.mediaSource(label, track.receiver))
     const origin = this.origins.get(label)
@@ -364,6 +389,6 @@ export class StoreBindings {
   }
 }
 
-function isMedia(store: MosaicStore): boolean {
+function isMediaStore(store: MosaicStore | undefined): boolean {
   return store instanceof MediaStreamStore || store instanceof TalkStore
 }

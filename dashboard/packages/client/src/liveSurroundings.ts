@@ -29,7 +29,7 @@ export function deskSurroundings(platform: Platform, { attempt, phase, entryOf }
   }
 }
 
-export interface BindingWishes extends Pick<BindingHost, 'watch' | 'clearanceOf' | 'streams' | 'bulkCarrier'> {
+export interface BindingWishes extends Pick<BindingHost, 'watch' | 'clearanceOf' | 'streams' | 'bulkCarrier' | 'lineMissing'> {
   /** A picture is on the screen. */
   readonly shown: (label: string, rtpTimestamp: number, atMs: number) => void
   /** A message of a connector has arrived. */
@@ -48,6 +48,7 @@ export function bindingHost(platform: Platform, { attempt }: Pick<Live, 'attempt
       receiverSource(receiver, { now, control, shown: (rtp, atMs) => wishes.shown(label, rtp, atMs) }),
     clearanceOf: (entry) => wishes.clearanceOf(entry),
     bulkCarrier: (main) => wishes.bulkCarrier(main),
+    lineMissing: () => wishes.lineMissing(),
     streams: wishes.streams,
   }
 }
