@@ -14,6 +14,7 @@ from pydantic import BaseModel
 
 from mosaic_core.cli.main import app
 from mosaic_core.contract import hooks
+from mosaic_core.runtime.metrics_text import METRICS
 from mosaic_core.runtime.resolver import ConnectorResolver
 from mosaic_core.words.codes import CLOSE_REASONS, REASONS
 from mosaic_core.words.config import RobotConfig
@@ -88,7 +89,9 @@ def configuration() -> str:
         "",
     ]
     schema = RobotConfig.model_json_schema(by_alias=False)
-    for name, model in [("RobotConfig", schema), *schema["$defs"].items()]:
+    for name, either in [("RobotConfig", schema), *schema["$defs"].items()]:
+        # a model with a short form is either that or its mapping
+        model = next((one for one in either.get("anyOf", ()) if "properties" in one), either)
         if "properties" in model:
             lines += [
                 f"## {name}",
@@ -174,6 +177,21 @@ def reason_codes() -> str:
     return "\n".join([*lines, ""])
 
 
+def metrics() -> str:
+    lines = [
+        "# Metrics",
+        "",
+        "What `mosaic run --metrics` serves in the text format of Prometheus (see "
+        "[how to](../howto/metrics.md)). Labels: `connector` is the label of a connector, `reason` one of `replaced`, "
+        "`queue_full`, `thinned`, `refused`, `lost`. Counters begin at 0 when the robot starts.",
+        "",
+        "| metric | kind | what it tells |",
+        "|---|---|---|",
+    ]
+    lines += [f"| `{name}` | {kind} | {_cell(told)} |" for name, (kind, told) in METRICS.items()]
+    return "\n".join(lines)
+
+
 def wire() -> str:
     lines = [
         "# Messages on the wire",
@@ -211,6 +229,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "configuration.md": configuration,
     "connectors.md": connectors,
     "hooks.md": hook_pages,
+    "metrics.md": metrics,
     "reason-codes.md": reason_codes,
     "wire.md": wire,
 }

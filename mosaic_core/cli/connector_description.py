@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from mosaic_core.contract.configurer import Configurer, MediaTrackConfigurer
+from mosaic_core.words.delivery import DeliveryContract
 
 _PLACEHOLDERS: dict[str, Any] = {"string": "…", "integer": 1, "number": 1.0, "boolean": True, "array": [], "object": {}}
 
@@ -17,7 +18,7 @@ Row: TypeAlias = tuple[str, str, str, str, str]
 
 
 def param_tables(configurer: type[Configurer[Any]]) -> Iterator[tuple[str, list[Row]]]:
-    """Each table's heading and rows: the params, every mapping that a param may be, and the limits of a receiver."""
+    """Each table's heading and rows: the params, every mapping that a param may be, limits and delivery."""
     schema = configurer.params_model.model_json_schema()
     definitions = schema.get("$defs", {})
     if schema.get("properties"):
@@ -28,6 +29,15 @@ def param_tables(configurer: type[Configurer[Any]]) -> Iterator[tuple[str, list[
             yield f"params.{name}" + (f" ({title})" if title else ""), _rows(inner, definitions)
     if not issubclass(configurer, MediaTrackConfigurer):
         yield "safety", _rows(configurer.safety_model.model_json_schema(), definitions)
+        yield "delivery", list(_delivery_rows())
+
+
+def _delivery_rows() -> Iterator[Row]:
+    """The long form; what the connector chooses is known once it is made."""
+    schema = DeliveryContract.model_json_schema()
+    for long_form in _mappings_in(schema, {}):
+        for name, kind, _, unit, description in _rows(long_form, schema.get("$defs", {})):
+            yield name, kind, "its own", unit, description
 
 
 def _mappings_in(field: dict[str, Any], definitions: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -100,8 +110,12 @@ def type_in_words(field: dict[str, Any], definitions: dict[str, Any]) -> str:
 
 def _bounds(field: dict[str, Any]) -> str:
     signs = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
-    found = [f"{sign} {field[key]:g}" for key, sign in signs.items() if key in field]
+    found = [f"{sign} {_short(field[key])}" for key, sign in signs.items() if key in field]
     return f" {', '.join(found)}" if found else ""
+
+
+def _short(number: float) -> str:
+    return f"{number:.0f}" if number == int(number) else f"{number:g}"
 
 
 def example_of(connector_type: str, configurer: type[Configurer[Any]]) -> dict[str, Any]:

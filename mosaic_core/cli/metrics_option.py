@@ -19,7 +19,7 @@ class MetricsAddress:
 
 
 def metrics_address(text: str, *, is_public: bool) -> MetricsAddress:
-    """``9464``, ``127.0.0.1:9464``, ``[::1]:9464`` or a host alone; raises :class:`MosaicError` (``config.metrics``)."""
+    """``9464``, ``127.0.0.1:9464``, ``[::1]:9464``, or a host; raises :class:`MosaicError` (``config.metrics``)."""
     from mosaic_core.runtime.metrics_server import is_loopback
 
     host, port_text = _split(text.strip())

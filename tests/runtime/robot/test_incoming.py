@@ -38,6 +38,13 @@ def test_a_queue_is_bounded_and_ordered() -> None:
     assert first.payload == b"0"
 
 
+def test_a_queue_whose_newest_wins_loses_its_oldest() -> None:
+    inbox = Inbox(newest_only=False, limits=QueueLimits(messages=2, size_bytes=2000, newest_wins=True))
+    assert all(inbox.put(item(str(number).encode())) for number in range(5))
+    assert (inbox.waiting(), inbox.replaced) == ((2, 2), 3)
+    assert [taken.payload for taken in (inbox.take(), inbox.take()) if taken] == [b"3", b"4"]
+
+
 def test_what_a_departed_peer_still_wanted_is_forgotten() -> None:
     for newest_only in (True, False):
         inbox = Inbox(newest_only=newest_only)

@@ -15,6 +15,7 @@ from mosaic_core.runtime.handover import Handover
 from mosaic_core.runtime.outbox import Outbox
 from mosaic_core.runtime.send_queue import SendQueue
 from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.delivery import DeliveryContract
 
 
 def message(payload: bytes = b"1", to: str | None = None) -> Outgoing:
@@ -34,7 +35,9 @@ class Listener:
         return len(self.got), sum(map(len, self.got))
 
 
-def outbox(delivery: Delivery = Delivery.RELIABLE) -> tuple[Outbox, ConnectorCounters, list[tuple[str, bool]]]:
+def outbox(
+    delivery: Delivery | DeliveryContract = Delivery.RELIABLE,
+) -> tuple[Outbox, ConnectorCounters, list[tuple[str, bool]]]:
     listened: list[tuple[str, bool]] = []
     it = Outbox(asyncio.get_running_loop(), lambda channel, on: listened.append((channel, on)))
     counters = ConnectorCounters()
@@ -199,3 +202,85 @@ def test_rates_are_means_over_the_window() -> None:
         meter.add(100, number * 0.05)
     assert meter.rates(1.99) == (20.0, 2000.0)
     assert meter.rates(10.0) == (0.0, 0.0)
+
+
+def test_a_message_for_full_queues_alone_goes_nowhere(kit: Any) -> None:
+    async def body() -> None:
+        it, counters, _ = outbox()
+        full = Listener(Offered.REFUSED)
+        it.join("a", "p1", full)
+        it.post(message(b"1"))
+        await kit.until(lambda: counters.dropped == 1)
+        full.answer = Offered.QUEUED
+        assert it.post(message(b"2")) is False
+        assert it.post(message(b"3", to="p1")) is False
+        it.has_room("a", "p1")
+        assert it.post(message(b"4")) is True
+        await kit.until(lambda: full.got == [b"1", b"4"])
+        assert (counters.dropped, counters.messages) == (3, 2)
+
+    kit.play(body)
+
+
+def test_values_are_thinned_to_their_rate_and_the_newest_arrives(kit: Any) -> None:
+    async def body() -> None:
+        it, counters, _ = outbox(DeliveryContract(mode=Delivery.LATEST, max_rate_hz=20))
+        listener = Listener()
+        it.join("a", "p1", listener)
+        for number in range(50):
+            assert it.post(message(b"%d" % number)) is True
+        it.post(message(b"answer", to="p1"))
+        await kit.until(lambda: listener.got[-1:] == [b"49"])
+        assert listener.got == [b"0", b"answer", b"49"]
+        assert (counters.thinned, counters.messages) == (48, 3)
+        latched = it.join("a", "p2", Listener())
+        assert latched is not None
+        assert latched.payload == b"49"
+
+    kit.play(body)
+
+
+def test_other_messages_beyond_the_rate_are_refused_to_their_sender(kit: Any) -> None:
+    async def body() -> None:
+        it, counters, _ = outbox(DeliveryContract(max_rate_hz=4))
+        listener = Listener()
+        it.join("a", "p1", listener)
+        accepted = [it.post(message(b"%d" % number)) for number in range(10)]
+        assert accepted == [True] * 2 + [False] * 8
+        assert it.post(message(b"answer", to="p1")) is True
+        await kit.until(lambda: len(listener.got) == 3)
+        assert counters.thinned == 8
+
+    kit.play(body)
+
+
+def test_latching_can_be_switched_off_and_for_bulk_on_within_its_bound(kit: Any) -> None:
+    async def body() -> None:
+        off, counters, _ = outbox(DeliveryContract(latch=False))
+        off.post(message())
+        await kit.until(lambda: counters.messages == 1)
+        assert off.join("a", "p1", Listener()) is None
+        bulk, counters, _ = outbox(DeliveryContract(mode=Delivery.BULK, latch=True, queue_bytes=1024))
+        bulk.post(message(b"small"))
+        bulk.post(message(bytes(1025)))
+        await kit.until(lambda: counters.messages == 2)
+        latched = bulk.join("a", "p1", Listener())
+        assert latched is not None
+        assert latched.payload == b"small"
+
+    kit.play(body)
+
+
+def test_the_longest_queue_of_any_peer_is_told(kit: Any) -> None:
+    async def body() -> None:
+        it, counters, _ = outbox()
+        assert it.waiting("a") == (0, 0)
+        assert it.waiting("unknown") == (0, 0)
+        for peer_id in ("p1", "p2"):
+            it.join("a", peer_id, Listener())
+        it.post(message(b"12", to="p2"))
+        it.post(message(b"345", to="p2"))
+        await kit.until(lambda: counters.messages == 2)
+        assert it.waiting("a") == (2, 5)
+
+    kit.play(body)
