@@ -1,0 +1,53 @@
+"""The dashboard in Chromium makes a second connection for bulk data to a real robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
+
+CONNECTORS = """\
+  - { type: sim-pose, label: pose, params: { period_s: 0.05 }, delivery: bulk }
+  - { type: sim-battery, label: battery }
+"""
+
+
+@pytest.fixture(scope="module")
+def robot(start_robot: Any) -> Any:
+    return start_robot(CONNECTORS)
+
+
+@pytest.fixture
+def page(browser: Browser, robot: Any, server: Any, seed: Any) -> Iterator[Page]:
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    page.set_default_timeout(20_000)
+    page.goto(server.url)
+    page.get_by_label("Email").fill(seed.email)
+    page.locator("input[type=password]").fill(seed.password)
+    page.keyboard.press("Enter")
+    page.get_by_role("heading", name="Robots").wait_for()
+    yield page
+    context.close()
+
+
+def test_bulk_arrives_over_a_connection_of_its_own_and_the_details_say_so(page: Page, server: Any, seed: Any) -> None:
+    page.add_init_script(
+        """const made = (window.peers = [])
+        window.RTCPeerConnection = class extends RTCPeerConnection {
+          constructor(...args) { super(...args); this.labels = []; made.push(this) }
+          createDataChannel(label, options) { this.labels.push(label); return super.createDataChannel(label, options) }
+        }"""
+    )
+    page.goto(f"{server.url}/robots/{seed.robot_id}")
+    page.get_by_text("Connected", exact=True).wait_for()
+    page.wait_for_function("() => document.querySelector('[data-testid=trail-text]')?.textContent")
+    labels = page.evaluate("() => window.peers.map((one) => one.labels)")
+    assert ["_lane", "pose"] in labels
+    assert not any("pose" in one and "_mosaic" in one for one in labels)
+    page.get_by_role("button", name="Connection details").click()
+    expect(page.get_by_test_id("bulk-lane")).to_have_text("Bulk data has a connection of its own.")
