@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+from contextlib import suppress
 from struct import pack
 
 from aiortc import RTCDataChannel
@@ -27,6 +28,7 @@ from aiortc.rtcsctptransport import (
 )
 from aiortc.utils import uint32_gte
 from google_crc32c import value as crc32c
+from OpenSSL import SSL
 
 from mosaic_core.adapters.aiortc_private.sctp import MeasuredQueue
 from mosaic_core.machines.standing_queue import BACKGROUND_TARGET_S, TARGET_S, StandingQueue
@@ -78,7 +80,7 @@ class QuickSending(RTCSctpTransport):
     async def _data_channel_flush(self) -> None:
         """Cut as many messages into chunks as a burst takes, then send them: aiortc sends each by itself."""
         self._is_flush_due = False
-        if self._is_gathering or not self._data_channel_queue or not self._may_send:
+        if self._association_state is not self.State.ESTABLISHED or self._is_gathering or not self._data_channel_queue:
             return
         self._is_gathering = True
         try:
@@ -89,11 +91,6 @@ class QuickSending(RTCSctpTransport):
             self._is_gathering = False
         await self._transmit()
         await self._transmit_reconfig()
-
-    @property
-    def _may_send(self) -> bool:
-        """The association is up, and DTLS below it has not ended meanwhile: whoever sends then is too late."""
-        return self._association_state is self.State.ESTABLISHED and self.transport.state == "connected"
 
     async def _cut_next_message(self) -> None:
         channel, protocol, user_data = self._data_channel_queue.popleft()
@@ -122,6 +119,10 @@ class QuickSending(RTCSctpTransport):
     async def _transmit(self) -> None:
         if self._is_gathering:
             return
+        with suppress(ConnectionError, SSL.Error):  # DTLS has ended, or is just ending: there is nobody to send to
+            await self._transmit_what_may_go()
+
+    async def _transmit_what_may_go(self) -> None:
         if self._forward_tsn_chunk is not None:
             await self._send_chunk(self._forward_tsn_chunk)
             self._forward_tsn_chunk = None
@@ -247,9 +248,8 @@ class QuickSending(RTCSctpTransport):
         if left_s > _TIMER_SLACK_S:
             self._t3_handle = asyncio.get_running_loop().call_later(left_s, self._t3_expired)
             return
-        if self._may_send:
-            self._may_retransmit = True
-            super()._t3_expired()
+        self._may_retransmit = True
+        super()._t3_expired()
 
 
 def _payload(data: bytes | str) -> tuple[int, bytes]:
