@@ -44,16 +44,22 @@ def doctor(
         list[str] | None, typer.Option("--only", metavar="GROUP", help="Only this group of checks; may be repeated.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    with_server: Annotated[
+        bool, typer.Option("--with-server", help="Also make a whole connection as an operator, through the server.")
+    ] = False,
+    email: Annotated[str, typer.Option(envvar="MOSAIC_EMAIL", help="The account for --with-server.")] = "",
+    code: Annotated[str, typer.Option(help="A one-time sign-in code instead of account and password.")] = "",
 ) -> None:
     """What works, what does not, and what to do: machine, plugins, server, STUN, TURN, NAT, WebRTC, encoders, devices.
 
     Takes 20 seconds at most, changes nothing, and disturbs no running robot. Exit code 1 if something failed.
-    Groups: config, machine, install, network, server, ice, webrtc, relay, video, device, and those of plugins.
+    Groups: config, machine, install, network, server, ice, webrtc, relay, video, device, whole, and those of plugins.
     """
     if context.invoked_subcommand is None:
-        from mosaic_core.cli.doctor_examination import examine
+        from mosaic_core.cli.doctor_examination import Account, examine
 
-        raise typer.Exit(examine(config, server, only or [], as_json=as_json))
+        account = Account(email, code) if with_server else None
+        raise typer.Exit(examine(config, server, only or [], as_json=as_json, account=account))
 
 
 @app.command()

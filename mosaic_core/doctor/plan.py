@@ -17,19 +17,25 @@ from mosaic_core.doctor.install_checks import install_checks
 from mosaic_core.doctor.machine_checks import loop_lag_check, machine_checks
 from mosaic_core.doctor.peer_checks import loopback_checks, relay_trial_checks
 from mosaic_core.doctor.server_checks import IssuedIceServers, ServerAddress, server_checks
+from mosaic_core.doctor.whole_checks import WholeWay, whole_checks
+from mosaic_core.words.config import ServerConfig
 from mosaic_core.words.finding import Finding, skipped
 from mosaic_core.words.ice import IceServer
 
 PLUGIN_TIMEOUT_S = 8.0
+WHOLE_TIMEOUT_S = 30.0
+"""Only where somebody asks for it: two connections, and perhaps a robot to be started."""
 
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """What is examined. ``server_url`` comes before the configuration's own."""
+    """What is examined. ``server_url`` comes before the configuration's own; ``whole_way`` makes what a connection
+    through the server needs, from the configuration's server."""
 
     config: Path | None = None
     server_url: str = ""
     only: frozenset[str] = frozenset()
+    whole_way: Callable[[ServerConfig], WholeWay] | None = None
 
 
 class Plan:
@@ -41,6 +47,7 @@ class Plan:
         self._issued = IssuedIceServers()
         server = self._read.server if self._read else None
         self._auth = server.auth if server else None
+        self._whole_way = subject.whole_way(server) if subject.whole_way and server else None
         self._own_ice_servers = server.webrtc.ice_servers if server else ()
         url = subject.server_url or (server.ws_url if server else "")
         self._address = ServerAddress(_as_ws_url(url)) if url else None
@@ -59,6 +66,7 @@ class Plan:
             CheckRun("video", encoder_checks, is_heavy=True),
             CheckRun("machine", loop_lag_check, is_heavy=True),
             CheckRun("relay", self._relay, is_heavy=True),
+            *self._whole(),
             *([] if read is None else [CheckRun("device", lambda: device_checks(read))]),
             *self._of_plugins(),
         ]
@@ -89,6 +97,10 @@ class Plan:
             return
         async for finding in relay_trial_checks(servers):
             yield finding
+
+    def _whole(self) -> list[CheckRun]:
+        way = self._whole_way
+        return [] if way is None else [CheckRun("whole", lambda: whole_checks(way), timeout_s=WHOLE_TIMEOUT_S)]
 
     def _of_plugins(self) -> list[CheckRun]:
         context = CheckContext() if self._read is None else self._read.context(PLUGIN_TIMEOUT_S)

@@ -97,3 +97,26 @@ def test_everything_ends_within_twenty_seconds_with_a_server_that_says_nothing()
     assert code == 1
     assert found["server.http"][0]["code"] == "signal.not_mosaic"
     assert found["webrtc.loopback"][0]["status"] == "ok"
+
+
+def test_a_whole_connection_is_made_with_a_stand_in_where_the_robot_is_offline(
+    server: Any, seed: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MOSAIC_PASSWORD", seed.password)
+    path = robot_file(tmp_path, server.url, seed.robot_id, seed.robot_token)
+    code, found = examined(path, "--with-server", "--email", seed.email, "--only", "whole")
+    assert code == 0, found
+    assert "ms until it can be used" in found["whole.connection"][0]["sentence"]
+    moments = [mark["moment"] for mark in found["whole.connection"][0]["facts"]["timeline"]["marks"]]
+    assert {"asked", "granted", "offered", "answered", "ice", "dtls", "control", "hello", "catalogue"} <= set(moments)
+    assert "whole.relay" not in found, "this server hands out no relay"
+
+
+def test_an_account_that_may_not_sign_in_is_a_finding(
+    server: Any, seed: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MOSAIC_PASSWORD", "wrong")
+    path = robot_file(tmp_path, server.url, seed.robot_id, seed.robot_token)
+    code, found = examined(path, "--with-server", "--email", seed.email, "--only", "whole")
+    assert code == 1
+    assert found["whole.sign_in"][0]["code"] == "auth.failed"
