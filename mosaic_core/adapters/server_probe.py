@@ -32,7 +32,9 @@ async def resolved(host: str) -> str:
         message = f"The name server does not tell an address for {host} within {STEP_TIMEOUT_S:.0f} s."
         raise SignalingError(message, code="signal.name_unknown") from None
     except OSError as error:
-        raise SignalingError(f"{host} has no address: {error.strerror or error}.", code="signal.name_unknown") from error
+        raise SignalingError(
+            f"{host} has no address: {error.strerror or error}.", code="signal.name_unknown"
+        ) from error
 
 
 async def reached(host: str, port: int) -> float:
@@ -48,7 +50,9 @@ async def reached(host: str, port: int) -> float:
         cure = "Is the server running, and is the port right?"
         raise SignalingError(f"Nothing listens at {host}:{port}.", code="signal.unreachable", cure=cure) from error
     except OSError as error:
-        raise SignalingError(f"{host}:{port} can't be reached: {error.strerror or error}.", code="signal.unreachable") from error
+        raise SignalingError(
+            f"{host}:{port} can't be reached: {error.strerror or error}.", code="signal.unreachable"
+        ) from error
     took_ms = (time.monotonic() - began_s) * 1000
     writer.close()
     return took_ms
