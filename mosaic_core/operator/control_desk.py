@@ -202,18 +202,19 @@ class ControlDesk:
     def regain(self) -> None:
         """It is back: ask for what was held when it was lost, and for nothing else. A refusal leaves it lost."""
         missed, self._missed = self._missed, []
-        for lease in missed:
-            task = asyncio.create_task(self._regain(lease))
+        for resource in dict.fromkeys(lease.resource for lease in missed):
+            leases = [lease for lease in missed if lease.resource == resource]
+            task = asyncio.create_task(self._regain(resource, leases))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
 
-    async def _regain(self, lease: Lease) -> None:
+    async def _regain(self, resource: str, leases: Sequence[Lease]) -> None:
         try:
-            again = await self.take(lease.resource, reason="the connection came back")
+            again = await self.take(resource, reason="the connection came back")
         except MosaicError as error:
-            _log.warning("the lease of %r did not come back: %s", lease.resource, error.message)
+            _log.warning("the lease of %r did not come back: %s", resource, error.message)
         else:
-            self._takers.regained(lease, again.epoch)
+            self._takers.regained(leases, again)
             self._tell()
 
     # -- the machine -------------------------------------------------------------------------------------------------

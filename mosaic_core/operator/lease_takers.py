@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from mosaic_core.machines.operator_control import Denied, Granted, Lost, Queued
@@ -58,10 +58,14 @@ class LeaseTakers:
         """What is held outside of any block, and so by a program that will look at it again."""
         return [lease for leases in self._live.values() for lease in leases if not lease.is_in_a_block]
 
-    def regained(self, lease: Lease, epoch: int) -> None:
-        """Hold a lost one again under its new number."""
-        lease.regained(epoch)
-        self._live[lease.resource].append(lease)
+    def regained(self, leases: Sequence[Lease], again: Lease) -> None:
+        """Hold lost ones again, in place of the one that was taken for them."""
+        live = self._live[again.resource]
+        if again in live:
+            live.remove(again)
+            for lease in leases:
+                lease.regained(again.epoch)
+                live.append(lease)
 
     def release(self, resource: str) -> None:
         """The program gives it back."""

@@ -56,6 +56,18 @@ def test_stores_and_a_lease_come_back_in_the_same_session(world: Any) -> None:
     with_kept(world, scenario)
 
 
+def test_a_lease_that_comes_back_again_and_again_is_asked_for_once_each_time(world: Any) -> None:
+    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
+        lease = await connection.control.take()
+        for losses in range(1, 5):
+            world.robot.say(control.Bye(code="peer.shutdown"))
+            await until(lambda: connection.state == "connected" and lease.is_held)
+            await asyncio.sleep(0)
+            assert len(world.robot.said(control.LeaseRequest)) == 1 + losses
+
+    with_kept(world, scenario)
+
+
 def test_a_lease_of_a_block_is_lost_for_good_and_not_asked_for_again(world: Any) -> None:
     async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
         async def drive() -> None:
