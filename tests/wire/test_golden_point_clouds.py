@@ -13,7 +13,7 @@ from mosaic_core.words.errors import WireError
 
 point_cloud = pytest.importorskip("mosaic_sensors.point_cloud", reason="mosaic-sensors is not installed")
 
-GOLDEN = json.loads((Path(__file__).parent / "point_clouds.json").read_text())
+GOLDEN = json.loads((Path(__file__).parent / "payloads" / "point_clouds.json").read_text())
 CLOUDS = [pytest.param(entry, id=entry["name"]) for entry in GOLDEN["clouds"]]
 
 

@@ -14,7 +14,8 @@ from mosaic_sensors.point_cloud.cloud import PointCloud
 from mosaic_sensors.point_cloud.cloud_files import CloudFiles
 from mosaic_sensors.point_cloud.params import PointCloudParams
 from mosaic_sensors.point_cloud.sender import PointCloudSender
-from mosaic_sensors.point_cloud.udp import UdpPointCloud, udp_address
+from mosaic_sensors.point_cloud.udp import UdpPointCloud
+from mosaic_sensors.udp_socket import udp_address
 
 
 class PointCloudSourceParams(PointCloudParams):

@@ -6,7 +6,9 @@ import classes from '../paint/paint.module.css'
 import { paintBody } from '../paint/paintTrail'
 import { useCanvas } from '../paint/useCanvas'
 import type { WidgetProps } from '../registry/WidgetDefinition'
-import { useEveryJson } from '../stores/useReceived'
+import { jsonOf } from '../stores/decode'
+import { useEveryMessage } from '../stores/useReceived'
+import { decodeScan, isCompactScan } from './compactScan'
 import { scanOf, shownRadius, type Scan } from './scan'
 
 /** A laser scan around the robot, forward is up. Painted with every scan, past React. */
@@ -18,7 +20,7 @@ export function LaserScan({ entry, store }: WidgetProps) {
   const { canvas, repaint } = useCanvas((surface) => {
     if (scan.current !== null) paintScan(surface, scan.current, radius.current)
   })
-  useEveryJson(store, (message) => {
+  const show = (message: unknown) => {
     const read = scanOf(message)
     setState(read === null ? 'unreadable' : 'shown')
     if (read === null) return
@@ -26,6 +28,21 @@ export function LaserScan({ entry, store }: WidgetProps) {
     radius.current = shownRadius(read.farthestM, radius.current)
     if (foot.current !== null) foot.current.textContent = nearestText(read)
     repaint()
+  }
+  const order = useRef({ arrived: 0, shown: 0 })
+  useEveryMessage(store, (data) => {
+    if (!isCompactScan(data)) {
+      const decoded = jsonOf(data)
+      show(decoded.ok ? decoded.value : null)
+      return
+    }
+    const number = ++order.current.arrived
+    const showInOrder = (message: unknown) => {
+      if (number < order.current.shown) return
+      order.current.shown = number
+      show(message)
+    }
+    decodeScan(data).then(showInOrder, () => showInOrder(null))
   })
   return (
     <div className={classes.root}>
@@ -37,7 +54,7 @@ export function LaserScan({ entry, store }: WidgetProps) {
             <Notice tone="wait" title="No scan yet" />
           ) : (
             <Notice tone="bad" title="Not a laser scan">
-              A scan has ranges, angle_min and angle_increment.
+              A scan has ranges, angle_min and angle_increment, or the compact form.
             </Notice>
           )}
         </div>

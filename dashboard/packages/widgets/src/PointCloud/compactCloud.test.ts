@@ -1,7 +1,8 @@
 // @vitest-environment node
 import { readFileSync } from 'node:fs'
 import { expect, test } from 'vitest'
-import { CloudError, decodeCloud } from './compactCloud'
+import { decodeCloud } from './compactCloud'
+import { CloudError } from './inflated'
 
 interface Golden {
   clouds: {
@@ -14,7 +15,7 @@ interface Golden {
 }
 
 const golden = JSON.parse(
-  readFileSync(new URL('../../../../../tests/wire/point_clouds.json', import.meta.url), 'utf8'),
+  readFileSync(new URL('../../../../../tests/wire/payloads/point_clouds.json', import.meta.url), 'utf8'),
 ) as Golden
 
 const bytesOf = (hex: string): ArrayBuffer => new Uint8Array(Buffer.from(hex, 'hex')).buffer

@@ -1,4 +1,5 @@
 /** MOSAIC's compact form of point clouds (docs/topics/point-cloud-form.md): header, quantized byte planes, maybe deflated. */
+import { CloudError, inflated } from './inflated'
 
 export interface PointCloud {
   count: number
@@ -32,11 +33,6 @@ const INTENSITY = 4
 const COLOUR = 8
 /** Larger clouds are refused: they would cost the page hundreds of megabytes. */
 const MAX_POINTS = 4_000_000
-
-/** Data that is no point cloud; the text says why. */
-export class CloudError extends Error {
-  override name = 'CloudError'
-}
 
 /** How many points the data announces: a few bytes may unfold to many. */
 export function announcedPoints(data: ArrayBuffer): number {
@@ -73,25 +69,6 @@ function headerOf(data: ArrayBuffer): Header {
 }
 
 const width = (flags: number): 2 | 4 => ((flags & WIDE) !== 0 ? 4 : 2)
-
-/** Never more than `size` bytes and a chunk: a body that inflates without end is left alone. */
-async function inflated(deflated: Uint8Array<ArrayBuffer>, size: number): Promise<Uint8Array<ArrayBuffer>> {
-  const out = new Uint8Array(size)
-  const reader = new Blob([deflated]).stream().pipeThrough(new DecompressionStream('deflate')).getReader()
-  let at = 0
-  try {
-    for (;;) {
-      const { done, value } = await reader.read()
-      if (done) return out.subarray(0, at)
-      if (at + value.length > size) throw new CloudError('its body is larger than its header says')
-      out.set(value, at)
-      at += value.length
-    }
-  } catch (error) {
-    void reader.cancel().catch(() => undefined)
-    throw error instanceof CloudError ? error : new CloudError('its body cannot be inflated')
-  }
-}
 
 function cloudOf({ flags, count, cloud }: Header, body: Uint8Array<ArrayBuffer>): PointCloud {
   const bytes = width(flags)

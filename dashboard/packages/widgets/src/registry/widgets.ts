@@ -89,8 +89,8 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Laser scan',
     icon: IconRadar2,
     accepts: {
-      dataTypes: FROM_ROBOT,
-      connectorTypes: ['turtlebot-sender-laser-scan'],
+      dataTypes: [...FROM_ROBOT, 'byte-r2u'],
+      connectorTypes: ['turtlebot-sender-laser-scan', 'laser-scan'],
       fields: [['ranges', 'angle_min', 'angle_increment']],
       priority: 50,
     },
