@@ -80,6 +80,12 @@ class FrameFlag(IntFlag):
     """The last value, repeated for somebody who came later; ``stamp_us`` tells its age."""
 
 
+_KINDS = {int(kind): kind for kind in PayloadKind}
+_CHUNKED, _LATCHED = int(FrameFlag.CHUNKED), int(FrameFlag.LATCHED)
+_FLAGS = {0: FrameFlag.NONE, _LATCHED: FrameFlag.LATCHED}
+"""Looked up for every message: what an enumeration does by itself costs more than all the rest."""
+
+
 @dataclass(frozen=True, slots=True)
 class Frame:
     """One whole message."""
@@ -98,9 +104,9 @@ def encode_frame(frame: Frame, max_payload_bytes: int = CHUNK_PAYLOAD_BYTES) -> 
     if size > MAX_MESSAGE_BYTES:
         raise ValueError(f"a message may have {MAX_MESSAGE_BYTES} bytes, this one has {size}")
     if size <= max_payload_bytes:
-        yield _header(frame, frame.flags & ~FrameFlag.CHUNKED) + frame.payload
+        yield _header(frame, int(frame.flags) & _LATCHED) + frame.payload
         return
-    header = _header(frame, frame.flags | FrameFlag.CHUNKED)
+    header = _header(frame, int(frame.flags) & _LATCHED | _CHUNKED)
     count = -(-size // max_payload_bytes)
     if count > MAX_CHUNKS:
         raise ValueError(f"{size} bytes make {count} chunks, {MAX_CHUNKS} are the most")
@@ -109,7 +115,7 @@ def encode_frame(frame: Frame, max_payload_bytes: int = CHUNK_PAYLOAD_BYTES) -> 
         yield header + _CHUNK.pack(index, count, size) + part
 
 
-def _header(frame: Frame, flags: FrameFlag) -> bytes:
+def _header(frame: Frame, flags: int) -> bytes:
     return _HEADER.pack(frame.kind, flags, 0, frame.seq % SEQ_MODULUS, frame.epoch, frame.stamp_us)
 
 
@@ -140,12 +146,10 @@ class FrameReader:
         if len(data) < HEADER_BYTES:
             raise WireError("frame: shorter than its header")
         kind, flags, _reserved, seq, epoch, stamp_us = _HEADER.unpack_from(data)
-        try:
-            payload_kind = PayloadKind(kind)
-        except ValueError:
-            raise WireError(f"frame: unknown kind {kind}") from None
-        flag = FrameFlag(flags)
-        if flag & FrameFlag.CHUNKED:
+        payload_kind = _KINDS.get(kind)
+        if payload_kind is None:
+            raise WireError(f"frame: unknown kind {kind}")
+        if flags & _CHUNKED:
             payload = self._collect(data, seq, now_s)
             if payload is None:
                 return None
@@ -153,7 +157,7 @@ class FrameReader:
             payload = data[HEADER_BYTES:]
         if self._is_lossy:
             self._supersede(seq)
-        return Frame(payload_kind, payload, seq, epoch, stamp_us, flag & ~FrameFlag.CHUNKED)
+        return Frame(payload_kind, payload, seq, epoch, stamp_us, _FLAGS[flags & _LATCHED])
 
     def _collect(self, data: bytes, seq: int, now_s: float) -> bytes | None:
         if len(data) < HEADER_BYTES + CHUNK_HEADER_BYTES:

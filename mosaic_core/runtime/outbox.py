@@ -204,8 +204,8 @@ class Outbox:
             channel.timer = self._loop.call_at(channel.thinner.due_at_s, self._due, channel)
 
     def _distribute(self, channel: _Channel, message: Outgoing) -> None:
-        counters = channel.counters
-        if message.to is None and channel.terms.latch and message.size_bytes <= channel.terms.limits.size_bytes:
+        counters, size_bytes = channel.counters, message.size_bytes
+        if message.to is None and channel.terms.latch and size_bytes <= channel.terms.limits.size_bytes:
             channel.latched = message
         for peer_id in self._hearing(channel, message):
             offered = channel.listeners[peer_id].deliver(message)
@@ -214,4 +214,4 @@ class Outbox:
             elif offered is Offered.REFUSED:
                 self._dropped(channel)
                 channel.full |= {peer_id}
-        counters.count(message.size_bytes, time.monotonic())
+        counters.count(size_bytes, time.monotonic())
