@@ -41,5 +41,5 @@ class Arrivals:
             return True
         self._counters.late += 1
         if is_newer(seq, self._first) and seq != self._newest:
-            self._counters.missed -= 1
+            self._counters.missed = max(0, self._counters.missed - 1)  # a robot that repeats itself is no gain
         return not self._newest_only

@@ -27,7 +27,8 @@ export class Arrivals {
       return true
     }
     this.counters.late += 1
-    if (isNewer(seq, this.first) && seq !== this.newest) this.counters.missed -= 1
+    // A robot that repeats itself is no gain.
+    if (isNewer(seq, this.first) && seq !== this.newest) this.counters.missed = Math.max(0, this.counters.missed - 1)
     return !this.isNewestOnly
   }
 }
