@@ -10,9 +10,17 @@ import av
 from aiortc import RTCRtpSender
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
-from mosaic_core.adapters.aiortc_private import PacedTransport, PacketNumbers, RtpOriginLearner, SenderFeedback
+from mosaic_core.adapters.aiortc_private import (
+    PacedTransport,
+    PacketNumbers,
+    RtpOriginLearner,
+    SenderFeedback,
+    sequence_number_of,
+    ssrc_of,
+)
 from mosaic_core.adapters.picture import VIDEO_TIME_BASE
 from mosaic_core.machines.arrival_report import ArrivalReport
+from mosaic_core.machines.missing_packets import MissingPackets
 from mosaic_core.machines.path_watch import PathWatch
 from mosaic_core.runtime.transport import PictureFeed
 
@@ -39,7 +47,8 @@ class VideoTrack(MediaStreamTrack):
         self._label = label
         self._feed = feed
         self._origin: RtpOriginLearner | None = RtpOriginLearner(sender)
-        self._watch = PathWatch()
+        self._ssrc = ssrc_of(sender)
+        self._watch, self._missing = PathWatch(), MissingPackets()
         self._numbers = PacketNumbers(sender, self._arrived) if has_arrivals else None
         self._pacing = PacedTransport(sender, feed.pause_s, feed.wants_copy, self._left)
         self._feedback = SenderFeedback(sender, feed.heard, feed.repeats, self._pacing.copy_later)
@@ -61,15 +70,18 @@ class VideoTrack(MediaStreamTrack):
         self._last_pts = packet.pts or 0
         return packet
 
-    def _left(self, size_bytes: int) -> None:
+    def _left(self, data: bytes) -> None:
         number = self._numbers.take() if self._numbers is not None else None
         if number is not None:
-            self._watch.sent(number, size_bytes, time.monotonic())
+            self._watch.sent(number, len(data), time.monotonic())
+            self._missing.sent(number, sequence_number_of(data, self._ssrc))
 
     def _arrived(self, report: ArrivalReport) -> None:
         seen = self._watch.reported(report, time.monotonic())
         if seen is not None:
             self._feed.heard(seen)
+        for sequence_number in self._missing.reported(report):
+            self._pacing.copy_later([sequence_number] * self._feed.repeats(sequence_number), after_s=0.0)
 
     def _learn_origin(self) -> None:
         if self._origin is None or self._last_pts < 0:

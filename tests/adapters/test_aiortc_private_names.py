@@ -23,7 +23,16 @@ from aiortc.rtcpeerconnection import find_common_codecs
 from aiortc.rtcrtpparameters import RTCRtpHeaderExtensionParameters, RTCRtpParameters
 from aiortc.rtcrtpsender import RTCRtpSender
 from aiortc.rtcsctptransport import DataChunk, RTCSctpTransport
-from aiortc.rtp import RTCP_PSFB_APP, RTCP_PSFB_PLI, RtcpPsfbPacket, RtpPacket, pack_remb_fci
+from aiortc.rtp import (
+    RTCP_PSFB_APP,
+    RTCP_PSFB_PLI,
+    HeaderExtensions,
+    HeaderExtensionsMap,
+    RtcpPsfbPacket,
+    RtpPacket,
+    pack_remb_fci,
+    wrap_rtx,
+)
 
 from mosaic_core.adapters.aiortc_private import (
     PacedTransport,
@@ -32,6 +41,7 @@ from mosaic_core.adapters.aiortc_private import (
     agree_on_arrivals,
     prefer_codecs,
     sent_codec,
+    sequence_number_of,
     widen_udp_buffer,
 )
 from mosaic_core.adapters.aiortc_private.arrivals import NUMBER_URI
@@ -268,7 +278,7 @@ def test_a_sender_sends_its_pictures_through_its_transport_from_a_task_of_its_ow
         sender._RTCRtpSender__rtp_task = None  # type: ignore[attr-defined]
         assert real.left == [picture, picture]
         assert sizes == [len(picture)]
-        assert sent == [len(picture), len(picture)]
+        assert sent == [picture, picture]
 
     with_peer(check)
 
@@ -279,7 +289,7 @@ def test_packets_that_shall_be_copied_are_sent_again_after_their_picture() -> No
         sender.setTransport(RecordingTransport())  # type: ignore[arg-type]
         again: asyncio.Queue[int] = asyncio.Queue()
         sender._retransmit = again.put  # type: ignore[method-assign]
-        PacedTransport(sender, lambda size: 0.0, lambda number, size: number != 8, lambda size: None)
+        PacedTransport(sender, lambda size: 0.0, lambda number, size: number != 8, lambda data: None)
         sender._RTCRtpSender__rtp_task = asyncio.current_task()  # type: ignore[attr-defined]
         for number in (7, 8, 9):
             assert again.empty()
@@ -344,6 +354,23 @@ def test_a_packet_is_made_of_its_fields_each_time_that_it_is_sent() -> None:
         assert [report.first_number for report in arrived] == [1, 1]
 
     with_peer(check)
+
+
+@pytest.mark.parametrize("extensions", [HeaderExtensions(), HeaderExtensions(mid="0", transport_sequence_number=3)])
+def test_a_repeat_tells_what_it_repeats(extensions: HeaderExtensions) -> None:
+    ids = HeaderExtensionsMap()
+    ids.configure(
+        RTCRtpParameters(
+            headerExtensions=[
+                RTCRtpHeaderExtensionParameters(id=4, uri=NUMBER_URI),
+                RTCRtpHeaderExtensionParameters(id=1, uri="urn:ietf:params:rtp-hdrext:sdes:mid"),
+            ]
+        )
+    )
+    packet = packet_of(65_000)
+    packet.ssrc, packet.extensions = 5, extensions
+    repeat = wrap_rtx(packet, payload_type=97, sequence_number=12, ssrc=6)
+    assert [sequence_number_of(one.serialize(ids), 5) for one in (packet, repeat)] == [65_000, 65_000]
 
 
 def test_an_association_has_the_queues_that_we_measure() -> None:

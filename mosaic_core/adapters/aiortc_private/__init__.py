@@ -5,7 +5,7 @@
 
 from aiortc.sdp import MediaDescription, SessionDescription, candidate_from_sdp, candidate_to_sdp
 
-from mosaic_core.adapters.aiortc_private.arrivals import PacketNumbers, agree_on_arrivals
+from mosaic_core.adapters.aiortc_private.arrivals import PacketNumbers, agree_on_arrivals, sequence_number_of
 from mosaic_core.adapters.aiortc_private.codecs import has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.fair_turns import take_turns
 from mosaic_core.adapters.aiortc_private.gathering import EarlyGathering, ice_transports, widen_udp_buffer
@@ -36,6 +36,7 @@ __all__ = [
     "prefer_codecs",
     "quicken",
     "sent_codec",
+    "sequence_number_of",
     "ssrc_of",
     "take_turns",
     "widen_udp_buffer",

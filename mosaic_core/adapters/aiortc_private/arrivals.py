@@ -43,6 +43,16 @@ def agree_on_arrivals(transceiver: RTCRtpTransceiver, offer_sdp: str) -> bool:
     return False
 
 
+def sequence_number_of(data: bytes, ssrc: int) -> int:
+    """Of an RTP packet of stream ``ssrc``, or of the packet that this one repeats (RFC 4588 §4)."""
+    if int.from_bytes(data[8:12], "big") == ssrc:
+        return int.from_bytes(data[2:4], "big")
+    payload = 12 + 4 * (data[0] & 0x0F)
+    if data[0] & 0x10:
+        payload += 4 + 4 * int.from_bytes(data[payload + 2 : payload + 4], "big")
+    return int.from_bytes(data[payload : payload + 2], "big")
+
+
 class PacketNumbers:
     """Numbers what one sender sends. ``arrived`` is called with each report that comes back on the connection: of this
     sender's packets and those of the others."""

@@ -18,7 +18,7 @@ _MARKER = 0x80
 
 
 class PacedTransport:
-    """Stands between a sender and its DTLS transport. ``left(size_bytes)`` is told of every RTP packet;
+    """Stands between a sender and its DTLS transport. ``left(data)`` is told of every RTP packet;
     ``wait_s(size_bytes)`` is asked after each packet of a picture, and ``wants_copy(sequence_number, size_bytes)``.
     Repeats and RTCP are never held up: they are sent by the task that also receives."""
 
@@ -27,7 +27,7 @@ class PacedTransport:
         sender: RTCRtpSender,
         wait_s: Callable[[int], float],
         wants_copy: Callable[[int, int], bool],
-        left: Callable[[int], None],
+        left: Callable[[bytes], None],
     ) -> None:
         self._sender = sender
         self._transport = sender.transport
@@ -42,7 +42,7 @@ class PacedTransport:
 
     async def _send_rtp(self, data: bytes) -> None:
         if not is_rtcp(data):
-            self._left(len(data))
+            self._left(data)
         await self._transport._send_rtp(data)
         if asyncio.current_task() is not self._sender._RTCRtpSender__rtp_task:  # type: ignore[attr-defined]
             return
