@@ -51,7 +51,7 @@ def connector(
     label: str = "under_test",
     params: Mapping[str, Any] | None = None,
     safety: Mapping[str, Any] | None = None,
-    delivery: str | None = None,
+    delivery: str | Mapping[str, Any] | None = None,
 ) -> ConnectorEntry:
     """One connector of :func:`joined`, written as in the YAML file."""
     entry = {"type": configurer.connector_type or "under-test", "label": label, "params": dict(params or {})}
