@@ -89,9 +89,9 @@ class ControlPort:
     def _changed(self, is_open: bool) -> None:
         if is_open:
             hello = Hello(extensions=CONTROL_EXTENSIONS, software=SOFTWARE, boot_id=BOOT_ID, is_person=self._is_person)
-            self.send(hello)
             if self._opened is not None:
                 self._opened()
+            self.send(hello)
             if self._word is not None:
                 self.send(self._word())
 
