@@ -13,7 +13,7 @@ from mosaic_core.machines.path_watch import PathSeen
 from mosaic_core.machines.rate_control import Feedback, ReceiverReport
 
 _GROWTH, _GUESSED_GROWTH, _CAREFUL_GROWTH = 1.6, 1.25, 1.1
-"""Per second: where pictures came through fast enough for far more; where that is not known; the same after a congestion."""
+"""Per second: where pictures came through fast enough for far more; where that is not known; and after a congestion."""
 _IDLE_GROWTH, _USED = 1.08, 0.6
 """While less of the budget is sent, nothing is proved."""
 _ROOM = 1.3

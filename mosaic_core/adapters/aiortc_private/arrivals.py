@@ -8,8 +8,7 @@ same bytes, or SRTP would encrypt two texts with one key stream.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
-from weakref import WeakKeyDictionary
+from typing import Any
 
 from aiortc import RTCRtpSender, RTCRtpTransceiver
 from aiortc.rtcrtpparameters import RTCRtcpFeedback, RTCRtpHeaderExtensionParameters
@@ -83,9 +82,7 @@ class _NumberedExtensions(HeaderExtensionsMap):
 
 
 class _Connection:
-    """One DTLS transport, with all its senders."""
-
-    _known: ClassVar[WeakKeyDictionary[Any, _Connection]] = WeakKeyDictionary()
+    """One DTLS transport, with all its senders. The transport holds it, so that both go together."""
 
     def __init__(self, transport: Any) -> None:
         self.listeners: list[Callable[[ArrivalReport], None]] = []
@@ -95,9 +92,8 @@ class _Connection:
 
     @classmethod
     def of(cls, transport: Any) -> _Connection:
-        if transport not in cls._known:
-            cls._known[transport] = cls(transport)
-        return cls._known[transport]
+        holder = getattr(transport._handle_rtcp_data, "__self__", None)
+        return holder if isinstance(holder, cls) else cls(transport)
 
     def next_number(self) -> int:
         self._number = (self._number + 1) % NUMBERS
