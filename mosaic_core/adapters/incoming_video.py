@@ -7,6 +7,7 @@ from typing import Any
 from aiortc import RTCRtpReceiver
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
+from mosaic_core.adapters.aiortc_private.prompt_pictures import be_prompt
 from mosaic_core.adapters.aiortc_private.receivers import rtp_timestamp_of
 from mosaic_core.machines.first_frame import Received
 
@@ -17,6 +18,8 @@ class IncomingVideo:
     def __init__(self, track: MediaStreamTrack, receiver: RTCRtpReceiver | None) -> None:
         self._track = track
         self._receiver = receiver
+        if receiver is not None:
+            be_prompt(receiver)
         self._frames = 0
 
     async def next(self) -> Any:
