@@ -1,0 +1,1 @@
+"""Parts of `command_beside_bulk.py`."""
