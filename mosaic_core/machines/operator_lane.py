@@ -1,5 +1,5 @@
-"""The second peer connection for bulk data, seen from the operator: made when the first bulk store wants it, tried again
-with back-off. Nobody waits longer for it than :data:`SETUP_TIMEOUT_S`: then bulk goes over the main connection.
+"""The second peer connection for bulk data, seen from the operator: made when the first bulk store wants it, tried
+again with back-off. Nobody waits longer for it than :data:`SETUP_TIMEOUT_S`: then bulk goes over the main connection.
 
 ::
 
@@ -21,8 +21,8 @@ SETUP_TIMEOUT_S = 5.0
 """The main connection is up, so a path exists; through a relay it takes about two seconds."""
 PING_PERIOD_S = 2.0
 LOST_AFTER_S = 8.0
-"""Answers to pings wait behind the bulk that SCTP holds, so it is longer than the main connection's; ICE itself needs up
-to half a minute."""
+"""Answers to pings wait behind the bulk that SCTP holds, so it is longer than the main connection's; ICE itself needs
+up to half a minute."""
 STALL_S = 1.0
 """A deadline noticed this late means that our own process stood still; answers may be waiting unread."""
 RETRY = BackoffPolicy(first_s=3.0, factor=3.0, max_s=120.0, stable_s=30.0)

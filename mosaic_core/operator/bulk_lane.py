@@ -173,6 +173,7 @@ class _LaneTransport:
         self._is_closed = False
         self._early: list[IceCandidate] = []
         channel = self.offerer.create_channel(LANE_LABEL, protocol=CHANNEL_PROTOCOL)
+        channel.give_way(True)
         self._port = ChannelPort(channel, Delivery.RELIABLE, self._heard, self._changed, max_queued_bytes=None)
 
     async def offer(self) -> None:
