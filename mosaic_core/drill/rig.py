@@ -22,7 +22,8 @@ from mosaic_core.runtime.operator_transport import OffererListener
 from mosaic_core.runtime.plain_stream import plain_streams
 from mosaic_core.runtime.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.robot import Robot
-from mosaic_core.testing.memory_network import MemoryLink, MemoryNetwork, memory_picture
+from mosaic_core.testing.memory_ends import memory_picture
+from mosaic_core.testing.memory_network import MemoryLink, MemoryNetwork
 from mosaic_core.testing.memory_server import BASE_URL, MemoryServer
 from mosaic_core.words.config import AuthConfig, RobotConfig, ServerConfig
 from mosaic_core.words.data_type import Delivery

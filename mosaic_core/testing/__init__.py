@@ -46,7 +46,8 @@ if TYPE_CHECKING:
     )
     from mosaic_core.testing.feeding import feed
     from mosaic_core.testing.joining import Joined, connector, joined, until
-    from mosaic_core.testing.memory_network import MemoryFrame, MemoryNetwork
+    from mosaic_core.testing.memory_ends import MemoryFrame
+    from mosaic_core.testing.memory_network import MemoryNetwork
     from mosaic_core.testing.networks import Network, WebRtcNetwork
 
 _HOME = {
@@ -74,7 +75,7 @@ _HOME = {
     "connector": "joining",
     "joined": "joining",
     "until": "joining",
-    "MemoryFrame": "memory_network",
+    "MemoryFrame": "memory_ends",
     "MemoryNetwork": "memory_network",
     "LinkProfile": "networks",
     "Network": "networks",
