@@ -93,5 +93,6 @@ def test_one_command_measures_a_network() -> None:
     assert row["failure"] == ""
     assert 20 < row["command_p50_ms"] < 2000
     assert 30 < row["picture_p50_ms"] < 5000
-    assert row["connect_s"] <= row["first_picture_s"] < 30
+    assert 0 < row["connect_s"] < 30
+    assert 0 < row["first_picture_s"] < 30
     assert row["recovery_s"] is not None
