@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import socket
 import time
+import types
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,7 +21,7 @@ from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import ConfigError
 from mosaic_sensors.point_cloud import PointCloudParams, PointCloudSender, cloud_of, decoded
 from mosaic_sensors.point_cloud.connector import PointCloudConfigurer
-from mosaic_sensors.point_cloud.datagrams import datagrams_of
+from mosaic_sensors.point_cloud.datagrams import Assembly, datagrams_of
 from mosaic_sensors.point_cloud.file_bytes import CloudFileError
 from mosaic_sensors.point_cloud.original_form import OriginalForm
 from mosaic_sensors.point_cloud.udp import UdpPointCloud
@@ -234,3 +236,32 @@ def test_the_wall_time_of_original_dashboards_is_that_of_the_capture() -> None:
     meta = fake_host(lane).sent[-1].payload
     stamp_us = float(np.frombuffer(meta[1:9], "<f8")[0])
     assert time.time() * 1e6 - stamp_us == pytest.approx(5e6, abs=2e6)
+
+
+# -- documentation and example -----------------------------------------------------------------------------------
+
+ROOT = Path(__file__).parents[3]
+
+
+def code_blocks() -> list[str]:
+    page = (ROOT / "docs" / "howto" / "point-clouds.md").read_text()
+    return re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("text", code_blocks())
+def test_the_code_of_the_guide_runs(text: str) -> None:
+    namespace = types.ModuleType("guide").__dict__
+    exec(compile(text, "point-clouds.md", "exec"), namespace)  # noqa: S102 - our own documentation
+    if "BallConfigurer" in namespace:
+        ball = build(namespace["BallConfigurer"], label="ball")[0]
+        assert len(decoded(collect(ball, 2)[1])) == 20_000
+
+
+def test_the_example_sends_whole_clouds() -> None:
+    text = (ROOT / "examples" / "points-by-udp" / "send_points.py").read_text()
+    namespace = types.ModuleType("example").__dict__
+    exec(compile(text, "send_points.py", "exec"), namespace)  # noqa: S102 - our own example
+    assembly = Assembly()
+    whole = [assembly.feed(part, "a", 0.0) for part in datagrams_of(namespace["wave"](0.3), 1)][-1]
+    assert whole is not None
+    assert whole.points.shape == (14_400, 4)
