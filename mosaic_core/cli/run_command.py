@@ -37,8 +37,6 @@ logger = logging.getLogger(__name__)
 
 STOP_WITHIN_S = 1.9
 """The robot abandons what ignores stop after 1.5 s; the promise for the whole process is 2 s."""
-GOODBYE_S = 0.7
-"""So long its own server outlives a robot that is slow to stop; it needs up to a second itself."""
 JSON_PERIOD_S = 1.0
 TABLE_PERIOD_S = 0.5
 
@@ -178,15 +176,13 @@ async def _metrics_page(robot: Robot, address: MetricsAddress | None) -> Metrics
 
 
 async def _ended(robot: Robot, running: asyncio.Task[None], twin: LanTwin | None) -> None:
-    """The robot says good-bye while its own server still listens; then both are gone, in time."""
+    """Robot and server end side by side; what takes longer than we promised is ended for them."""
     deadline_s = time.monotonic() + STOP_WITHIN_S
-    if twin is not None:
-        twin.begin_end()
     robot.stop()
-    await asyncio.wait({running}, timeout=GOODBYE_S if twin is not None else STOP_WITHIN_S)
     if twin is not None:
         twin.ask_to_end()
-        await asyncio.wait({running}, timeout=max(0.0, deadline_s - time.monotonic()))
+    await asyncio.wait({running}, timeout=STOP_WITHIN_S)
+    if twin is not None:
         await asyncio.to_thread(twin.end, deadline_s)
     if not running.done():
         # Waiting for what hangs in a thread would take longer than we promised.

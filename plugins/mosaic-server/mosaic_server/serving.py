@@ -39,11 +39,22 @@ class Listening:
 
 
 class Server(uvicorn.Server):
-    """uvicorn, telling when it listens."""
+    """uvicorn, telling when it listens and when it begins to end."""
 
-    def __init__(self, config: uvicorn.Config, on_listening: Callable[[Listening], None] | None = None) -> None:
+    def __init__(
+        self,
+        config: uvicorn.Config,
+        on_listening: Callable[[Listening], None] | None = None,
+        on_ending: Callable[[], object] | None = None,
+    ) -> None:
         super().__init__(config)
         self._on_listening = on_listening
+        self._on_ending = on_ending
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        if self._on_ending is not None:
+            self._on_ending()
+        await super().shutdown(sockets)
 
     @property
     def services(self) -> Services:
@@ -67,6 +78,7 @@ def make_server(
     ssl_certfile: Path | None = None,
     ssl_keyfile: Path | None = None,
     on_listening: Callable[[Listening], None] | None = None,
+    on_ending: Callable[[], object] | None = None,
 ) -> Server:
     """A server ready for ``run()`` (blocks) or ``await serve()``; ``port=0`` takes a free one."""
     _keep_queries_out_of_logs()
@@ -86,7 +98,7 @@ def make_server(
         timeout_keep_alive=30,
         h11_max_incomplete_event_size=16 * 1024,
     )
-    return Server(config, on_listening)
+    return Server(config, on_listening, on_ending)
 
 
 def _keep_queries_out_of_logs() -> None:

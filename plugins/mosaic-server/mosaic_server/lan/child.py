@@ -121,25 +121,24 @@ def _adopt(place: Place) -> None:
 
 
 async def _serve(place: Place, offer_pins: bool) -> None:
-    announced, listening = place.announced(), asyncio.Event()
+    listening = asyncio.Event()
     server = make_server(
-        place.settings(announced),
+        place.settings(place.announced()),
         host=place.host,
         port=place.port,
         ssl_certfile=place.certificate,
         ssl_keyfile=place.key,
         on_listening=lambda _: listening.set(),
+        on_ending=lambda: telling.cancel(),  # it takes half a second to say good-bye on the network
     )
-    beside = [
-        asyncio.create_task(_end_with_the_robot(server)),
-        asyncio.create_task(_tell(place, server, listening, offer_pins)),
-    ]
+    telling = asyncio.create_task(_tell(place, server, listening, offer_pins))
+    following = asyncio.create_task(_end_with_the_robot(server))
     try:
         await server.serve()
     finally:
-        for task in beside:
+        for task in (telling, following):
             task.cancel()
-        await asyncio.gather(*beside, return_exceptions=True)
+        await asyncio.gather(telling, following, return_exceptions=True)
     if not server.started:
         raise typer.Exit(1)
 
