@@ -1,7 +1,7 @@
 """MOSAIC's compact form of a point cloud: quantized, delta-coded, in byte planes, deflated where that pays.
 
 The layout is documented in ``docs/topics/point-cloud-form.md``; ``tests/wire/payloads/point_clouds.json`` has golden
-bytes that the dashboard's decoder reads too. In the order of its scanner, a cloud takes a tenth of its 12 bytes per point.
+bytes that the dashboard reads too. In the order of its scanner, a cloud takes a tenth of its 12 bytes per point.
 """
 
 from __future__ import annotations
