@@ -14,6 +14,7 @@ from mosaic_core.operator.control_desk import ControlDesk
 from mosaic_core.operator.control_port import ControlPort
 from mosaic_core.operator.delivery_watcher import DeliveryWatcher
 from mosaic_core.operator.media_store import MediaStreamStore
+from mosaic_core.operator.more_lines import MoreLines
 from mosaic_core.operator.peer_link import ConnectionPlan, PeerLink
 from mosaic_core.operator.picture_reports import PictureReports
 from mosaic_core.operator.robot_connector import RobotConnector
@@ -84,7 +85,8 @@ class RobotConnection:
         self._lane = BulkLane(
             LaneOwner(self._make_offerer, plan.ice_servers, plan.fresh_ice_servers, self._say, self._lane_changed)
         )
-        self._links = StoreLinks(self._peer.offerer, self._lane, around, self._peer.voices)
+        self._more_lines = MoreLines(self._peer.offerer, self._say, lambda: self._links.lines_settled())
+        self._links = StoreLinks(self._peer.offerer, self._lane, self._more_lines, around, self._peer.voices)
         self._settled = asyncio.Event()
         self._is_ours: bool | None = None
 
@@ -272,6 +274,7 @@ class RobotConnection:
         self.control.open(port, extensions)
         self._streams.greeted(extensions)
         self.delivery.greeted(extensions)
+        self._more_lines.greeted(is_known="renegotiate" in extensions)
         self._lane.greeted(is_known="bulkLane" in extensions and self._plan.uses_bulk_lane)
 
     def word(self) -> control.Resume:
@@ -300,6 +303,8 @@ class RobotConnection:
                     callback(message)
             case control.MediaOrigin(label=label, rtp_origin=origin):
                 self._pictures.origin_known(label, origin)
+            case control.RenegotiateAnswer():
+                self._more_lines.hear(message)
             case control.LaneAnswer() | control.LaneCandidate() | control.LaneClose():
                 self._lane.hear(message)
             case control.MediaTalking(label=label, peer_id=peer_id, name=name):
@@ -315,6 +320,7 @@ class RobotConnection:
         comes_back = self._is_kept and not error.code.startswith(FINAL)
         self.control.close(error, comes_back=comes_back)
         self._lane.drop()
+        self._more_lines.close()
         self._links.close(comes_back=comes_back)
         self._settled.set()
         if comes_back:

@@ -13,6 +13,7 @@ from mosaic_core.operator.channel_port import ChannelPort, info_of, no_epoch
 from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.first_frame_watch import FirstFrameWatch
 from mosaic_core.operator.media_store import MediaStreamStore
+from mosaic_core.operator.more_lines import MoreLines
 from mosaic_core.operator.outgoing_stream import OutgoingStream
 from mosaic_core.operator.session_streams import SessionStreams
 from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
@@ -56,10 +57,17 @@ class StoreLinks:
     """Event loop only."""
 
     def __init__(
-        self, offerer: Offerer, lane: BulkLane, around: Surroundings, voices: Mapping[str, OutgoingSound]
+        self,
+        offerer: Offerer,
+        lane: BulkLane,
+        more_lines: MoreLines,
+        around: Surroundings,
+        voices: Mapping[str, OutgoingSound],
     ) -> None:
         self._offerer = offerer
         self._lane = lane
+        self._more_lines = more_lines
+        self._lineless: set[str] = set()
         self._voices = voices
         self._around = around
         self._links: dict[str, _Link] = {}
@@ -139,6 +147,15 @@ class StoreLinks:
     def track_arrived(self, label: str, video: IncomingVideo) -> None:
         """Take its frames from now on, whether anybody looks or not: left alone they would fill the memory."""
         self._videos[label] = (video, asyncio.create_task(self._take(label, video)))
+        self.lines_settled(label)
+
+    def lines_settled(self, *labels: str) -> None:
+        """The lines of these pictures, or of all that wait for one, are there, or will never be."""
+        for label in self._lineless & set(labels or self._lineless):
+            self._lineless.discard(label)
+            link = self._links.get(label)
+            if link is not None and isinstance(link.store, MediaStreamStore):
+                self._show(link.store)
 
     def unavailable(self, label: str, error: ConnectionFailed) -> None:
         """The robot says that there is no picture under this label."""
@@ -204,7 +221,10 @@ class StoreLinks:
             store.failed(ConnectionFailed(IS_SOUND, code="channel.unknown_label", cure=""))
             return
         if label not in self._videos:
-            store.failed(ConnectionFailed(NO_LINE, code="media.no_line"))
+            if not is_sound and self._more_lines.want(label):
+                self._lineless.add(label)
+            else:
+                store.failed(ConnectionFailed(NO_LINE, code="media.no_line"))
             return
         self._around.watch(label, True)
         store.opened()

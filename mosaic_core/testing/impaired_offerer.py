@@ -67,6 +67,10 @@ class _ImpairedOfferer:
         sdp, tracks = await self._offerer.offer()
         return self._way.offer(sdp), tracks
 
+    async def offer_more(self, pictures: Sequence[str]) -> tuple[str, Mapping[str, str]]:
+        sdp, tracks = await self._offerer.offer_more(pictures)
+        return self._way.offer(sdp), tracks
+
     async def accept_answer(self, sdp: str) -> None:
         await self._offerer.accept_answer(changed(sdp, self._way.of_robot))
 

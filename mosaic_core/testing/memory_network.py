@@ -33,6 +33,7 @@ class MemoryLink:
         self._labels: list[str] = []
         self._voices: dict[str, MemoryVoice] = {}
         self._feeds: dict[str, PictureFeed] = {}
+        self._shown: set[str] = set()
         self._channels: list[MemoryChannel] = []
 
     # -- the operator's end ------------------------------------------------------------------------------------------
@@ -66,8 +67,15 @@ class MemoryLink:
     async def offer(self) -> tuple[str, Mapping[str, str]]:
         return self.sdp, {str(line): label for line, label in enumerate(self._labels)}
 
+    async def offer_more(self, pictures: Sequence[str]) -> tuple[str, Mapping[str, str]]:
+        self._labels += pictures
+        return await self.offer()
+
     async def accept_answer(self, sdp: str) -> None:
-        asyncio.get_running_loop().call_soon(self._connect)
+        if self._is_connected:
+            self._show_tracks()
+        else:
+            asyncio.get_running_loop().call_soon(self._connect)
 
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """There are none in memory."""
@@ -84,8 +92,8 @@ class MemoryLink:
     def answered_by(self, listener: AnswererListener, media_labels: Sequence[str], speakers: Sequence[str] = ()) -> str:
         self._answerer = listener
         wanted = [label for label in self._labels if label in media_labels]
-        self._feeds = {label: listener.track_bound(label) for label in wanted}
-        for label in (label for label in self._voices if label in speakers):
+        self._feeds |= {label: listener.track_bound(label) for label in wanted if label not in self._feeds}
+        for label in (label for label in self._voices if label in speakers and not self._is_connected):
             listener.voice_bound(label, self._voices[label])
         unbound = [label for label in (*media_labels, *speakers) if label not in (*wanted, *self._voices)]
         if unbound:
@@ -96,12 +104,16 @@ class MemoryLink:
         if self._is_closed or self._answerer is None:
             return
         self._is_connected = True
-        for label, feed in self._feeds.items():
-            self._offerer.track_arrived(label, MemoryVideo(self, feed))
+        self._show_tracks()
         self._answerer.state_changed("connected")
         self._offerer.state_changed("connected")
         for channel in list(self._channels):
             self._open(channel)
+
+    def _show_tracks(self) -> None:
+        for label in self._feeds.keys() - self._shown:
+            self._shown.add(label)
+            self._offerer.track_arrived(label, MemoryVideo(self, self._feeds[label]))
 
     def _open(self, ours: MemoryChannel) -> None:
         if self._is_closed or self.is_cut or self._answerer is None or ours.is_open:
