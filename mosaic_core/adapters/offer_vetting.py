@@ -15,6 +15,8 @@ from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.signaling import IceCandidate
 
 _MEDIA_KINDS = ("audio", "video")
+MAX_LINES = 128
+"""Further offers may not add lines without end: each costs a sender and a receiver."""
 _END_OF_CANDIDATES = "a=end-of-candidates"
 
 
@@ -45,6 +47,8 @@ class VettedOffer:
             raise _invalid("lines of the first offer are gone")
         if self.ice_users != first.ice_users or not self.is_bundled or not first.is_bundled:
             raise _invalid("only lines on the same transport can be added")
+        if len(self.lines) > MAX_LINES:
+            raise _invalid(f"a connection has {MAX_LINES} lines at most")
 
 
 def vetted_offer(text: str) -> VettedOffer:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mosaic_core.adapters import offer_vetting
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import ConnectionFailed
 
@@ -83,8 +84,11 @@ def test_the_first_line_of_all_may_come_later(pair: Any) -> None:
     asyncio.run(run())
 
 
-@pytest.mark.parametrize("change", ["another ICE user", "a line less", "no bundle"])
-def test_a_further_offer_can_only_add_lines(pair: Any, change: str) -> None:
+@pytest.mark.parametrize("change", ["another ICE user", "a line less", "no bundle", "too many lines"])
+def test_a_further_offer_can_only_add_lines(pair: Any, change: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if change == "too many lines":
+        monkeypatch.setattr(offer_vetting, "MAX_LINES", 2)
+
     async def run() -> None:
         async with pair() as peers:
             peers.operator.add_video("front")
@@ -95,7 +99,7 @@ def test_a_further_offer_can_only_add_lines(pair: Any, change: str) -> None:
                 sdp = sdp.replace("a=ice-ufrag:", "a=ice-ufrag:x")
             elif change == "a line less":
                 sdp = sdp[: sdp.index("m=video")] + sdp[sdp.index("m=application") :]
-            else:
+            elif change == "no bundle":
                 sdp = sdp.replace("a=group:BUNDLE", "a=group:OTHER")
             with pytest.raises(ConnectionFailed) as refused:
                 await peers.robot.answer(sdp, ["front", "rear"], tracks)
