@@ -1,0 +1,118 @@
+"""What the robot remembers of sessions without a connection: whose they are, how long, and how many."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+from mosaic_core.contract.host import Outgoing
+from mosaic_core.machines.delivery_terms import terms_of
+from mosaic_core.machines.framing import PayloadKind
+from mosaic_core.machines.send_scheduler import Offered
+from mosaic_core.runtime.counters import ConnectorCounters
+from mosaic_core.runtime.outbox import Outbox
+from mosaic_core.runtime.sessions import AWAY_BYTES, MAX_AWAY, SessionBook
+from mosaic_core.words.data_type import Delivery
+
+
+class Owner:
+    def __init__(self) -> None:
+        self.is_dispossessed = False
+
+    def dispossessed(self) -> None:
+        self.is_dispossessed = True
+
+
+class Desk:
+    """A book with one channel, ``events``."""
+
+    def __init__(self, away_s: float = 60.0) -> None:
+        self.counters = ConnectorCounters()
+        self.outbox = Outbox(asyncio.get_running_loop(), lambda label, on: None)
+        self.outbox.add_channel("events", terms_of(Delivery.RELIABLE), self.counters)
+        self.book = SessionBook(self.outbox, lambda label: self.counters, away_s)
+
+    def lost(self, session_id: str = "s", operator_id: str = "ann", boot_id: str = "page") -> None:
+        owner = Owner()
+        session, _ = self.book.claim(session_id, operator_id, boot_id, f"peer of {session_id}", owner)
+        self.book.left(session, owner, is_lost=True)
+
+
+def play(body: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    asyncio.run(body())
+
+
+def test_a_lost_session_is_remembered_by_its_own_page_and_by_nobody_else() -> None:
+    async def body() -> None:
+        for operator_id, boot_id, is_known in (
+            ("ann", "page", True),
+            ("ann", "reloaded", False),
+            ("eve", "page", False),
+        ):
+            desk = Desk()
+            desk.lost()
+            assert desk.book.claim("s", operator_id, boot_id, "p2", Owner())[1] is is_known
+
+    play(body)
+
+
+def test_a_good_bye_forgets_it_at_once_and_time_after_a_while() -> None:
+    async def body() -> None:
+        desk = Desk(away_s=0.01)
+        owner = Owner()
+        session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
+        desk.book.left(session, owner, is_lost=False)
+        assert len(desk.book) == 0
+        desk.lost()
+        assert len(desk.book) == 1
+        async with asyncio.timeout(5):
+            while len(desk.book):  # noqa: ASYNC110
+                await asyncio.sleep(0.005)
+
+    play(body)
+
+
+def test_only_so_many_are_remembered_and_the_longest_away_goes_first() -> None:
+    async def body() -> None:
+        desk = Desk()
+        for number in range(MAX_AWAY + 1):
+            desk.lost(str(number))
+        assert len(desk.book) == MAX_AWAY
+        assert not desk.book.claim("0", "ann", "page", "p", Owner())[1]
+        assert desk.book.claim("1", "ann", "page", "p", Owner())[1]
+        desk.book.close()
+
+    play(body)
+
+
+def test_the_next_peer_of_a_session_takes_it_from_the_one_before() -> None:
+    async def body() -> None:
+        desk = Desk()
+        old, new = Owner(), Owner()
+        session, _ = desk.book.claim("s", "ann", "page", "p1", old)
+        assert desk.book.claim("s", "ann", "page", "p2", new) == (session, True)
+        assert old.is_dispossessed
+        desk.book.left(session, old, is_lost=False)
+        assert len(desk.book) == 1
+
+    play(body)
+
+
+def test_what_is_kept_for_somebody_away_is_bounded_and_counted_as_lost_at_the_end() -> None:
+    async def body() -> None:
+        desk = Desk()
+        owner = Owner()
+        session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
+        desk.book.resume(session, {"events": 0}, ["events"])
+        stream = session.streams["events"]
+        desk.outbox.join("events", "p1", stream)
+        desk.book.left(session, owner, is_lost=True)
+        message = Outgoing("events", PayloadKind.BYTES, bytes(100_000), 0)
+        taken = sum(stream.deliver(message) is Offered.QUEUED for _ in range(200))
+        assert 0 < taken * 100_000 <= AWAY_BYTES
+        desk.book.close()
+        assert desk.counters.lost == taken
+        assert desk.outbox.listeners("events") == 0
+
+    play(body)
