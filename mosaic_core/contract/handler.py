@@ -66,7 +66,7 @@ class Handler:
     """``always``: while the robot runs. ``watched``: only while an operator listens or watches."""
     kind: ClassVar[Kind] = Kind.DATA
     delivery: ClassVar[Delivery | DeliveryContract] = Delivery.RELIABLE
-    """The default of this handler: a mode, or one with bounds of its own. The YAML file's ``delivery:`` overrides it."""
+    """The default of this handler: a mode, or one with bounds of its own; the YAML file's ``delivery`` overrides it."""
     is_for_originals: bool = False
     """A channel that only original dashboards know: no operator of ours is told of it. Whoever opens it wakes the
     ``watched`` body of the connector's first handler."""

@@ -114,7 +114,7 @@ def test_what_waits_in_a_full_queue_never_acts_not_even_after_the_stop_is_cleare
         ann = await scene.enters("ann")
         drive, epoch = ann.open("motor"), await ann.take()
         motor.free.clear()
-        for number in range(300):
+        for number in range(600):
             drive.say({"v": number}, epoch=epoch)
         await kit.until(lambda: motor.log == [0] and "channel.queue_full" in ann.codes())
         ann.stop()
