@@ -35,11 +35,16 @@ export class NearPath {
   }
 }
 
-/** The URLs, that of `address` first; none if none has it. */
+/** The URLs, that of `address` first; none if the path leads elsewhere. */
 export function onPath(urls: readonly string[], address: string): readonly string[] {
   const direct = urls.filter((url) => hostOf(url) === address.toLowerCase())
-  return direct.length === 0 ? [] : [...direct, ...urls.filter((url) => !direct.includes(url))]
+  // The path may have taken the robot's other address, IPv6 for example: a private one is on the same network, too.
+  if (direct.length === 0 && !PRIVATE.test(address)) return []
+  return [...direct, ...urls.filter((url) => !direct.includes(url))]
 }
+
+/** RFC 1918, and the unique local and link-local addresses of IPv6. */
+const PRIVATE = /^(10\.|192\.168\.|172\.(1[6-9]|2\d|3[01])\.|f[cd][0-9a-f]{2}:|fe80:)/i
 
 function hostOf(url: string): string | null {
   return URL.canParse(url) ? new URL(url).hostname.replace(/^\[|\]$/g, '').toLowerCase() : null

@@ -10,7 +10,11 @@ test('the address on the path comes first, and without one nothing is reachable'
   expect(onPath(URLS, '10.0.0.7')).toEqual([URLS[1], URLS[0], URLS[2]])
   expect(onPath(URLS, 'FD00::7')[0]).toBe(URLS[2])
   expect(onPath(URLS, '203.0.113.9')).toEqual([])
-  expect(onPath(['nonsense'], '10.0.0.7')).toEqual([])
+  expect(onPath(URLS, '2001:db8::7')).toEqual([])
+})
+
+test.each(['fd12::3', 'fe80::1', '192.168.1.9', '172.20.0.1'])('a path to %s is on the same network', (address) => {
+  expect(onPath(URLS, address)).toEqual(URLS)
 })
 
 const REPORT = [
