@@ -7,7 +7,7 @@ from typing import Any
 from mosaic_core.cli.main import main
 from mosaic_server.sockets.authorizer import Authorizer
 
-LIFETIME_S = 6.0
+LIFETIME_S = 8.0
 
 if __name__ == "__main__":
     begin = Authorizer.__init__
