@@ -7,14 +7,19 @@ import { CloudRenderer, type ColourMode } from './CloudRenderer'
 import type { PointCloud } from './compactCloud'
 import { rgbOf } from './rgbOf'
 
-/** What of a renderer the view needs. */
-export type Draws = Pick<CloudRenderer, 'show' | 'draw' | 'dispose'>
+/** What of a renderer the view needs. `isSlow`: without a graphics card every picture takes time from the whole page. */
+export type Draws = Pick<CloudRenderer, 'show' | 'draw' | 'dispose'> & { isSlow?: boolean }
+
+const OPTIONS: WebGLContextAttributes = { antialias: false, powerPreference: 'low-power' }
+const SLOW_PERIOD_MS = 500
+const SLOW_PIXELS = 0.5
 
 /** Null where the browser has no WebGL 2, or none to give. */
 export function webglRenderer(canvas: HTMLCanvasElement): Draws | null {
   try {
-    const gl = canvas.getContext('webgl2', { antialias: false, powerPreference: 'low-power' })
-    return gl === null ? null : new CloudRenderer(gl)
+    const quick = canvas.getContext('webgl2', { ...OPTIONS, failIfMajorPerformanceCaveat: true })
+    const gl = quick ?? canvas.getContext('webgl2', OPTIONS)
+    return gl === null ? null : Object.assign(new CloudRenderer(gl), { isSlow: quick === null })
   } catch {
     return null
   }
@@ -29,6 +34,8 @@ export class CloudView {
   private mode: ColourMode = 'height'
   private pointSize = 2
   private frame = 0
+  private pause: ReturnType<typeof setTimeout> | null = null
+  private paintedAtMs = -Infinity
   private grid: readonly [number, number, number] | null = null
   private renderer: Draws | null
   private readonly controls: CameraControls
@@ -91,6 +98,7 @@ export class CloudView {
 
   dispose(): void {
     cancelAnimationFrame(this.frame)
+    if (this.pause !== null) clearTimeout(this.pause)
     this.ended.abort()
     this.controls.dispose()
     this.resized.disconnect()
@@ -104,15 +112,25 @@ export class CloudView {
   }
 
   private request(): void {
-    if (this.frame === 0) this.frame = requestAnimationFrame(() => this.paint())
+    if (this.frame !== 0 || this.pause !== null) return
+    const waitMs = this.renderer?.isSlow === true ? this.paintedAtMs + SLOW_PERIOD_MS - performance.now() : 0
+    if (waitMs <= 0) {
+      this.frame = requestAnimationFrame(() => this.paint())
+      return
+    }
+    this.pause = setTimeout(() => {
+      this.pause = null
+      this.request()
+    }, waitMs)
   }
 
   private paint(): void {
     this.frame = 0
+    this.paintedAtMs = performance.now()
     const { canvas, renderer } = this
     const { clientWidth, clientHeight } = canvas
     if (renderer === null || clientWidth === 0 || clientHeight === 0) return
-    const ratio = window.devicePixelRatio || 1
+    const ratio = renderer.isSlow === true ? SLOW_PIXELS : window.devicePixelRatio || 1
     const [width, height] = [Math.round(clientWidth * ratio), Math.round(clientHeight * ratio)]
     if (canvas.width !== width) canvas.width = width
     if (canvas.height !== height) canvas.height = height

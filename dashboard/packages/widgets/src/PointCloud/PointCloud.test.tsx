@@ -44,7 +44,7 @@ afterEach(() => {
   vi.unstubAllGlobals()
 })
 
-function viewed(hasGraphics = true) {
+function viewed(hasGraphics = true, isSlow = false) {
   const canvas = document.createElement('canvas')
   Object.defineProperty(canvas, 'clientWidth', { value: 400 })
   Object.defineProperty(canvas, 'clientHeight', { value: 300 })
@@ -54,6 +54,7 @@ function viewed(hasGraphics = true) {
     show: (cloud) => shown.push(cloud),
     draw: (camera, style) => drawn.push({ camera, style }),
     dispose: () => undefined,
+    isSlow,
   }
   const drawable: boolean[] = []
   const view = new CloudView(canvas, (is) => drawable.push(is), () => (hasGraphics ? renderer : null))
@@ -84,6 +85,32 @@ test('many clouds and movements before a frame are painted once', () => {
   expect(drawn.length).toBe(1)
   expect(drawn[0]?.style.mode).toBe('distance')
   expect(drawn[0]?.style.span[0]).toBeGreaterThan(99)
+})
+
+test('without a graphics card the page gets its time back between pictures, and the last cloud is shown', () => {
+  vi.useFakeTimers({ toFake: ['setTimeout', 'clearTimeout', 'performance'] })
+  const { drawn, view, paint } = viewed(true, true)
+  for (let index = 0; index < 20; index++) {
+    view.show({ ...SQUARE, origin: [index, 0, 0] })
+    paint()
+    vi.advanceTimersByTime(100)
+  }
+  vi.advanceTimersByTime(500)
+  paint()
+  expect(drawn.length).toBeGreaterThanOrEqual(4)
+  expect(drawn.length).toBeLessThanOrEqual(6)
+  const count = drawn.length
+  vi.advanceTimersByTime(5000)
+  paint()
+  expect(drawn.length).toBe(count)
+  view.setStyle('distance', 1)
+  paint()
+  view.setStyle('distance', 2)
+  view.dispose()
+  vi.advanceTimersByTime(5000)
+  paint()
+  expect(drawn.length).toBe(count + 1)
+  vi.useRealTimers()
 })
 
 test('a drag turns the picture and the arrows do not drive meanwhile', () => {
