@@ -16,6 +16,7 @@ from aiortc.rtp import RTCP_PSFB_PLI, RtcpPsfbPacket, RtcpReceiverInfo, RtcpRrPa
 from mosaic_core.adapters.picture import prepared_picture, pts_of
 from mosaic_core.adapters.video_track import VideoTrack
 from mosaic_core.machines.rate_control import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport
+from mosaic_core.testing.joining import until
 
 SSRC = 4711
 
@@ -133,8 +134,7 @@ def test_the_feed_decides_which_packets_are_sent_again() -> None:
             await sender._retransmit(sequence_number)
         assert sender.repeated == [0, 2]
         await sender._retransmit(8)  # once more, a little later
-        while len(sender.repeated) < 4:
-            await asyncio.sleep(0.001)
+        await until(lambda: len(sender.repeated) >= 4)
         assert sender.repeated == [0, 2, 8, 8]
 
     asyncio.run(run())
