@@ -22,7 +22,7 @@ from mosaic_core.runtime.hook_calls import hook_plugins
 from mosaic_core.runtime.peer_control import PeerControl
 from mosaic_core.runtime.resolver import ConnectorResolver
 from mosaic_core.runtime.stop_link import StopLink
-from mosaic_core.testing.joining import ConnectorEntry, _checked, connector
+from mosaic_core.testing.joining import ConnectorEntry, checked_config, connector
 from mosaic_core.words.control import ControlMessage, Stop
 
 
@@ -90,7 +90,7 @@ def made_by(handler: type[Any], base: type[Any] = DataChannelConfigurer) -> type
 
 def configured(*entries: ConnectorEntry) -> Configured:
     configurer = AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([]))
-    return configurer.configure(_checked(entries, {}))
+    return configurer.configure(checked_config(entries, {}))
 
 
 def findings(*entries: ConnectorEntry, live: bool = False, only: tuple[str, ...] = ()) -> dict[str, Finding]:

@@ -21,7 +21,7 @@ from mosaic_camera.pattern import TestPatternConfigurer
 from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, NoParams
 from mosaic_core.adapters.shared_video import SharedVideo
 from mosaic_core.runtime import media_tap
-from mosaic_core.testing import Joined, connector, joined, joining
+from mosaic_core.testing import Joined, connector, joined, joining, memory_network
 from mosaic_recorder.movie_file import MovieFile
 from mosaic_recorder.recorder import RecorderConfigurer
 
@@ -39,7 +39,7 @@ def run(main: Coroutine[Any, Any, None]) -> None:
 
 @pytest.fixture(autouse=True)
 def _real_encoders(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(joining, "plain_streams", lambda prepare: SharedVideo)
+    monkeypatch.setattr(memory_network, "plain_streams", lambda prepare: SharedVideo)
 
 
 def pattern(**params: Any) -> Any:
@@ -283,8 +283,8 @@ ROBOT = """
 import asyncio, runpy, sys
 from pathlib import Path
 from mosaic_core.adapters.shared_video import SharedVideo
-from mosaic_core.testing import joined, joining
-joining.plain_streams = lambda prepare: SharedVideo
+from mosaic_core.testing import joined, memory_network
+memory_network.plain_streams = lambda prepare: SharedVideo
 tests = runpy.run_path(sys.argv[1])
 
 async def main():
