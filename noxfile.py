@@ -19,14 +19,21 @@ nox.options.stop_on_first_error = True
 ROOT = Path(__file__).parent
 VENV_PYTHON = ROOT / ".venv" / "bin" / "python"
 PYTHON = str(VENV_PYTHON) if VENV_PYTHON.exists() else sys.executable
+REAL_PEERS = "webrtc or netlab"
+"""Tests whose processes and networks want the machine for themselves."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
 TYPED = ["mosaic_core", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) for plugin in PLUGINS)]
 
 
 @nox.session
 def tests(session: nox.Session) -> None:
-    """Everything in Python but the browser: pure, loopback, real WebRTC peers."""
-    session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
+    """Everything in Python but the browser: pure and loopback on all cores, then real peers one after the other."""
+    if session.posargs:
+        session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
+        return
+    pytest = (PYTHON, "-m", "pytest", "-m")
+    session.run(*pytest, f"not e2e and not ({REAL_PEERS})", "-n", "auto", "--dist", "loadscope", external=True)
+    session.run(*pytest, f"not e2e and ({REAL_PEERS})", external=True)
 
 
 @nox.session
