@@ -7,9 +7,9 @@ and HyStart, RFC 9406): what never falls below the target for a whole round trip
 
 from __future__ import annotations
 
-TARGET_S = 0.03
+TARGET_S = 0.02
 """How long packets may stand in the queue: no link idles, and nobody notices."""
-BACKGROUND_TARGET_S = 0.01
+BACKGROUND_TARGET_S = 0.007
 """For what may wait: beside a flow that bears :data:`TARGET_S` it goes back to the little that is always on its way."""
 MEMORY_S = 30.0
 """A path may change; the shortest round trip is of the last one or two of these."""

@@ -9,7 +9,6 @@ import inspect
 import random
 import time
 from collections.abc import Callable, Coroutine
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -38,7 +37,6 @@ class Wire:
         self.sent = 0
         self.receiver: Any = None
         self._inbox: asyncio.Queue[bytes] = asyncio.Queue()
-        self.transport = SimpleNamespace(_connection=SimpleNamespace(_queue=self._inbox))  # as ICE has it
         self._task = asyncio.get_running_loop().create_task(self._deliver())
 
     def _register_data_receiver(self, receiver: Any) -> None:
@@ -275,24 +273,28 @@ def test_a_clock_that_is_set_does_not_change_how_long_a_lost_packet_is_waited_fo
     associated(scenario)
 
 
-def test_a_receiver_that_is_behind_acknowledges_more_at_once() -> None:
-    async def acknowledged(packets: int, *, is_behind: bool) -> int:
+def test_packets_that_come_close_together_are_acknowledged_eight_at_a_time_and_the_rest_soon_after() -> None:
+    async def acknowledged(packets: int, *, is_dense: bool) -> int:
         wire = Wire("server", always)
         wire.other = Wire("client", always)
         sctp = RTCSctpTransport(wire)  # type: ignore[arg-type] # in place of DTLS
         quicken(sctp)
+        assert isinstance(sctp, QuickSctp)
         sctp._last_received_tsn, sctp._remote_port = 0, 5000
-        wire.transport._connection._queue = asyncio.Queue()
-        if is_behind:
-            wire.transport._connection._queue.put_nowait(b"another")
+        sctp._set_state(sctp.State.ESTABLISHED)
         for _ in range(packets):
+            sctp._acknowledged_at_s = asyncio.get_running_loop().time() + 3600 if is_dense else 0.0
             await sctp._send_sack()
+        if sctp._unacknowledged_packets:
+            await until(lambda: sctp._unacknowledged_packets == 0)
         await wire.stop()
         await wire.other.stop()
         return wire.sent
 
-    assert asyncio.run(acknowledged(16, is_behind=False)) == 8
-    assert asyncio.run(acknowledged(16, is_behind=True)) == 2
+    assert asyncio.run(acknowledged(16, is_dense=False)) == 8
+    assert asyncio.run(acknowledged(16, is_dense=True)) == 2
+    assert asyncio.run(acknowledged(7, is_dense=True)) == 1
+    assert asyncio.run(acknowledged(1, is_dense=True)) == 1
 
 
 @pytest.mark.parametrize("error", [ConnectionError(), SSL.Error([("SSL routines", "", "protocol is shutdown")])])

@@ -18,9 +18,12 @@ from OpenSSL import SSL
 ACK_DELAY_S = 0.02
 """RFC 9260 §6.2 allows 0.5 s; a sender with a window of few packets would wait for us."""
 PACKETS_PER_ACK = 2
-PACKETS_PER_ACK_BEHIND = 8
-"""While more packets wait to be read than we can read, acknowledging every second one only makes it worse. A sender
-counts bytes, not acknowledgements (RFC 9260 §7.2.1)."""
+DENSE_PACKETS_PER_ACK = 8
+DENSE_S = 0.001
+"""Packets that come faster than two in this time are acknowledged eight at a time: half of all work would be
+acknowledgements else. A sender counts bytes, not acknowledgements (RFC 9260 §7.2.1)."""
+REST_DELAY_S = 0.002
+"""For the rest of such a row, when it ends before the eighth."""
 
 
 class QuickReceiving(RTCSctpTransport):
@@ -28,29 +31,30 @@ class QuickReceiving(RTCSctpTransport):
 
     _unacknowledged_packets = 0
     _must_acknowledge = False
+    _acknowledged_at_s = 0.0
     _sack_handle: asyncio.TimerHandle | None = None
     _sack_task: asyncio.Future[None] | None = None
 
     async def _send_sack(self) -> None:
         """aiortc wants to acknowledge a packet: some later one, or at once when something is out of order."""
         self._unacknowledged_packets += 1
+        count, loop = self._unacknowledged_packets, asyncio.get_running_loop()
         is_urgent = self._must_acknowledge or self._sack_misordered or self._sack_duplicates
-        if is_urgent or self._unacknowledged_packets >= (
-            PACKETS_PER_ACK_BEHIND if self._is_behind else PACKETS_PER_ACK
-        ):
+        is_dense = loop.time() - self._acknowledged_at_s < DENSE_S
+        if is_urgent or count >= (DENSE_PACKETS_PER_ACK if is_dense else PACKETS_PER_ACK):
             await self._acknowledge()
             return
         self._sack_needed = False
+        if self._sack_handle is not None and count == PACKETS_PER_ACK:
+            self._sack_handle.cancel()
+            self._sack_handle = None
         if self._sack_handle is None:
-            self._sack_handle = asyncio.get_running_loop().call_later(ACK_DELAY_S, self._acknowledgement_due)
-
-    @property
-    def _is_behind(self) -> bool:
-        """Packets have arrived that nobody has read yet."""
-        return not self.transport.transport._connection._queue.empty()
+            delay_s = REST_DELAY_S if count >= PACKETS_PER_ACK else ACK_DELAY_S
+            self._sack_handle = loop.call_later(delay_s, self._acknowledgement_due)
 
     async def _acknowledge(self) -> None:
         self._unacknowledged_packets, self._must_acknowledge = 0, False
+        self._acknowledged_at_s = asyncio.get_running_loop().time()
         await super()._send_sack()
 
     def _acknowledgement_due(self) -> None:

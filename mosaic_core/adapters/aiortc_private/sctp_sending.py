@@ -44,8 +44,8 @@ BURST_BYTES = 16 * USERDATA_MAX_LENGTH
 LEAST_WINDOW_BYTES = 8 * USERDATA_MAX_LENGTH
 """A long queue may be another's, who does not yield: so much is always on its way, as beside any loss-based flow."""
 RECOVERY_BURST_BYTES = 2 * USERDATA_MAX_LENGTH
-GROWTH_BYTES = 2 * USERDATA_MAX_LENGTH
-"""Per acknowledgement in slow start: they come for every second packet (RFC 3465 §2.2, L = 2)."""
+GROWTH_BYTES = 8 * USERDATA_MAX_LENGTH
+"""Per acknowledgement in slow start: as many packets as we acknowledge at once ourselves (RFC 3465 §2.3)."""
 _BUNDLE_BYTES = SCTP_MAX_PACKET_LENGTH - SCTP_COMMON_HEADER_LENGTH
 _TIMER_SLACK_S = 0.001
 
