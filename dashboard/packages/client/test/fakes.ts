@@ -152,7 +152,7 @@ export class FakePeerConnection {
   constructor(readonly configuration: RTCConfiguration) {}
 
   getStats(): Promise<Map<string, unknown>> {
-    return Promise.resolve(new Map())
+    return Promise.resolve(new Map<string, unknown>())
   }
 
   createDataChannel(label: string, options?: RTCDataChannelInit): FakeDataChannel {
