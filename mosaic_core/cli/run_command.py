@@ -136,6 +136,8 @@ async def _run(
     serving: LanServing | None,
     metrics: MetricsAddress | None,
 ) -> int:
+    from mosaic_core.adapters.event_loop import keep_what_is_loaded
+
     stop_wanted = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -143,6 +145,7 @@ async def _run(
     twin = serving.twin() if serving is not None else None
     robot = make_robot(configured, lan=serving.known(twin) if serving is not None and twin is not None else None)
     page = await _metrics_page(robot, metrics)
+    keep_what_is_loaded()
     running = asyncio.create_task(robot.run(), name="mosaic-robot")
     stopping = asyncio.create_task(stop_wanted.wait(), name="mosaic-signal")
     beside = [asyncio.create_task(_keep_showing(robot, show, period_s), name="mosaic-display")] if show else []

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import sys
 from collections.abc import Iterator
 
 import pytest
 
-from mosaic_core.adapters.event_loop import SWITCH_INTERVAL_S, loop_factory, run_event_loop
+from mosaic_core.adapters.event_loop import SWITCH_INTERVAL_S, keep_what_is_loaded, loop_factory, run_event_loop
 
 
 @pytest.fixture(autouse=True)
@@ -36,3 +37,12 @@ def test_without_uvloop_asyncio_does(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_threads_of_a_program_take_short_turns() -> None:
     run_event_loop(_name_of_loop())
     assert sys.getswitchinterval() == pytest.approx(SWITCH_INTERVAL_S)
+
+
+def test_the_collector_leaves_alone_what_is_loaded() -> None:
+    keep_what_is_loaded()
+    try:
+        assert gc.get_freeze_count() > 1000
+        assert len(gc.get_objects()) < gc.get_freeze_count()
+    finally:
+        gc.unfreeze()

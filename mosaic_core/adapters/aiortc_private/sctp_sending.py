@@ -32,6 +32,7 @@ from OpenSSL import SSL
 
 from mosaic_core.adapters.aiortc_private.sctp import MeasuredQueue
 from mosaic_core.machines.standing_queue import BACKGROUND_TARGET_S, TARGET_S, StandingQueue
+from mosaic_core.machines.time_share import TimeShare
 
 INITIAL_WINDOW_BYTES = 10 * USERDATA_MAX_LENGTH
 """As TCP's (RFC 6928 §2); the 4 380 bytes of RFC 9260 §7.2.1 are those of TCP in 2002."""
@@ -43,6 +44,9 @@ BURST_BYTES = 16 * USERDATA_MAX_LENGTH
 """RFC 9260 §6.1 D asks for a limit and leaves it to us."""
 LEAST_WINDOW_BYTES = 8 * USERDATA_MAX_LENGTH
 """A long queue may be another's, who does not yield: so much is always on its way, as beside any loss-based flow."""
+BACKGROUND_SHARE, BACKGROUND_CREDIT_S = 0.4, 0.001
+"""Of the event loop's time, for sending what gives way: commands and pictures find it free
+(``bench/command_beside_bulk.py``)."""
 RECOVERY_BURST_BYTES = 2 * USERDATA_MAX_LENGTH
 GROWTH_BYTES = 8 * USERDATA_MAX_LENGTH
 """Per acknowledgement in slow start: as many packets as we acknowledge at once ourselves (RFC 3465 §2.3)."""
@@ -60,8 +64,11 @@ class QuickSending(RTCSctpTransport):
     _t3_due_s = 0.0
     _round_trip_s: float | None = None
     _standing_queue: StandingQueue | None = None
+    _time_share: TimeShare | None = None
+    _share_handle: asyncio.TimerHandle | None = None
     gives_way = False
-    """Of two flows on one path the one with the shorter queue in mind goes on with what the other leaves."""
+    """Of two flows on one path the one with the shorter queue in mind goes on with what the other leaves. It also
+    leaves the event loop some time."""
 
     # -- from messages to chunks -------------------------------------------------------------------------------------
 
@@ -132,7 +139,26 @@ class QuickSending(RTCSctpTransport):
         if self._may_retransmit and not await self._retransmit(window_bytes):
             return
         if self._outbound_queue and self._flight_size < window_bytes:
+            if self.gives_way:
+                await self._send_new_in_its_time(window_bytes)
+            else:
+                await self._send_new(window_bytes)
+
+    async def _send_new_in_its_time(self, window_bytes: int) -> None:
+        if self._time_share is None:
+            self._time_share = TimeShare(BACKGROUND_SHARE, BACKGROUND_CREDIT_S)
+        began_s = time.monotonic()
+        wait_s = self._time_share.wait_s(began_s)
+        if wait_s == 0:
             await self._send_new(window_bytes)
+            self._time_share.took(began_s, time.monotonic())
+        elif self._share_handle is None:
+            self._share_handle = asyncio.get_running_loop().call_later(wait_s, self._time_has_come)
+
+    def _time_has_come(self) -> None:
+        self._share_handle = None
+        if self._association_state is self.State.ESTABLISHED:
+            self._flush_task = asyncio.ensure_future(self._transmit())
 
     async def _send_new(self, window_bytes: int) -> None:
         now_s = time.monotonic()
