@@ -174,6 +174,47 @@ def test_what_is_never_retransmitted_is_lost_or_right(seed: int, loss: float) ->
     associated(scenario, fate=lambda: int(chance.random() >= loss))
 
 
+@pytest.mark.parametrize("loss", [0.0, 0.1])
+def test_what_gives_way_arrives_all_the_same(loss: float) -> None:
+    chance = random.Random(5)
+
+    async def scenario(link: Association) -> None:
+        link.ends[0].gives_way = True  # type: ignore[attr-defined] # quicken() made it one that knows
+        channel = await link.channel()
+        for number in range(40):
+            channel.send(b"%d" % number + b"." * 8000)
+        received = [(await link.next()).split(b".")[0] for _ in range(40)]  # type: ignore[arg-type] # bytes were sent
+        assert received == [b"%d" % number for number in range(40)]
+
+    associated(scenario, fate=lambda: int(chance.random() >= loss))
+
+
+def test_what_gives_way_leaves_the_event_loop_its_time() -> None:
+    packet_s, messages = 0.002, 100
+
+    async def scenario(link: Association) -> None:
+        link.ends[0].gives_way = True  # type: ignore[attr-defined] # quicken() made it one that knows
+        channel = await link.channel()
+        send = link.wires[0]._send_data
+
+        async def send_slowly(data: bytes) -> None:
+            end_s = time.monotonic() + packet_s
+            while time.monotonic() < end_s:
+                pass
+            await send(data)
+
+        link.wires[0]._send_data = send_slowly  # type: ignore[method-assign]
+        began_s = time.monotonic()
+        for _ in range(messages):
+            channel.send(b"." * 1100)
+        for _ in range(messages):
+            await link.next()
+        last_burst_s = sctp_sending.BURST_BYTES / 1100 * packet_s
+        assert time.monotonic() - began_s > messages * packet_s / sctp_sending.BACKGROUND_SHARE - 3 * last_burst_s
+
+    associated(scenario)
+
+
 def test_half_of_the_packets_are_acknowledged_and_the_last_one_within_the_delay() -> None:
     async def scenario(link: Association) -> None:
         channel = await link.channel()
