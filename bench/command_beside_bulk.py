@@ -25,8 +25,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from connect import listening_port, run_mosaic, running
 from lane_bench.plain import PlainOperator, plain_robot
+from processes.mosaic import listening_port, run_mosaic, running
+from processes.other_end import other_end
 from rich.console import Console
 from rich.table import Table
 
@@ -173,7 +174,7 @@ class Bench:
     async def _operator(self, way: str) -> AsyncIterator[Operator]:
         async with AsyncExitStack() as stack:
             if way == "plain":
-                plain = await PlainOperator.connected(stack.enter_context(plain_robot()))
+                plain = await PlainOperator.connected(stack.enter_context(other_end(plain_robot)))
                 stack.push_async_callback(plain.close)
                 yield plain
                 return

@@ -12,24 +12,23 @@ from __future__ import annotations
 import asyncio
 import json
 import math
-import multiprocessing
-import os
-import shutil
-import signal
 import socket
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Awaitable, Callable, Iterator, Sequence
-from contextlib import AsyncExitStack, ExitStack, closing, contextmanager, suppress
-from dataclasses import dataclass
+from collections.abc import Sequence
+from contextlib import AsyncExitStack, ExitStack, closing, suppress
 from importlib.util import find_spec
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from connect_bench.firsts import ATTEMPT_S, Attempt, Firsts, taken
+from connect_bench.plain import aiortc_attempt, answer_calls
+from processes.browser import chromium
+from processes.mosaic import START_S, Site, end_like_ctrl_c, listening_port, run_mosaic, running, token_once_ready
+from processes.other_end import other_end
 from rich.console import Console
 from rich.table import Table
 
@@ -37,17 +36,12 @@ from mosaic_core.operator import MosaicOperator
 from mosaic_core.words.signaling import RobotStatus
 
 if TYPE_CHECKING:
-    from aiortc import RTCPeerConnection
     from playwright.async_api import Page
 
-MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main"]
 ROBOT_NAME = "Bench robot"
 PEER = "plain aiortc"
-START_S = 30.0
-ATTEMPT_S = 30.0
 STUN_ROUNDS = 3
 """Plain aiortc waits five seconds on each side for the STUN server: more rounds would tell nothing new."""
-CHROMIUMS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 QUIET = ["--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
 CONFIG = """\
 server:
@@ -73,63 +67,7 @@ OBSERVER = """() => {
 """`click` is when the input event was made, not when the page got round to it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Firsts:
-    """Seconds from the click to the first value in the program or page, and to the first decoded picture."""
-
-    data_s: float
-    frame_s: float
-
-
-Attempt = Callable[[], Awaitable[Firsts]]
-
-
-@dataclass(frozen=True, slots=True)
-class Site:
-    """A running server and one robot."""
-
-    url: str
-    data_dir: Path
-    robot_log: Path
-    email: str
-    password: str
-    robot_id: str
-
-
 # -- processes ---------------------------------------------------------------------------------------------------------
-
-
-def run_mosaic(*words: str) -> str:
-    done = subprocess.run([*MOSAIC, *words], capture_output=True, text=True, timeout=START_S)
-    if done.returncode != 0:
-        raise SystemExit(f"mosaic {' '.join(words)} failed:\n{done.stdout}{done.stderr}")
-    return done.stdout
-
-
-@contextmanager
-def running(log: Path, *words: str) -> Iterator[subprocess.Popen[bytes]]:
-    """`mosaic …` until the end of the block; its output goes to `log`."""
-    with log.open("wb") as output:
-        process = subprocess.Popen([*MOSAIC, *words], stdout=output, stderr=subprocess.STDOUT)
-        try:
-            yield process
-        finally:
-            if process.poll() is None:
-                process.send_signal(signal.SIGTERM)
-            try:
-                process.wait(timeout=10)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-
-
-def listening_port(ready_file: Path, server: subprocess.Popen[bytes], log: Path) -> int:
-    ends_at_s = time.monotonic() + START_S
-    while not (ready_file.exists() and ready_file.read_text()):
-        if server.poll() is not None or time.monotonic() > ends_at_s:
-            raise SystemExit(f"The server did not start:\n{log.read_text()}")
-        time.sleep(0.02)
-    return int(json.loads(ready_file.read_text())["port"])
 
 
 def start_site(folder: Path, stack: ExitStack) -> Site:
@@ -145,16 +83,6 @@ def start_site(folder: Path, stack: ExitStack) -> Site:
     stack.enter_context(running(robot_log, "run", str(config), "--json"))
     url = f"http://127.0.0.1:{port}"
     return Site(url, data_dir, robot_log, seeded["email"], seeded["password"], seeded["robotId"])
-
-
-async def token_once_ready(site: Site) -> str:
-    """Sign in and wait until the robot is online."""
-    async with await MosaicOperator.login(site.url, site.email, site.password) as operator:
-        try:
-            await operator.wait_status(site.robot_id, RobotStatus.READY_TO_CONNECT, START_S)
-        except TimeoutError:
-            raise SystemExit(f"The robot did not get ready:\n{site.robot_log.read_text()[-4000:]}") from None
-        return operator.access_token
 
 
 class SilentStunServer:
@@ -205,11 +133,6 @@ async def python_attempt(site: Site, access_token: str) -> Firsts:
         return Firsts(data_s, frame_s)
 
 
-async def taken(work: Awaitable[Any], since_s: float) -> float:
-    await work
-    return time.perf_counter() - since_s
-
-
 async def browser_attempt(site: Site, page: Page) -> Firsts:
     """A person on the list of robots, signed in, clicks on the one that is online."""
     await page.goto(site.url)
@@ -221,10 +144,6 @@ async def browser_attempt(site: Site, page: Page) -> Firsts:
     seen = await page.evaluate("() => window.firsts")
     await page.goto("about:blank")
     return Firsts((seen["data"] - seen["click"]) / 1000, (seen["frame"] - seen["click"]) / 1000)
-
-
-def chromium() -> str | None:
-    return os.environ.get("MOSAIC_CHROMIUM") or next(filter(None, map(shutil.which, CHROMIUMS)), None)
 
 
 class NoBrowser(Exception):
@@ -261,98 +180,6 @@ async def open_dashboard(site: Site, stack: AsyncExitStack) -> Page:
     await page.keyboard.press("Enter")
     await page.get_by_role("heading", name="Robots").wait_for()
     return page
-
-
-# -- plain aiortc ------------------------------------------------------------------------------------------------------
-
-
-def new_peer(stun_urls: Sequence[str]) -> RTCPeerConnection:
-    from aiortc import RTCConfiguration, RTCIceServer, RTCPeerConnection
-
-    return RTCPeerConnection(RTCConfiguration(iceServers=[RTCIceServer(urls=url) for url in stun_urls]))
-
-
-async def aiortc_attempt(pipe: Connection, stun_urls: Sequence[str]) -> Firsts:
-    """Offer a channel and a video line to the other process; the SDPs go through the pipe."""
-    from aiortc import MediaStreamTrack, RTCSessionDescription
-
-    tracks: asyncio.Queue[MediaStreamTrack] = asyncio.Queue()
-    messages: asyncio.Queue[str] = asyncio.Queue()
-    clicked_at_s = time.perf_counter()
-    peer = new_peer(stun_urls)
-    peer.on("track", tracks.put_nowait)
-    peer.createDataChannel("pose").on("message", messages.put_nowait)
-    peer.addTransceiver("video", direction="recvonly")
-
-    async def first_frame() -> None:
-        await (await tracks.get()).recv()
-
-    try:
-        await peer.setLocalDescription(await peer.createOffer())
-        pipe.send((peer.localDescription.sdp, list(stun_urls)))
-        answer = await asyncio.to_thread(received, pipe)
-        await peer.setRemoteDescription(RTCSessionDescription(answer, "answer"))
-        firsts = Firsts(*await asyncio.gather(taken(messages.get(), clicked_at_s), taken(first_frame(), clicked_at_s)))
-    finally:
-        await peer.close()
-    pipe.send(None)
-    await asyncio.to_thread(received, pipe)
-    return firsts
-
-
-def received(pipe: Connection) -> Any:
-    """The next word of the other process; never waits for ever, because nobody could end this thread."""
-    if not pipe.poll(ATTEMPT_S):
-        raise TimeoutError
-    return pipe.recv()
-
-
-def answer_calls(pipe: Connection) -> None:
-    """The other process: one call after the other, until the pipe closes."""
-    asyncio.run(answered(pipe))
-
-
-async def answered(pipe: Connection) -> None:
-    from aiortc import RTCDataChannel, RTCSessionDescription, VideoStreamTrack
-
-    def greet(channel: RTCDataChannel) -> None:
-        channel.send("first")
-
-    while (call := await next_call(pipe)) is not None:
-        offer, stun_urls = call
-        peer = new_peer(stun_urls)
-        peer.on("datachannel", greet)
-        peer.addTrack(VideoStreamTrack())
-        await peer.setRemoteDescription(RTCSessionDescription(offer, "offer"))
-        await peer.setLocalDescription(await peer.createAnswer())
-        pipe.send(peer.localDescription.sdp)
-        await next_call(pipe)
-        await peer.close()
-        pipe.send(None)
-
-
-async def next_call(pipe: Connection) -> Any:
-    try:
-        return await asyncio.to_thread(pipe.recv)
-    except (EOFError, ConnectionResetError):
-        return None
-
-
-@contextmanager
-def aiortc_answerer() -> Iterator[Connection]:
-    spawn = multiprocessing.get_context("spawn")
-    ours, theirs = spawn.Pipe()
-    process = spawn.Process(target=answer_calls, args=(theirs,), daemon=True)
-    process.start()
-    theirs.close()
-    try:
-        yield ours
-    finally:
-        ours.close()
-        process.join(timeout=5)
-        if process.is_alive():
-            process.kill()
-            process.join()
 
 
 # -- rounds and tables -------------------------------------------------------------------------------------------------
@@ -417,18 +244,12 @@ def in_words(cold: dict[str, list[Firsts]]) -> str:
     return "; ".join(each) + "."
 
 
-def end_like_ctrl_c() -> None:
-    """SIGTERM too must end what was started; in the background of a shell SIGINT is ignored unless asked for."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
-
-
 def main() -> None:
     end_like_ctrl_c()
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 5
     try:
         with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-            pipe = stack.enter_context(aiortc_answerer())
+            pipe = stack.enter_context(other_end(answer_calls))
             site = start_site(Path(folder), stack)
             asyncio.run(measure(site, pipe, rounds, Console()))
     except KeyboardInterrupt:

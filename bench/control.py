@@ -18,12 +18,13 @@ from contextlib import AsyncExitStack, ExitStack, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from connect import end_like_ctrl_c
 from control_bench.figures import Distribution, Report
 from control_bench.load import saturated_cpu
 from control_bench.plain_peer import PlainOperator, plain_robot
 from control_bench.site import COMMAND_PERIOD_S, Site, start_site
 from control_bench.stops import AskedFor, Silence, bulk_beside, half_round_trip_ms
+from processes.mosaic import end_like_ctrl_c
+from processes.other_end import other_end
 from rich.console import Console
 
 from mosaic_core.operator import MosaicOperator, RobotConnection
@@ -113,7 +114,7 @@ async def measure_network(site: Site, stops: int, report: Report) -> None:
 
 
 async def measure(site: Site, stops: int, conditions: Sequence[str], report: Report, stack: ExitStack) -> None:
-    plain = await PlainOperator.connected(stack.enter_context(plain_robot()))
+    plain = await PlainOperator.connected(stack.enter_context(other_end(plain_robot)))
     async with await site.sign_in() as operator:
         connection = await operator.connect(site.robot_id)
         async with await connection.control.take():

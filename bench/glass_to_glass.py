@@ -21,7 +21,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from connect import chromium, end_like_ctrl_c
 from glass_bench import bad_links
 from glass_bench.dashboard import Server, compared
 from glass_bench.figures import Displayed, ages_ms, freezes_per_minute, rank
@@ -29,6 +28,8 @@ from glass_bench.page import FLAGS
 from glass_bench.senders import AIORTC, OURS, WAYS, Shot, Way, missing
 from glass_bench.sessions import session
 from playwright.async_api import async_playwright
+from processes.browser import chromium
+from processes.mosaic import end_like_ctrl_c
 from rich.console import Console
 from rich.table import Table
 

@@ -20,8 +20,8 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from connect import listening_port, run_mosaic, running
 from data_bench.connectors import STAMP
+from processes.mosaic import listening_port, run_mosaic, running
 from rich.console import Console
 from rich.table import Table
 

@@ -14,9 +14,9 @@ import tempfile
 from contextlib import ExitStack
 from pathlib import Path
 
-from connect import end_like_ctrl_c, token_once_ready
 from glass_bench.dashboard import Server
 from glass_bench.soak import SIZE, Kept, Soaked, counted_robot, soaked
+from processes.mosaic import end_like_ctrl_c, token_once_ready
 from rich.console import Console
 from rich.table import Table
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import multiprocessing
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from processes.other_end import next_call
 
 if TYPE_CHECKING:
     from aiortc import RTCDataChannel, RTCPeerConnection
@@ -39,10 +39,10 @@ class PlainRobot:
                 channel.on("message", lambda number: self._arrived.setdefault(int(number), time.monotonic()))
 
         peer.on("datachannel", opened)
-        await peer.setRemoteDescription(RTCSessionDescription(await self._call(), "offer"))
+        await peer.setRemoteDescription(RTCSessionDescription(await next_call(self._pipe), "offer"))
         await peer.setLocalDescription(await peer.createAnswer())
         self._pipe.send(peer.localDescription.sdp)
-        while (call := await self._call()) is not None:
+        while (call := await next_call(self._pipe)) is not None:
             if call == "arrivals":
                 self._pipe.send(self._arrived)
             elif call == "quiet" and self._bulk is not None:
@@ -50,12 +50,6 @@ class PlainRobot:
             elif isinstance(call, float):
                 self._bulk = asyncio.create_task(self._send(channels["bulk"], call))
         await peer.close()
-
-    async def _call(self) -> Any:
-        try:
-            return await asyncio.to_thread(self._pipe.recv)
-        except (EOFError, ConnectionResetError):
-            return None
 
     @staticmethod
     async def _send(channel: RTCDataChannel, rate_mbyteps: float) -> None:
@@ -69,27 +63,10 @@ class PlainRobot:
             await asyncio.sleep(TICK_S)
 
 
-def _serve(pipe: Connection) -> None:
+def plain_robot(pipe: Connection) -> None:
+    """A process that answers, until the pipe closes."""
     with suppress(KeyboardInterrupt):
         asyncio.run(PlainRobot(pipe).serve())
-
-
-@contextmanager
-def plain_robot() -> Iterator[Connection]:
-    """The process of a :class:`PlainRobot` and the pipe to it."""
-    spawn = multiprocessing.get_context("spawn")
-    ours, theirs = spawn.Pipe()
-    process = spawn.Process(target=_serve, args=(theirs,), daemon=True)
-    process.start()
-    theirs.close()
-    try:
-        yield ours
-    finally:
-        ours.close()
-        process.join(timeout=5)
-        if process.is_alive():
-            process.kill()
-            process.join()
 
 
 class PlainOperator:

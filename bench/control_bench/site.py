@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
 
-from connect import MOSAIC, listening_port, run_mosaic, running
+from processes.mosaic import MOSAIC, listening_port, run_mosaic, running
 
 from mosaic_core.operator import MosaicOperator
 from mosaic_core.testing.distributions import write_distribution

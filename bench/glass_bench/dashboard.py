@@ -9,7 +9,7 @@ from contextlib import ExitStack, asynccontextmanager, contextmanager
 from pathlib import Path
 from typing import Any
 
-from connect import START_S, Site, listening_port, run_mosaic, running, token_once_ready
+from processes.mosaic import START_S, Site, listening_port, run_mosaic, running, token_once_ready
 
 from glass_bench.figures import Displayed
 from glass_bench.page import SCRIPTS, PageClock, page_clock, take_displayed

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from connect import Site
+from processes.mosaic import Site
 
 from glass_bench.dashboard import Server
 from mosaic_core.operator import MosaicOperator

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import json
-import multiprocessing
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
+
+from processes.other_end import next_call
 
 from lane_bench.connectors import BULK_MESSAGE
 
@@ -34,7 +34,7 @@ async def _serve(pipe: Connection) -> None:
             channel.on("message", lambda text: channel.send(_answer(text)))
 
     peer.on("datachannel", opened)
-    while (call := await _called(pipe)) is not None:
+    while (call := await next_call(pipe)) is not None:
         if call == "flood":
             flood = asyncio.create_task(_flood(channels["bulk"]))
         elif call == "quiet" and flood is not None:
@@ -50,13 +50,6 @@ def _answer(text: str) -> str:
     return json.dumps({"number": json.loads(text)["number"], "came_s": time.monotonic()})
 
 
-async def _called(pipe: Connection) -> Any:
-    try:
-        return await asyncio.to_thread(pipe.recv)
-    except (EOFError, ConnectionResetError):
-        return None
-
-
 async def _flood(channel: RTCDataChannel) -> None:
     while True:
         while channel.bufferedAmount < MOST_BUFFERED_BYTES:
@@ -64,27 +57,10 @@ async def _flood(channel: RTCDataChannel) -> None:
         await asyncio.sleep(TICK_S)
 
 
-def _run(pipe: Connection) -> None:
+def plain_robot(pipe: Connection) -> None:
+    """A process that answers, until the pipe closes."""
     with suppress(KeyboardInterrupt):
         asyncio.run(_serve(pipe))
-
-
-@contextmanager
-def plain_robot() -> Iterator[Connection]:
-    """A process that answers, and the pipe to it."""
-    spawn = multiprocessing.get_context("spawn")
-    ours, theirs = spawn.Pipe()
-    process = spawn.Process(target=_run, args=(theirs,), daemon=True)
-    process.start()
-    theirs.close()
-    try:
-        yield ours
-    finally:
-        ours.close()
-        process.join(timeout=5)
-        if process.is_alive():
-            process.kill()
-            process.join()
 
 
 class PlainOperator:

@@ -8,9 +8,9 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from connect import token_once_ready
 from glass_bench.dashboard import Server
 from glass_bench.soak import SIZE, Soaked, counted_robot, soaked
+from processes.mosaic import token_once_ready
 
 pytestmark = [pytest.mark.webrtc, pytest.mark.timeout(180)]
 VIEWERS = 3
