@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import stat
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from mosaic_core import Sender
 from mosaic_core.runtime import journal as module
 from mosaic_core.runtime.journal import MAX_ENTRIES, Journal
 from mosaic_core.runtime.journal_file import JournalFile
+from mosaic_core.words.control import JournalEntry
 
 ANN, BOB = Sender("ann", "a", name="Ann"), Sender("bob", "b")
 
@@ -42,6 +44,31 @@ def test_it_keeps_the_newest_and_numbers_all() -> None:
     assert journal.newest(1)[0].number == MAX_ENTRIES + 5
     assert len(journal.newest(10 * MAX_ENTRIES)) == MAX_ENTRIES
     assert [entry.number for entry in journal.newest(2, before=11)] == [10, 9]
+    assert [entry.number for entry in journal.newest(9, before=8)] == [7, 6]
+    assert journal.newest(9, before=6) == journal.newest(9, before=-(10**30)) == ()
+    assert [entry.number for entry in journal.newest(1, before=10**30)] == [MAX_ENTRIES + 5]
+
+
+def test_what_is_kept_reads_as_it_was_written() -> None:
+    written: list[JournalEntry] = []
+    journal = Journal(written.append)
+    journal.note("peer.closed", who='Änn "\u2028" 🤖', subject="drive", code="peer.timeout", message="a\nb" * 200)
+    assert journal.newest(1) == tuple(written)
+
+
+def test_a_full_journal_takes_at_most_a_megabyte() -> None:
+    def note_all() -> None:
+        for number in range(2 * MAX_ENTRIES):
+            journal.note("peer.closed", who=f"operator-{number}@example.com", code="peer.closed", message="It left.")
+
+    journal = Journal()
+    tracemalloc.start()
+    try:
+        note_all()
+        size_bytes, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert size_bytes < 500 * MAX_ENTRIES
 
 
 def test_the_same_refusal_is_written_at_once_and_then_counted(clock: Clock) -> None:
