@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 if TYPE_CHECKING:
     from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
@@ -197,7 +197,7 @@ class NativeWrtc:
         await asyncio.wait_for(self._is_gathered.wait(), 5)
         return str(self._pc.local_description.sdp)
 
-    async def _hear(self, sdp: str, kind: str) -> None:
+    async def _hear(self, sdp: str, kind: Literal["offer", "answer"]) -> None:
         await self._pc.set_remote_description(self._webrtc.RTCSessionDescriptionInit(type=kind, sdp=sdp))
 
     async def opened(self) -> None:
