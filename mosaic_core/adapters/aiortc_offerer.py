@@ -8,6 +8,7 @@ from aiortc import MediaStreamTrack, RTCBundlePolicy, RTCRtpTransceiver, RTCSess
 
 from mosaic_core.adapters.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.aiortc_peer import AiortcPeer
+from mosaic_core.adapters.aiortc_private.reporting import ArrivalReporter, agreed_number_id, offer_reports
 from mosaic_core.adapters.incoming_video import IncomingVideo
 from mosaic_core.adapters.offer_vetting import separated_candidates
 from mosaic_core.adapters.sound_track import OutgoingVoice, ReceivedSound, SoundTrack
@@ -36,6 +37,7 @@ class AiortcOfferer:
         self._labels: list[str] = []
         self._tracks: dict[str, str] = {}
         self._is_answered = False
+        self._reporter: ArrivalReporter | None = None
         self._peer.pc.on("track", self._track_arrived)
 
     def create_channel(
@@ -75,7 +77,7 @@ class AiortcOfferer:
         sdp = await self._peer.describe_locally()
         mids = [transceiver.mid or "" for transceiver in self._peer.pc.getTransceivers()]
         self._tracks = dict(zip(mids, self._labels, strict=True))
-        return sdp, self._tracks
+        return offer_reports(sdp), self._tracks
 
     async def offer_more(self, pictures: Sequence[str]) -> tuple[str, Mapping[str, str]]:
         """A further offer on the live connection, with lines to receive these on too; all tracks as :meth:`offer`."""
@@ -85,7 +87,7 @@ class AiortcOfferer:
         sdp = await self._peer.describe_again()
         mids = [transceiver.mid or "" for transceiver in self._peer.pc.getTransceivers()]
         self._tracks = dict(zip(mids, self._labels, strict=True))
-        return sdp, self._tracks
+        return offer_reports(sdp), self._tracks
 
     async def accept_answer(self, sdp: str) -> None:
         """Apply the robot's answer; raises :class:`ConnectionFailed` (``sdp.invalid``)."""
@@ -95,6 +97,7 @@ class AiortcOfferer:
         except self._peer.ERRORS as error:
             message = f"The robot's answer was refused: {error or type(error).__name__}"
             raise ConnectionFailed(message, code="sdp.invalid") from error
+        self._report_arrivals(text)
         if not self._is_answered:
             self._is_answered = True
             self._peer.described_remotely(candidates, has_all)
@@ -109,6 +112,13 @@ class AiortcOfferer:
 
     async def close(self) -> None:
         await self._peer.close()
+
+    def _report_arrivals(self, answer_sdp: str) -> None:
+        """If the robot numbers its packets, from the first one on."""
+        number_id = agreed_number_id(answer_sdp)
+        if number_id is not None and self._reporter is None:
+            line = next(one for one in self._peer.pc.getTransceivers() if one.kind == "video")
+            self._reporter = ArrivalReporter(line, number_id)
 
     def _track_arrived(self, track: MediaStreamTrack) -> None:
         line = next((one for one in self._peer.pc.getTransceivers() if one.receiver.track is track), None)

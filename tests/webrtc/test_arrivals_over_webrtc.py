@@ -1,0 +1,82 @@
+"""A robot hears from a Python operator when each packet arrived, and what it may send follows from that."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mosaic_core import Captured, EncodingParams
+from mosaic_core.adapters.shared_video import SharedVideo
+from mosaic_core.machines.path_rate import PathRate
+from mosaic_core.machines.path_watch import PathSeen
+from mosaic_core.machines.rate_control import START_BPS, Feedback
+from mosaic_core.runtime.counters import ConnectorCounters
+
+pytestmark = pytest.mark.webrtc
+WAIT_S = 15.0
+
+
+@pytest.mark.parametrize("takes_them", [True, False])
+def test_a_robot_adapts_to_a_python_operator_by_arrivals_if_both_know_how(pair: Any, takes_them: bool) -> None:
+    async def scenario() -> tuple[list[Feedback], Any]:
+        stream = SharedVideo("front", EncodingParams(max_bitrate_bps=2_000_000), ConnectorCounters())
+        async with pair() as peers:
+            peers.robot_side.streams["front"] = stream
+            feed: Any = peers.robot_side.track_bound("front")
+            heard: list[Feedback] = []
+            handle = feed.heard
+
+            def noted(feedback: Feedback) -> None:
+                heard.append(feedback)
+                handle(feedback)
+
+            feed.heard = noted
+            if not takes_them:
+                offer = peers.operator.offer
+                peers.operator.offer = lambda: without_reports(offer)
+            peers.operator.add_video("front")
+            await peers.join(["front"])
+            peers.robot_side.watch("front")
+            _, track = await asyncio.wait_for(peers.operator_side.tracks.get(), WAIT_S)
+            async with asyncio.timeout(WAIT_S):
+                watching = asyncio.create_task(watch(track))
+                while not is_enough(heard, feed, takes_them):
+                    stream.post(Captured(noise(len(heard)), time.monotonic()), time.monotonic())
+                    await asyncio.sleep(0.04)
+                watching.cancel()
+            return heard, feed.rate
+
+    heard, rate = asyncio.run(scenario())
+    seen = [one for one in heard if isinstance(one, PathSeen)]
+    if takes_them:
+        assert isinstance(rate, PathRate)
+        assert rate.budget_bps != START_BPS
+        assert max(one.received for one in seen) > 1
+    else:
+        assert not seen
+        assert not isinstance(rate, PathRate)
+
+
+def is_enough(heard: list[Feedback], feed: Any, takes_them: bool) -> bool:
+    return len(heard) >= 1 and (not takes_them or (len(heard) >= 10 and feed.rate.budget_bps != START_BPS))
+
+
+async def without_reports(offer: Any) -> Any:
+    """As an operator of before, or a robot of somebody else's, would have it."""
+    sdp, tracks = await offer()
+    lines = sdp.splitlines(keepends=True)
+    return "".join(line for line in lines if "transport-wide-cc" not in line and "transport-cc" not in line), tracks
+
+
+async def watch(track: Any) -> None:
+    while True:
+        await track.next()
+
+
+def noise(seed: int) -> Any:
+    """Pictures of several packets."""
+    return np.random.default_rng(seed).integers(0, 255, (48, 64, 3), np.uint8).repeat(10, 0).repeat(10, 1)
