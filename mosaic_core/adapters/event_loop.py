@@ -11,6 +11,8 @@ import sys
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
+from mosaic_core.adapters.native_memory import share_arenas
+
 T = TypeVar("T")
 SWITCH_INTERVAL_S = 0.0005
 """Python lets a busy thread run for 5 ms before another one gets its turn: that is the event loop's delay beside a busy
@@ -28,8 +30,10 @@ def loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
 
 
 def run_event_loop(main: Coroutine[Any, Any, T]) -> T:
-    """``asyncio.run`` on the fastest loop there is; the threads of this process take short turns from now on."""
+    """``asyncio.run`` on the fastest loop there is; the threads of this process take short turns from now on, and share
+    the memory that they have freed."""
     sys.setswitchinterval(SWITCH_INTERVAL_S)
+    share_arenas()
     with asyncio.Runner(loop_factory=loop_factory()) as runner:
         return runner.run(main)
 
