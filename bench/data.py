@@ -2,7 +2,8 @@
 
 python bench/data.py [--rounds N] [--seconds S] [--only throughput messages round-trip]
 
-Both ends are processes of their own on one machine (two pages are two renderers of one browser); one ordered,
+Both ends are processes of their own on one machine. Two pages of one Chromium share the process that owns
+their sockets, and nothing was lost in the kernel there; two Chromiums have one each, as on two machines. One ordered,
 reliable channel; ways alternate within each round, and the median of the rounds counts. What is compared is the rate of
 a flow that runs; how long each way needed for its first 2000 messages is a column of its own. Native libwebrtc is
 measured after `pip install wrtc`.
@@ -39,13 +40,15 @@ MESSAGE_BYTES = 100
 MEASURES = ("throughput", "messages", "round-trip")
 CHROMIUMS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-features=WebRtcHideLocalIpsWithMdns", "--no-first-run"]
+PAGES = ("page", "other page")
 PLAIN = "plain aiortc"
 BROWSERS = "Chromium → Chromium"
 
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """Who offers (and then receives a flood) and who answers (and sends it): `stack/loop` or `page`."""
+    """Who offers (and then receives a flood) and who answers (and sends it): `stack/loop`, `page`, or `other page` in a
+    Chromium of its own."""
 
     name: str
     receiver: str
@@ -60,6 +63,7 @@ WAYS = (
     Way("plain aiortc → Chromium", "page", "aiortc/asyncio"),
     Way("ours → Chromium", "page", "ours/uvloop"),
     Way(BROWSERS, "page", "page"),
+    Way("Chromium → another Chromium", "page", "other page"),
     Way("native libwebrtc", "wrtc/asyncio", "wrtc/asyncio"),
 )
 
@@ -81,14 +85,18 @@ class Pair:
             await end.stop()
 
 
-async def started(kind: str, browser: Any) -> RemoteEnd:
-    if kind == "page":
-        return await PageEnd.started(browser)
+Browsers = dict[str, Any]
+"""The Chromium of each kind of page; empty where there is none."""
+
+
+async def started(kind: str, browsers: Browsers) -> RemoteEnd:
+    if kind in PAGES:
+        return await PageEnd.started(browsers[kind])
     return await ProcessEnd.started(*kind.split("/"))
 
 
-async def connected(way: Way, browser: Any) -> Pair:
-    pair = Pair(await started(way.receiver, browser), await started(way.sender, browser))
+async def connected(way: Way, browsers: Browsers) -> Pair:
+    pair = Pair(await started(way.receiver, browsers), await started(way.sender, browsers))
     await pair.connect()
     return pair
 
@@ -131,8 +139,8 @@ async def pinged(pair: Pair, seconds: float) -> tuple[float, ...]:
     return tuple(figures)
 
 
-async def measured(measure: str, way: Way, browser: Any, seconds: float) -> tuple[float, ...]:
-    pair = await connected(way, browser)
+async def measured(measure: str, way: Way, browsers: Browsers, seconds: float) -> tuple[float, ...]:
+    pair = await connected(way, browsers)
     try:
         if measure == "round-trip":
             return await pinged(pair, seconds)
@@ -182,8 +190,8 @@ def shown(measure: str, figures: Figures) -> Table:
 
 async def run(options: argparse.Namespace, console: Console) -> None:
     async with AsyncExitStack() as stack:
-        browser = await _browser(stack)
-        ways = [way for way in WAYS if _is_possible(way, browser) and (not options.ways or way.name in options.ways)]
+        browsers = await _browsers(stack)
+        ways = [way for way in WAYS if _is_possible(way, browsers) and (not options.ways or way.name in options.ways)]
         console.print(f"Load of this machine before: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
         for measure in options.only or MEASURES:
             figures: Figures = {way.name: [] for way in ways}
@@ -191,27 +199,29 @@ async def run(options: argparse.Namespace, console: Console) -> None:
                 bar = progress.add_task(measure, total=options.rounds * len(ways))
                 for _ in range(options.rounds):
                     for way in ways:
-                        figures[way.name].append(await measured(measure, way, browser, options.seconds))
+                        figures[way.name].append(await measured(measure, way, browsers, options.seconds))
                         progress.advance(bar)
             console.print(shown(measure, figures))
 
 
-def _is_possible(way: Way, browser: Any) -> bool:
-    ends = (way.receiver, way.sender)
-    return (browser is not None or "page" not in ends) and (find_spec("wrtc") is not None or "wrtc/asyncio" not in ends)
+def _is_possible(way: Way, browsers: Browsers) -> bool:
+    ends = {way.receiver, way.sender}
+    has_wrtc = find_spec("wrtc") is not None
+    return (bool(browsers) or ends.isdisjoint(PAGES)) and (has_wrtc or "wrtc/asyncio" not in ends)
 
 
-async def _browser(stack: AsyncExitStack) -> Any:
-    """Chromium, or nothing where there is none."""
+async def _browsers(stack: AsyncExitStack) -> Browsers:
     path = next(filter(None, map(shutil.which, CHROMIUMS)), None)
     if path is None or find_spec("playwright") is None:
-        return None
+        return {}
     from playwright.async_api import async_playwright
 
     playwright = await stack.enter_async_context(async_playwright())
-    browser = await playwright.chromium.launch(executable_path=path, args=FLAGS)
-    stack.push_async_callback(browser.close)
-    return browser
+    browsers: Browsers = {}
+    for kind in PAGES:
+        browsers[kind] = await playwright.chromium.launch(executable_path=path, args=FLAGS)
+        stack.push_async_callback(browsers[kind].close)
+    return browsers
 
 
 def main() -> None:
