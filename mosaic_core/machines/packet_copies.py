@@ -17,6 +17,8 @@ _WINDOW_S, _LEAST_PACKETS = 5.0, 60
 _STEP = 0.2
 """More of the packets with each report, so that a path that doesn't take it is noticed before it hurts."""
 _FIRST_HOLD_S, _LONGEST_HOLD_S = 5.0, 60.0
+_BLAMELESS_S = 10.0
+"""A queue that comes so long after copies began is not theirs: the next pause is a short one again."""
 RESERVE_FROM, RESERVE = 0.02, 0.5
 """From this loss on, a path that is full to the brim gives so much of its rate to copies."""
 _BURST_S = 0.25
@@ -30,6 +32,7 @@ class PacketCopies:
         self._share = 0.0
         self._hold_until_s = 0.0
         self._hold_s = _FIRST_HOLD_S
+        self._began_at_s = 0.0
         self._tokens_bytes = 0.0
         self._counted_at_s = 0.0
         self.loss = 0.0
@@ -51,12 +54,14 @@ class PacketCopies:
         self._note_loss(lost, received, now_s)
         if is_queued or self.loss > _TO_BLAME:
             if self._share > 0.0:
-                self._hold_until_s = now_s + self._hold_s
-                self._hold_s = min(_LONGEST_HOLD_S, 2 * self._hold_s)
+                hold_s = _FIRST_HOLD_S if now_s - self._began_at_s >= _BLAMELESS_S else self._hold_s
+                self._hold_until_s = now_s + hold_s
+                self._hold_s = min(_LONGEST_HOLD_S, 2 * hold_s)
             self._share = 0.0
         elif self.loss < _TO_LOSS:
             self._share = 0.0
         elif now_s >= self._hold_until_s and (self.loss >= _FROM_LOSS or self._share > 0.0):
+            self._began_at_s = self._began_at_s if self._share > 0.0 else now_s
             self._share = min(1.0, self._share + _STEP)
 
     def wants(self, size_bytes: int, spare_bps: float, now_s: float) -> bool:

@@ -61,7 +61,10 @@ class PathRate:
         self._cut_at_s = now_s - _LOSS_INTERVAL_S
         self._key_at_s = now_s - _KEY_PATIENCE_S
         self._heard_at_s = self._grown_at_s = now_s
+        self._takes_bps: float | None = None
         self._queued_reports = 0
+        self.is_queued = False
+        """A queue stands. One report of it may as well be a busy processor, or a packet that radio held up."""
         self._usual_s = 0.0
         self.round_trip_s: float | None = None
         self.trains_bps: float | None = None
@@ -73,11 +76,6 @@ class PathRate:
     def budget_bps(self) -> int:
         return round(self._budget_bps)
 
-    @property
-    def is_queued(self) -> bool:
-        """The last report spoke of a queue."""
-        return self._queued_reports > 0
-
     def most_bps(self, now_s: float) -> float:
         """What may be sent altogether, with copies: twice the budget where the path takes that."""
         if self.is_limited(now_s) or self.loss > BAD_LOSS:
@@ -85,8 +83,10 @@ class PathRate:
         return min(2.0 * self._budget_bps, _TRAINS_SHARE * (self.trains_bps or math.inf))
 
     def is_limited(self, now_s: float) -> bool:
-        """Not long ago it was more than the path takes."""
-        return self._congested is not None and now_s - self._congested[0] < _MEMORY_S
+        """Not long ago it was more than the path takes, and there is no room for twice the budget."""
+        if self._congested is None or now_s - self._congested[0] >= _MEMORY_S:
+            return False
+        return self._takes_bps is None or _SHARE * self._takes_bps < 2.0 * self._budget_bps
 
     @property
     def loss(self) -> float:
@@ -143,19 +143,20 @@ class PathRate:
             and seen.path_bps < _PLAIN_SHARE * self.sent_bps(now_s)
             and seen.newest_queue_s > allowed_s
         )
+        self.is_queued = is_plain or self._queued_reports > 1
         if is_plain or self._queued_reports >= (_UNKNOWN_REPORTS if seen.path_bps is None else 2):
             self._cut(seen, now_s)
         elif self.loss > BAD_LOSS:
             self._cut_for_loss(now_s)
         elif self.loss > _SOME_LOSS and self._budget_bps > _TRAINS_SHARE * (seen.trains_bps or math.inf):
-            self._congested = (now_s, seen.trains_bps or self._budget_bps)
+            self._congested, self._takes_bps = (now_s, seen.trains_bps or self._budget_bps), None
             self._set(_TRAINS_SHARE * self._congested[1])
         elif seen.queue_s < _EMPTY_S + self._usual_s:
             self._set(self._budget_bps * self._growth(seen, now_s) ** elapsed_s)
 
     def _cut(self, seen: PathSeen, now_s: float) -> None:
         path_bps = min(seen.path_bps or self._budget_bps, self._budget_bps / _SHARE)
-        self._congested = (now_s, path_bps)
+        self._congested, self._takes_bps = (now_s, path_bps), seen.path_bps
         self._cut_at_s = now_s
         self._queued_reports = 0
         self._set(path_bps * _SHARE if seen.path_bps is not None else self._budget_bps * _UNKNOWN_CUT)
@@ -165,7 +166,7 @@ class PathRate:
         """Beyond that the rate itself is the cause: a queue so short that it never stands."""
         if now_s - self._cut_at_s > _LOSS_INTERVAL_S:
             self._cut_at_s = now_s
-            self._congested = (now_s, self._budget_bps)
+            self._congested, self._takes_bps = (now_s, self._budget_bps), None
             self._set(self._budget_bps * (1.0 - self.loss / 2))
 
     def _refine(self, seen: PathSeen, now_s: float) -> None:
@@ -174,6 +175,7 @@ class PathRate:
             return
         path_bps = min(self._congested[1], seen.path_bps)
         self._congested = (now_s, path_bps)
+        self._takes_bps = min(self._takes_bps or seen.path_bps, seen.path_bps)
         self._set(min(self._budget_bps, path_bps * _SHARE))
         if now_s < self.paused_until_s:
             self._pause(seen, now_s)

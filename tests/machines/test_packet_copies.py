@@ -60,6 +60,21 @@ def test_a_queue_ends_it_for_a_while_and_longer_each_time() -> None:
     assert pauses[-1] >= 15.0
 
 
+def test_a_queue_long_after_they_began_makes_no_pause_longer() -> None:
+    copies, now_s = PacketCopies(), 0.0
+    for _ in range(4):
+        for _ in range(400):
+            now_s += REPORT_S
+            copies.reported(1, 19, now_s, is_queued=False)
+        assert copied(copies, now_s)
+        copies.reported(1, 19, now_s, is_queued=True)
+        assert not copied(copies, now_s)
+    for _ in range(60):
+        now_s += REPORT_S
+        copies.reported(1, 19, now_s, is_queued=False)
+    assert copied(copies, now_s)
+
+
 def test_when_nothing_gets_lost_any_more_it_ends() -> None:
     copies = lossy(0.03)
     for step in range(60):

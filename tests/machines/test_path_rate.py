@@ -89,6 +89,27 @@ def test_one_late_report_is_no_queue() -> None:
     assert viewer.rate.budget_bps >= before_bps
 
 
+def test_one_report_of_a_queue_may_be_a_busy_processor_and_two_are_a_queue() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6)
+    assert not viewer.hear(queue_s=0.15).rate.is_queued
+    assert viewer.hear(queue_s=0.15).rate.is_queued
+    assert not viewer.hear().rate.is_queued
+
+
+def test_a_queue_is_told_with_the_report_that_it_is_cut_for() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, queue_s=0.04, path_bps=1e6)
+    assert viewer.rate.is_queued
+    assert not viewer.hear().rate.is_queued
+
+
+def test_a_queue_on_a_path_that_takes_far_more_limits_nothing_but_the_rate_itself() -> None:
+    viewer = Viewer().hear(2, queue_s=0.15, path_bps=4e6)
+    assert not viewer.rate.is_limited(viewer.now_s)
+    assert viewer.rate.most_bps(viewer.now_s) == 2 * viewer.rate.budget_bps
+    viewer.rate.handle(PathSeen(0.2, 0.3, viewer.now_s - 0.01, 10, 0, 0.1, 1e6), viewer.now_s + 0.05)
+    assert viewer.rate.is_limited(viewer.now_s + 0.05)
+
+
 def test_a_queue_that_stands_counts_even_if_nothing_tells_what_the_path_takes() -> None:
     viewer = Viewer().hear(20)
     before_bps = viewer.rate.budget_bps
