@@ -8,6 +8,7 @@ from aiortc import MediaStreamTrack, RTCBundlePolicy, RTCRtpTransceiver, RTCSess
 
 from mosaic_core.adapters.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.aiortc_peer import AiortcPeer
+from mosaic_core.adapters.aiortc_private.repeats import route_repeats
 from mosaic_core.adapters.aiortc_private.reporting import ArrivalReporter, agreed_number_id, offer_reports
 from mosaic_core.adapters.incoming_video import IncomingVideo
 from mosaic_core.adapters.offer_vetting import separated_candidates
@@ -97,6 +98,7 @@ class AiortcOfferer:
         except self._peer.ERRORS as error:
             message = f"The robot's answer was refused: {error or type(error).__name__}"
             raise ConnectionFailed(message, code="sdp.invalid") from error
+        route_repeats(self._peer.pc)
         self._report_arrivals(text)
         if not self._is_answered:
             self._is_answered = True

@@ -127,7 +127,10 @@ async def offered(pc: RTCPeerConnection) -> str:
 @pytest.mark.parametrize("takes_it", [True, False])
 def test_reports_are_offered_for_video_alone_and_sent_only_if_they_are_taken(takes_it: bool) -> None:
     async def run() -> None:
-        ours, theirs = RTCPeerConnection(RTCConfiguration(iceServers=[])), RTCPeerConnection(RTCConfiguration([]))
+        ours, theirs = (
+            RTCPeerConnection(RTCConfiguration(iceServers=[])),
+            RTCPeerConnection(RTCConfiguration(iceServers=[])),
+        )
         try:
             plain = await offered(ours)
             offer = offer_reports(plain)
