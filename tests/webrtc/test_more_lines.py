@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from mosaic_core.adapters import offer_vetting
+from mosaic_core.adapters.aiortc_private.arrivals import NUMBER_URI
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import ConnectionFailed
 
@@ -67,6 +68,19 @@ def test_a_line_is_added_while_another_one_and_the_data_go_on(pair: Any) -> None
             channel.send(b"still here")
             async with asyncio.timeout(WAIT_S):
                 assert await got.get() == b"still here"
+
+    asyncio.run(run())
+
+
+def test_a_line_that_goes_on_keeps_what_aiortc_itself_would_not_agree_on_again(pair: Any) -> None:
+    async def run() -> None:
+        async with pair() as peers:
+            peers.operator.add_video("front")
+            await peers.join(["front"])
+            sdp, tracks = await peers.operator.offer_more(["rear"])
+            answer = await peers.robot.answer(sdp, ["front", "rear"], tracks)
+            numbered = [NUMBER_URI in line for line in answer.split("m=") if line.startswith("video")]
+            assert numbered == [True, True]
 
     asyncio.run(run())
 
