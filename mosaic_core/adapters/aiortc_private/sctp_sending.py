@@ -44,7 +44,7 @@ BURST_BYTES = 16 * USERDATA_MAX_LENGTH
 """RFC 9260 §6.1 D asks for a limit and leaves it to us."""
 LEAST_WINDOW_BYTES = 8 * USERDATA_MAX_LENGTH
 """A long queue may be another's, who does not yield: so much is always on its way, as beside any loss-based flow."""
-BACKGROUND_SHARE, BACKGROUND_CREDIT_S = 0.4, 0.001
+BACKGROUND_SHARE, BACKGROUND_CREDIT_S = 0.3, 0.0005
 """Of the event loop's time, for sending what gives way: commands and pictures find it free
 (``bench/command_beside_bulk.py``)."""
 RECOVERY_BURST_BYTES = 2 * USERDATA_MAX_LENGTH
