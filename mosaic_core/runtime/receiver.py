@@ -8,7 +8,6 @@ import asyncio
 import contextlib
 import inspect
 import logging
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from mosaic_core.machines.send_scheduler import QueueLimits
 from mosaic_core.runtime.body import STOP_PATIENCE_S
 from mosaic_core.runtime.command_shaper import CommandShaper
 from mosaic_core.runtime.failures import Failures
+from mosaic_core.runtime.handler_thread import HandlerThread
 from mosaic_core.runtime.inbox import Inbox, Incoming
 from mosaic_core.runtime.safety_watch import GONE, OVERTAKEN, SafetyWatch
 
@@ -67,9 +67,8 @@ class Receiver:
         self._resting_until_s = 0.0
         self._loop = asyncio.get_running_loop()
         self._arrived = asyncio.Event()
-        self._done = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
-        self._thread: threading.Thread | None = None
+        self._thread: HandlerThread | None = None
         watch.dropped = self.inbox.forget
         watch.woken = self._wake
 
@@ -81,7 +80,7 @@ class Receiver:
         if self._is_async:
             self._task = self._loop.create_task(self._live_async(), name=f"mosaic-{self.label}")
         else:
-            self._thread = threading.Thread(target=self._live, name=f"mosaic-{self.label}", daemon=True)
+            self._thread = HandlerThread(self.label, self._live)
             self._thread.start()
 
     def accept(self, item: Incoming) -> None:
@@ -108,16 +107,8 @@ class Receiver:
 
     async def closed(self) -> None:
         """Wait until ``handle_data`` has ended, or has been abandoned."""
-        if self._thread is not None and self._thread.is_alive():
-            try:
-                await asyncio.wait_for(self._done.wait(), STOP_PATIENCE_S)
-            except TimeoutError:
-                logger.warning(
-                    "handle_data of %r did not end within %.1f s and was abandoned (plugin.ignored_stop)",
-                    self.label,
-                    STOP_PATIENCE_S,
-                    extra={"label": self.label, "code": "plugin.ignored_stop"},
-                )
+        if self._thread is not None:
+            await self._thread.ended()
         if self._task is not None:
             await asyncio.wait({self._task}, timeout=STOP_PATIENCE_S)
 
@@ -142,10 +133,6 @@ class Receiver:
                 self._raised(item, error)
             else:
                 self._succeeded(item)
-        try:
-            self._loop.call_soon_threadsafe(self._done.set)
-        except RuntimeError:
-            logger.debug("receiver %r stopped after its robot was gone", self.label)
 
     async def _live_async(self) -> None:
         while True:

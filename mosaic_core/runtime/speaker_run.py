@@ -4,7 +4,6 @@ which rests for the back-off; what is said meanwhile is lost.
 
 from __future__ import annotations
 
-import asyncio
 import threading
 import time
 
@@ -12,8 +11,8 @@ from mosaic_core.contract.handler import AudioReceivable
 from mosaic_core.contract.host import Sender
 from mosaic_core.contract.sound import Sound
 from mosaic_core.machines.playout import RATE_HZ, STEP, Play, Playout, PlaySilence, TalkOver
-from mosaic_core.runtime.body import STOP_PATIENCE_S, tell_abandoned
 from mosaic_core.runtime.failures import Failures
+from mosaic_core.runtime.handler_thread import HandlerThread
 from mosaic_core.runtime.sound_transport import HeardSound
 
 STEP_S = STEP / RATE_HZ
@@ -33,9 +32,7 @@ class SpeakerRun:
         self._must_end = False
         self._is_closing = False
         self._resting_until_s = 0.0
-        self._loop = asyncio.get_running_loop()
-        self._done = asyncio.Event()
-        self._thread = threading.Thread(target=self._live, name=f"mosaic-{handler.label}", daemon=True)
+        self._thread = HandlerThread(handler.label, self._live)
 
     def start(self) -> None:
         self._thread.start()
@@ -72,12 +69,7 @@ class SpeakerRun:
 
     async def closed(self) -> None:
         """Wait until the thread has ended, or has been abandoned."""
-        if not self._thread.is_alive():
-            return
-        try:
-            await asyncio.wait_for(self._done.wait(), STOP_PATIENCE_S)
-        except TimeoutError:
-            tell_abandoned(self._handler.label)
+        await self._thread.ended()
 
     # -- the thread ----------------------------------------------------------------------------------------------
 
@@ -99,12 +91,8 @@ class SpeakerRun:
             elif isinstance(step, TalkOver) and is_talking:
                 is_talking = self._end()
             if is_closing:
-                break
+                return
             due_s = self._pace(step, due_s)
-        try:
-            self._loop.call_soon_threadsafe(self._done.set)
-        except RuntimeError:
-            return  # the loop is closed; nobody waits any more
 
     def _has_work(self) -> bool:
         return self._is_closing or self._must_end or not self._playout.is_idle

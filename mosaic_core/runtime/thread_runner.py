@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import threading
 import time
 from collections.abc import Iterable
 from typing import Any
 
-from mosaic_core.runtime.body import STOP_PATIENCE_S, Body, Consume, tell_abandoned
+from mosaic_core.runtime.body import Body, Consume
 from mosaic_core.runtime.failures import Failures
 from mosaic_core.runtime.handler_host import RuntimeHost
+from mosaic_core.runtime.handler_thread import HandlerThread
 
 logger = logging.getLogger(__name__)
 
@@ -30,9 +30,7 @@ class ThreadRunner:
         self._has_ended = False
         self._is_closed = False
         self._is_running = False
-        self._thread = threading.Thread(target=self._live, name=f"mosaic-{label}", daemon=True)
-        self._done = asyncio.Event()
-        self._loop = asyncio.get_running_loop()
+        self._thread = HandlerThread(label, self._live)
 
     @property
     def state(self) -> str:
@@ -65,24 +63,13 @@ class ThreadRunner:
             self._changed.notify_all()
 
     async def closed(self) -> None:
-        if not self._thread.is_alive():
-            return
-        try:
-            await asyncio.wait_for(self._done.wait(), STOP_PATIENCE_S)
-        except TimeoutError:
-            tell_abandoned(self._label)
+        await self._thread.ended()
 
     # -- the handler's own thread --------------------------------------------------------------------------------
 
     def _live(self) -> None:
-        try:
-            while self._turn_came():
-                self._run_once()
-        finally:
-            try:
-                self._loop.call_soon_threadsafe(self._done.set)
-            except RuntimeError:
-                logger.debug("connector %r stopped after its robot was gone", self._label)
+        while self._turn_came():
+            self._run_once()
 
     def _turn_came(self) -> bool:
         with self._changed:
