@@ -147,7 +147,8 @@ class SharedVideo:
     def _begin(self, viewer: ViewerFeed) -> None:
         options = options_of(viewer.codec, self._shape, self._encoding)
         least_bps, most_bps = limits_bps(self._shape, self._encoding)
-        viewer.begin(options, (most_bps if viewer.is_local else least_bps, most_bps), time.monotonic())
+        limits = (most_bps if viewer.is_local else least_bps, most_bps)
+        viewer.begin(options, limits, time.monotonic(), self._encoding.max_bitrate_bps)
 
     def _tick(self) -> None:
         self._timer = None

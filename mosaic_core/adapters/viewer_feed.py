@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Hashable, Sequence
@@ -57,6 +58,7 @@ class ViewerFeed:
         self._told: str | None = None
         self._repeats = Retransmissions()
         self._copies = PacketCopies()
+        self._ceiling_bps: int | None = None
         self._pause: asyncio.TimerHandle | None = None
         self._pacer = PacketPacer()
         self._items: deque[av.Packet[Any]] = deque()
@@ -104,7 +106,8 @@ class ViewerFeed:
         if not isinstance(self.rate, PathRate):
             return False
         now_s = time.monotonic()
-        is_wanted = self._copies.wants(size_bytes, self.rate.most_bps(now_s) - self.budget_bps, now_s)
+        most_bps = min(self.rate.most_bps(now_s), self._ceiling_bps or math.inf)
+        is_wanted = self._copies.wants(size_bytes, most_bps - self.budget_bps, now_s)
         if is_wanted:
             self._repeats.note(sequence_number, now_s)
             self.rate.sent(size_bytes, now_s)
@@ -125,10 +128,21 @@ class ViewerFeed:
         """For its pictures."""
         if not isinstance(self.rate, PathRate):
             return self.rate.budget_bps if self.rate is not None else 0
-        return self._copies.picture_bps(self.rate.budget_bps, is_limited=self.rate.is_limited(time.monotonic()))
+        is_limited = self.rate.is_limited(time.monotonic()) or 2 * self.rate.budget_bps > (
+            self._ceiling_bps or math.inf
+        )
+        return self._copies.picture_bps(self.rate.budget_bps, is_limited=is_limited)
 
-    def begin(self, options: Sequence[tuple[Hashable, Rung]], limits_bps: tuple[int, int], now_s: float) -> None:
-        """It watches, or the source changed: choose among ``options``, best first, within least and most bit rate."""
+    def begin(
+        self,
+        options: Sequence[tuple[Hashable, Rung]],
+        limits_bps: tuple[int, int],
+        now_s: float,
+        ceiling_bps: int | None = None,
+    ) -> None:
+        """It watches, or the source changed: choose among ``options``, best first, within least and most bit rate.
+        ``ceiling_bps``: of pictures and copies together, where the user has set one."""
+        self._ceiling_bps = ceiling_bps
         if self.rate is None:
             self.rate = RateControl(*limits_bps, now_s)
         else:

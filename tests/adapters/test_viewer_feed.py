@@ -122,6 +122,30 @@ def test_on_a_lossy_path_packets_are_sent_twice_and_repeats_too() -> None:
     with_feed(check)
 
 
+def test_under_a_ceiling_of_the_user_pictures_make_room_for_the_copies_of_much_loss() -> None:
+    async def check(feed: ViewerFeed, wishes: Wishes) -> None:
+        feed.begin([("rung", RUNG)], (400_000, 400_000), 0.0, 400_000)
+        assert feed.budget_bps == 400_000
+        for _ in range(10):
+            feed.heard(seen(lost=1))
+        assert feed.budget_bps == 200_000
+
+    with_feed(check)
+
+
+def test_under_a_ceiling_of_the_user_little_loss_is_no_reason_for_copies() -> None:
+    async def check(feed: ViewerFeed, wishes: Wishes) -> None:
+        feed.begin([("rung", RUNG)], (400_000, 400_000), 0.0, 400_000)
+        for number in range(12):
+            feed.heard(seen(lost=number % 3 == 0))
+        for number in range(50):
+            assert not feed.wants_copy(number, 100)
+            await asyncio.sleep(0.001)
+        assert feed.budget_bps == 400_000
+
+    with_feed(check)
+
+
 def test_who_looks_away_is_sent_nothing_again() -> None:
     async def check(feed: ViewerFeed, wishes: Wishes) -> None:
         feed.heard(seen())
