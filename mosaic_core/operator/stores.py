@@ -33,6 +33,8 @@ GapCallback = Callable[["Gap"], None]
 Outlet = Callable[[PayloadKind, bytes], bool]
 QUEUED_MESSAGES = 1024
 """An iteration that falls further behind loses the oldest: memory stays bounded."""
+COMPLAINT_S = 5.0
+"""A subscriber that fails at every message is not told of a hundred times per second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,6 +157,8 @@ class ReceivableStore(MosaicStore):
         self.latest: Received | None = None
         self._subscribers: list[tuple[Subscriber, bool]] = []
         self._tasks: set[asyncio.Task[None]] = set()
+        self._complained_at_s = float("-inf")
+        self._failures = 0
 
     @property
     def latest_age_s(self) -> float | None:
@@ -168,7 +172,7 @@ class ReceivableStore(MosaicStore):
     def subscribe(self, callback: Subscriber) -> Callable[[], None]:
         """Call ``callback(data)`` or ``callback(data, info)`` with every message (``bytes``); may be ``async``.
 
-        Returns what ends it. An exception in a callback is logged and ends nothing.
+        Returns what ends it. An exception in a callback is logged, one in five seconds, and ends nothing.
         """
         entry = (callback, _takes_two(callback))
         self._subscribers.append(entry)
@@ -181,7 +185,7 @@ class ReceivableStore(MosaicStore):
             try:
                 result = callback(data, info) if takes_info else callback(data)
             except Exception:  # noqa: BLE001 - one subscriber must not take the message from the others
-                _log.exception("%s: a subscriber failed", self.robot_connector.connector_id)
+                self._complain()
                 continue
             if inspect.isawaitable(result):
                 self._run(result)
@@ -225,11 +229,19 @@ class ReceivableStore(MosaicStore):
             try:
                 await work
             except Exception:  # noqa: BLE001 - as above
-                _log.exception("%s: a subscriber failed", self.robot_connector.connector_id)
+                self._complain()
 
         task = asyncio.create_task(guarded())
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    def _complain(self) -> None:
+        """Log the exception that is being handled; at most one in :data:`COMPLAINT_S`, and how many there were."""
+        self._failures += 1
+        now_s = time.monotonic()
+        if now_s - self._complained_at_s >= COMPLAINT_S:
+            self._complained_at_s = now_s
+            _log.exception("%s: a subscriber failed (%d so far)", self.robot_connector.connector_id, self._failures)
 
 
 class SendableStore(MosaicStore):
