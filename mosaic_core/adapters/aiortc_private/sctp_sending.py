@@ -42,6 +42,9 @@ LEAST_RTO_S = 0.4
 """Chromium's. The one second of RFC 9260 §16 is a long time when the last message of a burst is lost."""
 BURST_BYTES = 16 * USERDATA_MAX_LENGTH
 """RFC 9260 §6.1 D asks for a limit and leaves it to us."""
+BATCH_S = 0.002
+"""What a fast path takes in this time is sent together: two packets per acknowledgement would wake both ends for each
+two, which costs half as much again. A slow path takes less than a packet meanwhile and is sent each at once."""
 LEAST_WINDOW_BYTES = 8 * USERDATA_MAX_LENGTH
 """A long queue may be another's, who does not yield: so much is always on its way, as beside any loss-based flow."""
 BACKGROUND_SHARE, BACKGROUND_CREDIT_S = 0.3, 0.0005
@@ -138,11 +141,20 @@ class QuickSending(RTCSctpTransport):
         window_bytes = min(self._flight_size + burst_bytes, self._cwnd)
         if self._may_retransmit and not await self._retransmit(window_bytes):
             return
-        if self._outbound_queue and self._flight_size < window_bytes:
+        if self._outbound_queue and self._flight_size < window_bytes and not self._waits_for_more_room():
             if self.gives_way:
                 await self._send_new_in_its_time(window_bytes)
             else:
                 await self._send_new(window_bytes)
+
+    def _waits_for_more_room(self) -> bool:
+        """The next acknowledgement makes a larger batch; enough is on its way until then."""
+        if not self._srtt or self._fast_recovery_exit is not None:
+            return False
+        waiting: MeasuredQueue[DataChunk] = self._outbound_queue  # type: ignore[assignment] # quicken() made it one
+        batch_bytes = min(BURST_BYTES, self._cwnd / self._srtt * BATCH_S)
+        room_bytes = self._cwnd - self._flight_size
+        return self._flight_size >= 2 * batch_bytes and room_bytes < min(batch_bytes, waiting.size_bytes)
 
     async def _send_new_in_its_time(self, window_bytes: int) -> None:
         if self._time_share is None:
