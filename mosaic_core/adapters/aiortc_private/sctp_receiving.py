@@ -15,20 +15,21 @@ from aiortc.rtcsctptransport import (
 )
 from OpenSSL import SSL
 
+from mosaic_core.machines.ack_pace import LEAST, AckPace
+
 ACK_DELAY_S = 0.02
 """RFC 9260 §6.2 allows 0.5 s; a sender with a window of few packets would wait for us."""
-PACKETS_PER_ACK = 2
-DENSE_PACKETS_PER_ACK = 8
 DENSE_S = 0.001
-"""Packets that come faster than two in this time are acknowledged eight at a time: half of all work would be
+"""Packets that come faster than two in this time are acknowledged many at a time: half of all work would be
 acknowledgements else. A sender counts bytes, not acknowledgements (RFC 9260 §7.2.1)."""
 REST_DELAY_S = 0.002
-"""For the rest of such a row, when it ends before the eighth."""
+"""For the rest of such a row, when it ends before the acknowledgement is due."""
 
 
 class QuickReceiving(RTCSctpTransport):
     """Half of :class:`~mosaic_core.adapters.aiortc_private.quick_sctp.QuickSctp`."""
 
+    _ack_pace: AckPace | None = None
     _unacknowledged_packets = 0
     _must_acknowledge = False
     _acknowledged_at_s = 0.0
@@ -39,17 +40,22 @@ class QuickReceiving(RTCSctpTransport):
         """aiortc wants to acknowledge a packet: some later one, or at once when something is out of order."""
         self._unacknowledged_packets += 1
         count, loop = self._unacknowledged_packets, asyncio.get_running_loop()
-        is_urgent = self._must_acknowledge or self._sack_misordered or self._sack_duplicates
+        self._ack_pace = pace = self._ack_pace or AckPace()
+        if self._must_acknowledge or self._sack_misordered or self._sack_duplicates:
+            await self._acknowledge()
+            return
         is_dense = loop.time() - self._acknowledged_at_s < DENSE_S
-        if is_urgent or count >= (DENSE_PACKETS_PER_ACK if is_dense else PACKETS_PER_ACK):
+        if count >= (pace.packets if is_dense else LEAST):
+            if is_dense:
+                pace.kept_up()
             await self._acknowledge()
             return
         self._sack_needed = False
-        if self._sack_handle is not None and count == PACKETS_PER_ACK:
+        if self._sack_handle is not None and count == LEAST:
             self._sack_handle.cancel()
             self._sack_handle = None
         if self._sack_handle is None:
-            delay_s = REST_DELAY_S if count >= PACKETS_PER_ACK else ACK_DELAY_S
+            delay_s = REST_DELAY_S if count >= LEAST else ACK_DELAY_S
             self._sack_handle = loop.call_later(delay_s, self._acknowledgement_due)
 
     async def _acknowledge(self) -> None:
@@ -59,6 +65,8 @@ class QuickReceiving(RTCSctpTransport):
 
     def _acknowledgement_due(self) -> None:
         self._sack_handle = None
+        if self._ack_pace is not None and self._unacknowledged_packets >= LEAST:
+            self._ack_pace.stalled(self._unacknowledged_packets)
         if self._unacknowledged_packets and self._association_state is self.State.ESTABLISHED:
             self._sack_task = asyncio.ensure_future(self._acknowledge_late())
 
