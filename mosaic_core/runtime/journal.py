@@ -33,7 +33,7 @@ class Journal:
     """Event loop only. ``written``: gets every entry too."""
 
     def __init__(self, written: Callable[[JournalEntry], object] = lambda entry: None) -> None:
-        # As JSON text: one small piece of memory each. An entry as an object is a dozen pieces, 1.5 KB together, that
+        # As JSON text: one small piece of memory each. An entry as an object is a dozen pieces, 1.3 KB together, that
         # lie between those of the operators of its time and keep what they leave from being given back.
         self._texts: deque[str] = deque(maxlen=MAX_ENTRIES)
         self._number = 0

@@ -216,6 +216,39 @@ def test_what_gives_way_leaves_the_event_loop_its_time() -> None:
     associated(scenario)
 
 
+@pytest.mark.parametrize(
+    ("round_trip_s", "flight_packets", "waiting_packets", "waits"),
+    [
+        (0.001, 45, 100, True),
+        (0.001, 20, 100, False),
+        (0.001, 45, 3, False),
+        (0.1, 45, 100, False),
+        (None, 45, 100, False),
+    ],
+    ids=["fast and full", "little on its way", "all that waits has room", "slow", "unknown round trip"],
+)
+def test_only_a_fast_flow_waits_until_a_batch_is_worth_a_turn(
+    round_trip_s: float | None, flight_packets: int, waiting_packets: int, waits: bool
+) -> None:
+    async def scenario(link: Association) -> None:
+        sctp = link.ends[0]
+        assert isinstance(sctp, QuickSctp)
+        size = sctp_sending.USERDATA_MAX_LENGTH
+        sctp._srtt, sctp._cwnd, sctp._flight_size = round_trip_s, 48 * size, flight_packets * size
+        sctp._outbound_queue = MeasuredQueue(lambda _: size)  # type: ignore[assignment] # any entries
+        for number in range(waiting_packets):
+            sctp._outbound_queue.append(number)  # type: ignore[arg-type]
+        try:
+            assert sctp._waits_for_more_room() is waits
+            sctp._fast_recovery_exit = 1
+            assert not sctp._waits_for_more_room()
+        finally:
+            sctp._outbound_queue.clear()
+            sctp._fast_recovery_exit, sctp._flight_size = None, 0
+
+    associated(scenario)
+
+
 def test_half_of_the_packets_are_acknowledged_and_the_last_one_within_the_delay() -> None:
     async def scenario(link: Association) -> None:
         channel = await link.channel()

@@ -80,11 +80,13 @@ class ArrivalReporter:
 
     async def _tell(self) -> None:
         await asyncio.sleep(REPORT_AFTER_S)
-        with suppress(ConnectionError):
-            for report in self._log.take():
-                self._count += 1
-                await self._transport._send_rtp(written(report, self._ssrc, self._media_ssrc, self._count))
-        self._telling = None
+        try:
+            with suppress(ConnectionError):
+                for report in self._log.take():
+                    self._count += 1
+                    await self._transport._send_rtp(written(report, self._ssrc, self._media_ssrc, self._count))
+        finally:
+            self._telling = None
 
 
 def _number_of(data: bytes, number_id: int) -> int | None:

@@ -44,7 +44,7 @@ BURST_BYTES = 16 * USERDATA_MAX_LENGTH
 """RFC 9260 §6.1 D asks for a limit and leaves it to us."""
 BATCH_S = 0.002
 """What a fast path takes in this time is sent together: two packets per acknowledgement would wake both ends for each
-two, which costs half as much again. A slow path takes less than a packet meanwhile and is sent each at once."""
+two, which costs half as much again. A slow path takes less than a packet in this time: there each one goes at once."""
 LEAST_WINDOW_BYTES = 8 * USERDATA_MAX_LENGTH
 """A long queue may be another's, who does not yield: so much is always on its way, as beside any loss-based flow."""
 BACKGROUND_SHARE, BACKGROUND_CREDIT_S = 0.3, 0.0005
@@ -52,7 +52,7 @@ BACKGROUND_SHARE, BACKGROUND_CREDIT_S = 0.3, 0.0005
 (``bench/command_beside_bulk.py``)."""
 RECOVERY_BURST_BYTES = 2 * USERDATA_MAX_LENGTH
 GROWTH_BYTES = 8 * USERDATA_MAX_LENGTH
-"""Per acknowledgement in slow start: as many packets as we acknowledge at once ourselves (RFC 3465 §2.3)."""
+"""Per acknowledgement in slow start: in a dense flow one often stands for so many packets (RFC 3465 §2.3)."""
 _BUNDLE_BYTES = SCTP_MAX_PACKET_LENGTH - SCTP_COMMON_HEADER_LENGTH
 _TIMER_SLACK_S = 0.001
 
