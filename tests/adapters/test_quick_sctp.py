@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from OpenSSL import SSL
 
-from mosaic_core.adapters.aiortc_private import sctp_sending
+from mosaic_core.adapters.aiortc_private import sctp_retransmitting, sctp_sending
 from mosaic_core.adapters.aiortc_private.quick_sctp import QuickSctp, quicken
 from mosaic_core.adapters.aiortc_private.sctp import MeasuredQueue, SctpQueue
 from mosaic_core.machines.ack_pace import AckPace
@@ -342,7 +342,7 @@ def test_a_clock_that_is_set_does_not_change_how_long_a_lost_packet_is_waited_fo
             channel.send(b"x" * 5000)
             await link.next()
             await until(lambda: not link.ends[0]._sent_queue)
-        assert link.ends[0]._rto == sctp_sending.LEAST_RTO_S
+        assert link.ends[0]._rto == sctp_retransmitting.LEAST_RTO_S
         assert 0 < (link.ends[0]._srtt or 0) < WAIT_S
 
     associated(scenario)

@@ -10,7 +10,9 @@ from aiortc.rtcsctptransport import RTCSctpTransport
 
 from mosaic_core.adapters.aiortc_private.sctp import MeasuredQueue
 from mosaic_core.adapters.aiortc_private.sctp_receiving import QuickReceiving
-from mosaic_core.adapters.aiortc_private.sctp_sending import INITIAL_RTO_S, INITIAL_WINDOW_BYTES, QuickSending
+from mosaic_core.adapters.aiortc_private.sctp_retransmitting import INITIAL_RTO_S
+from mosaic_core.adapters.aiortc_private.sctp_sending import QuickSending
+from mosaic_core.adapters.aiortc_private.sctp_window import INITIAL_WINDOW_BYTES
 
 
 class QuickSctp(QuickSending, QuickReceiving):

@@ -1,5 +1,5 @@
-"""The sending half of the quicker SCTP: several messages in a packet, a wider window at the start, larger bursts, and
-round trips on the monotonic clock.
+"""The sending half of the quicker SCTP: one flush for all messages that wait, several messages in a packet, larger
+bursts.
 """
 
 from __future__ import annotations
@@ -13,9 +13,6 @@ from aiortc import RTCDataChannel
 from aiortc.rtcsctptransport import (
     SCTP_COMMON_HEADER_LENGTH,
     SCTP_MAX_PACKET_LENGTH,
-    SCTP_RTO_ALPHA,
-    SCTP_RTO_BETA,
-    SCTP_RTO_MAX,
     USERDATA_MAX_LENGTH,
     WEBRTC_BINARY,
     WEBRTC_BINARY_EMPTY,
@@ -23,55 +20,34 @@ from aiortc.rtcsctptransport import (
     WEBRTC_STRING,
     WEBRTC_STRING_EMPTY,
     DataChunk,
-    RTCSctpTransport,
-    SackChunk,
 )
-from aiortc.utils import uint32_gte
 from google_crc32c import value as crc32c
 from OpenSSL import SSL
 
 from mosaic_core.adapters.aiortc_private.sctp import MeasuredQueue
-from mosaic_core.machines.standing_queue import BACKGROUND_TARGET_S, TARGET_S, StandingQueue
+from mosaic_core.adapters.aiortc_private.sctp_window import QuickWindow
 from mosaic_core.machines.time_share import TimeShare
 
-INITIAL_WINDOW_BYTES = 10 * USERDATA_MAX_LENGTH
-"""As TCP's (RFC 6928 §2); the 4 380 bytes of RFC 9260 §7.2.1 are those of TCP in 2002."""
-INITIAL_RTO_S = 1.0
-"""RFC 9260 §16; aiortc waits for three seconds when the first packet of an association is lost."""
-LEAST_RTO_S = 0.4
-"""Chromium's. The one second of RFC 9260 §16 is a long time when the last message of a burst is lost."""
 BURST_BYTES = 16 * USERDATA_MAX_LENGTH
 """RFC 9260 §6.1 D asks for a limit and leaves it to us."""
 BATCH_S = 0.002
 """What a fast path takes in this time is sent together: two packets per acknowledgement would wake both ends for each
 two, which costs half as much again. A slow path takes less than a packet in this time: there each one goes at once."""
-LEAST_WINDOW_BYTES = 8 * USERDATA_MAX_LENGTH
-"""A long queue may be another's, who does not yield: so much is always on its way, as beside any loss-based flow."""
 BACKGROUND_SHARE, BACKGROUND_CREDIT_S = 0.3, 0.0005
 """Of the event loop's time, for sending what gives way: commands and pictures find it free
 (``bench/command_beside_bulk.py``)."""
 RECOVERY_BURST_BYTES = 2 * USERDATA_MAX_LENGTH
-GROWTH_BYTES = 8 * USERDATA_MAX_LENGTH
-"""Per acknowledgement in slow start: in a dense flow one often stands for so many packets (RFC 3465 §2.3)."""
 _BUNDLE_BYTES = SCTP_MAX_PACKET_LENGTH - SCTP_COMMON_HEADER_LENGTH
-_TIMER_SLACK_S = 0.001
 
 
-class QuickSending(RTCSctpTransport):
+class QuickSending(QuickWindow):
     """Half of :class:`~mosaic_core.adapters.aiortc_private.quick_sctp.QuickSctp`."""
 
-    _may_retransmit = False
     _is_gathering = False
     _is_flush_due = False
     _flush_task: asyncio.Future[None] | None = None
-    _t3_due_s = 0.0
-    _round_trip_s: float | None = None
-    _standing_queue: StandingQueue | None = None
     _time_share: TimeShare | None = None
     _share_handle: asyncio.TimerHandle | None = None
-    gives_way = False
-    """Of two flows on one path the one with the shorter queue in mind goes on with what the other leaves. It also
-    leaves the event loop some time."""
 
     # -- from messages to chunks -------------------------------------------------------------------------------------
 
@@ -197,97 +173,6 @@ class QuickSending(RTCSctpTransport):
         data = b"".join(chunks)
         checksum = pack("<L", crc32c(header + bytes(4) + data))
         await self.transport._send_data(header + checksum + data)
-
-    async def _retransmit(self, window_bytes: int) -> bool:
-        """Send lost chunks again; ``False`` when the window is full before that is done."""
-        is_earliest = True
-        for chunk in list(self._sent_queue):
-            if chunk._retransmit:
-                if self._fast_recovery_transmit:
-                    self._fast_recovery_transmit = False
-                elif self._flight_size >= window_bytes:
-                    return False
-                self._flight_size_increase(chunk)
-                chunk._misses = 0
-                chunk._retransmit = False
-                chunk._sent_count += 1
-                await self._send_chunk(chunk)
-                if is_earliest:
-                    self._t3_restart()
-            is_earliest = False
-        self._may_retransmit = False
-        return True
-
-    # -- acknowledgements --------------------------------------------------------------------------------------------
-
-    async def _receive_sack_chunk(self, chunk: SackChunk) -> None:
-        self._may_retransmit = self._may_retransmit or bool(chunk.gaps)
-        acknowledged_bytes = self._newly_acknowledged_bytes(chunk.cumulative_tsn)
-        earliest = self._sent_queue[0] if self._sent_queue else None
-        if earliest is not None and earliest._sent_count == 1 and uint32_gte(chunk.cumulative_tsn, earliest.tsn):
-            assert earliest._sent_time is not None
-            self._round_trip_s = time.monotonic() - earliest._sent_time
-            self._watch_queue(self._round_trip_s)
-        window_bytes = self._cwnd
-        await super()._receive_sack_chunk(chunk)
-        step_bytes = min(acknowledged_bytes, USERDATA_MAX_LENGTH)
-        if step_bytes and window_bytes <= self._ssthresh and self._cwnd == window_bytes + step_bytes:
-            self._cwnd += min(acknowledged_bytes, GROWTH_BYTES) - step_bytes
-
-    def _watch_queue(self, round_trip_s: float) -> None:
-        """Shrink the window before the queue on the way gets long, not when it overflows."""
-        if self._standing_queue is None:
-            self._standing_queue = StandingQueue()
-        self._standing_queue.target_s = BACKGROUND_TARGET_S if self.gives_way else TARGET_S
-        is_full = self._flight_size >= self._cwnd
-        share = self._standing_queue.heard(round_trip_s, time.monotonic(), is_full=is_full)
-        if share is not None and self._fast_recovery_exit is None:
-            self._cwnd = self._ssthresh = max(round(self._cwnd * share), LEAST_WINDOW_BYTES)
-            self._partial_bytes_acked = 0
-
-    def _newly_acknowledged_bytes(self, cumulative_tsn: int) -> int:
-        total = 0
-        for chunk in self._sent_queue:
-            if not uint32_gte(cumulative_tsn, chunk.tsn) or total >= GROWTH_BYTES:
-                break
-            total += 0 if chunk._acked else chunk._book_size
-        return total
-
-    def _update_rto(self, R: float) -> None:
-        """RFC 9260 §6.3.1. ``R`` is aiortc's, of the wall clock: a clock that is set would stop retransmissions."""
-        trip_s, self._round_trip_s = self._round_trip_s, None
-        if trip_s is None:
-            return
-        if self._srtt is None or self._rttvar is None:
-            self._srtt, self._rttvar = trip_s, trip_s / 2
-        else:
-            self._rttvar += SCTP_RTO_BETA * (abs(self._srtt - trip_s) - self._rttvar)
-            self._srtt += SCTP_RTO_ALPHA * (trip_s - self._srtt)
-        self._rto = max(LEAST_RTO_S, min(self._srtt + 4 * self._rttvar, SCTP_RTO_MAX))
-
-    # -- the retransmission timer is moved on paper: a timer of the loop per acknowledgement is dear ------------------
-
-    def _ensure_t3(self) -> None:
-        if not self._t3_handle:
-            self._t3_start()
-
-    def _t3_start(self) -> None:
-        self._t3_due_s = asyncio.get_running_loop().time() + self._rto
-        super()._t3_start()
-
-    def _t3_restart(self) -> None:
-        due_s = asyncio.get_running_loop().time() + self._rto
-        if self._t3_handle is None or self._t3_handle.when() > due_s:
-            super()._t3_restart()
-        self._t3_due_s = due_s
-
-    def _t3_expired(self) -> None:
-        left_s = self._t3_due_s - asyncio.get_running_loop().time()
-        if left_s > _TIMER_SLACK_S:
-            self._t3_handle = asyncio.get_running_loop().call_later(left_s, self._t3_expired)
-            return
-        self._may_retransmit = True
-        super()._t3_expired()
 
 
 def _payload(data: bytes | str) -> tuple[int, bytes]:
