@@ -250,7 +250,7 @@ export class StoreBindings {
     for (const { store, ports } of this.bindings.values()) {
       if (store instanceof TalkStore && store.robotConnector.connectorId === refusal.label) store.refused(refusal)
       const isMeant = ports.some((port) => port.label === refusal.label)
-      if (isMeant && (store instanceof SendableStore || store instanceof BidirectionalStore)) store.refused(refusal)
+      if (isMeant && isSending(store)) store.refused(refusal)
     }
   }
 
@@ -322,9 +322,7 @@ export class StoreBindings {
 
   private showBlock(binding: Binding): void {
     const { store } = binding
-    if (store instanceof SendableStore || store instanceof BidirectionalStore) {
-      store.setSendBlock(this.clearanceOf(binding).block)
-    }
+    if (isSending(store)) store.setSendBlock(this.clearanceOf(binding).block)
   }
 
   private portOpened(binding: Binding): void {
@@ -391,4 +389,8 @@ export class StoreBindings {
 
 function isMediaStore(store: MosaicStore | undefined): boolean {
   return store instanceof MediaStreamStore || store instanceof TalkStore
+}
+
+function isSending(store: MosaicStore): store is SendableStore | BidirectionalStore {
+  return store instanceof SendableStore || store instanceof BidirectionalStore
 }

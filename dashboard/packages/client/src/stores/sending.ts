@@ -1,0 +1,61 @@
+import type { Refusal } from '@mosaic/protocol'
+import type { SendBlock } from '../control/views'
+import type { DataPort } from '../DataPort'
+import { Value, type Readable } from '../Readable'
+import type { MosaicStore } from './MosaicStore'
+import { OutgoingPort, type Sendable } from './OutgoingPort'
+
+// TypeScript asks for exactly these arguments of a class that another one is built upon.
+// eslint-disable-next-line @typescript-eslint/no-explicit-any
+type StoreClass = abstract new (...args: any[]) => MosaicStore
+
+/** The store class `Base`, able to send to the robot as well. */
+export function sending<Base extends StoreClass>(Base: Base) {
+  abstract class SendingStore extends Base {
+    private readonly outgoing = new OutgoingPort()
+    private readonly refusal = new Value<Refusal | null>(null)
+
+    /** The last message that the robot did not accept, and why. */
+    readonly lastRefusal: Readable<Refusal | null> = this.refusal
+
+    /**
+     * What stands in the way of every message, the lease that somebody else holds above all; null: nothing. While it is
+     * not null `sendData` returns false and nothing leaves the page.
+     */
+    readonly sendBlocked: Readable<SendBlock | null> = this.outgoing.block
+
+    /** Send one message; false when it was not accepted: blocked, not open, or the link does not keep up. */
+    sendData(data: Sendable): boolean {
+      return this.counted(this.outgoing.send(data))
+    }
+
+    /** `sendData` of the value as JSON; a value that JSON can't hold (NaN, infinities) is refused. */
+    sendJson(value: unknown): boolean {
+      return this.counted(this.outgoing.sendJson(value))
+    }
+
+    override attach(ports: readonly DataPort[]): void {
+      this.outgoing.attach(ports)
+    }
+
+    override detach(): void {
+      this.outgoing.detach()
+    }
+
+    /** Called by the connection. */
+    setSendBlock(block: SendBlock | null): void {
+      if (this.outgoing.block.get()?.code !== block?.code) this.outgoing.block.set(block)
+    }
+
+    /** Called by the connection. */
+    refused(refusal: Refusal): void {
+      this.refusal.set(refusal)
+    }
+
+    private counted(isAccepted: boolean): boolean {
+      if (!isAccepted && this.outgoing.block.get() === null) this.counters.refused += 1
+      return isAccepted
+    }
+  }
+  return SendingStore
+}
