@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.host import HandlerHost, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import EncodingParams, Picture
-from mosaic_core.contract.media_tap import MediaTap, TapCodec
+from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
@@ -112,6 +112,11 @@ class Handler:
         """The encoded pictures of the connector ``label``, without encoding them again where that is possible:
         ``with self.tap_media("front") as tap: picture = tap.next(timeout_s=1.0)``. Any thread."""
         return self._host.tap_media(label, codec)
+
+    def tap_pictures(self, label: str) -> PictureTap:
+        """The pictures of the connector ``label`` as they were captured:
+        ``with self.tap_pictures("front") as tap: picture = tap.next(timeout_s=1.0)``. Any thread."""
+        return self._host.tap_pictures(label)
 
     def _send(
         self,

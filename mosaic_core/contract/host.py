@@ -14,7 +14,7 @@ from mosaic_core.machines.framing import PayloadKind
 
 if TYPE_CHECKING:
     from mosaic_core.contract.media import Picture
-    from mosaic_core.contract.media_tap import MediaTap, TapCodec
+    from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
     from mosaic_core.contract.sound import Sound
 
 
@@ -95,6 +95,10 @@ class HandlerHost(Protocol):
         """The encoded pictures of another connector; nothing flows until the tap is entered."""
         ...
 
+    def tap_pictures(self, label: str) -> PictureTap:
+        """The pictures of another connector as they were captured; nothing flows until the tap is entered."""
+        ...
+
 
 class UnboundHost:
     """The host of a handler that no runtime has taken yet: time passes, nothing is sent."""
@@ -127,4 +131,7 @@ class UnboundHost:
         return False
 
     def tap_media(self, label: str, codec: TapCodec) -> MediaTap:
+        raise RuntimeError("nothing can be tapped before the robot runs")
+
+    def tap_pictures(self, label: str) -> PictureTap:
         raise RuntimeError("nothing can be tapped before the robot runs")

@@ -1,10 +1,15 @@
-"""A tap: the encoded pictures of another connector of the same robot, for those who record or forward them."""
+"""Taps: the pictures of another connector of the same robot, encoded for those who record or forward them, or as they
+were captured for those who look at them.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Literal, Protocol, Self, TypeAlias
+from typing import TYPE_CHECKING, Literal, Protocol, Self, TypeAlias
+
+if TYPE_CHECKING:
+    from mosaic_core.contract.media import Image
 
 TapCodec: TypeAlias = Literal["h264", "vp8"]
 
@@ -42,6 +47,36 @@ class MediaTap(Protocol):
 
     def ask_key_frame(self) -> None:
         """Let a key frame come soon, where the source can make one; throttled, and one for all viewers. Any thread."""
+        ...
+
+    def __enter__(self) -> Self: ...
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TappedImage:
+    """One picture as it was captured. ``image``: ``uint8``, (height, width, 3) in BGR order, or (height, width) for
+    gray; a copy that is the reader's own. ``captured_at_s``: seconds of the robot's monotonic clock."""
+
+    image: Image
+    captured_at_s: float
+
+
+class PictureTap(Protocol):
+    """Open while it is entered; the camera runs for it alone if nobody else watches. Only pictures that are asked for
+    are copied, so that a slow reader costs little and always gets a fresh one. For one thread at a time."""
+
+    @property
+    def failure(self) -> str:
+        """The ``media.*`` or ``channel.*`` code why no picture can come, ``media.encoded_only`` if the camera encodes
+        by itself; empty while one may come."""
+        ...
+
+    def next(self, timeout_s: float) -> TappedImage | None:
+        """Wait for the next picture that is captured from now on; ``None`` when ``timeout_s`` is over, or when none
+        can come. Raises nothing."""
         ...
 
     def __enter__(self) -> Self: ...

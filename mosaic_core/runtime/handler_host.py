@@ -14,6 +14,7 @@ from mosaic_core.contract.media_tap import TapCodec
 from mosaic_core.contract.sound import Sound
 from mosaic_core.runtime.media_hub import MediaHub
 from mosaic_core.runtime.media_tap import RuntimeTap
+from mosaic_core.runtime.picture_tap import RuntimePictureTap
 
 
 class RuntimeHost:
@@ -92,3 +93,6 @@ class RuntimeHost:
 
     def tap_media(self, label: str, codec: TapCodec) -> RuntimeTap:
         return RuntimeTap(self._loop, self._media, label, codec)
+
+    def tap_pictures(self, label: str) -> RuntimePictureTap:
+        return RuntimePictureTap(self._loop, self._media, label)

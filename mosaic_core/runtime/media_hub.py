@@ -15,6 +15,9 @@ from mosaic_core.runtime.plain_stream import plain_sound
 from mosaic_core.runtime.sound_transport import SoundStream, SoundStreamFactory
 from mosaic_core.runtime.transport import PictureFeed, PictureStream, PictureStreamFactory, TellUnavailable
 
+Look = Callable[[Picture, float], None]
+"""Shown a picture and its time of capture, on the thread of its camera."""
+
 
 class MediaHub:
     """Of one robot. ``watched``: told on the loop when a label gets its first or loses its last viewer."""
@@ -33,6 +36,7 @@ class MediaHub:
         self._streams: dict[str, PictureStream | SoundStream] = {}
         self._bound: set[tuple[str, str]] = set()
         self._viewers: dict[str, frozenset[str]] = {}
+        self._looks: dict[str, dict[str, Look]] = {}  # the inner ones are replaced: handlers' threads read them
 
     def add_label(self, label: str, encoding: EncodingParams, counters: ConnectorCounters) -> None:
         self._streams[label] = self._pictures[label] = self._open_stream(label, encoding, counters)
@@ -47,7 +51,13 @@ class MediaHub:
         if not self._viewers.get(label):
             return False
         captured_at_s = picture.captured_at_s if isinstance(picture, Captured) else time.monotonic()
-        return self._pictures[label].post(picture, captured_at_s)
+        is_sent = self._pictures[label].post(picture, captured_at_s)
+        looks = self._looks.get(label)
+        if not looks:
+            return is_sent
+        for look in looks.values():
+            look(picture, captured_at_s)
+        return True
 
     def post_sound(self, label: str, sound: Sound) -> bool:
         """The same for sound."""
@@ -75,11 +85,18 @@ class MediaHub:
         if bool(before) != bool(after):
             self._watched(label, bool(after))
 
+    def look(self, viewer_id: str, label: str, look: Look) -> None:
+        """Watch ``label`` on this robot, before anything is encoded."""
+        self._looks[label] = {**self._looks.get(label, {}), viewer_id: look}
+        self.watch(viewer_id, label, True)
+
     def leave(self, peer_id: str) -> None:
         """The peer is gone."""
         for label in self._viewers:
             self.watch(peer_id, label, False)
             self._streams[label].leave(peer_id)
+        for label, looks in self._looks.items():
+            self._looks[label] = {viewer_id: look for viewer_id, look in looks.items() if viewer_id != peer_id}
         self._bound = {bound for bound in self._bound if bound[0] != peer_id}
 
     def close(self) -> None:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import json
+from collections.abc import Iterator
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, Generic, Protocol, Self, TypeVar
 
 from mosaic_core.contract.handler import Handler
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.contract.media import Picture
-from mosaic_core.contract.media_tap import TapCodec, TappedPicture
+from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
 from mosaic_core.contract.sound import Sound
 from mosaic_core.machines.framing import PayloadKind
 from mosaic_core.runtime.receiver_safety import ReceiverSafety
+
+Tapped = TypeVar("Tapped", TappedPicture, TappedImage)
 
 
 class Alarm(Protocol):
@@ -64,6 +67,8 @@ class FakeHost:
         self.sounds: list[Sound] = []
         self.tapped: dict[str, list[TappedPicture]] = {}
         """What taps of other connectors give, by label; a label that isn't here is unknown."""
+        self.tapped_images: dict[str, list[TappedImage]] = {}
+        """The same for their pictures before encoding."""
         self.accepts = True
         self.heard: set[str] | None = None
         """The channels that somebody has open; ``None``: all."""
@@ -118,25 +123,23 @@ class FakeHost:
     def tap_media(self, label: str, codec: TapCodec) -> FakeTap:
         return FakeTap(self, self.tapped.get(label))
 
+    def tap_pictures(self, label: str) -> FakePictureTap:
+        return FakePictureTap(self, self.tapped_images.get(label))
+
     def sent_values(self, channel: str | None = None) -> list[Any]:
         """What was sent (on one channel), as an operator would read it: JSON values, ``str`` or ``bytes``."""
         return [_value(one) for one in self.sent if channel in (None, one.channel)]
 
 
-class FakeTap:
-    """Gives the pictures of :attr:`FakeHost.tapped` one after the other, then lets the time-outs pass."""
+class _ScriptedTap(Generic[Tapped]):
+    """Gives its pictures one after the other, then lets the time-outs pass."""
 
-    def __init__(self, host: FakeHost, pictures: list[TappedPicture] | None) -> None:
+    def __init__(self, host: FakeHost, pictures: list[Tapped] | None) -> None:
         self._host = host
-        self._pictures = iter(pictures or ())
-        self.dropped = 0
+        self._pictures: Iterator[Tapped] = iter(pictures or [])
         self.failure = "" if pictures is not None else "channel.unknown_label"
-        self.key_frames_asked = 0
 
-    def ask_key_frame(self) -> None:
-        self.key_frames_asked += 1
-
-    def next(self, timeout_s: float) -> TappedPicture | None:
+    def next(self, timeout_s: float) -> Tapped | None:
         picture = next(self._pictures, None)
         if picture is None:
             self._host.wait(timeout_s)
@@ -149,6 +152,22 @@ class FakeTap:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Nothing is held."""
+
+
+class FakeTap(_ScriptedTap[TappedPicture]):
+    """Of :attr:`FakeHost.tapped`."""
+
+    def __init__(self, host: FakeHost, pictures: list[TappedPicture] | None) -> None:
+        super().__init__(host, pictures)
+        self.dropped = 0
+        self.key_frames_asked = 0
+
+    def ask_key_frame(self) -> None:
+        self.key_frames_asked += 1
+
+
+class FakePictureTap(_ScriptedTap[TappedImage]):
+    """Of :attr:`FakeHost.tapped_images`."""
 
 
 def _value(message: Outgoing) -> Any:

@@ -249,6 +249,11 @@ REASONS: dict[str, Reason] = {
             "Set the camera to H.264, or `passthrough: never`.",
         ),
         Reason(
+            "media.encoded_only",
+            "The camera encodes by itself: its pictures can't be had as they were captured.",
+            "Tap its encoded pictures, or set `passthrough: never`.",
+        ),
+        Reason(
             "media.no_first_frame",
             "The camera is watched, but no picture came in time.",
             "Check the camera on the robot; `mosaic run` shows what it sends.",

@@ -10,10 +10,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
 from mosaic_core import Configurer, DataChannelReceivable
+from mosaic_core.contract.media_tap import TappedImage
+from mosaic_core.testing import build, collect, fake_host
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", *ROOT.glob("plugins/*/README.md")])
@@ -66,6 +69,11 @@ def test_the_code_of_the_connector_tutorial_runs() -> None:
     assert issubclass(configurer, Configurer)
     assert configurer("cpu", configurer.params_model()).configure().label == "cpu"
     assert issubclass(namespace["LampReceiver"], DataChannelReceivable)
+
+    meter = build(namespace["LightMeterConfigurer"], params={"camera": "front"})
+    host = fake_host(meter)
+    host.tapped_images["front"] = [TappedImage(np.full((4, 6, 3), 80, np.uint8), 0.0)]
+    assert collect(meter, count=1) == [namespace["Brightness"](mean=80.0)]
 
 
 @pytest.mark.parametrize(("page", "text"), blocks("python"))

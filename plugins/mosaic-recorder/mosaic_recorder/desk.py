@@ -8,12 +8,12 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from types import TracebackType
 from typing import Self, TypeVar
 
 from mosaic_core import Refused
-from mosaic_core.contract.media_tap import MediaTap, TapCodec
+from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
 from mosaic_recorder.clip_writer import ClipWriter
 from mosaic_recorder.disk_watch import DiskWatch
 from mosaic_recorder.folder import RecordingsFolder
@@ -34,16 +34,18 @@ STATUS_PERIOD_S = 1.0
 END_PATIENCE_S = 1.2
 """For finishing the files when the robot stops; it has two seconds for everything."""
 STILL_CODECS: tuple[TapCodec, ...] = ("h264", "vp8")
-"""H.264 first: libvpx makes its first picture 4 dB worse, and needs half a second to catch up."""
+"""Of a camera that encodes by itself. H.264 first: libvpx makes its first picture 4 dB worse, and needs half a second
+to catch up."""
 MAX_SNAPSHOTS = 4
 """At once; each is a thread and a decoder."""
 
 Tap = Callable[[str, TapCodec], MediaTap]
+TapPictures = Callable[[str], PictureTap]
 Number = TypeVar("Number", int, float)
 
 
 class RecorderDesk:
-    """Commands come from one thread at a time; ``tap`` and ``told`` are set before the first. Commands raise
+    """Commands come from one thread at a time; The taps and ``told`` are set before the first. Commands raise
     :class:`Refused`, and :class:`OSError` where the folder can't be used."""
 
     def __init__(self, params: RecorderParams, folder: RecordingsFolder) -> None:
@@ -58,6 +60,7 @@ class RecorderDesk:
         self._snapshots = Snapshots(folder, params.min_free_bytes, lambda: self._is_over)
         self._snapshot_slots = threading.BoundedSemaphore(MAX_SNAPSHOTS)
         self.tap: Tap
+        self.tap_pictures: TapPictures
         self.told: Callable[[RecorderStatus], object] = lambda status: None
         """Called with every status, on the desk's own thread."""
 
@@ -217,14 +220,15 @@ class RecorderDesk:
 
     def _snap(self, label: str, command: RecorderCommand, answer: Callable[[SnapshotTaken], object]) -> None:
         try:
-            for codec in STILL_CODECS:
-                taken = self._snapshots.take(label, self.tap(label, codec), command)
-                if not taken.code.startswith("media."):
-                    break
-            answer(taken)
+            answer(self._snapshots.take(label, self._best_taps(label), command))
         finally:
             self._snapshot_slots.release()
         self.wake()
+
+    def _best_taps(self, label: str) -> Iterator[PictureTap | MediaTap]:
+        yield self.tap_pictures(label)
+        for codec in STILL_CODECS:
+            yield self.tap(label, codec)
 
     def _free_bytes(self) -> int | None:
         try:

@@ -22,6 +22,7 @@ class Recorder(DataChannelBidirectional[RecorderCommand]):
         super().__init__(label)
         self._desk = desk
         desk.tap = self.tap_media
+        desk.tap_pictures = self.tap_pictures
         desk.told = self.send_json
 
     def bind(self, host: HandlerHost) -> None:

@@ -1,18 +1,22 @@
-"""Takes stills: one picture from a tap, decoded and stored as PNG in its full size."""
+"""Takes stills: one picture of a camera, as it was captured where it can be had, stored as PNG in its full size."""
 
 from __future__ import annotations
 
 import base64
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from mosaic_core.contract.media_tap import MediaTap, TappedPicture
+from mosaic_core.contract.media_tap import MediaTap, PictureTap, TappedImage, TappedPicture
 from mosaic_core.machines.framing import MAX_MESSAGE_BYTES
 from mosaic_recorder.disk_failure import code_of
 from mosaic_recorder.folder import RecordingsFolder
 from mosaic_recorder.messages import RecorderCommand, SnapshotTaken
-from mosaic_recorder.stills import decoded, png_of
+from mosaic_recorder.stills import decoded, framed, png_of
+
+if TYPE_CHECKING:
+    import av
 
 PATIENCE_S = 8.0
 """For a camera that must be opened first; some need five seconds."""
@@ -29,15 +33,15 @@ class Snapshots:
         self._min_free_bytes = min_free_bytes
         self._is_over = is_over
 
-    def take(self, label: str, tap: MediaTap, command: RecorderCommand) -> SnapshotTaken:
-        """The answer, also where there is no picture. Raises nothing that a camera or a disk can cause."""
+    def take(self, label: str, taps: Iterable[PictureTap | MediaTap], command: RecorderCommand) -> SnapshotTaken:
+        """The answer, also where there is no picture. ``taps`` of one camera, the best first: another one is opened
+        where the one before can't give pictures. Raises nothing that a camera or a disk can cause."""
         try:
             if self._folder.free_bytes() < self._min_free_bytes:
                 return _failed(label, command, "recorder.disk_full")
-            picture = self._picture(tap)
-            if isinstance(picture, str):
-                return _failed(label, command, picture)
-            frame = decoded(picture)
+            frame = self._frame(taps)
+            if isinstance(frame, str):
+                return _failed(label, command, frame)
             png = png_of(frame)
             path = self._store(label, command.name, png)
         except OSError as error:
@@ -54,7 +58,19 @@ class Snapshots:
         )
         return _with_picture(answer, png) if command.send else answer
 
-    def _picture(self, tap: MediaTap) -> TappedPicture | str:
+    def _frame(self, taps: Iterable[PictureTap | MediaTap]) -> av.VideoFrame | str:
+        """A whole picture, or the code why there is none."""
+        code = "recorder.no_picture"
+        for tap in taps:
+            picture = self._picture(tap)
+            if not isinstance(picture, str):
+                return framed(picture) if isinstance(picture, TappedImage) else decoded(picture)
+            code = picture
+            if not code.startswith("media."):
+                break
+        return code
+
+    def _picture(self, tap: PictureTap | MediaTap) -> TappedImage | TappedPicture | str:
         """The first picture, which is complete by itself; or the code why there is none."""
         waited_s = 0.0
         with tap:

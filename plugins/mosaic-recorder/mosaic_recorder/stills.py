@@ -1,14 +1,21 @@
-"""Single pictures: an encoded key frame decoded, and written as PNG."""
+"""Single pictures: as they were captured, or an encoded key frame decoded; written as PNG."""
 
 from __future__ import annotations
 
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from mosaic_core.contract.media_tap import TappedPicture
+from mosaic_core.contract.media_tap import TappedImage, TappedPicture
 
 if TYPE_CHECKING:
     import av
+
+
+def framed(picture: TappedImage) -> av.VideoFrame:
+    """Its pixels as they are. Raises :class:`ValueError` for what is no picture of 8 bits."""
+    import av
+
+    return av.VideoFrame.from_ndarray(picture.image, format="gray" if picture.image.ndim == 2 else "bgr24")
 
 
 def decoded(picture: TappedPicture) -> av.VideoFrame:

@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Generic, Self, TypeVar
 
 import av
 import numpy as np
@@ -18,10 +18,12 @@ import pytest
 from hypothesis import settings
 
 from mosaic_camera.marks import draw_marks, read_marks
-from mosaic_core.contract.media_tap import TapCodec, TappedPicture
+from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
 
 settings.register_profile("mosaic", deadline=None)  # a busy machine is no failure of pure logic
 settings.load_profile("mosaic")
+
+Tapped = TypeVar("Tapped", TappedPicture, TappedImage)
 
 FPS = 30
 BEGAN_S = 5000.0
@@ -83,10 +85,10 @@ def watched(path: Path) -> Movie:
         )
 
 
-class ScriptedTap:
+class ScriptedTap(Generic[Tapped]):
     """Gives pictures, then waits as a tap of a resting camera does; a test may add more, or let it fail."""
 
-    def __init__(self, pictures: Sequence[TappedPicture] = (), failure: str = "") -> None:
+    def __init__(self, pictures: Sequence[Tapped] = (), failure: str = "") -> None:
         self.dropped = 0
         self.failure = failure
         self.key_frames_asked = 0
@@ -94,7 +96,7 @@ class ScriptedTap:
         self._waiting = list(pictures)
         self._changed = threading.Condition()
 
-    def give(self, *pictures: TappedPicture) -> None:
+    def give(self, *pictures: Tapped) -> None:
         with self._changed:
             self._waiting += pictures
             self._changed.notify_all()
@@ -106,7 +108,7 @@ class ScriptedTap:
     def ask_key_frame(self) -> None:
         self.key_frames_asked += 1
 
-    def next(self, timeout_s: float) -> TappedPicture | None:
+    def next(self, timeout_s: float) -> Tapped | None:
         with self._changed:
             self._changed.wait_for(lambda: self._waiting or self.failure, timeout_s)
             picture = self._waiting.pop(0) if self._waiting else None

@@ -11,9 +11,12 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import av
+import numpy as np
 import pytest
 
 from mosaic_core import ConfigError, MosaicDataType, Sender, Shared
+from mosaic_core.contract.media_tap import TappedImage
 from mosaic_core.testing import ANOTHER_OPERATOR, OPERATOR, From, build, fake_host, feed
 from mosaic_core.words.codes import REASONS
 from mosaic_recorder import desk as desk_module
@@ -32,6 +35,7 @@ class Bench:
         self.folder = folder
         self.shared = Shared()
         self.taps: dict[str, list[Any]] = {}
+        self.picture_taps: dict[str, list[Any]] = {}
         self.recorder: Recorder = build(
             RecorderConfigurer,
             label="recorder",
@@ -39,11 +43,19 @@ class Bench:
             shared=self.shared,
         )
         self.host = fake_host(self.recorder)
-        self.host.tap_media = self._tap  # type: ignore[method-assign] # taps that wait, instead of spinning
+        # taps that wait, instead of spinning
+        self.host.tap_media = lambda label, codec: self._tap(self.taps, label)  # type: ignore[method-assign,assignment,return-value]
+        self.host.tap_pictures = lambda label: self._tap(self.picture_taps, label)  # type: ignore[method-assign,assignment,return-value]
 
-    def _tap(self, label: str, codec: str) -> Any:
-        waiting = self.taps.get(label)
+    def _tap(self, taps: dict[str, list[Any]], label: str) -> Any:
+        waiting = taps.get(label)
         return waiting.pop(0) if waiting else self.studio.Tap(failure="channel.unknown_label")
+
+    def looks(self, label: str, *images: Any, failure: str = "") -> Any:
+        """The next tap of what ``label`` captures."""
+        tap = self.studio.Tap([TappedImage(image, 0.0) for image in images], failure)
+        self.picture_taps.setdefault(label, []).append(tap)
+        return tap
 
     def camera(self, label: str = "front", count: int = 40, **words: Any) -> Any:
         """The next tap of ``label``."""
@@ -309,9 +321,14 @@ def test_files_are_listed_and_deleted(bench: Bench) -> None:
 # -- stills --------------------------------------------------------------------------------------------------------
 
 
+def captured(width: int = 640, height: int = 480) -> Any:
+    """Noise: no encoder would leave it as it is."""
+    return np.random.default_rng(7).integers(0, 256, (height, width, 3), dtype=np.uint8)
+
+
 @pytest.mark.parametrize("send", [True, False])
 def test_a_snapshot_is_stored_in_full_size_and_sent_to_who_asked(bench: Bench, send: bool) -> None:
-    bench.camera("front", 1, size=(640, 480))
+    bench.looks("front", captured())
     command = {"command": "snapshot", "labels": ["front"], "name": "gate", "send": send, "request_id": "a"}
     assert bench.says(command) == []
     bench.until(lambda: bench.heard("snapshot"))
@@ -327,7 +344,28 @@ def test_a_snapshot_is_stored_in_full_size_and_sent_to_who_asked(bench: Bench, s
     assert [one.name for one in bench.folder.iterdir()] == [path.name]
 
 
-def test_a_robot_without_h264_takes_its_stills_in_vp8(bench: Bench) -> None:
+@pytest.mark.parametrize("shape", [(480, 640, 3), (481, 641, 3), (48, 64)])
+def test_a_still_is_the_picture_as_it_was_captured_to_the_last_bit(bench: Bench, shape: tuple[int, ...]) -> None:
+    image = np.random.default_rng(7).integers(0, 256, shape, dtype=np.uint8)
+    bench.looks("front", image)
+    bench.says({"command": "snapshot", "labels": ["front"]})
+    bench.until(lambda: bench.heard("snapshot"))
+    with av.open(str(bench.folder / bench.heard("snapshot")[0]["file"])) as file:
+        stored = next(file.decode(video=0)).to_ndarray(format="gray" if len(shape) == 2 else "bgr24")
+    assert np.array_equal(stored, image)
+
+
+def test_a_still_of_a_camera_that_encodes_by_itself_is_one_of_its_key_frames(bench: Bench) -> None:
+    bench.looks("front", failure="media.encoded_only")
+    bench.camera("front", 1, size=(640, 480))
+    bench.says({"command": "snapshot", "labels": ["front"]})
+    bench.until(lambda: bench.heard("snapshot"))
+    taken = bench.heard("snapshot")[0]
+    assert (taken["width"], taken["height"], taken["code"]) == (640, 480, "")
+
+
+def test_where_nothing_can_make_h264_of_it_the_key_frame_is_in_vp8(bench: Bench) -> None:
+    bench.looks("front", failure="media.encoded_only")
     bench.taps["front"] = [bench.studio.Tap(failure="media.no_encoder")]
     bench.camera("front", 1, codec="vp8")
     bench.says({"command": "snapshot", "labels": ["front"]})
@@ -339,7 +377,7 @@ def test_snapshots_can_be_taken_while_it_records(bench: Bench) -> None:
     bench.camera("front", 20)
     bench.says({"command": "start", "labels": ["front"]})
     bench.recorded(20)
-    bench.camera("front", 1)
+    bench.looks("front", captured())
     bench.says({"command": "snapshot", "labels": ["front"]})
     bench.until(lambda: bench.heard("snapshot"))
     assert bench.heard("snapshot")[0]["file"]
@@ -348,7 +386,7 @@ def test_snapshots_can_be_taken_while_it_records(bench: Bench) -> None:
 
 def test_a_picture_too_large_to_send_stays_on_the_robot(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(snapshots_module, "MAX_MESSAGE_BYTES", 2000)
-    bench.camera("front", 1)
+    bench.looks("front", captured())
     bench.says({"command": "snapshot", "labels": ["front"], "send": True})
     bench.until(lambda: bench.heard("snapshot"))
     (taken,) = bench.heard("snapshot")
@@ -359,33 +397,34 @@ def test_a_picture_too_large_to_send_stays_on_the_robot(bench: Bench, monkeypatc
 def test_a_camera_without_a_picture_is_said_so(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(snapshots_module, "WAKE_S", 0.01)
     monkeypatch.setattr(snapshots_module, "PATIENCE_S", 0.02)
-    silent, broken = bench.studio.Tap(), bench.studio.Tap([replace(bench.studio.encoded(1)[0], data=b"garbage")])
-    bench.taps["front"] = [silent, broken]
-    for _ in range(2):
+    bench.looks("front")
+    bench.looks("front", np.zeros((4, 4), np.float64))
+    bench.looks("front", failure="media.encoded_only")
+    bench.taps["front"] = [bench.studio.Tap([replace(bench.studio.encoded(1)[0], data=b"garbage")])]
+    for _ in range(3):
         bench.says({"command": "snapshot", "labels": ["front"]})
     bench.says({"command": "snapshot", "labels": ["rear"]})
-    bench.until(lambda: len(bench.heard("snapshot")) == 3)
+    bench.until(lambda: len(bench.heard("snapshot")) == 4)
     codes = sorted(taken["code"] for taken in bench.heard("snapshot"))
-    assert codes == ["channel.unknown_label", "recorder.no_picture", "recorder.no_picture"]
+    assert codes == ["channel.unknown_label", *["recorder.no_picture"] * 3]
     assert {taken["file"] for taken in bench.heard("snapshot")} == {""}
 
 
 def test_too_many_snapshots_at_once_are_refused(bench: Bench) -> None:
-    silent = [bench.studio.Tap() for _ in range(desk_module.MAX_SNAPSHOTS)]
-    bench.taps["front"] = list(silent)
+    silent = [bench.looks("front") for _ in range(desk_module.MAX_SNAPSHOTS)]
     command = {"command": "snapshot", "labels": ["front"]}
     assert bench.says(*[command] * (len(silent) + 1)) == ["recorder.busy"]
     for tap in silent:
-        tap.give(*bench.studio.encoded(1))
+        tap.give(TappedImage(captured(), 0.0))
     bench.until(lambda: len(bench.heard("snapshot")) == len(silent))
-    bench.camera("front", 1)
+    bench.looks("front", captured())
     assert bench.says(command) == []
 
 
 def test_a_disk_that_takes_no_still_is_said_so(studio: Any, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no folder")
     with Bench(studio, tmp_path / "file" / "recordings").running() as bench:
-        bench.camera("front", 1)
+        bench.looks("front", captured())
         bench.says({"command": "snapshot", "labels": ["front"]})
         bench.until(lambda: bench.heard("snapshot"))
         assert bench.heard("snapshot")[0]["code"] == "recorder.write_failed"

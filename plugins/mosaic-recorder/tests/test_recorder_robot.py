@@ -13,6 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import av
 import numpy as np
 import pytest
 
@@ -204,6 +205,42 @@ def test_a_still_is_taken_and_sent_while_nobody_records(tmp_path: Path) -> None:
             assert (taken["width"], taken["height"], taken["code"]) == (640, 480, "")
             assert taken["png_base64"]
             assert (tmp_path / taken["file"]).stat().st_size == taken["bytes"]
+
+    run(scenario())
+
+
+class NoiseHandler(MediaTrackHandler):
+    """One picture again and again, in one buffer: noise, of which an encoder leaves little."""
+
+    def frames(self) -> Iterator[Any]:
+        buffer = np.zeros((48, 64, 3), np.uint8)
+        while not self.is_stopping:
+            buffer[:] = noise()
+            yield buffer
+            buffer[:] = 0
+            self.sleep(1 / FPS)
+
+
+class NoiseConfigurer(MediaTrackConfigurer[NoParams]):
+    connector_type = "noise-camera"
+
+    def configure(self) -> NoiseHandler:
+        return NoiseHandler(self.label)
+
+
+def noise() -> Any:
+    return np.random.default_rng(3).integers(0, 256, (48, 64, 3), dtype=np.uint8)
+
+
+def test_a_still_is_what_the_camera_saw_not_what_an_encoder_left_of_it(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        async with joined(connector(NoiseConfigurer, label="front"), recorder(tmp_path)) as link:
+            pad = Pad(link)
+            await pad.say("snapshot")
+            taken = await pad.hear("snapshot")
+            with av.open(str(tmp_path / taken["file"])) as file:
+                image = next(file.decode(video=0)).to_ndarray(format="bgr24")
+            assert np.array_equal(image, noise())
 
     run(scenario())
 

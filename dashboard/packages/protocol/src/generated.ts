@@ -719,6 +719,7 @@ export const REASONS = {
   'media.no_line': { sentence: 'The offer had no media line left for this camera.', cure: '' },
   'media.no_encoder': { sentence: "No video encoder for this operator's codec works on the robot.", cure: 'Run `mosaic doctor encoders` on the robot.' },
   'media.not_decodable': { sentence: "The camera sends a codec that this operator does not have, and the robot can't convert it.", cure: 'Set the camera to H.264, or `passthrough: never`.' },
+  'media.encoded_only': { sentence: "The camera encodes by itself: its pictures can't be had as they were captured.", cure: 'Tap its encoded pictures, or set `passthrough: never`.' },
   'media.no_first_frame': { sentence: 'The camera is watched, but no picture came in time.', cure: 'Check the camera on the robot; `mosaic run` shows what it sends.' },
   'media.not_sent': { sentence: 'The robot sends no picture: its camera or its encoder gives none.', cure: 'Check the camera on the robot with `mosaic doctor`; its log names the cause.' },
   'media.no_packets': { sentence: 'The robot sends pictures, but none of their packets arrive.', cure: 'Something on the way drops large packets (VPN, MTU) or is overloaded; try another network or TURN.' },
