@@ -16,6 +16,7 @@ from mosaic_core.cli.operator_commands import (
     RobotArgument,
     Server,
     app,
+    signed_in,
 )
 
 __all__ = ["app"]
@@ -47,13 +48,11 @@ def drive(
 
     It moves only while a key is held: without a key repeat for 0.6 s it stands. Takes the lease, gives it back.
     """
-    from mosaic_core.cli import operator_session as session
     from mosaic_core.cli.drive_session import DriveSession, need_a_terminal
 
     need_a_terminal()
-    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
     work = DriveSession(robot, label, linear_mps, angular_radps, force, wait_s, as_json)
-    raise typer.Exit(session.run(sign_in, work, is_person=True))
+    signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
 
 
 @app.command()
@@ -70,11 +69,9 @@ def stop(
 
     Software, and it has to sign in and connect first: this is no certified emergency stop.
     """
-    from mosaic_core.cli import operator_session as session
     from mosaic_core.cli.operator_control import Stop
 
-    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
-    raise typer.Exit(session.run(sign_in, Stop(robot, reason, as_json), is_person=True))
+    signed_in(Stop(robot, reason, as_json), server, email, code, password_stdin=password_stdin, is_person=True)
 
 
 @app.command()
@@ -87,11 +84,9 @@ def clear(
     as_json: AsJson = False,
 ) -> None:
     """Clear the stop of a robot, so that commands act again. Look at the robot first."""
-    from mosaic_core.cli import operator_session as session
     from mosaic_core.cli.operator_control import Clear
 
-    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
-    raise typer.Exit(session.run(sign_in, Clear(robot, as_json), is_person=True))
+    signed_in(Clear(robot, as_json), server, email, code, password_stdin=password_stdin, is_person=True)
 
 
 @app.command()
@@ -111,14 +106,11 @@ def lease(
     as_json: AsJson = False,
 ) -> None:
     """Show who commands a robot; with --take, --force or --release, change that."""
-    from mosaic_core.cli import operator_session as session
     from mosaic_core.cli.operator_control import LookAtLeases, TakeLease
 
-    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
-    work: session.Work = LookAtLeases(robot, as_json)
-    if take or force or release:
-        work = TakeLease(robot, resource, force, wait_s, release, as_json)
-    raise typer.Exit(session.run(sign_in, work, is_person=True))
+    changes = take or force or release
+    work = TakeLease(robot, resource, force, wait_s, release, as_json) if changes else LookAtLeases(robot, as_json)
+    signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
 
 
 @app.command()
@@ -132,8 +124,6 @@ def journal(
     as_json: AsJson = False,
 ) -> None:
     """Show what happened on a robot: leases, stops, refused commands. Supervisors only."""
-    from mosaic_core.cli import operator_session as session
     from mosaic_core.cli.operator_control import ReadJournal
 
-    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
-    raise typer.Exit(session.run(sign_in, ReadJournal(robot, limit, as_json), is_person=True))
+    signed_in(ReadJournal(robot, limit, as_json), server, email, code, password_stdin=password_stdin, is_person=True)

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
+
+if TYPE_CHECKING:
+    from mosaic_core.cli.operator_session import Work
 
 app = typer.Typer(no_args_is_help=True, help="Look at robots, and command them, from the terminal.")
 
@@ -23,6 +27,23 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line."
 DEFAULT_SERVER = "http://127.0.0.1:9001"
 
 
+def signed_in(
+    work: Work,
+    server: str,
+    email: str,
+    code: str,
+    *,
+    password_stdin: bool,
+    is_person: bool = False,
+    shows_timeline: bool = False,
+) -> NoReturn:
+    """Do ``work`` between signing in and signing off, and end with its exit code."""
+    from mosaic_core.cli import operator_session as session  # loads WebRTC: only for who does something
+
+    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
+    raise typer.Exit(session.run(sign_in, work, is_person=is_person, shows_timeline=shows_timeline))
+
+
 @app.command()
 def robots(
     server: Server = DEFAULT_SERVER,
@@ -32,10 +53,9 @@ def robots(
     as_json: AsJson = False,
 ) -> None:
     """List the robots of an account, with their state and connectors."""
-    from mosaic_core.cli import operator_session as session
+    from mosaic_core.cli.operator_session import list_robots
 
-    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
-    raise typer.Exit(session.run(sign_in, lambda operator: session.list_robots(operator, as_json=as_json)))
+    signed_in(partial(list_robots, as_json=as_json), server, email, code, password_stdin=password_stdin)
 
 
 @app.command()
@@ -51,11 +71,10 @@ def tail(
     timeline: Timeline = False,
 ) -> None:
     """Print what a connector sends until Ctrl+C; each second a camera's size and rate, a microphone's level."""
-    from mosaic_core.cli import operator_session as session
     from mosaic_core.cli.operator_tail import Tail
 
-    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
-    raise typer.Exit(session.run(sign_in, Tail(robot, label, count, as_json), shows_timeline=timeline))
+    work = Tail(robot, label, count, as_json)
+    signed_in(work, server, email, code, password_stdin=password_stdin, shows_timeline=timeline)
 
 
 @app.command()
@@ -77,9 +96,7 @@ def send(
     The robot enforces its limits; what it refuses is told. Without a terminal it counts as a program, which gives way
     to persons.
     """
-    from mosaic_core.cli import operator_session as session
     from mosaic_core.cli.operator_send import Send
 
-    sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
-    work = Send(robot, label, data, 1 / rate_hz, for_s, as_json)
-    raise typer.Exit(session.run(sign_in, work, is_person=sys.stdin.isatty(), shows_timeline=timeline))
+    work, is_person = Send(robot, label, data, 1 / rate_hz, for_s, as_json), sys.stdin.isatty()
+    signed_in(work, server, email, code, password_stdin=password_stdin, is_person=is_person, shows_timeline=timeline)
