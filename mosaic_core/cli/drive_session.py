@@ -99,13 +99,15 @@ class _Driver:
 
         ends = self._connection.on_refusal(self._refused)
         typer.echo(HELP, err=True)
-        async with terminal_keys(self._pressed), asyncio.TaskGroup() as group:
-            tasks = [group.create_task(self._command()), group.create_task(self._show())]
-            await self._quit.wait()
-            for task in tasks:
-                task.cancel()
-        ends()
-        self._send_zero()
+        try:
+            async with terminal_keys(self._pressed), asyncio.TaskGroup() as group:
+                tasks = [group.create_task(self._command()), group.create_task(self._show())]
+                await self._quit.wait()
+                for task in tasks:
+                    task.cancel()
+        finally:  # Ctrl+C with a key held, too: the robot need not wait until commands are overdue
+            ends()
+            self._send_zero()
         return FINE
 
     def _pressed(self, key: Key) -> None:

@@ -194,15 +194,17 @@ def drivable(world: Any) -> None:
     world.robot.catalogue = type(catalogue).of(entries)
 
 
+def velocities(robot: Any) -> list[Any]:
+    """All that were sent."""
+    channel = robot.channels.get("cmd_vel")
+    return [json.loads(frame.payload) for frame in channel.frames()] if channel else []
+
+
 def test_driving_sends_while_a_key_is_held_and_stops_the_robot_on_x(
     world: Any, robot: Any, keyboard: Callable[[bytes], None], capsys: Any
 ) -> None:
     drivable(world)
     world.stop_answer = 5_001_000
-
-    def sent() -> list[dict[str, Any]]:
-        channel = robot.channels.get("cmd_vel")
-        return [json.loads(frame.payload) for frame in channel.frames()] if channel else []
 
     async def drive(operator: Any) -> int:
         driving = asyncio.create_task(DriveSession(ROBOT, "cmd_vel", 0.3, 0.8, "", 1.0, True)(operator))
@@ -210,7 +212,7 @@ def test_driving_sends_while_a_key_is_held_and_stops_the_robot_on_x(
             while not robot.said(control.LeaseRequest):  # noqa: ASYNC110
                 await asyncio.sleep(0.01)
             keyboard(b"wa")
-            while {"linear": {"x": 0.3}, "angular": {"z": 0.8}} not in sent():  # noqa: ASYNC110
+            while {"linear": {"x": 0.3}, "angular": {"z": 0.8}} not in velocities(robot):  # noqa: ASYNC110
                 await asyncio.sleep(0.01)
             printed = ""
             while '"linear_mps": 0.3' not in printed:
@@ -218,7 +220,7 @@ def test_driving_sends_while_a_key_is_held_and_stops_the_robot_on_x(
                 await asyncio.sleep(0.05)
                 printed += capsys.readouterr().out
             keyboard(b"x")
-            while not robot.stops or sent()[-1]["linear"]["x"]:  # noqa: ASYNC110
+            while not robot.stops or velocities(robot)[-1]["linear"]["x"]:  # noqa: ASYNC110
                 await asyncio.sleep(0.01)
             keyboard(b"q")
             return await driving
@@ -249,6 +251,25 @@ def test_a_driver_hands_over_to_who_asks_and_leaves(
     assert do(world, drive) == 0
     assert (robot.said(control.LeaseAnswer)[0].peer_id, robot.said(control.LeaseAnswer)[0].grant) == ("b", True)
     assert "handed over" in capsys.readouterr().err
+
+
+def test_a_driver_who_is_interrupted_with_a_key_held_leaves_the_robot_standing(
+    world: Any, robot: Any, keyboard: Callable[[bytes], None]
+) -> None:
+    drivable(world)
+
+    async def drive(operator: Any) -> None:
+        driving = asyncio.create_task(DriveSession(ROBOT, "cmd_vel", 0.3, 0.8, "", 1.0, True)(operator))
+        async with asyncio.timeout(10):
+            while {"linear": {"x": 0.3}, "angular": {"z": 0.0}} not in velocities(robot):
+                keyboard(b"w")
+                await asyncio.sleep(0.05)
+        driving.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await driving
+
+    do(world, drive)
+    assert velocities(robot)[-1] == {"linear": {"x": 0.0}, "angular": {"z": 0.0}}
 
 
 def test_driving_what_takes_no_velocities_is_told(world: Any, robot: Any) -> None:
