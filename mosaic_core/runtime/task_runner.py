@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator
 from typing import Any
 
 from mosaic_core.runtime.body import STOP_PATIENCE_S, Body, Consume, tell_abandoned
+from mosaic_core.runtime.body_runner import BodyRunner
 from mosaic_core.runtime.failures import Failures
 from mosaic_core.runtime.handler_host import RuntimeHost
 
@@ -15,30 +16,13 @@ _PATIENCE_S = 0.3
 """After this a body that does not look at the stop is cancelled."""
 
 
-class TaskRunner:
+class TaskRunner(BodyRunner):
     """An ``async def`` body. Everything here runs on the event loop."""
 
     def __init__(self, label: str, body: Body, consume: Consume, host: RuntimeHost, failures: Failures) -> None:
-        self._label = label
-        self._body = body
-        self._consume = consume
-        self._host = host
-        self._failures = failures
+        super().__init__(label, body, consume, host, failures)
         self._wish = asyncio.Event()
-        self._has_ended = False
-        self._is_closed = False
-        self._is_running = False
         self._task: asyncio.Task[None] | None = None
-
-    @property
-    def state(self) -> str:
-        if self._is_closed:
-            return "stopped"
-        if self._failures.is_failing:
-            return "failed"
-        if self._is_running:
-            return "running"
-        return "ended" if self._has_ended else "waiting"
 
     def start(self) -> None:
         self._task = asyncio.get_running_loop().create_task(self._live(), name=f"mosaic-{self._label}")

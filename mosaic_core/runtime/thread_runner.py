@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from mosaic_core.runtime.body import Body, Consume
+from mosaic_core.runtime.body_runner import BodyRunner
 from mosaic_core.runtime.failures import Failures
 from mosaic_core.runtime.handler_host import RuntimeHost
 from mosaic_core.runtime.handler_thread import HandlerThread
@@ -16,31 +17,14 @@ from mosaic_core.runtime.handler_thread import HandlerThread
 logger = logging.getLogger(__name__)
 
 
-class ThreadRunner:
+class ThreadRunner(BodyRunner):
     """A ``def`` body."""
 
     def __init__(self, label: str, body: Body, consume: Consume, host: RuntimeHost, failures: Failures) -> None:
-        self._label = label
-        self._body = body
-        self._consume = consume
-        self._host = host
-        self._failures = failures
+        super().__init__(label, body, consume, host, failures)
         self._changed = threading.Condition()
         self._is_wanted = False
-        self._has_ended = False
-        self._is_closed = False
-        self._is_running = False
         self._thread = HandlerThread(label, self._live)
-
-    @property
-    def state(self) -> str:
-        if self._is_closed:
-            return "stopped"
-        if self._failures.is_failing:
-            return "failed"
-        if self._is_running:
-            return "running"
-        return "ended" if self._has_ended else "waiting"
 
     def start(self) -> None:
         self._thread.start()
