@@ -3,6 +3,7 @@ import { LaneLink } from './LaneLink'
 import { LaneSession, type LaneEffect, type LaneEvent, type LaneState } from './laneSession'
 import type { Platform } from './Platform'
 import { Value, type Readable } from './Readable'
+import { WakeTimer } from './WakeTimer'
 
 type LaneWord = 'lane.offer' | 'lane.candidate' | 'lane.close'
 
@@ -35,7 +36,7 @@ export class BulkLane {
   private readonly status = new Value<BulkLaneState>({ phase: 'none' })
   private session = new LaneSession()
   private attempt: Attempt | null = null
-  private timer: ReturnType<typeof setTimeout> | null = null
+  private readonly timer: WakeTimer
   private isKnown = false
   private hasGreeted = false
   /** Counts main connections, so that what was begun for an older one is recognized. */
@@ -46,7 +47,9 @@ export class BulkLane {
   constructor(
     private readonly platform: Platform,
     private readonly host: LaneHost,
-  ) {}
+  ) {
+    this.timer = new WakeTimer(() => platform.now(), () => this.handle({ type: 'ticked' }))
+  }
 
   /** Where bulk channels open; null: on the main connection. */
   get link(): LaneLink | null {
@@ -90,14 +93,14 @@ export class BulkLane {
     this.isKnown = this.hasGreeted = false
     this.session = new LaneSession()
     this.publish()
-    this.schedule()
+    this.timer.set(this.session.wakeAtMs)
   }
 
   private handle(event: LaneEvent): void {
     const effects = this.session.handle(event, this.platform.now(), this.platform.random())
     this.publish()
     for (const effect of effects) this.carryOut(effect)
-    this.schedule()
+    this.timer.set(this.session.wakeAtMs)
   }
 
   private carryOut(effect: LaneEffect): void {
@@ -166,12 +169,5 @@ export class BulkLane {
     const { state: phase, code } = this.session
     const now = this.status.get()
     if (now.phase !== phase || (now.code ?? '') !== code) this.status.set(code === '' ? { phase } : { phase, code })
-  }
-
-  private schedule(): void {
-    if (this.timer !== null) clearTimeout(this.timer)
-    const { wakeAtMs } = this.session
-    const tick = (): void => this.handle({ type: 'ticked' })
-    this.timer = wakeAtMs === null ? null : setTimeout(tick, Math.max(0, wakeAtMs - this.platform.now()))
   }
 }

@@ -1,4 +1,4 @@
-import { MOMENT_TITLES, type Moment } from '@mosaic/protocol'
+import { MOMENT_TITLES, type Moment, type SignalingMessage } from '@mosaic/protocol'
 import type { PeerEvent } from './peerEvents'
 import { Value, type Readable } from './Readable'
 
@@ -51,6 +51,14 @@ export class ConnectionTimeline {
   heard(event: PeerEvent, nowMs: number): void {
     const moment = OF_EVENT[event.type]
     if (moment !== undefined) this.mark(moment, nowMs)
+  }
+
+  /** A message of the server about this attempt. */
+  signaled(message: SignalingMessage, nowMs: number): void {
+    if (message.type === 'signaling.exchange_ice_candidate') this.mark('candidate', nowMs)
+    else if (message.type === 'signaling.send_sdp_answer' && message.data.sdpAnswer.includes('\na=candidate:')) {
+      this.mark('candidate', nowMs, 'in the answer')
+    }
   }
 
   /** It happened now; what happens again is not told, nor what comes after the end. */

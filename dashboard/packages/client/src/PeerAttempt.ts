@@ -1,4 +1,5 @@
-import type { ControlMessage, IceCandidate, IceServer } from '@mosaic/protocol'
+import type { ControlMessage, IceCandidate, IceServer, SignalingMessage } from '@mosaic/protocol'
+import { isAbout, reasonIn } from './connectionWords'
 import { ControlChannel } from './ControlChannel'
 import { PeerLink, type MediaLine } from './PeerLink'
 import type { PeerEvent } from './peerEvents'
@@ -32,7 +33,7 @@ export class PeerAttempt {
   readonly link: PeerLink
   readonly control: ControlChannel
   readonly stop: StopChannel
-  readonly rtcConnectionId: string
+  private readonly rtcConnectionId: string
   private held: IceCandidate[] | null
   private isOver = false
 
@@ -89,17 +90,15 @@ export class PeerAttempt {
     }
   }
 
-  async answered(sdp: string): Promise<void> {
-    this.happened({ type: 'answered' })
-    try {
-      await this.link.accept(sdp)
-    } catch (error) {
-      this.happened({ type: 'broken', code: 'sdp.invalid', message: String(error) })
-      return
+  /** A message of the server; false: it is about something else. */
+  signaled(message: SignalingMessage): boolean {
+    if (!isAbout(message, this.rtcConnectionId)) return false
+    if (message.type === 'signaling.send_sdp_answer') void this.answered(message.data.sdpAnswer)
+    else if (message.type === 'signaling.exchange_ice_candidate') void this.link.addCandidate(message.data.iceCandidate)
+    else if (message.type === 'signaling.close_peer_connection') {
+      this.happened({ type: 'broken', code: 'peer.closed', ...reasonIn(message.data) })
     }
-    const held = this.held ?? []
-    this.held = null
-    for (const candidate of held) this.candidateFound(candidate)
+    return true
   }
 
   /** Drop everything; with `bye` the robot is told on both ways that this was on purpose. */
@@ -114,6 +113,19 @@ export class PeerAttempt {
     this.stop.close()
     if (bye) setTimeout(() => this.link.close(), FAREWELL_MS)
     else this.link.close()
+  }
+
+  private async answered(sdp: string): Promise<void> {
+    this.happened({ type: 'answered' })
+    try {
+      await this.link.accept(sdp)
+    } catch (error) {
+      this.happened({ type: 'broken', code: 'sdp.invalid', message: String(error) })
+      return
+    }
+    const held = this.held ?? []
+    this.held = null
+    for (const candidate of held) this.candidateFound(candidate)
   }
 
   private candidateFound(iceCandidate: IceCandidate): void {

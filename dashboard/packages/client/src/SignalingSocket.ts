@@ -3,6 +3,7 @@ import type { Platform } from './Platform'
 import { Listeners, Value, type Readable } from './Readable'
 import { SignalingSession, type SignalingEffect, type SignalingEvent } from './signalingSession'
 import type { ServerState } from './types'
+import { WakeTimer } from './WakeTimer'
 
 /** The operator's WebSocket to the server. `SignalingSession` decides, this carries it out. */
 export class SignalingSocket {
@@ -13,7 +14,7 @@ export class SignalingSocket {
   private socket: WebSocket | null = null
   /** Whose status was asked for last: asked again, it is answered at once. */
   private robotIds: SignalingMessages['status.subscribe']['robotIds'] = []
-  private timer: ReturnType<typeof setTimeout> | null = null
+  private readonly timer: WakeTimer
 
   readonly state: Readable<ServerState> = this.serverState
 
@@ -21,6 +22,7 @@ export class SignalingSocket {
     private readonly url: string,
     private readonly platform: Platform,
   ) {
+    this.timer = new WakeTimer(() => platform.now(), () => this.handle({ type: 'ticked' }))
     platform.onNetworkChange(() => {
       this.handle({ type: 'networkChanged' })
       this.doubt()
@@ -63,7 +65,7 @@ export class SignalingSocket {
   private handle(event: SignalingEvent): void {
     const effects = this.session.handle(event, this.platform.now(), this.platform.random())
     for (const effect of effects) this.carryOut(effect)
-    this.schedule()
+    this.timer.set(this.session.wakeAtMs)
     this.serverState.set(this.session.state)
     // Told last, so that whoever hears it may send at once.
     for (const effect of effects) this.tell(effect)
@@ -107,12 +109,5 @@ export class SignalingSocket {
     this.socket = null
     socket.onopen = socket.onclose = socket.onmessage = null
     socket.close(1000)
-  }
-
-  private schedule(): void {
-    if (this.timer !== null) clearTimeout(this.timer)
-    const atMs = this.session.wakeAtMs
-    const tick = (): void => this.handle({ type: 'ticked' })
-    this.timer = atMs === null ? null : setTimeout(tick, Math.max(0, atMs - this.platform.now()))
   }
 }

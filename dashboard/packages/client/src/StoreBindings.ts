@@ -183,6 +183,7 @@ export class StoreBindings {
 
   /** The link is gone; the stores stay. */
   dropLink(): void {
+    if (this.link === null) return
     this.link = null
     this.isUp = this.isGreeted = false
     this.tracks.clear()

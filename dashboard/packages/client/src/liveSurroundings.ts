@@ -11,12 +11,13 @@ import type { ConnectionPhase } from './types'
 export interface Live {
   readonly attempt: () => PeerAttempt | null
   readonly phase: () => ConnectionPhase
-  readonly entryOf: (label: string) => CatalogueEntry | null
 }
 
 const COMING: ReadonlySet<ConnectionPhase> = new Set(['connecting', 'connected', 'reconnecting'])
 
-export function deskSurroundings(platform: Platform, { attempt, phase, entryOf }: Live): DeskSurroundings {
+type EntryOf = (label: string) => CatalogueEntry | null
+
+export function deskSurroundings(platform: Platform, { attempt, phase }: Live, entryOf: EntryOf): DeskSurroundings {
   return {
     now: () => platform.now(),
     every: (periodMs, onTick) => platform.ticks.every(periodMs, onTick),
