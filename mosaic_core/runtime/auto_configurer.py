@@ -106,7 +106,7 @@ class AutoConfigurer:
         for one in connectors:
             try:
                 made.append((one, one.configurer(one.config.label, one.params, safety=one.safety, shared=self.shared)))
-            except Exception as error:  # noqa: BLE001 - a plugin's code may fail in any way
+            except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
                 problems.append(_broken(one, document, f"{type(error).__name__}: {error}"))
         return made
 
@@ -142,7 +142,7 @@ def _handlers(
 
     try:
         made = configurer.configure()
-    except Exception as error:  # noqa: BLE001 - a plugin's code may fail in any way
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
         return broken(f"{type(error).__name__}: {error}")
     handlers = tuple(made) if isinstance(made, Sequence) else (made,)
     if not handlers or not all(isinstance(handler, Handler) for handler in handlers):

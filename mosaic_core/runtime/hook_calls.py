@@ -38,5 +38,5 @@ def call_hook(plugins: pluggy.PluginManager, name: str, /, **arguments: Any) -> 
         wanted = {argument: arguments[argument] for argument in implementation.argnames}
         try:
             implementation.function(**wanted)
-        except Exception:
+        except (Exception, SystemExit):
             logger.exception("hook %s of %s failed", name, implementation.plugin_name)

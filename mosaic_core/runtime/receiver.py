@@ -153,7 +153,7 @@ class Receiver:
         except asyncio.CancelledError:
             self.watch.finish(accepted=True)
             raise
-        except Exception as error:  # noqa: BLE001 (a plugin may raise anything)
+        except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything)
             self._raised(item, error)
         else:
             self._succeeded(item)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import time
 from collections.abc import AsyncIterator
 from typing import Any
@@ -11,6 +12,8 @@ from mosaic_core.runtime.body import STOP_PATIENCE_S, Body, Consume, tell_abando
 from mosaic_core.runtime.body_runner import BodyRunner
 from mosaic_core.runtime.failures import Failures
 from mosaic_core.runtime.handler_host import RuntimeHost
+
+logger = logging.getLogger(__name__)
 
 _PATIENCE_S = 0.3
 """After this a body that does not look at the stop is cancelled."""
@@ -66,7 +69,7 @@ class TaskRunner(BodyRunner):
 
     async def _run_once(self) -> float | None:
         started_s = time.monotonic()
-        body = asyncio.ensure_future(self._iterate())
+        body = asyncio.ensure_future(self._outcome())
         stop = asyncio.ensure_future(self._host.stopped())
         try:
             await asyncio.wait({body, stop}, return_when=asyncio.FIRST_COMPLETED)
@@ -76,10 +79,21 @@ class TaskRunner(BodyRunner):
             stop.cancel()
             body.cancel()
         await asyncio.wait({body})
-        if body.cancelled() or self._host.is_stopping:
+        error = None if body.cancelled() else body.result()
+        if error is None:
             return None
-        error = body.exception()
-        return self._failures.failed(error, time.monotonic() - started_s) if error is not None else None
+        if self._host.is_stopping:
+            logger.debug("connector %r raised while it stopped: %s", self._label, error)
+            return None
+        return self._failures.failed(error, time.monotonic() - started_s)
+
+    async def _outcome(self) -> BaseException | None:
+        """The error that ended it. A ``SystemExit`` that left the task would end the event loop, and the robot."""
+        try:
+            await self._iterate()
+        except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything; none stops the robot)
+            return error
+        return None
 
     async def _iterate(self) -> None:
         stream: AsyncIterator[Any] = self._body()

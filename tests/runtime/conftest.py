@@ -110,6 +110,20 @@ class FaultyConfigurer(Configurer[NoParams]):
         raise OSError("no such bus")
 
 
+class LeavingParams(Params):
+    when: str = "configured"
+
+
+class LeavingConfigurer(Configurer[LeavingParams]):
+    def __init__(self, label: str, params: LeavingParams, **more: Any) -> None:
+        super().__init__(label, params, **more)
+        if params.when == "made":
+            raise SystemExit(3)
+
+    def configure(self) -> Handler:
+        raise SystemExit(3)
+
+
 class NothingConfigurer(Configurer[NoParams]):
     def configure(self) -> Any:
         return None
@@ -149,6 +163,7 @@ TYPES = {
     "eye": "acme_gauges:EyeConfigurer",
     "pair": "acme_gauges:PairConfigurer",
     "faulty": "acme_gauges:FaultyConfigurer",
+    "leaving": "acme_gauges:LeavingConfigurer",
     "nothing": "acme_gauges:NothingConfigurer",
     "hidden": "acme_gauges:HiddenConfigurer",
     "odd": "acme_gauges:OddConfigurer",

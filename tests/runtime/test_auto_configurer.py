@@ -101,6 +101,17 @@ def test_every_connector_that_cannot_be_made_is_named(mistakes: Callable[[str], 
     assert "'_hidden'" in found[2].message
 
 
+def test_a_connector_that_wants_to_end_the_program_is_a_mistake_like_any_other(
+    mistakes: Callable[[str], tuple[Problem, ...]],
+) -> None:
+    found = mistakes("[{type: leaving, label: a}, {type: leaving, label: b, params: {when: made}}]")
+    assert [(problem.path, problem.code) for problem in found] == [
+        ("connectors[1]", "config.broken_plugin"),
+        ("connectors[0]", "config.broken_plugin"),
+    ]
+    assert all(problem.message.endswith("can't be made: SystemExit: 3") for problem in found)
+
+
 def test_a_message_type_without_a_schema_is_named(mistakes: Callable[[str], tuple[Problem, ...]]) -> None:
     (problem,) = mistakes("[{type: odd, label: a}]")
     assert problem.code == "config.broken_plugin"
@@ -142,17 +153,21 @@ class Recorder:
 
 
 class Broken:
+    def __init__(self, error: BaseException) -> None:
+        self._error = error
+
     @hookimpl
     def mosaic_before_configure(self) -> None:
-        raise RuntimeError("hook")
+        raise self._error
 
 
+@pytest.mark.parametrize("error", [RuntimeError("hook"), SystemExit(3)], ids=repr)
 def test_hooks_see_the_steps_and_a_broken_one_disturbs_nobody(
-    configured: Callable[..., Configured], caplog: pytest.LogCaptureFixture
+    configured: Callable[..., Configured], caplog: pytest.LogCaptureFixture, error: BaseException
 ) -> None:
     plugins, recorder = hook_plugins([]), Recorder()
     plugins.register(recorder)
-    plugins.register(Broken(), "broken one")
+    plugins.register(Broken(error), "broken one")
     configured("[{type: gauge, label: a}, {type: pair, label: b}]", plugins)
     assert recorder.steps == [("before", ["a", "b"]), ("after", ["a", "b-receiver", "b-sender"])]
     assert "hook mosaic_before_configure of broken one failed" in caplog.text

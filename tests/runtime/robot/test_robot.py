@@ -483,6 +483,23 @@ def test_a_failing_receiver_rests_reports_and_comes_back(kit: Any, monkeypatch: 
     kit.play(body)
 
 
+def test_sys_exit_in_an_async_receiver_is_a_failure_and_the_robot_goes_on(kit: Any) -> None:
+    class Leaving(DataChannelJsonReceivable):
+        async def handle_data(self, data: dict[str, Any]) -> None:
+            raise SystemExit(3)
+
+    async def body() -> None:
+        async with kit.running(kit.connector_of(Leaving("in"))) as scene:
+            await scene.network.ready()
+            operator = await scene.network.offer()
+            await operator.greet()
+            operator.open("in").say({})
+            await kit.until(lambda: scene.hooks.of("failed"))
+            assert isinstance(scene.hooks.of("failed")[0]["error"], SystemExit)
+
+    kit.play(body)
+
+
 def test_stop_is_orderly_quick_and_makes_everything_safe(kit: Any) -> None:
     class World:
         entered = 0

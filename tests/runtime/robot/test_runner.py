@@ -165,16 +165,26 @@ def test_an_async_body_that_waits_for_its_device_is_cancelled_and_closed(kit: An
     kit.play(body)
 
 
-def test_sys_exit_in_a_body_is_a_failure_like_any_other(kit: Any) -> None:
-    class Leaving(Flaky):
-        def messages(self) -> Iterator[str]:
-            self.attempts += 1
-            if self.attempts == 1:
-                raise SystemExit(3)
-            yield "here"
+class Leaving(Flaky):
+    def messages(self) -> Iterator[str]:
+        self.attempts += 1
+        if self.attempts == 1:
+            raise SystemExit(3)
+        yield "here"
 
+
+class LeavingTask(FlakyTask):
+    async def messages(self) -> AsyncIterator[str]:
+        self.attempts += 1
+        if self.attempts == 1:
+            raise SystemExit(3)
+        yield "here"
+
+
+@pytest.mark.parametrize("made", [Leaving, LeavingTask])
+def test_sys_exit_in_a_body_is_a_failure_like_any_other(kit: Any, made: Callable[[], Any]) -> None:
     async def body() -> None:
-        async with Setup(Leaving()) as setup:
+        async with Setup(made()) as setup:
             await kit.until(lambda: setup.sent == [b"here"])
             assert isinstance(setup.failures[0], SystemExit)
 
