@@ -182,7 +182,7 @@ export class RobotConnection implements StoreHost {
         conversation.stores.begin()
         return this.requestIfOnline()
       case 'makeOffer':
-        return void this.attempt?.offer(conversation.stores.mediaLines())
+        return void this.attempt?.offer(conversation.stores.media.lines())
       case 'sendHello':
         return this.attempt?.control.sendHello(conversation.resumeWord())
       case 'sendPing':

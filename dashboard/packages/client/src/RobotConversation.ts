@@ -59,7 +59,7 @@ export class RobotConversation {
   }
 
   visibilityChanged(isVisible: boolean): void {
-    this.stores.setVisible(isVisible)
+    this.stores.media.setVisible(isVisible)
     this.control.visibilityChanged(isVisible)
   }
 
@@ -86,7 +86,7 @@ export class RobotConversation {
       case 'hello':
         // Too late: both sides take each other for originals by now.
         if (isGreeted) this.greeted(message.data.extensions)
-        return this.stores.greeted()
+        return this.stores.media.greeted()
       case 'catalogue':
         this.mark('catalogue')
         return this.known.learn(message.data.catalogue)
@@ -104,9 +104,9 @@ export class RobotConversation {
         return this.streams.delivered(message.data)
       case 'media.origin':
         this.pictures.originKnown(message.data)
-        return this.stores.originKnown(message.data)
+        return this.stores.media.originKnown(message.data)
       case 'media.talking':
-        return this.stores.talkingChanged(message.data)
+        return this.stores.media.talkingChanged(message.data)
       case 'media.unavailable':
         return this.stores.mediaUnavailable(message.data)
       case 'near':
