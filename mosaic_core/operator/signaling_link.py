@@ -8,7 +8,6 @@ import random
 import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from typing import Any
 
 from mosaic_core.machines import operator_signaling as machine
 from mosaic_core.machines.signaling_events import (
@@ -24,6 +23,7 @@ from mosaic_core.machines.signaling_events import (
     SocketClosed,
     SocketOpened,
 )
+from mosaic_core.runtime.socket_renewal import SocketRenewal
 from mosaic_core.runtime.transport import SignalingSocket, SocketConnector
 from mosaic_core.words.codes import CloseCode, reason
 from mosaic_core.words.errors import AuthError, SignalingError
@@ -50,13 +50,11 @@ class SignalingLink:
         self._url = url
         self._connect = connect
         self._deliver = deliver
-        self._socket: SignalingSocket | None = None
         self._outgoing: asyncio.Queue[str] = asyncio.Queue(MAX_QUEUED)
         self._reconnect_after_s = 0.0
         self._changed = asyncio.Event()
-        self._renewal = asyncio.Event()
+        self._renewal = SocketRenewal(lambda socket: socket.close())
         self._frames = 0
-        self._farewells: set[asyncio.Task[None]] = set()
         self._woken = asyncio.Event()
         self._close_request: CloseSocket | None = None
         self._problem: tuple[str, str] | None = None
@@ -103,13 +101,13 @@ class SignalingLink:
                         await self._changed.wait()
             if self._frames == heard and self.session.state == "ready":
                 self.renew()
-        while self._renewal.is_set() and self.session.state == "ready":  # noqa: ASYNC110 - the old socket is left at once
+        while self._renewal.is_due and self.session.state == "ready":  # noqa: ASYNC110 - the old socket is left at once
             await asyncio.sleep(0)
         await self.wait_ready(timeout_s)
 
     def renew(self) -> None:
         """The network is another one: leave the socket, which may be dead without knowing it; make a new one now."""
-        self._renewal.set()
+        self._renewal.ask()
 
     async def close(self) -> None:
         """Send what is queued, then end."""
@@ -122,46 +120,24 @@ class SignalingLink:
             with suppress(asyncio.CancelledError):
                 await self._task
             self._task = None
-        if self._socket is not None:
-            await self._socket.close()
-            self._socket = None
-        await asyncio.gather(*self._farewells, return_exceptions=True)
+        await self._renewal.all_left()
 
     async def _run(self) -> None:
         while self.session.state != "stopped":
-            self._renewal.clear()
-            connecting = asyncio.create_task(self._connect(self._url))
-            if not await self._until_done(connecting):
-                connecting.cancel()
-                await asyncio.wait({connecting})
-                if not connecting.cancelled() and connecting.exception() is None:
-                    self._say_farewell(connecting.result())
-                self._handle(NetworkChanged())
-            elif (error := connecting.exception()) is None:
-                self._socket = connecting.result()
-                await self._serve(self._socket)
-                self._handle(SocketClosed(self._socket.close_code))
-            elif isinstance(error, SignalingError):
+            try:
+                socket = await self._renewal.opened(self._connect(self._url))
+            except SignalingError as error:
                 self._handle(ConnectFailed(error.message, error.code))
             else:
-                raise error
+                if socket is None:
+                    self._handle(NetworkChanged())
+                else:
+                    await self._serve(socket)
+                    self._handle(SocketClosed(socket.close_code))
             with suppress(TimeoutError):
                 async with asyncio.timeout(self._reconnect_after_s):
-                    await self._renewal.wait()
+                    await self._renewal.asked()
                     self._handle(NetworkChanged())
-
-    async def _until_done(self, *tasks: asyncio.Task[Any]) -> bool:
-        """Until one of them is done; ``False``: the network changed before."""
-        renewal = asyncio.create_task(self._renewal.wait())
-        try:
-            await asyncio.wait({renewal, *tasks}, return_when=asyncio.FIRST_COMPLETED)
-        except asyncio.CancelledError:
-            for task in tasks:
-                task.cancel()
-            raise
-        finally:
-            renewal.cancel()
-        return any(task.done() for task in tasks)
 
     async def _serve(self, socket: SignalingSocket) -> None:
         self._outgoing = asyncio.Queue(MAX_QUEUED)
@@ -169,7 +145,7 @@ class SignalingLink:
         tasks = [asyncio.create_task(work) for work in (self._read(socket), self._write(socket), self._watch(socket))]
         is_moved = False
         try:
-            is_moved = not await self._until_done(*tasks)
+            is_moved = not await self._renewal.until_done(*tasks)
         finally:
             for task in tasks:
                 task.cancel()
@@ -181,13 +157,7 @@ class SignalingLink:
             await socket.close()
             return
         self._handle(NetworkChanged())
-        self._say_farewell(socket)
-
-    def _say_farewell(self, socket: SignalingSocket) -> None:
-        """Without waiting for it: whoever is out of reach answers nothing."""
-        farewell = asyncio.create_task(socket.close())
-        self._farewells.add(farewell)
-        farewell.add_done_callback(self._farewells.discard)
+        self._renewal.leave(socket)
 
     async def _read(self, socket: SignalingSocket) -> None:
         async for text in socket:

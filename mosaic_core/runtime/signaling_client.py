@@ -7,10 +7,10 @@ import logging
 import random
 import time
 from collections.abc import Callable
-from typing import Any
 
 from mosaic_core.machines import signaling_events as session
 from mosaic_core.machines.signaling_session import SignalingSession
+from mosaic_core.runtime.socket_renewal import SocketRenewal
 from mosaic_core.runtime.transport import SignalingSocket, SocketConnector
 from mosaic_core.words.errors import SignalingError
 
@@ -41,8 +41,7 @@ class SignalingClient:
         self._delay_s = 0.0
         self._timer: asyncio.TimerHandle | None = None
         self._stopped = asyncio.Event()
-        self._renewal = asyncio.Event()
-        self._farewells: set[asyncio.Task[None]] = set()
+        self._renewal = SocketRenewal(lambda socket: _close(socket, 1000, ""))
 
     def tell(self, event: session.Event) -> None:
         """Something happened: on the socket, or in the robot."""
@@ -60,45 +59,27 @@ class SignalingClient:
 
     def renew(self) -> None:
         """The network is another one: leave the socket, which may be dead without knowing it; make a new one now."""
-        self._renewal.set()
+        self._renewal.ask()
 
     async def run(self) -> None:
         """Until the session is stopped."""
         while not self._stopped.is_set():
-            self._renewal.clear()
-            connecting = self._loop.create_task(self._connect(self._url))
-            if not await self._until_done(connecting):
-                connecting.cancel()
-                await asyncio.wait({connecting})
-                if not connecting.cancelled() and connecting.exception() is None:
-                    self._say_farewell(connecting.result())
-                self.tell(session.NetworkChanged())
-            elif (error := connecting.exception()) is None:
-                await self._serve(connecting.result())
-            elif isinstance(error, SignalingError):
+            try:
+                socket = await self._renewal.opened(self._connect(self._url))
+            except SignalingError as error:
                 self.tell(session.ConnectFailed(error.message, error.code))
             else:
-                raise error
+                if socket is None:
+                    self.tell(session.NetworkChanged())
+                else:
+                    await self._serve(socket)
             await self._wait()
-
-    async def _until_done(self, *tasks: asyncio.Task[Any]) -> bool:
-        """Until one of them is done; ``False``: the network changed before."""
-        renewal = self._loop.create_task(self._renewal.wait())
-        try:
-            await asyncio.wait({renewal, *tasks}, return_when=asyncio.FIRST_COMPLETED)
-        except asyncio.CancelledError:
-            for task in tasks:
-                task.cancel()
-            raise
-        finally:
-            renewal.cancel()
-        return any(task.done() for task in tasks)
 
     async def _wait(self) -> None:
         stopped = self._loop.create_task(self._stopped.wait())
         try:
             async with asyncio.timeout(self._delay_s):
-                if not await self._until_done(stopped):
+                if not await self._renewal.until_done(stopped):
                     self.tell(session.NetworkChanged())
         except TimeoutError:
             return
@@ -112,7 +93,7 @@ class SignalingClient:
         self.tell(session.SocketOpened())
         is_moved = False
         try:
-            is_moved = not await self._until_done(reader, writer)
+            is_moved = not await self._renewal.until_done(reader, writer)
         finally:
             self._unsent = None
             code = None if not writer.done() or writer.cancelled() or writer.exception() else writer.result()
@@ -127,13 +108,7 @@ class SignalingClient:
             await _close(socket, 1000, "")
             return
         self.tell(session.NetworkChanged())
-        self._say_farewell(socket)
-
-    def _say_farewell(self, socket: SignalingSocket) -> None:
-        """Without waiting for it: whoever is out of reach answers nothing."""
-        farewell = self._loop.create_task(_close(socket, 1000, ""))
-        self._farewells.add(farewell)
-        farewell.add_done_callback(self._farewells.discard)
+        self._renewal.leave(socket)
 
     async def _read(self, socket: SignalingSocket) -> None:
         try:
