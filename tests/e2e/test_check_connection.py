@@ -32,18 +32,6 @@ def page(browser: Any) -> Any:
     context.close()
 
 
-@pytest.fixture
-def sign_in(server: Any, seed: Any) -> Any:
-    def signed_in(page: Page) -> None:
-        page.goto(server.url)
-        page.get_by_label("Email").fill(seed.email)
-        page.locator("input[type=password]").fill(seed.password)
-        page.keyboard.press("Enter")
-        page.get_by_role("heading", name="Robots").wait_for()
-
-    return signed_in
-
-
 def test_the_check_page_looks_at_browser_server_and_ice_without_a_robot(
     page: Page, server: Any, seed: Any, sign_in: Any
 ) -> None:

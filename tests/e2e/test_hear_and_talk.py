@@ -65,15 +65,11 @@ def ears(playwright: Playwright, chromium: str) -> Iterator[Browser]:
 
 
 @pytest.fixture
-def page(ears: Browser, server: Any, seed: Any, robot: Any) -> Iterator[Page]:
+def page(ears: Browser, server: Any, seed: Any, robot: Any, sign_in: Callable[[Page], None]) -> Iterator[Page]:
     """Signed in, connected to the robot, its picture shown beside the sound."""
     context = ears.new_context(viewport={"width": 1280, "height": 900})
     shown = context.new_page()
-    shown.goto(server.url)
-    shown.get_by_label("Email").fill(seed.email)
-    shown.locator("input[type=password]").fill(seed.password)
-    shown.keyboard.press("Enter")
-    shown.get_by_role("heading", name="Robots").wait_for()
+    sign_in(shown)
     shown.goto(f"{server.url}/robots/{seed.robot_id}")
     shown.get_by_text("Connected", exact=True).wait_for()
     yield shown

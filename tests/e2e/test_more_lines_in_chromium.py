@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
@@ -51,17 +51,13 @@ def tell_older_catalogue(page_end: WebSocketRoute) -> None:
 
 
 @pytest.fixture
-def page(browser: Browser, robot: Any, server: Any, seed: Any) -> Iterator[Page]:
+def page(browser: Browser, robot: Any, sign_in: Callable[[Page], None]) -> Iterator[Page]:
     context = browser.new_context(viewport={"width": 1280, "height": 900})
     page = context.new_page()
     page.set_default_timeout(20_000)
     page.route("**/catalogue", answer_with_older_catalogue)
     page.route_web_socket("**/ws/user*", tell_older_catalogue)
-    page.goto(server.url)
-    page.get_by_label("Email").fill(seed.email)
-    page.locator("input[type=password]").fill(seed.password)
-    page.keyboard.press("Enter")
-    page.get_by_role("heading", name="Robots").wait_for()
+    sign_in(page)
     yield page
     context.close()
 

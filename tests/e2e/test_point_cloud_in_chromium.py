@@ -39,16 +39,12 @@ def browsing(playwright: Playwright, chromium: str, flags: list[str]) -> Iterato
 
 
 @contextmanager
-def robot_page(browser: Browser, server: Any, seed: Any) -> Iterator[Page]:
+def robot_page(browser: Browser, robot_url: str, sign_in: Callable[[Page], None]) -> Iterator[Page]:
     page = browser.new_context(viewport={"width": 1100, "height": 800}).new_page()
     page.set_default_timeout(30_000)
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(server.url)
-    page.get_by_label("Email").fill(seed.email)
-    page.locator("input[type=password]").fill(seed.password)
-    page.keyboard.press("Enter")
-    page.get_by_role("heading", name="Robots").wait_for()
+    sign_in(page)
     page.goto(f"{server.url}/robots/{seed.robot_id}")
     page.get_by_text("Connected", exact=True).wait_for()
     yield page

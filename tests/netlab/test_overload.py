@@ -20,6 +20,8 @@ TIMEOUT_S = 0.3
 BLOCKED_S = 1.4
 """Several time-outs, but not yet the two seconds after which the operator gives the robot up."""
 STOPS = 20
+LEAST_BULK_BPS = 4_000_000
+"""Or there was none beside; it gives way to all else on a busy machine."""
 BOUND_S = 0.8
 """For a stop or a standstill by silence, on top of ``timeout_s``, beside everything that this module starts."""
 
@@ -80,7 +82,7 @@ def test_on_a_saturated_machine_silence_and_a_stop_still_stop_the_robot(site: An
     site.on_operators_side(body)
 
 
-def test_beside_ten_megabytes_a_second_silence_and_a_stop_still_stop_the_robot(site: Any, until: Any) -> None:
+def test_beside_bulk_that_takes_all_it_gets_silence_and_a_stop_still_stop_the_robot(site: Any, until: Any) -> None:
     async def body() -> None:
         async with site.connected() as connection:
             await connection.control.take()
@@ -90,6 +92,6 @@ def test_beside_ten_megabytes_a_second_silence_and_a_stop_still_stop_the_robot(s
             await bulk.next_message()
             start_s = time.monotonic()
             await stops_by_silence_and_by_word(site, until, connection)
-            assert sum(arrived) > 2e6 * (time.monotonic() - start_s), "there was bulk beside"
+            assert sum(arrived) > LEAST_BULK_BPS / 8 * (time.monotonic() - start_s)
 
     site.on_operators_side(body)

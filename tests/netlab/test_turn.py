@@ -108,7 +108,7 @@ def test_a_tls_certificate_that_nobody_vouches_for_is_refused(nat_lab: NatLab) -
 def test_a_dead_first_url_costs_nothing(nat_lab: NatLab) -> None:
     sdp, took_s = nat_lab.on_operators_side(lambda: offered(servers(DEAD, URLS["udp"])))
     assert " typ relay" in sdp
-    assert took_s < 1
+    assert took_s < 3, "waiting for the dead one takes five seconds"
 
 
 @pytest.mark.usefixtures("coturn")

@@ -55,7 +55,7 @@ def test_a_round_trip_takes_twice_the_delay(pair: Any, path: ImpairedPath) -> No
             await asyncio.wait_for(came.get(), WAIT_S)
             return time.monotonic() - start_s
 
-    assert 0.12 <= asyncio.run(scenario()) < 0.6
+    assert 0.12 <= asyncio.run(scenario()) < 2.0
 
 
 def test_nothing_passes_a_cut_path_until_it_heals(pair: Any, path: ImpairedPath) -> None:

@@ -81,7 +81,7 @@ def test_leaving_does_not_wait_for_a_read_that_hangs(scripted: Make) -> None:
     began_s = time.monotonic()
     with Grabber(lambda: source, is_looping=False, name="x") as grabber:
         assert grabber.next(0.05) is None
-    assert time.monotonic() - began_s < 1.0
+    assert time.monotonic() - began_s < 5.0
     assert not source.is_closed.is_set()
     source.may_read.set()
     assert source.is_closed.wait(2), "the thread closes the source by itself once the read returns"

@@ -245,7 +245,7 @@ def test_after_a_restart_robots_operators_catalogues_and_sessions_come_back(
         server.server.should_exit = True
         assert user.close_code() == 1001, "tells everybody to come back"
         port = server.listening.port
-    assert time.monotonic() - started_s < 2
+    assert time.monotonic() - started_s < 10
     with start_server(settings, port) as server:
         robot = server.connect_robot(robot_id, robot_token, OURS)
         user = server.connect_operator(token, OURS)

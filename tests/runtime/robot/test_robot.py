@@ -525,7 +525,7 @@ def test_stop_is_orderly_quick_and_makes_everything_safe(kit: Any) -> None:
             before_s = time.monotonic()
             scene.robot.stop()
             await kit.until(lambda: world.entered == 0)
-            assert time.monotonic() - before_s < 2
+            assert time.monotonic() - before_s < 5
             assert "safety.shutdown" in base.log
             assert control.heard("bye")[0].code == "peer.shutdown"
             assert operator.is_closed
@@ -548,7 +548,7 @@ def test_a_body_that_ignores_stop_is_abandoned_by_name(kit: Any, caplog: pytest.
         async with kit.running(kit.connector_of(Deaf("deaf"))) as scene:
             await kit.until(lambda: [row.state for row in scene.robot.snapshot().connectors] == ["running"])
             before_s = time.monotonic()
-        assert time.monotonic() - before_s < 2
+        assert time.monotonic() - before_s < 5
 
     kit.play(body)
     release.set()
