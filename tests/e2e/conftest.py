@@ -157,6 +157,13 @@ class Driver:
     url: str
     seed: Any
 
+    def sign_in(self) -> None:
+        self.page.goto(self.url)
+        self.page.get_by_label("Email").fill(self.seed.email)
+        self.page.locator("input[type=password]").fill(self.seed.password)
+        self.page.keyboard.press("Enter")
+        self.page.get_by_role("heading", name="Robots").wait_for()
+
     @property
     def lease(self) -> Locator:
         return self.page.get_by_test_id("lease-motion")
@@ -211,29 +218,21 @@ class Driver:
 
 @pytest.fixture(scope="module")
 def sign_in(server: Any, seed: Any) -> Callable[[Page], None]:
-    """`sign_in(page)`: the person of the account `seed` has signed in, and sees the list of robots."""
-
-    def signed_in(page: Page) -> None:
-        page.goto(server.url)
-        page.get_by_label("Email").fill(seed.email)
-        page.locator("input[type=password]").fill(seed.password)
-        page.keyboard.press("Enter")
-        page.get_by_role("heading", name="Robots").wait_for()
-
-    return signed_in
+    """`sign_in(page)`: the list of robots, for the person of `seed`."""
+    return lambda page: Driver(page, server.url, seed).sign_in()
 
 
 @pytest.fixture(scope="module")
-def driver_of(server: Any, seed: Any, sign_in: Callable[[Page], None]) -> Callable[[Page], Driver]:
+def driver_of(server: Any, seed: Any) -> Callable[[Page], Driver]:
     """`driver_of(page)`: a signed-in person on the robot's page."""
 
-    def on_its_page(page: Page) -> Driver:
-        sign_in(page)
+    def signed_in(page: Page) -> Driver:
         person = Driver(page, server.url, seed)
+        person.sign_in()
         person.open_robot()
         return person
 
-    return on_its_page
+    return signed_in
 
 
 @contextmanager

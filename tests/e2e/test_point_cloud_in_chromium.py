@@ -39,7 +39,7 @@ def browsing(playwright: Playwright, chromium: str, flags: list[str]) -> Iterato
 
 
 @contextmanager
-def robot_page(browser: Browser, robot_url: str, sign_in: Callable[[Page], None]) -> Iterator[Page]:
+def robot_page(browser: Browser, server: Any, seed: Any, sign_in: Callable[[Page], None]) -> Iterator[Page]:
     page = browser.new_context(viewport={"width": 1100, "height": 800}).new_page()
     page.set_default_timeout(30_000)
     errors: list[str] = []
@@ -65,9 +65,16 @@ def coloured_share(pixels: Any) -> float:
 
 
 def test_a_cloud_is_decoded_drawn_and_turned(
-    playwright: Playwright, chromium: str, server: Any, seed: Any, cloud_robot: Any, wait_for: Callable[..., float]
+    playwright: Playwright,
+    chromium: str,
+    server: Any,
+    seed: Any,
+    sign_in: Any,
+    cloud_robot: Any,
+    wait_for: Callable[..., float],
 ) -> None:
-    with browsing(playwright, chromium, SOFTWARE_GRAPHICS) as browser, robot_page(browser, server, seed) as page:
+    flags = SOFTWARE_GRAPHICS
+    with browsing(playwright, chromium, flags) as browser, robot_page(browser, server, seed, sign_in) as page:
         if not page.evaluate("document.createElement('canvas').getContext('webgl2') !== null"):
             pytest.skip("this Chromium has no WebGL, not even in software")
         facts = page.get_by_text(re.compile(r"60,000 points · [\d.]+ Hz · \d+ KB · \d+ m?s"))
@@ -87,7 +94,8 @@ def test_a_cloud_is_decoded_drawn_and_turned(
 
 
 def test_without_webgl_it_is_said(
-    playwright: Playwright, chromium: str, server: Any, seed: Any, cloud_robot: Any
+    playwright: Playwright, chromium: str, server: Any, seed: Any, sign_in: Any, cloud_robot: Any
 ) -> None:
-    with browsing(playwright, chromium, NO_GRAPHICS) as browser, robot_page(browser, server, seed) as page:
+    flags = NO_GRAPHICS
+    with browsing(playwright, chromium, flags) as browser, robot_page(browser, server, seed, sign_in) as page:
         expect(page.get_by_text("This browser can't draw point clouds now")).to_be_visible()

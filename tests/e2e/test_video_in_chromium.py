@@ -89,7 +89,7 @@ def camera_robot(server: Any, seed: Any, tmp_path_factory: pytest.TempPathFactor
 
 
 @contextmanager
-def viewer(browser: Browser, server: Any, seed: Any) -> Iterator[Page]:
+def viewer(browser: Browser, server: Any, seed: Any, sign_in: Callable[[Page], None]) -> Iterator[Page]:
     """A signed-in person's page with both pictures."""
     context = browser.new_context(viewport={"width": 1280, "height": 1600})
     page = context.new_page()
@@ -146,8 +146,8 @@ def codec(page: Page, label: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def page(browser: Browser, server: Any, seed: Any, camera_robot: CountedRobot) -> Iterator[Page]:
-    with viewer(browser, server, seed) as first:
+def page(browser: Browser, server: Any, seed: Any, sign_in: Any, camera_robot: CountedRobot) -> Iterator[Page]:
+    with viewer(browser, server, seed, sign_in) as first:
         yield first
 
 
@@ -180,10 +180,16 @@ def test_the_age_over_the_picture_is_the_one_that_is_burnt_into_it(page: Page) -
 
 
 def test_several_viewers_cost_one_encoder_and_who_comes_late_sees_a_picture(
-    page: Page, browser: Browser, server: Any, seed: Any, camera_robot: CountedRobot, wait_for: Callable[..., float]
+    page: Page,
+    browser: Browser,
+    server: Any,
+    seed: Any,
+    sign_in: Any,
+    camera_robot: CountedRobot,
+    wait_for: Callable[..., float],
 ) -> None:
     with ExitStack() as stack:
-        others = [stack.enter_context(viewer(browser, server, seed)) for _ in range(2)]
+        others = [stack.enter_context(viewer(browser, server, seed, sign_in)) for _ in range(2)]
         for one in (page, *others):
             seen(one, "front", 10)
         # While a viewer changes to another rung there are two for a moment.
