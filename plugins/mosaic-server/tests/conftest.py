@@ -8,6 +8,7 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,12 +26,14 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from mosaic_server.migrations import upgrade
+from mosaic_server.roles import Role
 from mosaic_server.security.passwords import hash_password
 from mosaic_server.serving import Listening, Server, make_server
 from mosaic_server.settings import Settings
 from mosaic_server.sockets.keep_alive import KeepAlivePeriods
 from mosaic_server.storage.accounts import Membership, Person, add_account
 from mosaic_server.storage.database import Database
+from mosaic_server.storage.grants import Actor, LastSupervisor, set_role
 from mosaic_server.storage.robots import RobotAuthType, add_robot, renew_token
 
 PASSWORD = "correct horse battery"  # noqa: S105 - of throw-away accounts
@@ -235,6 +238,29 @@ def _old_database(database: Database) -> None:
 def old_database() -> Callable[[Database], None]:
     """Fills an empty database as the first version of the server would have left it."""
     return _old_database
+
+
+def _demote_each_other(database: Database) -> None:
+    robot, test = str(UUID(int=1)), Actor("test")
+
+    def demoted(account_id: str) -> bool:
+        try:
+            database.work(set_role, robot, account_id, Role.OBSERVER, test)
+        except LastSupervisor:
+            return False
+        return True
+
+    with ThreadPoolExecutor(2) as administrators:
+        for _ in range(10):
+            for account_id in ("ada", "bob"):
+                database.work(set_role, robot, account_id, Role.SUPERVISOR, test)
+            assert sorted(administrators.map(demoted, ("ada", "bob"))) == [False, True]
+
+
+@pytest.fixture
+def demote_each_other() -> Callable[[Database], None]:
+    """Two supervisors of the `old_database`, migrated, demote each other at once, ten times: one stays each time."""
+    return _demote_each_other
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 from uuid import UUID
@@ -18,7 +17,7 @@ from mosaic_server import migrations
 from mosaic_server.roles import Role
 from mosaic_server.storage.accounts import person_by_email
 from mosaic_server.storage.database import Database
-from mosaic_server.storage.grants import Actor, LastSupervisor, roles_on_robot, set_role
+from mosaic_server.storage.grants import Actor, roles_on_robot, set_role
 from mosaic_server.storage.tables import Base
 
 ROBOT = str(UUID(int=1))
@@ -76,22 +75,10 @@ def test_an_upgraded_server_goes_on(settings: Any, start_server: Any, old_databa
 
 
 def test_of_two_supervisors_who_demote_each_other_at_once_one_stays(
-    tmp_path: Path, old_database: Callable[[Database], None]
+    tmp_path: Path, old_database: Callable[[Database], None], demote_each_other: Callable[[Database], None]
 ) -> None:
     database = Database(tmp_path)
     old_database(database)
     database.migrate()
-
-    def demoted(account_id: str) -> bool:
-        try:
-            database.work(set_role, ROBOT, account_id, Role.OBSERVER, TEST)
-        except LastSupervisor:
-            return False
-        return True
-
-    with ThreadPoolExecutor(2) as administrators:
-        for _ in range(10):
-            for account_id in ("ada", "bob"):
-                database.work(set_role, ROBOT, account_id, Role.SUPERVISOR, TEST)
-            assert sorted(administrators.map(demoted, ("ada", "bob"))) == [False, True]
+    demote_each_other(database)
     database.close()
