@@ -180,6 +180,7 @@ export class StoreBindings {
     if (plan.type === 'mismatch') store.setState(plan.state)
     else if (plan.type === 'media' && !isMedia(store)) store.setState(NOT_MEDIA)
     else if (store.state.get().phase === 'mismatch') store.setState({ phase: 'waiting' })
+    if (plan.type === 'mismatch') ports.close()
     if (plan.type === 'media' && isMedia(store)) this.media.bind(store)
     else if (plan.type === 'channels' && this.link) ports.open(this.link, plan, this.isOriginal)
   }

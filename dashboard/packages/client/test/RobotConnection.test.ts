@@ -8,7 +8,7 @@ import {
   type ReceivableStore,
 } from '../src'
 import { CATALOGUE, entry, greet, greeted, link, linked, live, ROBOT, settle, signedIn } from './bench'
-import { Refused } from './fakes'
+import { Refused, type FakePeerConnection, type FakePlatform } from './fakes'
 
 beforeEach(() => {
   vi.useFakeTimers({ toFake: ['setTimeout', 'clearTimeout', 'setInterval', 'clearInterval', 'performance', 'Date'] })
@@ -20,6 +20,12 @@ afterEach(() => {
 
 const connector = (connectorId: string, dataType?: 'json-r2u' | 'json-u2r' | 'json-bi' | 'media') =>
   dataType === undefined ? { robotId: ROBOT, connectorId } : { robotId: ROBOT, connectorId, dataType }
+
+/** A ping that took no time, at this moment of the robot's clock. */
+function compareClocks(peer: FakePeerConnection, platform: FakePlatform, robotUs: number): void {
+  const t0 = Math.round(platform.now() * 1000)
+  peer.channel('_mosaic').control('pong', { t0, t1: robotUs, t2: robotUs })
+}
 
 describe('the offer', () => {
   test('has the control channel and one line per media label, in catalogue order', async () => {
@@ -179,8 +185,7 @@ describe('a receivable store', () => {
 
   test('gets its channel at any time later, and hands over messages with number, stamp and age', async () => {
     const { platform, client, peer } = await greeted()
-    const t0 = Math.round(platform.now() * 1000)
-    peer.channel('_mosaic').control('pong', { t0, t1: 9_000_000, t2: 9_000_000 })
+    compareClocks(peer, platform, 9_000_000)
     const store = client.storeManager.getOrCreateStore(connector('battery', 'json-r2u')) as ReceivableStore
     const heard: [string, MessageInfo | undefined][] = []
     store.subscribe((data, info) => void heard.push([new TextDecoder().decode(data), info]))
@@ -192,6 +197,39 @@ describe('a receivable store', () => {
     expect(info).toMatchObject({ seq: 1, stampUs: 9_010_000, latched: true })
     expect(info?.ageMs).toBeCloseTo(20)
     expect(store.latest?.info.seq).toBe(1)
+  })
+
+  test('a value latched before the first pong has no age, and its true one as soon as the clocks are compared', async () => {
+    const { platform, client, peer } = await greeted()
+    const store = client.storeManager.getOrCreateStore(connector('battery', 'json-r2u')) as ReceivableStore
+    const heard: MessageInfo[] = []
+    peer.channel('battery').opens().says('1', { stampUs: 7_000_000, latched: true })
+    store.subscribe((_data, info) => void (info && heard.push(info)))
+    await settle()
+    expect([store.latest?.info.ageMs, heard[0]?.ageMs]).toEqual([null, null])
+    expect(heard[0]?.latched).toBe(true)
+    compareClocks(peer, platform, 30_000_000)
+    expect(store.latest?.info.ageMs).toBeCloseTo(23_000)
+    expect(heard[0]?.ageMs).toBeCloseTo(23_000)
+  })
+
+  test('after a reconnect each value is measured by the clocks of its own connection', async () => {
+    const { platform, client, peer } = await greeted()
+    const store = client.storeManager.getOrCreateStore(connector('battery', 'json-r2u')) as ReceivableStore
+    compareClocks(peer, platform, 30_000_000)
+    peer.channel('battery').opens().says('1', { stampUs: 29_990_000 })
+    const before = store.latest?.info
+    peer.channel('_mosaic').vanishes()
+    expect(before?.ageMs).toBeCloseTo(10)
+    await vi.advanceTimersByTimeAsync(500)
+    const again = await link(platform)
+    greet(again)
+    // The robot has restarted: its clock began anew.
+    again.channel('battery').opens().says('2', { stampUs: 1_000_000, latched: true })
+    expect(store.latest?.info).toMatchObject({ stampUs: 1_000_000, ageMs: null })
+    compareClocks(again, platform, 6_000_000)
+    expect(store.latest?.info.ageMs).toBeCloseTo(5000)
+    expect(before?.ageMs).toBeCloseTo(10)
   })
 
   test('a later subscriber is first given the last message', async () => {
@@ -234,6 +272,19 @@ describe('a receivable store', () => {
     peer.channel('_mosaic').control('catalogue', { catalogue })
     peer.channel('sonar').opens()
     expect(store.state.get().phase).toBe('open')
+  })
+
+  test('closes when the robot takes its connector away, and is open again when that is back', async () => {
+    const { client, peer } = await greeted()
+    const store = client.storeManager.getOrCreateStore(connector('battery'))
+    const first = peer.channel('battery').opens()
+    const entries = CATALOGUE.entries.filter(({ label }) => label !== 'battery')
+    peer.channel('_mosaic').control('catalogue', { catalogue: { hash: 'h2', entries } })
+    expect(store.state.get().phase).toBe('mismatch')
+    expect(first.readyState).toBe('closed')
+    peer.channel('_mosaic').control('catalogue', { catalogue: CATALOGUE })
+    peer.channel('battery').opens()
+    expect(store.state.get()).toEqual({ phase: 'open' })
   })
 
   test('closes its channel a second after the last release', async () => {
