@@ -9,6 +9,7 @@ import {
 } from '@mosaic/protocol'
 import type { BulkLaneState } from './BulkLane'
 import { pathText } from './chosenPath'
+import { wallClockMs } from './clock'
 import { ConnectionRequest } from './ConnectionRequest'
 import { ConnectionTimeline, type Timeline } from './ConnectionTimeline'
 import { reasonIn } from './connectionWords'
@@ -23,13 +24,11 @@ import type { RestApi } from './RestApi'
 import { RobotConversation } from './RobotConversation'
 import type { SessionIds } from './SessionIds'
 import type { SignalingSocket } from './SignalingSocket'
+import { SleepWatch, SLEPT_MS } from './SleepWatch'
 import type { StoreHost } from './StoreManager'
 import type { MosaicStore } from './stores/MosaicStore'
 import type { ConnectionState } from './types'
 import { WakeTimer } from './WakeTimer'
-
-/** A timer this late was not held up, the machine was asleep. */
-const SLEPT_MS = 3000
 
 export interface ConnectionSurroundings {
   platform: Platform
@@ -49,6 +48,7 @@ export class RobotConnection implements StoreHost {
   private readonly status = new Value<ConnectionState>({ phase: 'idle', roundTripMs: null })
   private readonly record = new ConnectionTimeline()
   private readonly timer: WakeTimer
+  private readonly sleep = new SleepWatch()
   private robotStatus: RobotStatus | null = null
   private attempt: PeerAttempt | null = null
 
@@ -162,8 +162,10 @@ export class RobotConnection implements StoreHost {
   }
 
   private woken(lateMs: number): void {
-    // The machine slept: whatever was connected is probably gone.
-    if (lateMs > SLEPT_MS) {
+    const uncountedMs = this.sleep.uncountedMs(this.around.platform.now(), wallClockMs())
+    if (uncountedMs > 0) this.control.slept(uncountedMs)
+    // Whatever was connected is probably gone.
+    if (lateMs > SLEPT_MS || uncountedMs > 0) {
       this.around.socket.doubt()
       this.doubt()
     }

@@ -30,9 +30,9 @@ const PERMANENT: ReadonlySet<string> = new Set([
   'sdp.invalid',
   'sdp.no_common_codec',
 ])
-/** Fewer unanswered pings than this prove nothing: the page itself may have been frozen. */
-const PINGS_BEFORE_LOST = 2
-/** A doubt that is settled this late proves nothing: the page stood still, and answers may be waiting unread. */
+/** Fewer unanswered pings than this prove nothing: the page itself may have been frozen, and has just begun to ask. */
+const PINGS_BEFORE_LOST = 3
+/** Silence that is noticed this late proves nothing: the page stood still, and answers may be waiting unread. */
 const STALL_MS = 500
 
 export class PeerSession {
@@ -203,6 +203,8 @@ export class PeerSession {
   private doubted(patienceMs: number, nowMs: number): PeerEffect[] {
     if (this.current !== 'up' || this.greeted !== true || this.doubt !== null) return []
     this.doubt = { untilMs: nowMs + patienceMs, patienceMs }
+    // What was asked before a sleep, or of another network, says nothing.
+    this.unansweredPings = 0
     return this.ping(nowMs)
   }
 
@@ -220,18 +222,22 @@ export class PeerSession {
   }
 
   private tickUp(nowMs: number, random: number): PeerEffect[] {
-    if (this.greeted === null) {
-      if (nowMs < this.heardAtMs + HELLO_TIMEOUT_MS) return []
-      this.greeted = false
-      this.attempt = 0
-      return [{ type: 'treatAsOriginal' }]
-    }
+    if (this.greeted === null) return this.missHello(nowMs)
     if (!this.greeted) return []
     if (this.mayBeLost && nowMs >= this.heardAtMs + PEER_LOST_AFTER_MS) {
       return this.fail({ code: 'peer.lost' }, nowMs, random)
     }
     if (this.doubt !== null && nowMs >= this.doubt.untilMs) return this.settleDoubt(this.doubt, nowMs, random)
     return nowMs >= this.pingAtMs ? this.ping(nowMs) : []
+  }
+
+  private missHello(nowMs: number): PeerEffect[] {
+    const lateMs = nowMs - (this.heardAtMs + HELLO_TIMEOUT_MS)
+    if (lateMs > STALL_MS) this.heardAtMs = nowMs
+    if (lateMs < 0 || lateMs > STALL_MS) return []
+    this.greeted = false
+    this.attempt = 0
+    return [{ type: 'treatAsOriginal' }]
   }
 
   private settleDoubt({ untilMs, patienceMs }: { untilMs: number; patienceMs: number }, nowMs: number, random: number): PeerEffect[] {

@@ -263,6 +263,27 @@ describe('a page that slept', () => {
     expect(page.epoch).toBe(0)
   })
 
+  test('does so on a clock that stood still, too, whatever it said since', () => {
+    const page = new Page().holds()
+    page.give({ type: 'ticked' })
+    page.table.kept(page.nowMs)
+    page.said.length = 0
+    page.give({ type: 'slept', ms: 60_000 })
+    expect(page.epoch).toBe(0)
+    expect(page.said).toEqual([])
+    expect(page.told.at(-1)).toEqual({ type: 'lost', resource: 'motion', code: 'lease.expired' })
+  })
+
+  test('asks for nothing again that it lost before it fell asleep', () => {
+    const page = new Page().holds().give({ type: 'linkLost', onPurpose: false })
+    page.give({ type: 'slept', ms: RECLAIM_WITHIN_MS })
+    page.table.me = 'me-2'
+    page.said.length = 0
+    page.state()
+    expect(page.said).toEqual([])
+    expect(page.told.at(-1)).toEqual({ type: 'lost', resource: 'motion', code: 'lease.expired' })
+  })
+
   test('and whose link ended meanwhile does not ask again', () => {
     const page = new Page().holds()
     page.nowMs += 2001

@@ -159,6 +159,14 @@ describe('hello', () => {
     expect(bench.session.phase).toBe('up')
   })
 
+  test('a page that stood still waits for the hello once more, and no longer', () => {
+    const bench = new Bench().connected()
+    bench.nowMs += 60_000
+    expect(bench.give({ type: 'ticked' })).toEqual([])
+    expect(bench.pass(1999)).toEqual([])
+    expect(bench.pass(1)).toEqual(['treatAsOriginal'])
+  })
+
   test('a hello that comes too late changes nothing', () => {
     const bench = new Bench().connected()
     bench.pass(2000)
@@ -193,6 +201,21 @@ describe('silence', () => {
     expect(bench.pass(1500).every((effect) => effect === 'sendPing')).toBe(true)
     expect(bench.session.phase).toBe('up')
   })
+})
+
+test('a dead robot that is doubted is missed after three seconds of silence at the latest, whatever its patience', () => {
+  const doubts = fc.array(fc.nat(1000), { minLength: 1, maxLength: 10 })
+  fc.assert(
+    fc.property(doubts, fc.integer({ min: 700, max: 60_000 }), (pausesMs, patienceMs) => {
+      const bench = new Bench().greeted()
+      const endMs = bench.nowMs + 3000
+      const effects = pausesMs.flatMap((pauseMs) => [
+        ...bench.pass(Math.min(pauseMs, endMs - bench.nowMs)),
+        ...bench.give({ type: 'doubted', patienceMs }),
+      ])
+      expect([...effects, ...bench.pass(endMs - bench.nowMs)]).toContain('drop')
+    }),
+  )
 })
 
 describe('coming back', () => {

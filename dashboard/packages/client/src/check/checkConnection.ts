@@ -1,11 +1,12 @@
 /** The operator's half of `mosaic doctor`: this browser, the server, ICE. Needs no robot, connects to none. */
 import type { Finding, IceServer } from '@mosaic/protocol'
+import { wallClockMs } from '../clock'
 import { MosaicError } from '../MosaicError'
 import type { Platform } from '../Platform'
 import type { RestApi } from '../RestApi'
 import type { ServerState } from '../types'
 import { browserFindings, type Abilities } from './browserFindings'
-import { clockFinding, clockSkew, wallClockMs } from './clockSkew'
+import { clockFinding, clockSkew } from './clockSkew'
 import { failed, passed, warned } from './findings'
 import { gatherIce } from './gatherIce'
 import { addressFinding, iceFindings, isTurn, natFinding, type IceAnswer } from './iceAnswers'

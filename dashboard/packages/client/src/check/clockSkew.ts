@@ -6,12 +6,6 @@ import { passed, warned } from './findings'
 const DATE_STEP_MS = 1000
 const NOTICEABLE_MS = 5000
 
-/** This machine's wall clock: here it is not trusted, but examined. */
-export function wallClockMs(): number {
-  // eslint-disable-next-line no-restricted-syntax
-  return Date.now()
-}
-
 export interface ClockSkew {
   /** Positive if this machine's clock is ahead. */
   aheadMs: number

@@ -194,6 +194,11 @@ export class ControlDesk {
     this.handle({ type: 'visibilityChanged', isVisible })
   }
 
+  /** Called by the connection: the machine slept for this long, and `now` did not count it. */
+  slept(ms: number): void {
+    this.handle({ type: 'slept', ms })
+  }
+
   /** Called by the connection: a message of the robot; those that are not about control are none of ours. */
   heard(message: ControlMessage): void {
     switch (message.type) {

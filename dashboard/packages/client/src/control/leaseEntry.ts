@@ -41,6 +41,13 @@ export function fresh(): LeaseEntry {
   }
 }
 
+/** Everything is older by this than the clock says. */
+export function age({ grant, reclaim, releasing }: LeaseEntry, ms: number): void {
+  if (grant) grant.aliveAtMs -= ms
+  if (reclaim) reclaim.untilMs -= ms
+  releasing.untilMs -= ms
+}
+
 /** A robot that does not confirm is taken at its word again after this long. */
 const CONFIRMATION_MS = 2000
 

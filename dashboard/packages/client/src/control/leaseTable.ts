@@ -4,6 +4,7 @@
  */
 import type { LeaseReply, LeaseState, LeaseWaiting } from '@mosaic/protocol'
 import {
+  age,
   DEFAULT_EXPIRY_S,
   denied,
   ended,
@@ -34,6 +35,8 @@ export type LeaseEvent =
   /** A message of ours was not even considered, a request above all: too many of them. */
   | { type: 'refused'; why: Why }
   | { type: 'ticked' }
+  /** The machine was asleep, and the clock stood still with it. */
+  | { type: 'slept'; ms: number }
   | { type: 'visibilityChanged'; isVisible: boolean }
   /** `onPurpose`: this page said goodbye. */
   | { type: 'linkLost'; onPurpose: boolean }
@@ -64,6 +67,8 @@ export class LeaseTable {
         return this.refused(event.why, nowMs)
       case 'ticked':
         return this.ticked(nowMs)
+      case 'slept':
+        return this.slept(event.ms, nowMs)
       case 'visibilityChanged':
         this.hiddenSinceMs = event.isVisible ? null : (this.hiddenSinceMs ?? nowMs)
         return []
@@ -213,6 +218,12 @@ export class LeaseTable {
       return isAway && (entry.grant || entry.request) ? this.leftAlone(resource, entry, nowMs) : []
     })
     return [...effects, ...this.keep()]
+  }
+
+  private slept(ms: number, nowMs: number): LeaseEffect[] {
+    for (const entry of this.entries.values()) age(entry, ms)
+    if (this.hiddenSinceMs !== null) this.hiddenSinceMs -= ms
+    return this.ticked(nowMs)
   }
 
   private keep(): LeaseEffect[] {

@@ -1,9 +1,12 @@
 import { HELLO_TIMEOUT_MS, type Delivered, type Resume } from '@mosaic/protocol'
+import { WakeTimer } from '../WakeTimer'
 import { OutgoingStream } from './OutgoingStream'
 import { ResumeReceiver } from './ResumeReceiver'
 
 /** What has arrived is told this late at the latest: the robot keeps it so long. */
 const TELL_PERIOD_MS = 250
+/** A word that is missed this late may be waiting unread: the page stood still. */
+const STALL_MS = 500
 /** Messages after which it is told at once, so that a fast robot need not forget what it keeps. */
 const TELL_AFTER = 128
 /** Messages that overtook the robot's word; far more than a round trip of anything. */
@@ -36,7 +39,7 @@ export class SessionStreams {
   private held: Held[] = []
   private untold = 0
   private timer: ReturnType<typeof setTimeout> | null = null
-  private patience: ReturnType<typeof setTimeout> | null = null
+  private readonly patience = new WakeTimer(() => this.host.now(), (lateMs) => this.wordMissing(lateMs))
 
   constructor(private readonly host: StreamsHost) {}
 
@@ -54,7 +57,7 @@ export class SessionStreams {
     if (this.phase !== 'unknown' && this.phase !== 'away') return
     this.phase = 'expecting'
     if (extensions['resume'] === undefined) this.plain()
-    else this.patience = setTimeout(() => this.plain(), HELLO_TIMEOUT_MS)
+    else this.awaitWord()
   }
 
   /** The robot's numbers begin anew with every connection: an original one, or an older one of ours. */
@@ -147,6 +150,15 @@ export class SessionStreams {
     this.report(label, receiver.announced(upcoming), false)
   }
 
+  private awaitWord(): void {
+    this.patience.set(this.host.now() + HELLO_TIMEOUT_MS)
+  }
+
+  private wordMissing(lateMs: number): void {
+    if (lateMs > STALL_MS) this.awaitWord()
+    else this.plain()
+  }
+
   private report(label: string, lost: number | null, sent: boolean): void {
     if (lost !== 0) this.host.missed(label, lost, sent)
   }
@@ -175,8 +187,7 @@ export class SessionStreams {
 
   private endTimers(): void {
     this.stopTelling()
-    if (this.patience !== null) clearTimeout(this.patience)
-    this.patience = null
+    this.patience.set(null)
   }
 }
 
