@@ -19,19 +19,14 @@ from mosaic_core.operator.control_desk import ControlDesk
 from mosaic_core.operator.lease import Lease, LeaseDenied, LeaseLost
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.mosaic_operator import MosaicOperator
+from mosaic_core.operator.mosaic_store import MosaicStore, StoreState
 from mosaic_core.operator.rest_api import RobotSummary
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.robot_connector import RobotConnector
 from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_manager import StoreManager
 from mosaic_core.operator.store_plan import UnknownLabel
-from mosaic_core.operator.stores import (
-    BidirectionalStore,
-    MosaicStore,
-    ReceivableStore,
-    SendableStore,
-    StoreState,
-)
+from mosaic_core.operator.stores import BidirectionalStore, ReceivableStore, SendableStore
 
 __all__ = [
     "BidirectionalStore",

@@ -6,7 +6,7 @@ import asyncio
 from dataclasses import dataclass
 
 from mosaic_core.machines.first_frame import FIRST_FRAME_TIMEOUT_S, first_frame_code
-from mosaic_core.operator.stores import MosaicStore
+from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.runtime.operator_transport import IncomingVideo
 from mosaic_core.words.codes import reason
 from mosaic_core.words.errors import ConnectionFailed

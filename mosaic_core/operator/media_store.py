@@ -6,8 +6,8 @@ import asyncio
 from collections.abc import AsyncIterator
 from typing import TYPE_CHECKING, Any
 
+from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.operator.robot_connector import RobotConnector
-from mosaic_core.operator.stores import MosaicStore
 
 if TYPE_CHECKING:
     import av

@@ -14,6 +14,7 @@ import httpx
 from mosaic_core.machines.connection_timeline import ConnectionTimeline
 from mosaic_core.machines.network_change import NetworkChange
 from mosaic_core.operator.channel_port import now_us
+from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.operator.peer_link import ConnectionPlan
 from mosaic_core.operator.reconnection import Keeper
 from mosaic_core.operator.rest_api import RestApi, RobotSummary, log_in
@@ -22,7 +23,6 @@ from mosaic_core.operator.robot_connector import RobotConnector
 from mosaic_core.operator.signaling_link import SignalingLink
 from mosaic_core.operator.store_manager import StoreManager
 from mosaic_core.operator.store_plan import media_labels_of
-from mosaic_core.operator.stores import MosaicStore
 from mosaic_core.runtime.operator_transport import OffererFactory
 from mosaic_core.runtime.transport import NetworkWatcher, SocketConnector
 from mosaic_core.words import signaling

@@ -15,6 +15,7 @@ from mosaic_core.operator.control_port import ControlPort
 from mosaic_core.operator.delivery_watcher import DeliveryWatcher
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.more_lines import MoreLines
+from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.operator.peer_link import ConnectionPlan, PeerLink
 from mosaic_core.operator.picture_reports import PictureReports
 from mosaic_core.operator.robot_connector import RobotConnector
@@ -22,7 +23,7 @@ from mosaic_core.operator.session_streams import SessionStreams
 from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_links import StoreLinks, Surroundings
 from mosaic_core.operator.store_manager import StoreManager
-from mosaic_core.operator.stores import BidirectionalStore, MosaicStore, ReceivableStore, SendableStore
+from mosaic_core.operator.stores import BidirectionalStore, ReceivableStore, SendableStore
 from mosaic_core.runtime.operator_transport import IncomingVideo, Offerer, OffererFactory
 from mosaic_core.words import control
 from mosaic_core.words.codes import REASONS, reason

@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import AsyncIterator
 from typing import TYPE_CHECKING
 
+from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.operator.robot_connector import RobotConnector
-from mosaic_core.operator.stores import MosaicStore
 
 if TYPE_CHECKING:
     from mosaic_core.contract.sound import Sound

@@ -14,11 +14,12 @@ from mosaic_core.operator.connection_checking_store import ConnectionCheckingSto
 from mosaic_core.operator.first_frame_watch import FirstFrameWatch
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.more_lines import MoreLines
+from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.operator.outgoing_stream import OutgoingStream
 from mosaic_core.operator.session_streams import SessionStreams
 from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_plan import PlannedChannel, UnknownLabel, check_plan, plan_of, sound_store
-from mosaic_core.operator.stores import MosaicStore, ReceivableStore, SendableStore
+from mosaic_core.operator.stores import ReceivableStore, SendableStore
 from mosaic_core.runtime.operator_transport import IncomingVideo, Offerer, OutgoingSound
 from mosaic_core.runtime.peer_partials import PeerPartials
 from mosaic_core.words.catalogue import Catalogue

@@ -6,9 +6,9 @@ import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.operator.robot_connector import RobotConnector
 from mosaic_core.operator.store_plan import is_connection_check, make_store, plan_of, sound_store
-from mosaic_core.operator.stores import MosaicStore
 from mosaic_core.words.catalogue import Catalogue
 
 LINGER_S = 1.0

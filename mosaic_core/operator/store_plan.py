@@ -11,9 +11,10 @@ from difflib import get_close_matches
 
 from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.media_store import MediaStreamStore
+from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.operator.robot_connector import RobotConnector
 from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
-from mosaic_core.operator.stores import BidirectionalStore, MosaicStore, ReceivableStore, SendableStore
+from mosaic_core.operator.stores import BidirectionalStore, ReceivableStore, SendableStore
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed

@@ -1,6 +1,6 @@
-"""Stores: what a program holds of a connector, whatever happens to the connection underneath.
+"""The stores of data: what arrives goes to subscribers, what is sent goes where the connection says.
 
-All methods and callbacks on the event loop. The names and their meaning are those of the dashboard's stores.
+All methods and callbacks on the event loop.
 """
 
 from __future__ import annotations
@@ -12,141 +12,25 @@ import logging
 import time
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import BaseModel
 
 from mosaic_core.machines.framing import PayloadKind
 from mosaic_core.operator.channel_port import MessageInfo, Received
+from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.operator.robot_connector import RobotConnector
-from mosaic_core.operator.store_counters import StoreCounters
 from mosaic_core.words.data_type import MosaicDataType
-from mosaic_core.words.errors import ConnectionFailed, MosaicError
 from mosaic_core.words.wire_model import to_json
 
 _log = logging.getLogger(__name__)
 
-Moment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
 Subscriber = Callable[..., Awaitable[None] | None]
-GapCallback = Callable[["Gap"], None]
 Outlet = Callable[[PayloadKind, bytes], bool]
 QUEUED_MESSAGES = 1024
 """An iteration that falls further behind loses the oldest: memory stays bounded."""
 COMPLAINT_S = 5.0
 """A subscriber that fails at every message is not told of a hundred times per second."""
-
-
-@dataclass(frozen=True, slots=True)
-class StoreState:
-    """``waiting`` for a connection, ``open``, ``reconnecting`` (it was lost and is being made anew), ``closed``, or
-    ``mismatch``: the robot has nothing under this label."""
-
-    phase: Literal["waiting", "open", "reconnecting", "closed", "mismatch"] = "waiting"
-    code: str = ""
-    message: str = ""
-    nearest: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Gap:
-    """``lost`` messages of a reliable connector will never arrive: the connection was gone for longer than they could
-    be kept. ``None``: nobody knows how many. ``sent``: those that this store sent, not those that it gets."""
-
-    lost: int | None
-    sent: bool = False
-
-
-class MosaicStore:
-    """The base of all stores. Override the ``on_…`` methods, or listen with :meth:`when`."""
-
-    def __init__(self, robot_connector: RobotConnector) -> None:
-        self.robot_connector = robot_connector
-        self.state = StoreState()
-        self.counters = StoreCounters()
-        """What it has received and sent since it was made."""
-        self._listeners: dict[Moment, list[Callable[[], None]]] = {}
-        self._changed = asyncio.Event()
-        self._gap_callbacks: list[GapCallback] = []
-
-    def on_before_connected(self) -> None:
-        """The channel or track is about to be opened."""
-
-    def on_after_connected(self) -> None:
-        """Data can flow."""
-
-    def on_after_disconnected(self) -> None:
-        """The channel or track is gone; the store waits for the next one."""
-
-    def on_after_connection_failed(self) -> None:
-        """It could not be opened; :attr:`state` says why."""
-
-    def when(self, moment: Moment, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call ``callback`` at each such moment; returns what ends it."""
-        callbacks = self._listeners.setdefault(moment, [])
-        callbacks.append(callback)
-        return lambda: callbacks.remove(callback) if callback in callbacks else None
-
-    def on_gap(self, callback: GapCallback) -> Callable[[], None]:
-        """Call ``callback(gap)`` when messages were lost across a reconnection; returns what ends it."""
-        self._gap_callbacks.append(callback)
-        return lambda: self._gap_callbacks.remove(callback) if callback in self._gap_callbacks else None
-
-    async def wait_open(self, timeout_s: float = 10.0) -> None:
-        """Until data can flow; raises :class:`ConnectionFailed` with the reason, or ``channel.timeout``."""
-        try:
-            async with asyncio.timeout(timeout_s):
-                while self.state.phase != "open":
-                    if self.state.phase == "mismatch":
-                        raise ConnectionFailed(self.state.message, code=self.state.code)
-                    self._changed.clear()
-                    await self._changed.wait()
-        except TimeoutError:
-            label = self.robot_connector.connector_id
-            raise ConnectionFailed(f"{label!r} did not open in time.", code="channel.timeout") from None
-
-    # -- called by the connection ----------------------------------------------------------------------------------
-
-    def opening(self) -> None:
-        self._moment("before_connected", self.on_before_connected)
-
-    def opened(self) -> None:
-        self._enter(StoreState("open"))
-        self._moment("after_connected", self.on_after_connected)
-
-    def closed(self) -> None:
-        self._ended("closed")
-
-    def interrupted(self) -> None:
-        """The connection was lost and is being made anew."""
-        self._ended("reconnecting")
-
-    def _ended(self, phase: Literal["closed", "reconnecting"]) -> None:
-        was_open = self.state.phase == "open"
-        self._enter(StoreState(phase))
-        if was_open:
-            self._moment("after_disconnected", self.on_after_disconnected)
-
-    def missed(self, lost: int | None, *, sent: bool) -> None:
-        """Messages are lost."""
-        label = self.robot_connector.connector_id
-        what = "messages" if lost is None else f"{lost} message(s)"
-        _log.warning("%r: %s %s lost while there was no connection", label, what, "sent were" if sent else "were")
-        for callback in list(self._gap_callbacks):
-            callback(Gap(lost, sent))
-
-    def failed(self, error: MosaicError, nearest: str | None = None) -> None:
-        is_mismatch = error.code == "channel.unknown_label"
-        self._enter(StoreState("mismatch" if is_mismatch else "closed", error.code, error.message, nearest))
-        self._moment("after_connection_failed", self.on_after_connection_failed)
-
-    def _enter(self, state: StoreState) -> None:
-        self.state = state
-        self._changed.set()
-
-    def _moment(self, moment: Moment, method: Callable[[], None]) -> None:
-        for callback in (method, *self._listeners.get(moment, ())):
-            callback()
 
 
 class ReceivableStore(MosaicStore):

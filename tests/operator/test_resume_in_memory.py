@@ -10,7 +10,7 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelBidirectional, DataChannelReceivable, DataChannelSendable
 from mosaic_core.contract.host import Sender
 from mosaic_core.contract.params import Params
-from mosaic_core.operator.stores import Gap
+from mosaic_core.operator.mosaic_store import Gap
 from mosaic_core.testing.joining import Joined, connector, joined, until
 
 
