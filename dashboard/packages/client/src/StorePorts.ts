@@ -7,6 +7,7 @@ import type { PeerLink } from './PeerLink'
 import type { OutgoingStream } from './resume/OutgoingStream'
 import type { SessionStreams } from './resume/SessionStreams'
 import { ConnectionCheckingStore } from './stores/ConnectionCheckingStore'
+import { arrived, type RobotClock } from './stores/messageInfo'
 import type { MosaicStore } from './stores/MosaicStore'
 
 /** A peer connection, as far as channels of connectors go. */
@@ -15,7 +16,8 @@ export type ChannelCarrier = Pick<PeerLink, 'openChannel'>
 /** What the channels of a store need of the live connection. */
 export interface PortsHost {
   now(): number
-  ageMs(stampUs: number, atMs: number): number | null
+  /** Of the live connection; null without one. */
+  clock(): RobotClock | null
   /** A message of a connector has arrived. */
   valueArrived(label: string): void
   /** What outlives the connection. */
@@ -118,8 +120,6 @@ export class StorePorts {
   private deliver(port: DataPort, { data, seq, stampUs, latched }: PortMessage): void {
     const { host } = this.around
     host.valueArrived(port.label)
-    const receivedAtMs = host.now()
-    const ageMs = stampUs === 0 ? null : host.ageMs(stampUs, receivedAtMs)
-    this.store.receive(data, { receivedAtMs, seq, stampUs, latched, ageMs }, port)
+    this.store.receive(data, arrived({ receivedAtMs: host.now(), seq, stampUs, latched }, host.clock()), port)
   }
 }

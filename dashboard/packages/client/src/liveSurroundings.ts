@@ -42,7 +42,7 @@ export function bindingHost(platform: Platform, { attempt }: Pick<Live, 'attempt
   const now = (): number => platform.now()
   return {
     now,
-    ageMs: (stampUs, atMs) => control()?.clocks.ageMs(stampUs, atMs) ?? null,
+    clock: () => control()?.clocks ?? null,
     watch: (label, on) => wishes.watch(label, on),
     valueArrived: (label) => wishes.valueArrived(label),
     mediaSource: (label, receiver) =>

@@ -18,8 +18,11 @@ export interface MessageInfo {
   stampUs: number
   /** True for the last value, repeated because this page came later. */
   latched: boolean
-  /** How old it was on arrival; null while the clocks have not been compared. */
-  ageMs: number | null
+  /**
+   * How old it was on arrival; null while the clocks have not been compared, which is a round trip after a connection
+   * is up, and always from an original robot. It is then known of earlier messages too: read it when it is shown.
+   */
+  readonly ageMs: number | null
 }
 
 /**

@@ -204,7 +204,9 @@ describe('a receivable store', () => {
     const store = client.storeManager.getOrCreateStore(connector('battery', 'json-r2u')) as ReceivableStore
     const heard: MessageInfo[] = []
     peer.channel('battery').opens().says('1', { stampUs: 7_000_000, latched: true })
-    store.subscribe((_data, info) => void (info && heard.push(info)))
+    store.subscribe((_data, info) => {
+      if (info) heard.push(info)
+    })
     await settle()
     expect([store.latest?.info.ageMs, heard[0]?.ageMs]).toEqual([null, null])
     expect(heard[0]?.latched).toBe(true)

@@ -1,6 +1,7 @@
 import type { DataPort } from '../DataPort'
 import { guarded } from '../Readable'
 import type { MessageInfo } from '../types'
+import { repeated } from './messageInfo'
 import { MosaicStore, type StoreType } from './MosaicStore'
 
 export type DataListener = (data: ArrayBuffer, info?: MessageInfo) => void | Promise<void>
@@ -58,7 +59,7 @@ export class ReceivableStore extends MosaicStore {
     if (last === null) return
     queueMicrotask(() => {
       if (this.last !== last || !this.subscribers.has(entry)) return
-      guarded(() => entry.listener(last.data, { ...last.info, latched: true }))
+      guarded(() => entry.listener(last.data, repeated(last.info)))
     })
   }
 }

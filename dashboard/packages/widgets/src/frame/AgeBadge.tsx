@@ -1,12 +1,10 @@
 import { nowMs } from '@mosaic/client'
 import { useEffect, useRef } from 'react'
-import { ageOf, exactAge, formattedAge } from '../stores/age'
 import { receives, type AnyStore } from '../stores/storeKinds'
 import classes from './frame.module.css'
+import { shownAge } from './shownAge'
 
 const PERIOD_MS = 250
-/** From here on a value is no longer what the robot says now. */
-const OLD_AFTER_MS = 3000
 
 /** How old the store's last value is, whether it is a repeated one, and whether its connection is away. Written past React, four times a second. */
 export function AgeBadge({ store }: { store: AnyStore }) {
@@ -24,14 +22,7 @@ export function AgeBadge({ store }: { store: AnyStore }) {
 
 function write(element: HTMLSpanElement, store: AnyStore): void {
   if (!receives(store)) return
-  const { latest } = store
-  const ageMs = latest === null ? null : ageOf(latest.info, nowMs())
-  const text = ageMs === null ? 'no value yet' : formattedAge(ageMs)
-  if (store.state.get().phase === 'reconnecting') {
-    element.textContent = ageMs === null ? 'reconnecting' : `reconnecting · ${exactAge(ageMs)} old`
-    element.dataset.state = 'away'
-    return
-  }
-  element.textContent = latest?.info.latched === true ? `latched · ${text}` : text
-  element.dataset.state = ageMs === null ? 'none' : ageMs > OLD_AFTER_MS ? 'old' : 'live'
+  const { text, state } = shownAge(store.latest?.info ?? null, store.state.get().phase === 'reconnecting', nowMs())
+  element.textContent = text
+  element.dataset.state = state
 }

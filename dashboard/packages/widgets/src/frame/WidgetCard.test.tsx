@@ -40,7 +40,7 @@ class FakeStore {
   receive(value: unknown, info: Partial<MessageInfo> = {}): void {
     const data = new TextEncoder().encode(JSON.stringify(value)).buffer
     const receivedAtMs = performance.timeOrigin + performance.now()
-    this.latest = { data, info: { receivedAtMs, seq: 1, stampUs: 0, latched: false, ageMs: null, ...info } }
+    this.latest = { data, info: { receivedAtMs, seq: 1, stampUs: 1, latched: false, ageMs: 0, ...info } }
     for (const listener of this.listeners) listener(data, this.latest.info)
   }
   get listenerCount(): number {
@@ -95,6 +95,19 @@ test('a repeated value is marked as latched', () => {
   act(() => store.receive({ voltage_v: 12.5 }, { latched: true, ageMs: 4000 }))
   act(() => void vi.advanceTimersByTime(300))
   expect(screen.getByTestId('age').textContent).toBe('latched · 4 s ago')
+})
+
+test('a value whose age is not known yet never looks as if it were new', () => {
+  shown()
+  const info: { stampUs: number; latched: boolean; ageMs: number | null } = { stampUs: 7_000_000, latched: true, ageMs: null }
+  act(() => store.receive({ voltage_v: 12.5 }, info))
+  act(() => void vi.advanceTimersByTime(300))
+  expect(screen.getByTestId('age').textContent).toBe('latched · age not known')
+  expect(screen.getByTestId('age').dataset['state']).toBe('unknown')
+  if (store.latest !== null) store.latest.info = { ...store.latest.info, ageMs: 23_000 }
+  act(() => void vi.advanceTimersByTime(300))
+  expect(screen.getByTestId('age').textContent).toBe('latched · 23 s ago')
+  expect(screen.getByTestId('age').dataset['state']).toBe('old')
 })
 
 test('a value from before the loss of the connection is greyed and says its age', () => {

@@ -1,8 +1,14 @@
-/** How old the last value is, by the page's own clock and, where it is known, the robot's. */
+/** How old the last value is, by the robot's clock; what is not known is never told as if it were nothing. */
 import type { MessageInfo } from '@mosaic/client'
 
-export function ageOf(info: Pick<MessageInfo, 'receivedAtMs' | 'ageMs'>, nowMs: number): number {
-  return Math.max(0, nowMs - info.receivedAtMs + Math.max(0, info.ageMs ?? 0))
+/** Since the robot made it; null while the clocks have not been compared. */
+export function ageOf(info: Pick<MessageInfo, 'receivedAtMs' | 'ageMs'>, nowMs: number): number | null {
+  return info.ageMs === null ? null : sinceArrivalMs(info, nowMs) + Math.max(0, info.ageMs)
+}
+
+/** It is at least this old. */
+export function sinceArrivalMs(info: Pick<MessageInfo, 'receivedAtMs'>, nowMs: number): number {
+  return Math.max(0, nowMs - info.receivedAtMs)
 }
 
 /** To a tenth while seconds count: what an operator wants to know while the connection is away. */

@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
-import { ageOf, formattedAge } from './age'
+import { ageOf, formattedAge, sinceArrivalMs } from './age'
 import { jsonOf } from './decode'
 import { throttled } from './useReceived'
 
@@ -8,10 +8,11 @@ const bytes = (text: string) => new TextEncoder().encode(text).buffer
 beforeEach(() => void vi.useFakeTimers())
 afterEach(() => void vi.useRealTimers())
 
-test('the age of a value counts from when the robot made it, where that is known', () => {
-  expect(ageOf({ receivedAtMs: 1000, ageMs: null }, 1500)).toBe(500)
+test('the age of a value counts from when the robot made it; before that is known, there is none', () => {
   expect(ageOf({ receivedAtMs: 1000, ageMs: 200 }, 1500)).toBe(700)
   expect(ageOf({ receivedAtMs: 1000, ageMs: -5 }, 900)).toBe(0)
+  expect(ageOf({ receivedAtMs: 1000, ageMs: null }, 1500)).toBeNull()
+  expect(sinceArrivalMs({ receivedAtMs: 1000 }, 1500)).toBe(500)
 })
 
 test.each([
