@@ -1,35 +1,11 @@
 import type { ControlMessages } from '@mosaic/protocol'
-import { MosaicClient, timerTicks, type ControlDesk, type ControlEvent, type Platform } from '@mosaic/client'
+import type { ControlDesk, ControlEvent, MosaicClient } from '@mosaic/client'
 import { act, cleanup, fireEvent, render, screen } from '@testing-library/react'
 import { afterEach, describe, expect, test, vi } from 'vitest'
 import { MosaicProvider, useControl, useControlEvents, useLease, useLimits, useStop } from '../src'
+import { offlineClient } from './offlineClient'
 
 afterEach(cleanup)
-
-const never = (): never => {
-  throw new Error('no network in this test')
-}
-
-function newClient(): MosaicClient {
-  const nothing = (): void => {}
-  const platform: Platform = {
-    now: () => performance.now(),
-    random: () => 0,
-    ticks: timerTicks,
-    fetch: never,
-    openWebSocket: never,
-    openPeerConnection: never,
-    newMediaStream: never,
-    localStorage: null,
-    sessionStorage: null,
-    isVisible: () => true,
-    onVisibilityChange: nothing,
-    onPageHide: nothing,
-    onPageShow: nothing,
-    onNetworkChange: nothing,
-  }
-  return new MosaicClient({ baseUrl: 'https://mosaic.example.org', platform })
-}
 
 /** The robot's word. */
 function hears<T extends keyof ControlMessages>(desk: ControlDesk, type: T, data: ControlMessages[T]): void {
@@ -37,7 +13,7 @@ function hears<T extends keyof ControlMessages>(desk: ControlDesk, type: T, data
 }
 
 function met(): { client: MosaicClient; desk: ControlDesk } {
-  const client = newClient()
+  const client = offlineClient()
   const { control: desk } = client.connection('r')
   desk.greeted({ lease: 1, stop: 1 })
   return { client, desk }

@@ -1,8 +1,9 @@
-import { MosaicClient, timerTicks, type Platform, type ReceivableStore, type RobotConnector } from '@mosaic/client'
+import type { ReceivableStore, RobotConnector } from '@mosaic/client'
 import { act, render, screen } from '@testing-library/react'
 import { StrictMode, useEffect, useState } from 'react'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
 import { MosaicProvider, useMosaicClient, useMosaicStore, useReadable, useRobotConnection, useRobots } from '../src'
+import { offlineClient } from './offlineClient'
 
 // The widget of MOSAIC's documentation, unchanged; our own rules would write it otherwise.
 /* eslint-disable @typescript-eslint/require-await, @typescript-eslint/no-unsafe-argument, @typescript-eslint/no-unsafe-member-access, react-hooks/exhaustive-deps */
@@ -28,40 +29,13 @@ afterEach(() => {
   vi.useRealTimers()
 })
 
-function newClient(): MosaicClient {
-  const nothing = (): void => {}
-  const platform: Platform = {
-    now: () => performance.now(),
-    random: () => 0,
-    ticks: timerTicks,
-    fetch: () => Promise.reject(new Error('no network in this test')),
-    openWebSocket: () => {
-      throw new Error('no network in this test')
-    },
-    openPeerConnection: () => {
-      throw new Error('no network in this test')
-    },
-    newMediaStream: () => {
-      throw new Error('no network in this test')
-    },
-    localStorage: null,
-    sessionStorage: null,
-    isVisible: () => true,
-    onVisibilityChange: nothing,
-    onPageHide: nothing,
-    onPageShow: nothing,
-    onNetworkChange: nothing,
-  }
-  return new MosaicClient({ baseUrl: 'https://mosaic.example.org', platform })
-}
-
 function bytes(text: string): ArrayBuffer {
   return new TextEncoder().encode(text).buffer
 }
 
 describe('the documented example', () => {
   test('shows what arrives', async () => {
-    const client = newClient()
+    const client = offlineClient()
     render(
       <MosaicProvider client={client}>
         <ValueWidget robotConnector={CONNECTOR} />
@@ -77,7 +51,7 @@ describe('the documented example', () => {
   })
 
   test('mounted twice by StrictMode keeps one store, and lets go of it after a second', () => {
-    const client = newClient()
+    const client = offlineClient()
     const added = vi.spyOn(client.connection('r'), 'addStore')
     const removed = vi.spyOn(client.connection('r'), 'removeStore')
     const page = render(
@@ -110,7 +84,7 @@ describe('hooks', () => {
   })
 
   test('give the robots, and one and the same connection', () => {
-    const client = newClient()
+    const client = offlineClient()
     const seen = new Set<unknown>()
     function Page() {
       const connection = useRobotConnection('r')

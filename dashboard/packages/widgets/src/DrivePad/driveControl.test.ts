@@ -1,6 +1,6 @@
 import fc from 'fast-check'
 import { describe, expect, test } from 'vitest'
-import { handleDrive, INITIAL_DRIVE, isHeld, LATE_AFTER_MS, needsTicks, TICK_MS, ZEROS_AFTER_STOP, type DriveEvent, type DriveState, type StopReason } from './driveControl'
+import { handleDrive, INITIAL_DRIVE, isHeld, LATE_AFTER_MS, needsTicks, TICK_MS, ZEROS_AFTER_STOP, type DriveEvent, type DriveState, type DriveStep, type StopReason } from './driveControl'
 import { limited, limitsOf, stickOfKeys, ZERO_TWIST, type Twist } from './driveTwist'
 
 const LIMITS = { maxLinearMps: 0.8, maxAngularRadps: 1.5 }
@@ -175,19 +175,28 @@ const event = fc.oneof(
   fc.constant({ type: 'enabled' as const }),
 )
 
+const walk = fc.array(fc.tuple(event, fc.integer({ min: 0, max: 400 })))
+type Walk = [DriveEvent, number][]
+
+/** Every step of a walk, with the time it is made at. */
+function* stepsOf(walk: Walk, from: DriveState): Generator<DriveStep & { nowMs: number }> {
+  let [nowMs, state] = [0, from]
+  for (const [event, afterMs] of walk) {
+    nowMs += afterMs
+    const step = handleDrive(state, event, nowMs, LIMITS)
+    state = step.state
+    yield { ...step, nowMs }
+  }
+}
+
 describe('whatever happens', () => {
   test('no command is above the limits, and none is anything but a number', () => {
     fc.assert(
-      fc.property(fc.array(fc.tuple(event, fc.integer({ min: 0, max: 400 }))), (steps) => {
-        let nowMs = 0
-        let state: DriveState = INITIAL_DRIVE
-        for (const [next, afterMs] of steps) {
-          nowMs += afterMs
-          const step = handleDrive(state, next, nowMs, LIMITS)
-          state = step.state
-          if (step.send === null) continue
-          expect(Math.abs(step.send.linear.x)).toBeLessThanOrEqual(LIMITS.maxLinearMps + 1e-9)
-          expect(Math.abs(step.send.angular.z)).toBeLessThanOrEqual(LIMITS.maxAngularRadps + 1e-9)
+      fc.property(walk, (steps) => {
+        for (const { send } of stepsOf(steps, INITIAL_DRIVE)) {
+          if (send === null) continue
+          expect(Math.abs(send.linear.x)).toBeLessThanOrEqual(LIMITS.maxLinearMps + 1e-9)
+          expect(Math.abs(send.angular.z)).toBeLessThanOrEqual(LIMITS.maxAngularRadps + 1e-9)
         }
       }),
     )
@@ -195,10 +204,8 @@ describe('whatever happens', () => {
 
   test('after a stop the first thing sent is a zero, until somebody presses again', () => {
     fc.assert(
-      fc.property(fc.array(fc.tuple(event, fc.integer({ min: 0, max: 400 }))), fc.constantFrom(...REASONS), (steps, reason) => {
-        let nowMs = 0
-        let state: DriveState = READY
-        for (const [next, afterMs] of steps) state = handleDrive(state, next, (nowMs += afterMs), LIMITS).state
+      fc.property(walk, fc.constantFrom(...REASONS), (steps, reason) => {
+        const { state, nowMs } = [...stepsOf(steps, READY)].at(-1) ?? { state: READY, nowMs: 0 }
         const wasHeld = isHeld(state)
         const wasMoving = wasHeld && state.askedMs === null
         const stop = handleDrive(state, { type: 'stop', reason }, nowMs, LIMITS)
@@ -213,15 +220,10 @@ describe('whatever happens', () => {
 
   test('nothing but zeros leaves without a permit, and a hold from before it was granted by nobody moves nothing', () => {
     fc.assert(
-      fc.property(fc.array(fc.tuple(event, fc.integer({ min: 0, max: 400 }))), (steps) => {
-        let nowMs = 0
-        let state: DriveState = INITIAL_DRIVE
-        for (const [next, afterMs] of steps) {
-          nowMs += afterMs
-          const step = handleDrive(state, next, nowMs, LIMITS)
-          state = step.state
+      fc.property(walk, (steps) => {
+        for (const { state, send } of stepsOf(steps, INITIAL_DRIVE)) {
           const mayMove = state.permit === 'granted' && state.enabled
-          if (step.send !== null && step.send !== ZERO_TWIST) expect(mayMove && isHeld(state)).toBe(true)
+          if (send !== null && send !== ZERO_TWIST) expect(mayMove && isHeld(state)).toBe(true)
           if (state.permit === 'refused') expect(isHeld(state)).toBe(false)
           expect(state.askedMs === null || isHeld(state)).toBe(true)
         }
