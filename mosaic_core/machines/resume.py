@@ -20,11 +20,14 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class ResumeLimits:
-    """The most that is kept for one channel and direction, and how long something may wait for a connection."""
+    """The most that may wait for one channel and direction, and how long something may wait for a connection.
+    ``in_flight_…``: what is kept besides on a live connection, of which the receiver has not told yet that it came."""
 
     messages: int = 512
     size_bytes: int = 2 * 1024 * 1024
     age_s: float = 60.0
+    in_flight_messages: int = 4096
+    in_flight_bytes: int = 16 * 1024 * 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +89,14 @@ class ResumeSender(Generic[T]):
         """The number that would come first on a new connection."""
         return self._kept[0].seq if self._kept else self._next
 
-    def accept(self, item: T, size_bytes: int, now_s: float) -> bool:
-        """Number and keep a message; ``False`` if too much waits already. What has gone out makes room for it."""
+    def has_room(self, size_bytes: int, now_s: float) -> bool:
+        """Whether a message would be accepted. One always is where nothing is kept."""
         self._forget_old(now_s)
-        while self.is_attached and self._sent and self._is_full(size_bytes):
-            self._drop_first()
-        if self._kept and self._is_full(size_bytes):
+        return not self._kept or not self._is_full(size_bytes)
+
+    def accept(self, item: T, size_bytes: int, now_s: float) -> bool:
+        """Number and keep a message; ``False`` if there is no room. What was accepted is kept until it is confirmed."""
+        if not self.has_room(size_bytes, now_s):
             return False
         self._kept.append(_Kept(self._next, item, size_bytes, now_s))
         self._size_bytes += size_bytes
@@ -161,7 +166,10 @@ class ResumeSender(Generic[T]):
 
     def _is_full(self, size_bytes: int) -> bool:
         limits = self._limits
-        return len(self._kept) >= limits.messages or self._size_bytes + size_bytes > limits.size_bytes
+        most, most_bytes = limits.messages, limits.size_bytes
+        if self.is_attached:
+            most, most_bytes = most + limits.in_flight_messages, most_bytes + limits.in_flight_bytes
+        return self.waiting >= limits.messages or len(self._kept) >= most or self._size_bytes + size_bytes > most_bytes
 
     def _forget_old(self, now_s: float) -> None:
         while not self.is_attached and self._kept and now_s - self._kept[0].at_s > self._limits.age_s:

@@ -58,15 +58,16 @@ class OutgoingStream:
         if self._phase == "closed" or (port is None and not self._waits):
             return False
         frame = Frame(kind, payload, stamp_us=self._clock_us()) if port is None else port.frame(kind, payload)
-        size_bytes = len(payload) + MESSAGE_BYTES
+        size_bytes, now_s = len(payload) + MESSAGE_BYTES, time.monotonic()
+        if not self._sender.has_room(size_bytes, now_s):
+            return False
         if port is not None and self._phase == "resumed" and self._sender.waiting == 0:
             if not port.put(replace(frame, seq=self._sender.next_seq)):
                 return False
-            self._sender.accept(frame, size_bytes, time.monotonic())
+            self._sender.accept(frame, size_bytes, now_s)
             self._sender.went_out()
             return True
-        if not self._sender.accept(frame, size_bytes, time.monotonic()):
-            return False
+        self._sender.accept(frame, size_bytes, now_s)
         self.pump()
         return True
 

@@ -78,6 +78,7 @@ class PeerResume:
         outbox.has_room(label, peer_id)
         if latched is not None and is_newcomer:
             stream.deliver(latched, FrameFlag.LATCHED)
+            outbox.gave_latched(label)
 
     def has_room(self, label: str) -> None:
         """The connection's queue takes messages again."""
@@ -127,6 +128,8 @@ class PeerResume:
             streams = self._session.streams if self._session is not None else {}
             for label in message.seqs.keys() & streams.keys():
                 streams[label].delivered(message.seqs[label])
+            for label in streams:  # what was kept of one makes room for all
+                self._site.outbox.has_room(label, self._sender().peer_id)
         elif self._phase == "expecting":
             self._resume(message)
         elif self._phase == "plain":  # it is too late: nothing takes part
@@ -139,7 +142,7 @@ class PeerResume:
         self._session = session
         routes = self._site.routes
         taking = [label for label, route in routes.items() if _takes(route)]
-        sending = [label for label, route in routes.items() if _sends(route)]
+        sending = {label: route.connector.terms.limits for label, route in routes.items() if _sends(route)}
         received = theirs.received if theirs.boot_id == self._site.boot_id else {}
         book.resume(session, received, sending)
         for label in taking:

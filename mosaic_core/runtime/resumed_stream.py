@@ -28,7 +28,7 @@ class StreamCounters(Protocol):
 
 
 class ResumedStream:
-    """Implements ``outbox.Listener``; event loop only. ``has_room``: whether its session may keep more while away."""
+    """Implements ``outbox.Listener``; event loop only. ``has_room``: whether its session may keep more."""
 
     def __init__(
         self, label: str, counters: StreamCounters, limits: ResumeLimits, has_room: Callable[[int], bool]
@@ -89,15 +89,15 @@ class ResumedStream:
             parts = [replace(message, payload=one, followers=()) for one in (message.payload, *message.followers)]
             return max(self.deliver(part) for part in parts)
         size_bytes = len(message.payload) + HEADER_BYTES
+        if not self._has_room(size_bytes) or not self._sender.has_room(size_bytes, time.monotonic()):
+            return Offered.REFUSED
         if self._put is not None and self._sender.waiting == 0:  # its place in line is that of the connection's queue
             offered = self._put(message, flags, self._sender.next_seq)
             if offered is not Offered.REFUSED:
                 self._sender.accept((message, flags), size_bytes, time.monotonic())
                 self._sender.went_out()
             return offered
-        has_room = self._put is not None or self._has_room(size_bytes)
-        if not has_room or not self._sender.accept((message, flags), size_bytes, time.monotonic()):
-            return Offered.REFUSED
+        self._sender.accept((message, flags), size_bytes, time.monotonic())
         self.pump()
         return Offered.QUEUED
 

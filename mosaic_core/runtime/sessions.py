@@ -5,11 +5,12 @@ bounded number of sessions; a good-bye ends it at once.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
 from mosaic_core.machines.resume import ResumeLimits, ResumeReceiver
+from mosaic_core.machines.send_scheduler import QueueLimits
 from mosaic_core.runtime.outbox import Outbox
 from mosaic_core.runtime.resumed_stream import ResumedStream, StreamCounters
 
@@ -17,9 +18,9 @@ AWAY_S = 60.0
 """Who was lost and is not back after this long begins anew: a page that was reloaded or put to sleep."""
 MAX_AWAY = 8
 """Sessions without a connection; the one that has been away longest is forgotten for one more."""
-AWAY_BYTES = 8 * 1024 * 1024
-"""What is kept for one of them: all its channels together."""
-LIMITS = ResumeLimits(age_s=AWAY_S)
+AWAY_BYTES, LIVE_BYTES = 8 * 1024 * 1024, 32 * 1024 * 1024
+"""What may be accepted for one session, all its channels together: without a connection, and with one. It is kept then
+in any case."""
 
 
 class Owner(Protocol):
@@ -46,7 +47,8 @@ class Session:
     timer: asyncio.TimerHandle | None = None
 
     def has_room(self, size_bytes: int) -> bool:
-        return sum(stream.size_bytes for stream in self.streams.values()) + size_bytes <= AWAY_BYTES
+        most_bytes = AWAY_BYTES if self.owner is None else LIVE_BYTES
+        return sum(stream.size_bytes for stream in self.streams.values()) + size_bytes <= most_bytes
 
 
 class SessionBook:
@@ -76,13 +78,14 @@ class SessionBook:
         session = self._sessions[key] = Session(session_id, operator_id, boot_id, peer_id, owner)
         return session, False
 
-    def resume(self, session: Session, received: Mapping[str, int], labels: Iterable[str]) -> None:
+    def resume(self, session: Session, received: Mapping[str, int], queues: Mapping[str, QueueLimits]) -> None:
         """The operator has what ``received`` says; of a channel that it doesn't name it wants nothing of before.
-        ``labels``: every channel that the robot numbers."""
-        for label in labels:
+        ``queues``: every channel that the robot numbers, and what may wait for it."""
+        for label, queue in queues.items():
             stream = session.streams.get(label)
             if stream is None:
-                stream = ResumedStream(label, self._counters(label), LIMITS, session.has_room)
+                limits = ResumeLimits(queue.messages, queue.size_bytes, age_s=self._away_s)
+                stream = ResumedStream(label, self._counters(label), limits, session.has_room)
                 session.streams[label] = stream
             if label not in received:
                 self.release(session, label)

@@ -6,11 +6,16 @@ import asyncio
 import json
 from typing import Any
 
+import pytest
+
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelBidirectional, DataChannelReceivable, DataChannelSendable
 from mosaic_core.contract.host import Sender
 from mosaic_core.contract.params import Params
+from mosaic_core.machines.resume import ResumeLimits
+from mosaic_core.operator import session_streams
 from mosaic_core.operator.mosaic_store import Gap
+from mosaic_core.runtime import sessions
 from mosaic_core.testing.joining import Joined, connector, joined, until
 
 
@@ -68,6 +73,7 @@ class QuestionsConfigurer(DataChannelConfigurer[Params]):
         return Questions(self.label)
 
 
+MORE_THAN_IS_KEPT = 6000
 CONNECTORS = (
     connector(EventsConfigurer, label="events"),
     connector(NotesConfigurer, label="notes"),
@@ -184,7 +190,7 @@ def test_what_moves_something_is_refused_while_there_is_no_connection_and_never_
     play(scenario)
 
 
-def test_what_was_lost_is_told_on_both_sides() -> None:
+def test_of_what_was_accepted_nothing_is_lost_however_much_it_was() -> None:
     async def scenario(link: Joined) -> None:
         heard = Heard(link, "events")
         await heard.store.wait_open()
@@ -192,15 +198,61 @@ def test_what_was_lost_is_told_on_both_sides() -> None:
         await until(lambda: events.send_json({"n": 0}))
         await until(lambda: heard.numbers == [0])
         link.cut()
-        for number in range(1, 700):  # more than are kept; what has left our own queue makes room
+        for number in range(1, MORE_THAN_IS_KEPT):
             events.send_json({"n": number})
             await asyncio.sleep(0)
+        assert counters(link, "events").dropped > 0, "a sender is refused before anything is forgotten"
         link.network.lose()
-        await until(lambda: link.connection.state == "connected" and heard.gaps)
-        lost = sum(gap.lost or 0 for gap in heard.gaps)
-        await until(lambda: len(heard.numbers) + lost + counters(link, "events").dropped >= 700)
+        await until(lambda: len(heard.numbers) + counters(link, "events").dropped == MORE_THAN_IS_KEPT)
+        await until(lambda: events.send_json({"n": MORE_THAN_IS_KEPT}), 5)
+        await until(lambda: heard.numbers[-1] == MORE_THAN_IS_KEPT)
         assert heard.numbers == sorted(set(heard.numbers))
-        assert counters(link, "events").lost == lost > 0
+        assert heard.gaps == []
+        assert counters(link, "events").lost == 0
+
+    play(scenario)
+
+
+def test_who_got_too_far_ahead_of_a_slow_confirmation_sends_again_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    few = ResumeLimits(messages=5, in_flight_messages=5)
+    monkeypatch.setattr(sessions, "ResumeLimits", lambda messages, size_bytes, age_s: few)
+    monkeypatch.setattr(session_streams, "TELL_AFTER", 1_000_000)
+
+    async def scenario(link: Joined) -> None:
+        heard = Heard(link, "events")
+        await heard.store.wait_open()
+        events, number = handler(link, "events"), 0
+        async with asyncio.timeout(15):
+            while len(heard.numbers) < 25:
+                number += 1
+                events.send_json({"n": number})
+                await asyncio.sleep(0.001)
+        assert counters(link, "events").dropped > 0
+        assert heard.numbers == sorted(set(heard.numbers))
+        assert heard.gaps == []
+
+    play(scenario)
+
+
+def test_what_was_kept_too_long_is_lost_and_told_on_both_sides(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sessions, "ResumeLimits", lambda messages, size_bytes, age_s: ResumeLimits(age_s=0.0))
+
+    async def scenario(link: Joined) -> None:
+        heard = Heard(link, "events")
+        await heard.store.wait_open()
+        events = handler(link, "events")
+        await until(lambda: events.send_json({"n": 0}))
+        await until(lambda: heard.numbers == [0])
+        link.cut()
+        for number in range(1, 10):
+            events.send_json({"n": number})
+        await until(lambda: counters(link, "events").messages == 10)
+        link.network.lose()
+        events.send_json({"n": 10})
+        await until(lambda: heard.numbers[-1] == 10)
+        assert heard.numbers == [0, 10]
+        assert [gap.lost for gap in heard.gaps] == [9]
+        assert counters(link, "events").lost == 9
 
     play(scenario)
 

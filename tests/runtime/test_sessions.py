@@ -9,9 +9,10 @@ from typing import Any
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.delivery_terms import terms_of
 from mosaic_core.machines.framing import PayloadKind
-from mosaic_core.machines.send_scheduler import Offered
+from mosaic_core.machines.send_scheduler import LIMITS, Lane, Offered, QueueLimits
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.outbox import Outbox
+from mosaic_core.runtime.resumed_stream import ResumedStream
 from mosaic_core.runtime.sessions import AWAY_BYTES, MAX_AWAY, SessionBook
 from mosaic_core.words.data_type import Delivery
 
@@ -104,15 +105,62 @@ def test_what_is_kept_for_somebody_away_is_bounded_and_counted_as_lost_at_the_en
         desk = Desk()
         owner = Owner()
         session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
-        desk.book.resume(session, {"events": 0}, ["events"])
+        desk.book.resume(session, {"events": 0}, {"events": LIMITS[Lane.RELIABLE]})
         stream = session.streams["events"]
         desk.outbox.join("events", "p1", stream)
         desk.book.left(session, owner, is_lost=True)
         message = Outgoing("events", PayloadKind.BYTES, bytes(100_000), 0)
         taken = sum(stream.deliver(message) is Offered.QUEUED for _ in range(200))
-        assert 0 < taken * 100_000 <= AWAY_BYTES
+        assert 0 < taken * 100_000 <= LIMITS[Lane.RELIABLE].size_bytes < AWAY_BYTES
         desk.book.close()
         assert desk.counters.lost == taken
         assert desk.outbox.listeners("events") == 0
+
+    play(body)
+
+
+def kept(stream: ResumedStream, size_bytes: int) -> int:
+    """How many messages it takes."""
+    message = Outgoing("events", PayloadKind.BYTES, bytes(size_bytes), 0)
+    return sum(stream.deliver(message) is not Offered.REFUSED for _ in range(3000))
+
+
+def test_as_much_is_kept_as_the_file_lets_wait_but_all_channels_together_no_more_than_a_session_may() -> None:
+    async def body() -> None:
+        desk, owner = Desk(), Owner()
+        session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
+        large = QueueLimits(messages=2000, size_bytes=6 * 1024 * 1024)
+        desk.book.resume(session, {"events": 0, "maps": 0}, {"events": large, "maps": large})
+        desk.book.left(session, owner, is_lost=True)
+        assert kept(session.streams["events"], 10) == 2000
+        assert 0 < kept(session.streams["maps"], 100_000) * 100_000 < 6 * 1024 * 1024
+        session, _ = desk.book.claim("t", "ann", "page", "p2", owner)
+        desk.book.resume(session, {"events": 0, "maps": 0}, {"events": large, "maps": large})
+        desk.book.left(session, owner, is_lost=True)
+        both_bytes = sum(kept(session.streams[label], 100_000) for label in ("events", "maps")) * 100_000
+        assert 6 * 1024 * 1024 < both_bytes <= AWAY_BYTES
+        desk.book.close()
+
+    play(body)
+
+
+def test_on_a_live_connection_what_went_out_is_kept_too_until_it_is_confirmed() -> None:
+    async def body() -> None:
+        desk, owner = Desk(), Owner()
+        session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
+        desk.book.resume(session, {"events": 0}, {"events": QueueLimits(messages=10, size_bytes=1000)})
+        stream, went_out = session.streams["events"], list[int]()
+        stream.attach(lambda message, flags, seq: went_out.append(seq) or Offered.QUEUED, lambda: (0, 0))
+        many = kept(stream, 1)
+        assert many == len(went_out) > 10
+        desk.book.left(session, owner, is_lost=True)
+        assert kept(stream, 1) == 0
+        session, _ = desk.book.claim("s", "ann", "page", "p2", owner)
+        desk.book.resume(session, {"events": 4}, {"events": QueueLimits(messages=10, size_bytes=1000)})
+        went_out.clear()
+        stream.attach(lambda message, flags, seq: went_out.append(seq) or Offered.QUEUED, lambda: (0, 0))
+        assert went_out == list(range(5, many + 1))
+        assert desk.counters.lost == 0
+        desk.book.close()
 
     play(body)

@@ -12,14 +12,19 @@ interface Step {
 }
 
 interface Golden {
-  limits: { messages: number; size_bytes: number; age_s: number }
+  limits: { messages: number; size_bytes: number; age_s: number; in_flight_messages: number; in_flight_bytes: number }
   senders: { name: string; steps: Step[] }[]
   receivers: { name: string; received: number | null; steps: Step[] }[]
 }
 
 const GOLDEN = JSON.parse(readFileSync(new URL('../../../../tests/wire/resume.json', import.meta.url), 'utf8')) as Golden
-const { messages, size_bytes: sizeBytes, age_s: ageS } = GOLDEN.limits
-const LIMITS = { messages, sizeBytes, ageMs: ageS * 1000 }
+const LIMITS = {
+  messages: GOLDEN.limits.messages,
+  sizeBytes: GOLDEN.limits.size_bytes,
+  ageMs: GOLDEN.limits.age_s * 1000,
+  inFlightMessages: GOLDEN.limits.in_flight_messages,
+  inFlightBytes: GOLDEN.limits.in_flight_bytes,
+}
 
 function sent<T>(sender: ResumeSender<T>): Numbered<T> | null {
   const message = sender.upcoming()

@@ -49,13 +49,14 @@ export class OutgoingStream {
     const message = { value: typeof value === 'string' ? value : value.slice(), stampUs: Math.round(this.nowMs() * 1000) }
     if (this.phase === 'plain') return port?.putPlain(message) ?? false
     const sizeBytes = value.length + MESSAGE_BYTES
+    if (!this.sender.hasRoom(sizeBytes, this.nowMs())) return false
     if (port !== null && this.phase === 'resumed' && this.sender.waiting === 0) {
       if (!port.put(message, this.sender.nextSeq)) return false
       this.sender.accept(message, sizeBytes, this.nowMs())
       this.sender.wentOut()
       return true
     }
-    if (!this.sender.accept(message, sizeBytes, this.nowMs())) return false
+    this.sender.accept(message, sizeBytes, this.nowMs())
     this.pump()
     return true
   }

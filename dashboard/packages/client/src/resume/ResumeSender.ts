@@ -1,13 +1,24 @@
 import { after, before, distance, isNewer } from './serial'
 
-/** The most that is kept for one channel, and how long something may wait for a connection. */
+/**
+ * The most that may wait for one channel, and how long something may wait for a connection. `inFlight…`: what is kept
+ * besides on a live connection, of which the receiver has not told yet that it came.
+ */
 export interface ResumeLimits {
   messages: number
   sizeBytes: number
   ageMs: number
+  inFlightMessages: number
+  inFlightBytes: number
 }
 
-export const RESUME_LIMITS: ResumeLimits = { messages: 512, sizeBytes: 2 * 1024 * 1024, ageMs: 60_000 }
+export const RESUME_LIMITS: ResumeLimits = {
+  messages: 512,
+  sizeBytes: 2 * 1024 * 1024,
+  ageMs: 60_000,
+  inFlightMessages: 4096,
+  inFlightBytes: 16 * 1024 * 1024,
+}
 
 /** One message with its number; repeated: it went out before, on a connection that was lost. */
 export interface Numbered<T> {
@@ -78,11 +89,15 @@ export class ResumeSender<T> {
     return this.kept[0]?.seq ?? this.next
   }
 
-  /** Number and keep a message; false if too much waits already. What has gone out makes room for it. */
-  accept(item: T, sizeBytes: number, nowMs: number): boolean {
+  /** Whether a message would be accepted. One always is where nothing is kept. */
+  hasRoom(sizeBytes: number, nowMs: number): boolean {
     this.forgetOld(nowMs)
-    while (this.attached && this.sent > 0 && this.isFull(sizeBytes)) this.dropFirst()
-    if (this.kept.length > 0 && this.isFull(sizeBytes)) return false
+    return this.kept.length === 0 || !this.isFull(sizeBytes)
+  }
+
+  /** Number and keep a message; false if there is no room. What was accepted is kept until it is confirmed. */
+  accept(item: T, sizeBytes: number, nowMs: number): boolean {
+    if (!this.hasRoom(sizeBytes, nowMs)) return false
     this.kept.push({ seq: this.next, item, sizeBytes, atMs: nowMs, wasSent: false })
     this.bytes += sizeBytes
     this.next = after(this.next)
@@ -152,7 +167,10 @@ export class ResumeSender<T> {
   }
 
   private isFull(sizeBytes: number): boolean {
-    return this.kept.length >= this.limits.messages || this.bytes + sizeBytes > this.limits.sizeBytes
+    const { messages, sizeBytes: waitingBytes, inFlightMessages, inFlightBytes } = this.limits
+    const most = messages + (this.attached ? inFlightMessages : 0)
+    const mostBytes = waitingBytes + (this.attached ? inFlightBytes : 0)
+    return this.waiting >= messages || this.kept.length >= most || this.bytes + sizeBytes > mostBytes
   }
 
   private forgetOld(nowMs: number): void {
