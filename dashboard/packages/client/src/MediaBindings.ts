@@ -47,7 +47,8 @@ export class MediaBindings {
   add(store: MediaStore): void {
     this.stores.set(labelOf(store), store)
     if (!(store instanceof MediaStreamStore)) return
-    this.watches.set(store, { isOn: false, end: store.isWatched.subscribe(() => this.watch(store)) })
+    const ends = [store.isWatched, store.isKept].map((wish) => wish.subscribe(() => this.watch(store)))
+    this.watches.set(store, { isOn: false, end: () => ends.forEach((end) => end()) })
   }
 
   remove(store: MediaStore): void {
@@ -172,7 +173,7 @@ export class MediaBindings {
     const label = labelOf(store)
     // Sound is heard in a hidden tab too.
     const isHeard = this.catalogue?.entries.some((entry) => entry.label === label && entry.kind === 'audio') === true
-    const isWanted = (this.isVisible || isHeard) && store.isWatched.get()
+    const isWanted = store.isKept.get() || ((this.isVisible || isHeard) && store.isWatched.get())
     if (isWanted !== watch.isOn && this.host.watch(label, isWanted)) watch.isOn = isWanted
   }
 }

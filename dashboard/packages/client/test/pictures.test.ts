@@ -157,6 +157,29 @@ describe('on a connection', () => {
     }
   })
 
+  test('a picture that is kept, as a recording does, comes on in a hidden page and without a listener', async () => {
+    const { peer, platform, store, leave } = await watching()
+    const asked = (): unknown[] =>
+      peer
+        .channel('_mosaic')
+        .controlSent()
+        .filter(({ type }) => type === 'media.watch')
+        .map(({ data }) => data)
+    const end = store.keep()
+    const endOther = store.keep()
+    platform.visible = false
+    platform.happens('visibility')
+    leave()
+    end()
+    end()
+    expect(asked()).toEqual([{ label: 'rear', on: true }])
+    endOther()
+    expect(asked()).toEqual([
+      { label: 'rear', on: true },
+      { label: 'rear', on: false },
+    ])
+  })
+
   test('a picture of the future is of another clock and is not told', async () => {
     const { peer, platform, store, robotUs, compareClocks, tellOrigin } = await watching()
     compareClocks()

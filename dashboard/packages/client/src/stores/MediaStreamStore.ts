@@ -22,6 +22,14 @@ export interface MediaStatistics {
   codec: string | null
 }
 
+/** A picture that was put on the screen. */
+export interface ShownPicture {
+  /** When it was, on this page's clock. */
+  readonly shownAtMs: number
+  /** How old it was then; null where that is not known. */
+  readonly ageMs: number | null
+}
+
 /** What a connection lends to a media store while it carries a track of it. */
 export interface MediaSource {
   statistics(): Promise<MediaStatistics | null>
@@ -40,15 +48,18 @@ export interface MediaSource {
 const STATISTICS_PERIOD_MS = 1000
 
 /**
- * A picture (or sound). The robot sends it only while somebody listens to `mediaStream` and the page is visible.
+ * A picture (or sound). The robot sends it only while somebody listens to `mediaStream` and the page is visible,
+ * or while it is kept.
  * Give `mediaStream.get()` to a `<video>`'s `srcObject`.
  */
 export class MediaStreamStore extends MosaicStore {
   private readonly stream = new Value<MediaStream | null>(null)
   private readonly measured = new Value<MediaStatistics | null>(null)
   private readonly watched = new Value<boolean>(false)
+  private readonly kept = new Value<boolean>(false)
+  private keepers = 0
   private readonly displayedAge = new Value<number | null>(null)
-  private displayedAtMs = 0
+  private lastShown: ShownPicture | null = null
   private source: MediaSource | null = null
   private mediaOrigin: MediaOrigin | null = null
   private measuring: ReturnType<typeof setInterval> | null = null
@@ -59,6 +70,8 @@ export class MediaStreamStore extends MosaicStore {
   readonly statistics: Readable<MediaStatistics | null>
   /** True while somebody listens to `mediaStream`. */
   readonly isWatched: Readable<boolean> = this.watched
+  /** True while it shall come whoever looks: see `keep`. */
+  readonly isKept: Readable<boolean> = this.kept
   /** Glass to glass: how old the last displayed picture was when it was displayed; null while that is not known. */
   readonly displayedAgeMs: Readable<number | null> = this.displayedAge
 
@@ -98,6 +111,21 @@ export class MediaStreamStore extends MosaicStore {
     this.source?.setBufferTarget(targetMs)
   }
 
+  /**
+   * Keeps the picture coming while nobody listens or the page is hidden, as a recording needs it. The returned function
+   * ends that; calling it again changes nothing.
+   */
+  keep(): () => void {
+    let isHeld = true
+    this.keepers += 1
+    this.kept.set(true)
+    return () => {
+      if (isHeld) this.keepers -= 1
+      isHeld = false
+      this.kept.set(this.keepers > 0)
+    }
+  }
+
   /** Called by the connection: how the RTP clock of this picture relates to the robot's. */
   setOrigin(origin: MediaOrigin): void {
     this.mediaOrigin = origin
@@ -115,18 +143,25 @@ export class MediaStreamStore extends MosaicStore {
   /**
    * To be called for every picture that is put on the screen (`requestVideoFrameCallback`), with the arguments of
    * `pictureAgeMs`. The robot is told how old the picture is by which somebody drives, and may slow down by that.
+   * Without `rtpTimestamp`, which not every browser tells, the age is not known.
    */
-  pictureShown(rtpTimestamp: number, atMs: number): void {
-    this.displayedAtMs = atMs
-    this.displayedAge.set(this.pictureAgeMs(rtpTimestamp, atMs))
-    this.source?.shown(rtpTimestamp, atMs)
+  pictureShown(rtpTimestamp: number | null, atMs: number): void {
+    const ageMs = rtpTimestamp === null ? null : this.pictureAgeMs(rtpTimestamp, atMs)
+    this.lastShown = { shownAtMs: atMs, ageMs }
+    this.displayedAge.set(ageMs)
+    if (rtpTimestamp !== null) this.source?.shown(rtpTimestamp, atMs)
+  }
+
+  /** The last picture that was on the screen, over the loss of a connection too; null before the first. */
+  get latestPicture(): ShownPicture | null {
+    return this.lastShown
   }
 
   /** How old the picture on the screen is by now; it grows while the picture is frozen. */
   pictureAgeNowMs(): number | null {
     const ageMs = this.displayedAge.get()
-    if (ageMs === null || this.source === null) return null
-    return ageMs + Math.max(0, this.source.now() - this.displayedAtMs)
+    if (ageMs === null || this.source === null || this.lastShown === null) return null
+    return ageMs + Math.max(0, this.source.now() - this.lastShown.shownAtMs)
   }
 
   private watch(listener: () => void): () => void {

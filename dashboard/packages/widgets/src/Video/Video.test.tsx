@@ -35,6 +35,30 @@ class FakeMedia {
   setBufferTarget(targetMs: number | null): void {
     this.targets.push(targetMs)
   }
+  isKept = false
+  keep(): () => void {
+    this.isKept = true
+    return () => {
+      this.isKept = false
+    }
+  }
+}
+
+class FakeRecorder extends EventTarget {
+  static readonly isTypeSupported = () => true
+  static readonly made: FakeRecorder[] = []
+  readonly mimeType = 'video/webm'
+  state = 'recording'
+  constructor(readonly stream: MediaStream) {
+    super()
+    FakeRecorder.made.push(this)
+  }
+  start(): void {}
+  stop(): void {
+    this.state = 'inactive'
+    this.dispatchEvent(Object.assign(new Event('dataavailable'), { data: new Blob(['picture']) }))
+    this.dispatchEvent(new Event('stop'))
+  }
 }
 
 let store: FakeMedia
@@ -133,6 +157,52 @@ test('pictures are buffered for driving unless somebody chooses otherwise', asyn
   await userEvent.click(screen.getByRole('button', { name: 'More for front' }))
   await userEvent.click(await screen.findByRole('menuitem', { name: /^Inspect/ }))
   expect(store.targets.at(-1)).toBe(250)
+})
+
+async function recorded(): Promise<FakeRecorder> {
+  FakeRecorder.made.length = 0
+  vi.stubGlobal('MediaRecorder', FakeRecorder)
+  vi.spyOn(HTMLAnchorElement.prototype, 'click').mockImplementation(() => {})
+  vi.useFakeTimers({ shouldAdvanceTime: true })
+  act(() => store.mediaStream.set(new MediaStream()))
+  shown()
+  act(() => {
+    frame?.()
+    vi.advanceTimersByTime(300)
+  })
+  await userEvent.click(screen.getByRole('button', { name: 'Record here, in this browser' }))
+  const [recorder] = FakeRecorder.made
+  if (recorder === undefined) throw new Error('nothing was recorded')
+  return recorder
+}
+
+test('a picture that is being recorded comes on while it is scrolled away, until the recording is ended', async () => {
+  const recorder = await recorded()
+  look(false)
+  expect(recorder.state).toBe('recording')
+  expect(store.mediaStream.listenerCount).toBe(1)
+  expect(store.isKept).toBe(true)
+  expect(screen.queryByText('Paused')).toBeNull()
+  await userEvent.click(screen.getByRole('button', { name: 'End the recording and save it' }))
+  expect(recorder.state).toBe('inactive')
+  expect(store.mediaStream.listenerCount).toBe(0)
+  expect(store.isKept).toBe(false)
+  expect(screen.queryByText(/and the recording with it/)).toBeNull()
+})
+
+test('a recording that ends with the picture says so', async () => {
+  const recorder = await recorded()
+  act(() => store.mediaStream.set(null))
+  expect(recorder.state).toBe('inactive')
+  expect(screen.getByText(/The picture ended, and the recording with it/)).toBeTruthy()
+  expect(store.isKept).toBe(false)
+})
+
+test('a recorder that stops by itself says so', async () => {
+  const recorder = await recorded()
+  act(() => recorder.stop())
+  expect(screen.getByText(/The picture ended, and the recording with it/)).toBeTruthy()
+  expect(screen.getByRole('button', { name: 'Record here, in this browser' })).toBeTruthy()
 })
 
 test('all figures are shown on demand', async () => {

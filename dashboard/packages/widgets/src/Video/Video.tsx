@@ -34,9 +34,7 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
   const video = useRef<HTMLVideoElement>(null)
   const { choices, choose } = usePictureChoices(robotId, entry.label)
   const isOnScreen = useOnScreen(root)
-  // Whoever doesn't look doesn't listen: the robot then sends, encodes and captures nothing.
-  const stream = useReadable(isOnScreen ? store.mediaStream : NO_STREAM)
-  const recording = useRecording(entry.label, stream)
+  const { stream, ...recording } = useRecording(entry.label, store, isOnScreen)
   const [log] = useState(() => new PictureLog())
   const [failure, setFailure] = useState('')
   const isFullscreen = useFullscreen(root)
@@ -59,9 +57,9 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
       <div ref={facts} className={classes.facts} data-details={choices.showsDetails} data-testid="picture-facts" />
       {isFullscreen && <ControlOverPicture robotId={robotId} />}
       {recording.isRecording && <div className={classes.recording}>Recording</div>}
-      {failure !== '' && (
+      {(failure || recording.ending) !== '' && (
         <div className={classes.failure} role="alert">
-          {failure}
+          {failure || recording.ending}
         </div>
       )}
       <PictureTools
@@ -95,8 +93,6 @@ function ControlOverPicture({ robotId }: { robotId: string }) {
     </>
   )
 }
-
-const NO_STREAM = { get: () => null, subscribe: () => () => {} }
 
 interface NoPictureProps {
   hasStream: boolean

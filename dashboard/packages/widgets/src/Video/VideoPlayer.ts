@@ -16,7 +16,7 @@ export interface PlayerElements {
 export interface PlayerOptions {
   stream: MediaStream | null
   /** Tells the store of a picture on the screen; its age then, null while unknown. */
-  pictureShown: (rtpTimestamp: number, atMs: number) => number | null
+  pictureShown: (rtpTimestamp: number | null, atMs: number) => number | null
   measured: () => Pick<Measured, 'roundTripMs' | 'statistics'>
   /** Everything that is known, or just the line. */
   showsDetails: () => boolean
@@ -35,8 +35,8 @@ export function playPicture({ video, facts, alarm }: PlayerElements, options: Pl
   if (stream !== null) playMuted(video)
   const stopCounting = onEveryFrame(video, (nowMs, frame) => {
     meter.add(nowMs)
-    if (frame?.rtpTimestamp === undefined) return
-    const ageMs = options.pictureShown(frame.rtpTimestamp, frame.expectedDisplayTime + performance.timeOrigin)
+    const atMs = (frame?.expectedDisplayTime ?? nowMs) + performance.timeOrigin
+    const ageMs = options.pictureShown(frame?.rtpTimestamp ?? null, atMs)
     if (ageMs !== null) ages.add(nowMs, ageMs)
   })
   const show = () => {

@@ -1,14 +1,11 @@
 /** A still or a recording of the picture as the browser has it, for the downloads of whoever watches. */
 import { download, fileName } from '../frame/download'
+import { copied } from './KeptPicture'
 
 /** The picture on the screen, at its full resolution. Rejects where there is none. */
 export async function snapshot(video: HTMLVideoElement): Promise<Blob> {
-  const { videoWidth: width, videoHeight: height } = video
-  if (width === 0 || height === 0) throw new Error('there is no picture yet')
-  const canvas = document.createElement('canvas')
-  canvas.width = width
-  canvas.height = height
-  canvas.getContext('2d')?.drawImage(video, 0, 0, width, height)
+  const canvas = copied(video)
+  if (canvas === null) throw new Error('there is no picture yet')
   return await new Promise((resolve, reject) => {
     canvas.toBlob((blob) => (blob === null ? reject(new Error('the browser made no picture')) : resolve(blob)), 'image/png')
   })

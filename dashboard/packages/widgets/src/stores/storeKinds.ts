@@ -1,5 +1,16 @@
 /** What a widget may do with a store, told from what the store can do: no widget asks for its class. */
-import type { Received as MediaReceived, MediaStatistics, MessageInfo, MosaicStore, Readable, Refusal, SendBlock, Talker } from '@mosaic/client'
+import type {
+  Received as MediaReceived,
+  MediaStatistics,
+  MessageInfo,
+  MosaicStore,
+  Readable,
+  Refusal,
+  SendBlock,
+  ShownPicture,
+  StoreState,
+  Talker,
+} from '@mosaic/client'
 
 export interface Received {
   data: ArrayBuffer
@@ -16,12 +27,17 @@ export interface Sends {
 }
 
 export interface ShowsMedia {
+  readonly state: Readable<StoreState>
   readonly mediaStream: Readable<MediaStream | null>
   readonly statistics: Readable<MediaStatistics | null>
   readonly displayedAgeMs: Readable<number | null>
   /** What has come of the picture so far; null without a connection. */
   received(): Promise<MediaReceived | null>
-  pictureShown(rtpTimestamp: number, atMs: number): void
+  pictureShown(rtpTimestamp: number | null, atMs: number): void
+  /** The last one that was on the screen, over the loss of a connection too. */
+  readonly latestPicture: ShownPicture | null
+  /** Keeps the picture coming, also to a hidden page, until the returned function is called. */
+  keep(): () => void
   setBufferTarget(targetMs: number | null): void
 }
 
