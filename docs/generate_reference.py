@@ -183,7 +183,7 @@ def metrics() -> str:
         "",
         "What `mosaic run --metrics` serves in the text format of Prometheus (see "
         "[how to](../howto/metrics.md)). Labels: `connector` is the label of a connector, `reason` one of `replaced`, "
-        "`queue_full`, `thinned`, `refused`, `lost`. Counters begin at 0 when the robot starts.",
+        "`queue_full`, `too_large`, `thinned`, `refused`, `lost`. Counters begin at 0 when the robot starts.",
         "",
         "| metric | kind | what it tells |",
         "|---|---|---|",

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origi
 
 from pydantic import BaseModel
 
-from mosaic_core.contract.host import HandlerHost, Outgoing, Sender, UnboundHost
+from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import EncodingParams, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
 from mosaic_core.contract.sound import Sound, SoundEncoding
@@ -107,6 +107,12 @@ class Handler:
     def monotonic_s(self) -> float:
         """The robot's monotonic clock; the kit's fake clock in tests."""
         return self._host.monotonic_s()
+
+    def count_loss(self, reason: Loss, messages: int = 1) -> None:
+        """Count messages that this handler itself left out, under a reason that operators know: ``refused`` for input
+        that made no sense, ``lost`` for what came in part or not at all, ``thinned`` for what came before its turn,
+        ``dropped`` for what found a queue full. What ``send_*`` does not take is counted without it. Any thread."""
+        self._host.count_loss(reason, messages)
 
     def tap_media(self, label: str, codec: TapCodec = "h264") -> MediaTap:
         """The encoded pictures of the connector ``label``, without encoding them again where that is possible:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
 from mosaic_core.machines.framing import PayloadKind
 
@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from mosaic_core.contract.media import Picture
     from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
     from mosaic_core.contract.sound import Sound
+
+
+Loss: TypeAlias = Literal["replaced", "dropped", "too_large", "thinned", "refused", "lost"]
+"""Why a message did not arrive; each has a counter per connector (``runtime.counters``)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +95,10 @@ class HandlerHost(Protocol):
         """Hand a piece of sound over. ``False`` if nobody listens or the event loop is behind."""
         ...
 
+    def count_loss(self, reason: Loss, messages: int) -> None:
+        """Count messages that the handler itself had to leave out, as the framework counts those that it leaves out."""
+        ...
+
     def tap_media(self, label: str, codec: TapCodec) -> MediaTap:
         """The encoded pictures of another connector; nothing flows until the tap is entered."""
         ...
@@ -129,6 +137,9 @@ class UnboundHost:
 
     def send_sound(self, label: str, sound: Any) -> bool:
         return False
+
+    def count_loss(self, reason: Loss, messages: int) -> None:
+        """Nobody looks."""
 
     def tap_media(self, label: str, codec: TapCodec) -> MediaTap:
         raise RuntimeError("nothing can be tapped before the robot runs")

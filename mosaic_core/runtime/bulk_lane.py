@@ -12,6 +12,7 @@ from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from mosaic_core.contract.host import Loss
 from mosaic_core.machines import robot_lane as machine
 from mosaic_core.machines.command_gate import ArrivalBaseline
 from mosaic_core.machines.send_scheduler import Lane
@@ -34,7 +35,7 @@ LaneMessage = control.LaneOffer | control.LaneAnswer | control.LaneCandidate | c
 @dataclass(frozen=True, slots=True)
 class LaneOwner:
     """What a lane needs of its peer. ``opened``: a channel of a connector, and the queue that fills it; ``dropped``:
-    the channels of that queue are gone; ``has_room``: as of every send queue."""
+    the channels of that queue are gone; ``has_room``, ``left_out``: as of every send queue."""
 
     peer_id: str
     make_answerer: AnswererFactory
@@ -43,6 +44,7 @@ class LaneOwner:
     opened: Callable[[Channel, SendQueue], None]
     dropped: Callable[[SendQueue], None]
     has_room: Callable[[str], None]
+    left_out: Callable[[str, Loss, int], None]
 
 
 class BulkLane:
@@ -129,7 +131,7 @@ class _LaneTransport:
     """One attempt: implements ``AnswererListener``."""
 
     def __init__(self, attempt: int, lane: BulkLane, owner: LaneOwner) -> None:
-        self.queue = SendQueue(owner.has_room)
+        self.queue = SendQueue(owner.has_room, owner.left_out)
         self._attempt = attempt
         self._lane = lane
         self._owner = owner

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from dataclasses import dataclass, field
+
+from mosaic_core.contract.host import Loss
 
 _WINDOW_S = 2.0
 """Rates are means over this long: steady enough to read, quick enough to see a loss."""
@@ -37,13 +40,16 @@ class ConnectorCounters:
     """Written by one thread at a time, read anywhere. Sums over all operators, since the robot started."""
 
     messages: int = 0
+    """Sent to at least one operator, or carried out."""
     size_bytes: int = 0
     replaced: int = 0
     """Sent, but a newer one took its place before it left."""
     dropped: int = 0
     """Not taken, because a queue was full."""
+    too_large: int = 0
+    """Larger than any message may be, or than an original operator takes."""
     thinned: int = 0
-    """Held back by ``max_rate_hz``."""
+    """Held back by a rate limit."""
     refused: int = 0
     """Messages of operators that were not accepted."""
     lost: int = 0
@@ -59,6 +65,25 @@ class ConnectorCounters:
         self.size_bytes += size_bytes
         self.last_at_s = now_s
         self.meter.add(size_bytes, now_s)
+
+    def lose(self, reason: Loss, messages: int = 1) -> None:
+        """Messages that will not arrive."""
+        setattr(self, reason, getattr(self, reason) + messages)
+
+
+class HandlerLosses:
+    """What one handler says that it left out; any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._counts: dict[Loss, int] = {}
+
+    def add(self, reason: Loss, messages: int) -> None:
+        with self._lock:
+            self._counts[reason] = self._counts.get(reason, 0) + messages
+
+    def __getitem__(self, reason: Loss) -> int:
+        return self._counts.get(reason, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +106,7 @@ class ConnectorSnapshot:
     queue_bytes: int
     replaced: int
     dropped: int
+    too_large: int
     thinned: int
     refused: int
     lost: int

@@ -64,6 +64,7 @@ def row_of(snapshot: ConnectorSnapshot) -> DeliveryRow:
         queue_bytes=snapshot.queue_bytes,
         replaced=snapshot.replaced,
         dropped=snapshot.dropped,
+        too_large=snapshot.too_large,
         thinned=snapshot.thinned,
         refused=snapshot.refused,
         lost=snapshot.lost,

@@ -8,10 +8,11 @@ import threading
 import time
 from collections.abc import Callable
 
-from mosaic_core.contract.host import Outgoing
+from mosaic_core.contract.host import Loss, Outgoing
 from mosaic_core.contract.media import Picture
 from mosaic_core.contract.media_tap import TapCodec
 from mosaic_core.contract.sound import Sound
+from mosaic_core.runtime.counters import HandlerLosses
 from mosaic_core.runtime.media_hub import MediaHub
 from mosaic_core.runtime.media_tap import RuntimeTap
 from mosaic_core.runtime.picture_tap import RuntimePictureTap
@@ -27,6 +28,8 @@ class RuntimeHost:
         media: MediaHub,
         is_heard: Callable[[str], bool] = lambda channel: False,
     ) -> None:
+        self.losses = HandlerLosses()
+        """What the handler says that it left out."""
         self._loop = loop
         self._post = post
         self._media = media
@@ -90,6 +93,9 @@ class RuntimeHost:
 
     def send_sound(self, label: str, sound: Sound) -> bool:
         return self._media.post_sound(label, sound)
+
+    def count_loss(self, reason: Loss, messages: int) -> None:
+        self.losses.add(reason, messages)
 
     def tap_media(self, label: str, codec: TapCodec) -> RuntimeTap:
         return RuntimeTap(self._loop, self._media, label, codec)

@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler
-from mosaic_core.contract.host import Sender
+from mosaic_core.contract.host import Loss, Sender
 from mosaic_core.runtime.connector import Connector
-from mosaic_core.runtime.counters import ConnectorCounters, ConnectorSnapshot
+from mosaic_core.runtime.counters import ConnectorCounters, ConnectorSnapshot, HandlerLosses
 from mosaic_core.runtime.failures import Failures
 from mosaic_core.runtime.handler_host import RuntimeHost
 from mosaic_core.runtime.handover import Handover
@@ -70,6 +70,7 @@ class HandlerRuns:
         self._failed: Handover[tuple[str, BaseException, float]] = Handover(loop, self._tell_failed)
         self._runners: dict[str, Runner] = {}
         self._failures: dict[str, Failures] = {}
+        self._losses: dict[str, HandlerLosses] = {}
         self._always: set[str] = set()
         self._groups = original_groups(connectors)
         for route in self.routes.values():
@@ -95,6 +96,7 @@ class HandlerRuns:
         """Bind the handler and prepare its body."""
         host = RuntimeHost(self._loop, self.outbox.post, self.media, self.outbox.is_heard)
         handler.bind(host)
+        self._losses[handler.label] = host.losses
         failures = Failures(handler.label, lambda *failure: self._failed.put(failure))
         self._failures[handler.label] = failures
         runner = runner_of(handler, host, failures)
@@ -194,11 +196,12 @@ class HandlerRuns:
             bytes_per_s=bytes_per_s,
             queue_messages=queue_messages,
             queue_bytes=queue_bytes,
-            replaced=counters.replaced + self._replaced_in(labels),
-            dropped=counters.dropped,
-            thinned=counters.thinned,
-            refused=counters.refused,
-            lost=counters.lost,
+            replaced=counters.replaced + self._replaced_in(labels) + self._left_out(labels, "replaced"),
+            dropped=counters.dropped + self._left_out(labels, "dropped"),
+            too_large=counters.too_large + self._left_out(labels, "too_large"),
+            thinned=counters.thinned + self._left_out(labels, "thinned"),
+            refused=counters.refused + self._left_out(labels, "refused"),
+            lost=counters.lost + self._left_out(labels, "lost"),
             resent=counters.resent,
             failures=sum(failures.count for failures in failing),
             last_error=next((failures.last_error for failures in failing if failures.last_error), ""),
@@ -215,6 +218,10 @@ class HandlerRuns:
         """Commands that a newer one replaced before the receiver took them."""
         receivers = (self.routes[label].receiver for label in labels if label in self.routes)
         return sum(receiver.inbox.replaced for receiver in receivers if receiver is not None)
+
+    def _left_out(self, labels: Sequence[str], reason: Loss) -> int:
+        """What the handlers themselves did not send on."""
+        return sum(self._losses[label][reason] for label in labels)
 
     def _state(self, label: str) -> str:
         if self._failures[label].is_failing:

@@ -22,12 +22,15 @@ METRICS: dict[str, tuple[str, str]] = {
     "mosaic_connector_info": ("gauge", "Always 1: what the connector is."),
     "mosaic_connector_state": ("gauge", "1 for the state in which the connector is, else 0."),
     "mosaic_connector_peers": ("gauge", "Operators that have it open or watch it."),
-    "mosaic_connector_messages_total": ("counter", "Messages or pictures sent, or commands carried out."),
+    "mosaic_connector_messages_total": (
+        "counter",
+        "Messages or pictures that at least one operator was sent, or commands carried out.",
+    ),
     "mosaic_connector_bytes_total": ("counter", "Their payload."),
     "mosaic_connector_dropped_total": (
         "counter",
-        "Messages that did not arrive: replaced by a newer one, queue_full, thinned by max_rate_hz, refused, or lost "
-        "with a connection.",
+        "Messages that did not arrive: replaced by a newer one, queue_full, too_large, thinned by a rate limit, "
+        "refused, or lost on the way.",
     ),
     "mosaic_connector_resent_total": ("counter", "Messages repeated after a connection was lost."),
     "mosaic_connector_failures_total": ("counter", "How often its code failed and was started again."),
@@ -92,6 +95,7 @@ def _connectors(rows: tuple[ConnectorSnapshot, ...]) -> Iterator[tuple[str, Samp
 def _drops(row: ConnectorSnapshot) -> Iterator[tuple[str, int]]:
     yield "replaced", row.replaced
     yield "queue_full", row.dropped
+    yield "too_large", row.too_large
     yield "thinned", row.thinned
     yield "refused", row.refused
     yield "lost", row.lost

@@ -14,7 +14,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from mosaic_core.contract.host import Outgoing
+from mosaic_core.contract.host import Loss, Outgoing
+from mosaic_core.machines.complaint_pace import ComplaintPace
 from mosaic_core.machines.delivery_terms import DeliveryTerms
 from mosaic_core.machines.framing import MAX_MESSAGE_BYTES
 from mosaic_core.machines.rate_gate import RateGate
@@ -51,6 +52,8 @@ class _Channel:
     full: frozenset[str] = frozenset()
     """The peers that refused a message and have not said that they take more."""
     latched: Outgoing | None = None
+    is_latched_counted: bool = False
+    """Somebody has got it."""
     gate: RateGate | None = None
     thinner: Thinner[Outgoing] | None = None
     timer: asyncio.TimerHandle | None = None
@@ -70,7 +73,7 @@ class Outbox:
         self._channels: dict[str, _Channel] = {}
         self._lock = threading.Lock()
         """Around what is counted or paced on the handlers' threads."""
-        self._complained: set[str] = set()
+        self._complaints = ComplaintPace()
         self._successors: dict[str, str] = {}
 
     def add_channel(self, channel: str, terms: DeliveryTerms, counters: ConnectorCounters) -> None:
@@ -85,7 +88,7 @@ class Outbox:
         """Any thread. ``False``: nobody listens, or the message is too large, too soon, or every listener's queue is
         full; then it goes nowhere. What nobody hears is kept for the first who comes, if the channel latches."""
         channel = self._channels.get(message.channel)
-        if channel is None or not self._fits(message):
+        if channel is None or not self._fits(channel, message):
             return False
         hearing, full = self._hearing(channel, message), channel.full
         if hearing and full and full.issuperset(hearing):
@@ -102,21 +105,23 @@ class Outbox:
         to = message.to
         return channel.hearing(to if to is None else self._successors.get(to, to))
 
-    def _fits(self, message: Outgoing) -> bool:
+    def _fits(self, channel: _Channel, message: Outgoing) -> bool:
         size_bytes = len(message.payload)
         if message.followers:
             size_bytes = max(size_bytes, *map(len, message.followers))
         if size_bytes <= MAX_MESSAGE_BYTES:
             return True
-        if message.channel not in self._complained:
-            self._complained.add(message.channel)
+        with self._lock:
+            channel.counters.lose("too_large")
+            is_due = self._complaints.is_due(message.channel, time.monotonic())
+        if is_due:
             fields = {"label": message.channel, "code": "channel.too_large"}
             logger.error("%r: a message of %d bytes is too large to send", message.channel, size_bytes, extra=fields)
         return False
 
     def _dropped(self, channel: _Channel) -> bool:
         with self._lock:
-            channel.counters.dropped += 1
+            channel.counters.lose("dropped")
         return False
 
     def _admitted(self, channel: _Channel, gate: RateGate) -> bool:
@@ -171,6 +176,20 @@ class Outbox:
         if known is not None:
             known.full -= {peer_id}
 
+    def left_out(self, channel: str, reason: Loss, messages: int) -> None:
+        """Messages that a listener took, and left out after all."""
+        known = self._channels.get(channel)
+        if known is not None:
+            with self._lock:
+                known.counters.lose(reason, messages)
+
+    def gave_latched(self, channel: str) -> None:
+        """Whoever joined was sent what :meth:`join` gave: with that it counts as sent, if nobody had got it before."""
+        known = self._channels[channel]
+        if known.latched is not None and not known.is_latched_counted:
+            known.is_latched_counted = True
+            known.counters.count(known.latched.size_bytes, time.monotonic())
+
     def listeners(self, channel: str) -> int:
         known = self._channels.get(channel)
         return len(known.listeners) if known is not None else 0
@@ -204,14 +223,23 @@ class Outbox:
             channel.timer = self._loop.call_at(channel.thinner.due_at_s, self._due, channel)
 
     def _distribute(self, channel: _Channel, message: Outgoing) -> None:
-        counters, size_bytes = channel.counters, message.size_bytes
+        size_bytes = message.size_bytes
+        is_taken = self._is_taken(channel, message)
+        if is_taken:
+            channel.counters.count(size_bytes, time.monotonic())
         if message.to is None and channel.terms.latch and size_bytes <= channel.terms.limits.size_bytes:
-            channel.latched = message
+            channel.latched, channel.is_latched_counted = message, is_taken
+
+    def _is_taken(self, channel: _Channel, message: Outgoing) -> bool:
+        """By at least one of those it is for."""
+        is_taken = False
         for peer_id in self._hearing(channel, message):
             offered = channel.listeners[peer_id].deliver(message)
-            if offered is Offered.REPLACED:
-                counters.replaced += 1
-            elif offered is Offered.REFUSED:
+            if offered is Offered.REFUSED:
                 self._dropped(channel)
                 channel.full |= {peer_id}
-        counters.count(size_bytes, time.monotonic())
+                continue
+            is_taken = True
+            if offered is Offered.REPLACED:
+                self.left_out(message.channel, "replaced", 1)
+        return is_taken

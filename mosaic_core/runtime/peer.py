@@ -51,7 +51,7 @@ class OperatorPeer:
         self._loop = asyncio.get_running_loop()
         self._session = session.PeerSession(time.monotonic(), expects_channels="\nm=application " in start.offer_sdp)
         self._baseline = ArrivalBaseline()
-        self._queue = SendQueue(self._has_room)
+        self._queue = SendQueue(self._has_room, site.outbox.left_out)
         self._resume = PeerResume(lambda: self.sender, site, self._control.answer)
         self._channels = PeerChannels(lambda: self.sender, site, self._queue, self._baseline, self.refuse, self._resume)
         self._lane = BulkLane(self._lane_owner(make_answerer))
@@ -97,6 +97,7 @@ class OperatorPeer:
             self._channels.opened_for_bulk,
             self._channels.drop,
             self._has_room,
+            self._site.outbox.left_out,
         )
 
     # -- life ----------------------------------------------------------------------------------------------------

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections.abc import Callable
 
+from mosaic_core.contract.host import Loss
+from mosaic_core.machines.complaint_pace import ComplaintPace
 from mosaic_core.machines.send_scheduler import Lane, Offered, QueuedMessage, QueueLimits, SendScheduler
 from mosaic_core.runtime.transport import Channel
 from mosaic_core.words.errors import ConnectionFailed
@@ -19,15 +22,22 @@ _RETRY_S = 0.02
 
 
 class SendQueue:
-    """Of one peer; event loop only. ``has_room``: told when a channel that was full takes messages again."""
+    """Of one peer; event loop only. ``has_room``: told when a channel that was full takes messages again.
+    ``left_out``: told of messages that were taken and will not leave, beyond what :meth:`offer` says."""
 
-    def __init__(self, has_room: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        has_room: Callable[[str], None],
+        left_out: Callable[[str, Loss, int], None] = lambda label, reason, messages: None,
+    ) -> None:
         self._loop = asyncio.get_running_loop()
         self._scheduler = SendScheduler()
         self._channels: dict[str, Channel] = {}
         self._lanes: dict[str, Lane] = {}
         self._full: set[str] = set()
         self._has_room = has_room
+        self._left_out = left_out
+        self._complaints = ComplaintPace()
         self._timer: asyncio.Handle | None = None
         self._is_pumping = False
 
@@ -54,9 +64,13 @@ class SendQueue:
         """Queue and, where there is room below, send at once."""
         if message.channel not in self._channels:
             return Offered.REFUSED
+        before = self._scheduler.counters.replaced
         offered = self._scheduler.offer(message)
         if offered is Offered.REFUSED:
             self._full.add(message.channel)
+        more = self._scheduler.counters.replaced - before - 1
+        if more > 0:  # a large message takes the place of several; of one the answer tells
+            self._left_out(message.channel, "replaced", more)
         self.pump()
         return offered
 
@@ -101,7 +115,9 @@ class SendQueue:
         except ConnectionFailed as error:
             fields = {"label": label, "code": error.code}
             if error.code == "channel.too_large":  # a bare message, which can't be split, to an original operator
-                logger.warning("%r: a message of %d bytes is left out: %s", label, len(piece), error, extra=fields)
+                self._left_out(label, "too_large", 1)
+                if self._complaints.is_due(label, time.monotonic()):
+                    logger.warning("%r: a message of %d bytes is left out: %s", label, len(piece), error, extra=fields)
                 return
             logger.debug("channel %r is gone: %s", label, error, extra=fields)
             self.close(label)

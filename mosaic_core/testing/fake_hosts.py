@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import json
+from collections import Counter
 from collections.abc import Iterator
 from types import TracebackType
 from typing import Any, Generic, Protocol, Self, TypeVar
 
 from mosaic_core.contract.handler import Handler
-from mosaic_core.contract.host import Outgoing
+from mosaic_core.contract.host import Loss, Outgoing
 from mosaic_core.contract.media import Picture
 from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
 from mosaic_core.contract.sound import Sound
@@ -65,6 +66,8 @@ class FakeHost:
         self.sent: list[Outgoing] = []
         self.pictures: list[Picture] = []
         self.sounds: list[Sound] = []
+        self.losses: Counter[Loss] = Counter()
+        """What the handler counted with ``count_loss``, by reason."""
         self.tapped: dict[str, list[TappedPicture]] = {}
         """What taps of other connectors give, by label; a label that isn't here is unknown."""
         self.tapped_images: dict[str, list[TappedImage]] = {}
@@ -119,6 +122,9 @@ class FakeHost:
         if self.accepts:
             self.sounds.append(sound)
         return self.accepts
+
+    def count_loss(self, reason: Loss, messages: int) -> None:
+        self.losses[reason] += messages
 
     def tap_media(self, label: str, codec: TapCodec) -> FakeTap:
         return FakeTap(self, self.tapped.get(label))

@@ -468,6 +468,7 @@ class DeliveryRow(WireModel):
     queue_bytes: int = 0
     replaced: int = 0
     dropped: int = 0
+    too_large: int = 0
     thinned: int = 0
     refused: int = 0
     lost: int = 0

@@ -98,7 +98,7 @@ def snapshot(**changes: object) -> RobotSnapshot:
     row = {
         "label": "front", "type": "camera", "kind": "video", "direction": "to-operator", "delivery": "latest",
         "state": "running", "peers": 2, "messages": 5, "rate_hz": 29.97, "size_bytes": 10, "bytes_per_s": 1.5e6,
-        "queue_messages": 3, "queue_bytes": 4500, "replaced": 0, "dropped": 2, "thinned": 0, "lost": 0, "resent": 0,
+        "queue_messages": 3, "queue_bytes": 4500, "replaced": 0, "dropped": 2, "too_large": 0, "thinned": 0, "lost": 0, "resent": 0,
         "refused": 1, "failures": 0, "last_error": "", "age_s": 0.04, **changes,
     }  # fmt: skip
     peer = PeerSnapshot("p", "s", "o", "Alice", "operator", "open", 3.0, (), ())

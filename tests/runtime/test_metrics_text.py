@@ -28,6 +28,7 @@ ROW = ConnectorSnapshot(
     queue_bytes=50,
     replaced=1,
     dropped=2,
+    too_large=8,
     thinned=3,
     refused=4,
     lost=5,
@@ -57,9 +58,9 @@ def test_every_counter_of_a_connector_is_there_with_its_reason() -> None:
     scan = (("connector", "scan"),)
     drops = {
         reason: found["mosaic_connector_dropped_total", (*scan, ("reason", reason))]
-        for reason in ("replaced", "queue_full", "thinned", "refused", "lost")
+        for reason in ("replaced", "queue_full", "too_large", "thinned", "refused", "lost")
     }
-    assert drops == {"replaced": 1, "queue_full": 2, "thinned": 3, "refused": 4, "lost": 5}
+    assert drops == {"replaced": 1, "queue_full": 2, "too_large": 8, "thinned": 3, "refused": 4, "lost": 5}
     expected = {
         "messages_total": 100, "bytes_total": 5000, "resent_total": 6, "failures_total": 7, "peers": 2,
         "queue_messages": 1, "queue_bytes": 50, "age_seconds": 0.125,

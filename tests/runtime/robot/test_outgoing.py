@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 from typing import Any
 
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.delivery_terms import terms_of
 from mosaic_core.machines.framing import MAX_MESSAGE_BYTES, PayloadKind
-from mosaic_core.machines.send_scheduler import HIGH_WATER_BYTES, Lane, Offered, QueuedMessage
+from mosaic_core.machines.send_scheduler import HIGH_WATER_BYTES, Lane, Offered, QueuedMessage, QueueLimits
 from mosaic_core.runtime.counters import ConnectorCounters, RateMeter
 from mosaic_core.runtime.handover import Handover
 from mosaic_core.runtime.outbox import Outbox
 from mosaic_core.runtime.send_queue import SendQueue
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract
+from mosaic_core.words.errors import ConnectionFailed
 
 
 def message(payload: bytes = b"1", to: str | None = None) -> Outgoing:
@@ -93,10 +95,11 @@ def test_send_is_false_while_nobody_listens_and_the_value_waits_for_the_first_wh
     async def body() -> None:
         it, counters, listened = outbox()
         assert it.post(message(b"7")) is False
-        await kit.until(lambda: counters.messages == 1)
+        await asyncio.sleep(0)
         latched = it.join("a", "p1", Listener())
         assert latched is not None
         assert latched.payload == b"7"
+        assert counters.messages == 0
         assert it.post(message()) is True
         assert it.post(message(to="p2")) is False
         it.leave("a", "p1")
@@ -110,6 +113,7 @@ def test_send_is_false_while_nobody_listens_and_the_value_waits_for_the_first_wh
 def test_bulk_and_answers_to_one_are_not_kept_for_late_joiners(kit: Any) -> None:
     async def body() -> None:
         bulk, counters, _ = outbox(Delivery.BULK)
+        bulk.join("a", "p0", Listener())
         bulk.post(message())
         await kit.until(lambda: counters.messages == 1)
         assert bulk.join("a", "p1", Listener()) is None
@@ -143,10 +147,11 @@ def test_a_sender_learns_that_every_queue_is_full_and_when_there_is_room(kit: An
 
 def test_a_message_that_no_peer_could_take_is_refused_at_once(kit: Any, caplog: Any) -> None:
     async def body() -> None:
-        it, _, _ = outbox()
+        it, counters, _ = outbox()
         it.join("a", "p1", Listener())
         for _ in range(2):
             assert it.post(message(bytes(MAX_MESSAGE_BYTES + 1))) is False
+        assert (counters.too_large, counters.dropped, counters.messages) == (2, 0, 0)
 
     kit.play(body)
     assert caplog.text.count("too large to send") == 1
@@ -168,6 +173,46 @@ def test_the_queue_waits_while_the_buffer_is_long_and_goes_on_when_it_drains(kit
         assert rooms == ["a"]
 
     kit.play(body)
+
+
+def test_messages_whose_place_a_larger_one_takes_are_all_counted(kit: Any) -> None:
+    async def body() -> None:
+        it, counters, _ = outbox(DeliveryContract(mode=Delivery.BULK, newest_wins=True, queue_messages=9))
+        channel, queue = kit.channel("a"), SendQueue(it.has_room, it.left_out)
+        channel.buffered_bytes = HIGH_WATER_BYTES
+        queue.open(channel, Lane.BULK, QueueLimits(messages=9, size_bytes=10, newest_wins=True))
+
+        class Peer(Listener):
+            def deliver(self, message: Outgoing) -> Offered:
+                size_bytes = len(message.payload)
+                return queue.offer(QueuedMessage("a", iter((message.payload,)), size_bytes))
+
+        it.join("a", "p1", Peer())
+        for size_bytes in (3, 3, 3, 10):
+            it.post(message(bytes(size_bytes)))
+        await kit.until(lambda: counters.messages == 4)
+        assert (counters.replaced, counters.dropped) == (3, 0)
+        queue.close_all()
+
+    kit.play(body)
+
+
+def test_what_a_channel_finds_too_large_is_counted_each_time_and_logged_once(kit: Any, caplog: Any) -> None:
+    async def body() -> None:
+        it, counters, _ = outbox()
+        channel, queue = kit.channel("a"), SendQueue(it.has_room, it.left_out)
+
+        def refuse(data: bytes | str) -> None:
+            raise ConnectionFailed("64 KiB at most", code="channel.too_large")
+
+        channel.send = refuse
+        queue.open(channel, Lane.RELIABLE)
+        for _ in range(3):
+            assert queue.offer(QueuedMessage("a", iter((b"large",)), 5)) is Offered.QUEUED
+        assert counters.too_large == 3
+
+    kit.play(body)
+    assert caplog.text.count("is left out") == 1
 
 
 def test_a_drain_that_nobody_reported_is_noticed(kit: Any) -> None:
@@ -217,7 +262,44 @@ def test_a_message_for_full_queues_alone_goes_nowhere(kit: Any) -> None:
         it.has_room("a", "p1")
         assert it.post(message(b"4")) is True
         await kit.until(lambda: full.got == [b"1", b"4"])
-        assert (counters.dropped, counters.messages) == (3, 2)
+        assert (counters.dropped, counters.messages) == (3, 1)
+
+    kit.play(body)
+
+
+def test_only_what_somebody_took_counts_as_sent(kit: Any) -> None:
+    async def body() -> None:
+        it, counters, _ = outbox()
+        it.post(message(b"for nobody"))
+        await asyncio.sleep(0)
+        it.join("a", "p1", Listener(Offered.REFUSED))
+        it.post(message(b"refused"))
+        await kit.until(lambda: counters.dropped == 1)
+        await asyncio.sleep(0)
+        assert (counters.messages, counters.size_bytes, counters.last_at_s) == (0, 0, None)
+        assert counters.meter.rates(time.monotonic()) == (0.0, 0.0)
+        it.join("a", "p2", Listener(Offered.REPLACED))
+        it.post(message(b"taken by one"))
+        await kit.until(lambda: counters.messages == 1)
+        assert (counters.size_bytes, counters.dropped, counters.replaced) == (12, 2, 1)
+        assert counters.last_at_s is not None
+
+    kit.play(body)
+
+
+def test_a_latched_message_counts_as_sent_with_the_first_who_gets_it(kit: Any) -> None:
+    async def body() -> None:
+        it, counters, _ = outbox()
+        it.post(message(b"7"))
+        await asyncio.sleep(0)
+        assert it.join("a", "p1", Listener()) is not None
+        for _ in range(2):
+            it.gave_latched("a")
+        assert (counters.messages, counters.size_bytes) == (1, 1)
+        it.post(message(b"8"))
+        await kit.until(lambda: counters.messages == 2)
+        it.gave_latched("a")
+        assert counters.messages == 2
 
     kit.play(body)
 
@@ -257,10 +339,12 @@ def test_other_messages_beyond_the_rate_are_refused_to_their_sender(kit: Any) ->
 def test_latching_can_be_switched_off_and_for_bulk_on_within_its_bound(kit: Any) -> None:
     async def body() -> None:
         off, counters, _ = outbox(DeliveryContract(latch=False))
+        off.join("a", "p0", Listener())
         off.post(message())
         await kit.until(lambda: counters.messages == 1)
         assert off.join("a", "p1", Listener()) is None
         bulk, counters, _ = outbox(DeliveryContract(mode=Delivery.BULK, latch=True, queue_bytes=1024))
+        bulk.join("a", "p0", Listener())
         bulk.post(message(b"small"))
         bulk.post(message(bytes(1025)))
         await kit.until(lambda: counters.messages == 2)

@@ -110,7 +110,7 @@ describe('a channel', () => {
 
 describe('asking the robot', () => {
   const ROW = { label: 'pose', delivery: 'latest', messages: 5, rateHz: 1, bytesPerS: 2, queueMessages: 0, queueBytes: 0,
-    replaced: 0, dropped: 1, thinned: 0, refused: 0, lost: 0, resent: 0 } as const // prettier-ignore
+    replaced: 0, dropped: 1, tooLarge: 0, thinned: 0, refused: 0, lost: 0, resent: 0 } as const // prettier-ignore
 
   test('begins with the first who wants to know and ends with the last', () => {
     const said: boolean[] = []

@@ -178,6 +178,7 @@ export interface DeliveryRow {
   queueBytes: number
   replaced: number
   dropped: number
+  tooLarge: number
   thinned: number
   refused: number
   lost: number
@@ -941,7 +942,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   Delivered: {"properties": {"seqs": {"additionalProperties": {"maximum": 4294967295, "minimum": 0, "type": "integer"}, "maxProperties": 1024, "type": "object"}}, "type": "object"},
   Delivery: {"enum": ["reliable", "latest", "bulk"], "type": "string"},
   DeliveryReport: {"properties": {"connectors": {"items": {"$ref": "DeliveryRow"}, "type": "array"}}, "required": ["connectors"], "type": "object"},
-  DeliveryRow: {"properties": {"label": {"type": "string"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "messages": {"default": 0, "type": "integer"}, "rateHz": {"default": 0.0, "type": "number"}, "bytesPerS": {"default": 0.0, "type": "number"}, "queueMessages": {"default": 0, "type": "integer"}, "queueBytes": {"default": 0, "type": "integer"}, "replaced": {"default": 0, "type": "integer"}, "dropped": {"default": 0, "type": "integer"}, "thinned": {"default": 0, "type": "integer"}, "refused": {"default": 0, "type": "integer"}, "lost": {"default": 0, "type": "integer"}, "resent": {"default": 0, "type": "integer"}, "ageMs": {"anyOf": [{"type": "number"}, {"type": "null"}], "default": null}}, "required": ["label"], "type": "object"},
+  DeliveryRow: {"properties": {"label": {"type": "string"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "messages": {"default": 0, "type": "integer"}, "rateHz": {"default": 0.0, "type": "number"}, "bytesPerS": {"default": 0.0, "type": "number"}, "queueMessages": {"default": 0, "type": "integer"}, "queueBytes": {"default": 0, "type": "integer"}, "replaced": {"default": 0, "type": "integer"}, "dropped": {"default": 0, "type": "integer"}, "tooLarge": {"default": 0, "type": "integer"}, "thinned": {"default": 0, "type": "integer"}, "refused": {"default": 0, "type": "integer"}, "lost": {"default": 0, "type": "integer"}, "resent": {"default": 0, "type": "integer"}, "ageMs": {"anyOf": [{"type": "number"}, {"type": "null"}], "default": null}}, "required": ["label"], "type": "object"},
   DeliveryWatch: {"properties": {"on": {"type": "boolean"}}, "required": ["on"], "type": "object"},
   Direction: {"enum": ["to-operator", "to-robot", "both"], "type": "string"},
   ExchangeIceCandidate: {"properties": {"rtcConnectionId": {"type": "string"}, "iceCandidate": {"$ref": "IceCandidate"}}, "required": ["rtcConnectionId", "iceCandidate"], "type": "object"},

@@ -21,7 +21,7 @@ export class DropWatch {
   /** `row` is what the robot says; undefined: nothing. */
   sample(counters: StoreCounters, row: DeliveryRow | undefined): boolean {
     const { received, missed, incomplete, refused } = counters
-    const now = { received, missed, dropped: incomplete + refused + (row?.dropped ?? 0) + (row?.lost ?? 0) }
+    const now = { received, missed, dropped: incomplete + refused + droppedBy(row) }
     this.samples.push(now)
     if (this.samples.length > WINDOW_SAMPLES) this.samples.shift()
     const before = this.samples[0] ?? now
@@ -35,4 +35,8 @@ export class DropWatch {
     if (this.delivery === 'reliable') return missed > 0
     return missed > MISSED_SHARE * (now.received - before.received + missed)
   }
+}
+
+function droppedBy(row: DeliveryRow | undefined): number {
+  return row === undefined ? 0 : row.dropped + row.tooLarge + row.lost
 }

@@ -3,7 +3,7 @@ import { describe, expect, test } from 'vitest'
 import { ageText, queueText, rateText, sizeText } from './deliveryText'
 import { DropWatch } from './DropWatch'
 
-const row = (changes: Partial<DeliveryRow>) => ({ dropped: 0, lost: 0, ...changes }) as DeliveryRow
+const row = (changes: Partial<DeliveryRow>) => ({ dropped: 0, tooLarge: 0, lost: 0, ...changes }) as DeliveryRow
 
 describe('drops', () => {
   test('of before the page came are old news', () => {
@@ -16,6 +16,13 @@ describe('drops', () => {
     watch.sample(counters, row({}))
     const marked = [1, 1, 1, 1, 1, 1, 1].map((lost) => watch.sample(counters, row({ lost })))
     expect(marked).toEqual([true, true, true, true, true, false, false])
+  })
+
+  test('for their size are marked like those of full queues', () => {
+    const watch = new DropWatch('latest')
+    const counters = new StoreCounters()
+    watch.sample(counters, row({}))
+    expect(watch.sample(counters, row({ tooLarge: 1 }))).toBe(true)
   })
 
   test('of a few values that may be skipped are nothing to worry about, many are', () => {

@@ -166,7 +166,7 @@ test('a widget that fails is named and can be tried again', () => {
 
 const ROW: DeliveryRow = {
   label: 'battery', delivery: 'reliable', messages: 1200, rateHz: 10, bytesPerS: 1500, queueMessages: 3, queueBytes: 4500,
-  replaced: 0, dropped: 7, thinned: 2, refused: 0, lost: 0, resent: 1, ageMs: 40,
+  replaced: 0, dropped: 7, tooLarge: 5, thinned: 2, refused: 0, lost: 0, resent: 1, ageMs: 40,
 } // prettier-ignore
 
 function later(seconds: number): void {
@@ -197,6 +197,7 @@ test('the details tell what the robot counts and what this page does', async () 
   const cells = (name: string) => [...screen.getByRole('row', { name: new RegExp(`^${name}`) }).children].map((cell) => cell.textContent)
   expect(cells('rate')).toEqual(['rate', '10.0/s · 1.5 KB/s', '0.0/s · 0 B/s'])
   expect(cells('queue full')).toEqual(['queue full', '7', '–'])
+  expect(cells('too large')).toEqual(['too large', '5', '–'])
   expect(cells('queue 3')).toEqual(['queue', '3 · 4.5 KB', '–'])
   expect(cells('missed')).toEqual(['missed', '–', '4'])
 })
