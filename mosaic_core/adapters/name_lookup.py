@@ -10,26 +10,25 @@ import asyncio
 import contextlib
 import socket
 import threading
-from typing import Any
 
-Found = list[tuple[Any, ...]]
-
-
-async def ipv4_of(host: str) -> str:
-    """The first IPv4 address of ``host``; raises :class:`OSError`."""
-    return str((await _look_up(host, socket.AF_INET))[0][4][0])
+from mosaic_core.machines.address_choice import tried_addresses
 
 
-async def address_of(host: str) -> str:
-    """The first address of ``host``, IPv4 or IPv6; raises :class:`OSError`."""
-    return str((await _look_up(host, socket.AF_UNSPEC))[0][4][0])
+async def ipv4_addresses(host: str) -> list[str]:
+    """Those IPv4 addresses of ``host`` that are worth a try, never none; raises :class:`OSError`."""
+    return tried_addresses(await _look_up(host, socket.AF_INET))
 
 
-async def _look_up(host: str, family: int) -> Found:
+async def addresses_of(host: str) -> list[str]:
+    """Likewise of both families: the first may lead nowhere, so try all at the same time."""
+    return tried_addresses(await _look_up(host, socket.AF_UNSPEC))
+
+
+async def _look_up(host: str, family: int) -> list[str]:
     loop = asyncio.get_running_loop()
-    found: asyncio.Future[Found] = loop.create_future()
+    found: asyncio.Future[list[str]] = loop.create_future()
 
-    def tell(result: Found | OSError) -> None:
+    def tell(result: list[str] | OSError) -> None:
         if found.done():
             return
         if isinstance(result, OSError):
@@ -38,9 +37,9 @@ async def _look_up(host: str, family: int) -> Found:
             found.set_result(result)
 
     def look_up() -> None:
-        result: Found | OSError
+        result: list[str] | OSError
         try:
-            result = list(socket.getaddrinfo(host, None, family, socket.SOCK_DGRAM))
+            result = [str(one[4][0]) for one in socket.getaddrinfo(host, None, family, socket.SOCK_DGRAM)]
         except OSError as error:
             result = error
         with contextlib.suppress(RuntimeError):  # the loop is gone: nobody asks any more

@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-from mosaic_core.adapters.name_lookup import address_of
+from mosaic_core.adapters.name_lookup import addresses_of
 from mosaic_core.words.errors import SignalingError
 
 STEP_TIMEOUT_S = 4.0
@@ -27,7 +27,7 @@ async def resolved(host: str) -> str:
     """The first address; raises :class:`SignalingError` (``signal.name_unknown``)."""
     try:
         async with asyncio.timeout(STEP_TIMEOUT_S):
-            return await address_of(host)
+            return (await addresses_of(host))[0]
     except TimeoutError:
         message = f"The name server does not tell an address for {host} within {STEP_TIMEOUT_S:.0f} s."
         raise SignalingError(message, code="signal.name_unknown") from None

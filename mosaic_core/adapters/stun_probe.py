@@ -11,7 +11,8 @@ from typing import Any, cast
 
 from aioice import stun
 
-from mosaic_core.adapters.name_lookup import ipv4_of
+from mosaic_core.adapters.address_race import first_address
+from mosaic_core.adapters.name_lookup import ipv4_addresses
 from mosaic_core.machines.nat_kind import Mapping
 from mosaic_core.words.ice import IceUrl
 
@@ -66,7 +67,7 @@ class _Asker(asyncio.DatagramProtocol):
         """ICMP's word for one server says nothing about the others; who hears nothing times out."""
 
     def send_stun(self, message: stun.Message, addr: tuple[str, int]) -> None:
-        if self._transport is not None:
+        if self._transport is not None and not self._transport.is_closing():
             self._transport.sendto(bytes(message), addr)
 
     async def ask(self, server: tuple[str, int]) -> stun.Message:
@@ -97,10 +98,7 @@ async def _asked(asker: _Asker, url: IceUrl, timeout_s: float) -> tuple[StunAnsw
     began_s, more, mapping, problem = time.monotonic(), list[Mapping](), None, ""
     try:
         async with asyncio.timeout(timeout_s):
-            server = (await ipv4_of(url.host), url.port)
-            answered_s = time.monotonic()
-            response = await asker.ask(server)
-            took_ms = (time.monotonic() - answered_s) * 1000
+            server, response, took_ms = await _first_word(asker, url, timeout_s)
             mapping = Mapping(server, _mapped(response))
             other = response.attributes.get("OTHER-ADDRESS")
             if other is not None and other[0] != server[0]:
@@ -116,6 +114,16 @@ async def _asked(asker: _Asker, url: IceUrl, timeout_s: float) -> tuple[StunAnsw
         problem = str(error) or type(error).__name__
     took_ms = (time.monotonic() - began_s) * 1000
     return StunAnswer(str(url), mapping, took_ms, "" if mapping is not None else problem), more
+
+
+async def _first_word(asker: _Asker, url: IceUrl, timeout_s: float) -> tuple[tuple[str, int], stun.Message, float]:
+    """Which of its addresses answered, what, and after how many milliseconds."""
+
+    async def asked(address: str) -> tuple[tuple[str, int], stun.Message, float]:
+        server, began_s = (address, url.port), time.monotonic()
+        return server, await asker.ask(server), (time.monotonic() - began_s) * 1000
+
+    return await first_address(ipv4_addresses(url.host), asked, timeout_s)
 
 
 def _mapped(response: stun.Message) -> tuple[str, int]:

@@ -7,10 +7,13 @@ import socket
 import ssl
 import time
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from aioice import stun, turn
 
-from mosaic_core.adapters.name_lookup import address_of
+from mosaic_core.adapters.address_race import first_address
+from mosaic_core.adapters.name_lookup import addresses_of
+from mosaic_core.adapters.named_tls import NamedTls
 from mosaic_core.machines.turn_answer import turn_refusal
 from mosaic_core.words.ice import IceUrl
 
@@ -34,29 +37,36 @@ async def turn_probe(
 ) -> TurnAnswer:
     """Never raises; takes ``timeout_s`` at most, and a moment to say good-bye."""
     began_s = time.monotonic()
+    tls = NamedTls.of(url.host) if url.scheme == "turns" else None
+
+    async def allocated(address: str) -> _Allocation:
+        return await turn.create_turn_endpoint(
+            _Quiet, (address, url.port), username, credential, ssl=tls, transport=url.transport
+        )
+
     try:
-        async with asyncio.timeout(timeout_s):
-            relayed = await _allocated(url, username, credential)
-        return TurnAnswer(str(url), "check.ok", _since_ms(began_s), relayed=relayed)
+        allocation = await first_address(addresses_of(url.host), allocated, timeout_s, _given_back)
+        took_ms, relayed = _since_ms(began_s), _shown(allocation)
+        await _given_back(allocation)
+        return TurnAnswer(str(url), "check.ok", took_ms, relayed=relayed)
     except Exception as error:  # noqa: BLE001 - whatever answers at that port is foreign input
         code, problem = _cause(error, url, timeout_s, has_credentials=bool(username and credential))
         return TurnAnswer(str(url), code, _since_ms(began_s), problem)
 
 
-async def _allocated(url: IceUrl, username: str | None, credential: str | None) -> str:
-    is_secure = url.scheme == "turns"  # its certificate names the host: don't resolve it here
-    host = url.host if is_secure else await address_of(url.host)
-    transport, protocol = await turn.create_turn_endpoint(
-        _Quiet, (host, url.port), username, credential, ssl=is_secure or None, transport=url.transport
-    )
-    address = transport.get_extra_info("sockname")
+def _shown(allocation: _Allocation) -> str:
+    host, port = allocation[0].get_extra_info("sockname")
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+async def _given_back(allocation: _Allocation) -> None:
+    transport, protocol = allocation
     transport.close()
     try:
         async with asyncio.timeout(FAREWELL_S):
             await protocol.lost.wait()
     except TimeoutError:
         pass  # the server frees it by itself after ten minutes
-    return f"[{address[0]}]:{address[1]}" if ":" in address[0] else f"{address[0]}:{address[1]}"
 
 
 class _Quiet(asyncio.DatagramProtocol):
@@ -67,6 +77,9 @@ class _Quiet(asyncio.DatagramProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self.lost.set()
+
+
+_Allocation: TypeAlias = tuple[turn.TurnTransport, _Quiet]
 
 
 def _cause(error: Exception, url: IceUrl, timeout_s: float, *, has_credentials: bool) -> tuple[str, str]:

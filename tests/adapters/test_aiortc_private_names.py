@@ -139,6 +139,16 @@ def test_relayed_candidate_takes_what_we_give() -> None:
         "component", "hide_related_address", "protocol_factory", "turn_server", "turn_username", "turn_password",
         "turn_ssl", "turn_transport",
     }  # fmt: skip
+    assert "ssl=turn_ssl" in source_of(aioice.ice.relayed_candidate), "a context of our own arrives at asyncio"
+
+
+def test_a_turn_endpoint_that_is_given_up_closes_its_socket() -> None:
+    source = source_of(aioice.turn.create_turn_endpoint)
+    assert source.index("except BaseException") < source.index("inner_transport.close()")
+
+
+def test_a_stun_protocol_is_closed_and_that_is_waited_for() -> None:
+    assert inspect.iscoroutinefunction(aioice.ice.StunProtocol.close)
 
 
 def test_loopback_is_never_gathered() -> None:

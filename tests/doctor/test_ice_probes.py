@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
+import socket
+from collections.abc import Coroutine, Iterator
+from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
 
+from mosaic_core.adapters import address_race
 from mosaic_core.adapters.peer_trial import peer_trial
 from mosaic_core.adapters.stun_probe import stun_survey
-from mosaic_core.adapters.turn_probe import turn_probe
-from mosaic_core.doctor.ice_checks import ice_checks
+from mosaic_core.adapters.turn_probe import TurnAnswer, turn_probe
+from mosaic_core.doctor.ice_checks import ice_checks, relay_findings
 from mosaic_core.machines.nat_kind import nat_verdict
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.finding import Finding
@@ -62,6 +65,74 @@ def test_a_server_that_is_not_there_is_said_in_time(url: str, words: str) -> Non
     assert answer.took_ms < 1000 * (SHORT_S + 2)
 
 
+DUAL = "turn.dual.test"
+
+
+@pytest.fixture
+def dual_name(coturn: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """A name with an IPv6 and an IPv4 address that take everything and say nothing, and coturn's own as its last."""
+    known = socket.getaddrinfo
+    dead = [(socket.AF_INET6, "::1"), (socket.AF_INET, "127.0.0.2")]
+
+    def looked_up(host: Any, port: Any, family: int = 0, *more: Any, **named: Any) -> list[Any]:
+        if host != DUAL:
+            return known(host, port, family, *more, **named)
+        found = [*dead, (socket.AF_INET, "127.0.0.1")]
+        return [(one, socket.SOCK_DGRAM, 17, "", (address, 0)) for one, address in found if family in (0, one)]
+
+    silent = []
+    for family, address in dead:
+        for kind in (socket.SOCK_DGRAM, socket.SOCK_STREAM):
+            silent.append(socket.socket(family, kind))
+            silent[-1].bind((address, coturn.port))
+            if kind == socket.SOCK_STREAM:
+                silent[-1].listen()
+    monkeypatch.setattr(socket, "getaddrinfo", looked_up)
+    yield f"{DUAL}:{coturn.port}"
+    for one in silent:
+        one.close()
+
+
+def open_files() -> int:
+    return len(list(Path("/proc/self/fd").iterdir()))
+
+
+@pytest.mark.parametrize("transport", ["udp", "tcp"])
+def test_dead_addresses_before_the_working_one_cost_no_time_and_no_socket(dual_name: str, transport: str) -> None:
+    async def probed() -> tuple[list[TurnAnswer], int, int]:
+        answers = [await turn_probe(parse_ice_url(f"turn:{dual_name}?transport={transport}"), "me", "pass")]
+        await asyncio.gather(*address_race._leaving)
+        before = open_files()
+        url = parse_ice_url(f"turn:{dual_name}?transport={transport}")
+        answers += await asyncio.gather(*(turn_probe(url, "me", "pass") for _ in range(5)))
+        await asyncio.gather(*address_race._leaving)
+        await asyncio.sleep(0)  # transports close in the loop's next turn
+        return answers, before, open_files()
+
+    answers, before, after = run(probed())
+    assert {answer.code for answer in answers} == {"check.ok"}
+    assert max(answer.took_ms for answer in answers) < 2000, "the silent ones time out after 5 s"
+    assert after <= before
+
+
+def test_refused_credentials_are_told_although_other_addresses_are_silent(dual_name: str) -> None:
+    assert run(turn_probe(parse_ice_url(f"turn:{dual_name}"), "me", "wrong", SHORT_S)).code == "ice.turn_refused"
+
+
+def test_a_stun_server_is_found_behind_dead_addresses(dual_name: str) -> None:
+    survey = run(stun_survey([parse_ice_url(f"stun:{dual_name}")], SHORT_S))
+    assert survey.answers[0].mapping is not None
+    assert survey.answers[0].mapping.server[0] == "127.0.0.1"
+
+
+def test_a_whole_connection_is_relayed_by_a_server_with_dead_addresses(dual_name: str) -> None:
+    server = IceServer(urls=(f"turn:{dual_name}",), username="me", credential="pass")
+    result = run(peer_trial((server,), relay_only=True))
+    assert result.path is not None
+    assert result.path.local_type == "relay"
+    assert result.setup_ms < 4000
+
+
 def test_plain_turn_where_tls_is_expected_is_a_finding_and_no_hang(coturn: Any) -> None:
     answer = run(turn_probe(parse_ice_url(f"turns:127.0.0.1:{coturn.port}"), "me", "pass", SHORT_S))
     assert answer.code in ("ice.turn_failed", "ice.turn_silent")
@@ -93,9 +164,6 @@ def test_a_dead_url_beside_a_working_one_is_a_warning(coturn: Any) -> None:
 
 
 def test_the_cure_of_a_silent_protocol_is_the_one_that_answers(coturn: Any) -> None:
-    from mosaic_core.adapters.turn_probe import TurnAnswer
-    from mosaic_core.doctor.ice_checks import relay_findings
-
     silent = TurnAnswer("turn:t.example:3478?transport=udp", "ice.turn_silent", 5000.0, "no answer within 5 s")
     other = TurnAnswer("turn:t.example:3478?transport=tcp", "check.ok", 20.0, relayed="192.0.2.1:1")
     turn, relay = relay_findings([silent], [other])

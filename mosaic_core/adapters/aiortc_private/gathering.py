@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, TypeAlias
 
 import aioice.ice
 import aioice.turn
@@ -17,7 +18,10 @@ from aioice import Candidate, Connection
 from aiortc import RTCIceCandidate, RTCIceTransport, RTCPeerConnection
 from aiortc.rtcicetransport import candidate_from_aioice
 
-from mosaic_core.adapters.name_lookup import address_of, ipv4_of
+from mosaic_core.adapters.address_race import first_address
+from mosaic_core.adapters.name_lookup import addresses_of, ipv4_addresses
+from mosaic_core.adapters.named_tls import NamedTls
+from mosaic_core.machines.complaint_pace import ComplaintPace
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer, IceUrl, parse_ice_url
 
@@ -27,7 +31,11 @@ UDP_BUFFER_BYTES = 4 * 1024 * 1024
 """aioice asks for 256 KiB; small messages are lost in bursts with less than 4 MiB. The kernel caps it at rmem_max."""
 LATE_CANDIDATE_TIMEOUT_S = 10.0
 """After this a STUN or TURN server counts as dead; nobody waits for it."""
+TOLD_AGAIN_S = 3600.0
+"""Every connection asks all servers: the log shall tell once of one that is dead."""
+_dead_servers = ComplaintPace(TOLD_AGAIN_S)
 _COMPONENT = 1
+_Relayed: TypeAlias = tuple[Candidate, aioice.ice.StunProtocol]
 
 
 def widen_udp_buffer() -> None:
@@ -131,32 +139,38 @@ class EarlyGathering:
 
     async def _attempt(self, url: IceUrl, work: Any) -> None:
         try:
-            async with asyncio.timeout(LATE_CANDIDATE_TIMEOUT_S):
-                await work
+            await work
         except (OSError, aioice.stun.TransactionError, TimeoutError) as error:
-            _log.info("ICE server %s gave no address: %s", url, error or type(error).__name__)
+            level = logging.INFO if _dead_servers.is_due(str(url), time.monotonic()) else logging.DEBUG
+            _log.log(level, "ICE server %s gave no address: %s", url, error or type(error).__name__)
 
     async def _reflexive(self, url: IceUrl, protocol: Any) -> None:
-        server = (await ipv4_of(url.host), url.port)
-        candidate, _ = await aioice.ice.server_reflexive_candidate(protocol, server)
-        self._offer(candidate)
+        async def asked(address: str) -> Candidate:
+            candidate, _ = await aioice.ice.server_reflexive_candidate(protocol, (address, url.port))
+            return candidate
+
+        self._offer(await first_address(ipv4_addresses(url.host), asked, LATE_CANDIDATE_TIMEOUT_S))
 
     async def _relayed(self, url: IceUrl, server: IceServer) -> None:
-        is_secure = url.scheme == "turns"  # its certificate names the host: don't resolve it here
-        host = url.host if is_secure else await address_of(url.host)
-        candidate, protocol = await aioice.ice.relayed_candidate(
-            component=_COMPONENT,
-            hide_related_address=False,
-            protocol_factory=lambda: aioice.ice.StunProtocol(self._connection),
-            turn_server=(host, url.port),
-            turn_username=server.username,
-            turn_password=server.credential,
-            turn_ssl=is_secure,
-            turn_transport=url.transport,
-        )
+        tls = NamedTls.of(url.host) if url.scheme == "turns" else False
+
+        async def allocated(address: str) -> _Relayed:
+            return await aioice.ice.relayed_candidate(
+                component=_COMPONENT,
+                hide_related_address=False,
+                protocol_factory=lambda: aioice.ice.StunProtocol(self._connection),
+                turn_server=(address, url.port),
+                turn_username=server.username,
+                turn_password=server.credential,
+                turn_ssl=tls,  # type: ignore[arg-type] # handed on to asyncio, which takes a context as well
+                turn_transport=url.transport,
+            )
+
+        found = await first_address(addresses_of(url.host), allocated, LATE_CANDIDATE_TIMEOUT_S, _given_back)
         if self._connection._closing or self._connection._check_list_done:
-            await protocol.close()  # a path was found without it: give the allocation back
+            await _given_back(found)  # a path was found without it
             return
+        candidate, protocol = found
         self._connection._protocols.append(protocol)
         self._offer(candidate)
         self._relay_settled.set()
@@ -172,3 +186,7 @@ class EarlyGathering:
         connection.sort_check_list()
         if self._answered:  # before that, the description itself carries it
             self._on_candidate(candidate_from_aioice(candidate))
+
+
+async def _given_back(relayed: _Relayed) -> None:
+    await relayed[1].close()
