@@ -82,7 +82,7 @@ class AiortcPeer:
             gathering.install()
             take_turns(transport)
             self._gatherings.append(gathering)
-        if self.pc.sctp is not None and not os.environ.get(PLAIN_SCTP_VARIABLE):
+        if self.pc.sctp is not None and os.environ.get(PLAIN_SCTP_VARIABLE) != "1":
             quicken(self.pc.sctp)
         await self.pc.setLocalDescription()
         sdp = self.pc.localDescription.sdp
