@@ -1,16 +1,14 @@
-"""One operator's peer connection on the robot: carries out its session machine and routes its channels and tracks."""
+"""One operator on the robot: carries out its session machine, and routes what its transport and it itself say."""
 
 from __future__ import annotations
 
 import asyncio
-import logging
 import time
-from collections.abc import Callable, Coroutine, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from typing import Any
 
 from mosaic_core.contract.host import Outgoing, Sender
 from mosaic_core.machines import peer_session as session
-from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.machines.command_gate import ArrivalBaseline
 from mosaic_core.machines.peer_admission import StartPeer
 from mosaic_core.machines.send_scheduler import Offered
@@ -19,20 +17,18 @@ from mosaic_core.runtime.control_link import ControlLink
 from mosaic_core.runtime.further_offers import FurtherOffers
 from mosaic_core.runtime.peer_channels import PeerChannels
 from mosaic_core.runtime.peer_control import PeerControl
+from mosaic_core.runtime.peer_media import PeerMedia
 from mosaic_core.runtime.peer_resume import PeerResume
 from mosaic_core.runtime.peer_timeline import PeerTimeline
-from mosaic_core.runtime.plain_stream import NewestFeed
+from mosaic_core.runtime.peer_transport import PeerTransport
 from mosaic_core.runtime.send_queue import SendQueue
 from mosaic_core.runtime.site import Site
-from mosaic_core.runtime.sound_transport import IncomingSound, SoundLabels
+from mosaic_core.runtime.sound_transport import IncomingSound
 from mosaic_core.runtime.stop_link import StopLink
-from mosaic_core.runtime.transport import Answerer, AnswererFactory, Channel, PictureFeed
+from mosaic_core.runtime.transport import AnswererFactory, Channel, PictureFeed
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, PING_PERIOD_S, STOP_LABEL
-from mosaic_core.words.errors import MosaicError
-from mosaic_core.words.signaling import ExchangeIceCandidate, IceCandidate, SdpAnswer
-
-logger = logging.getLogger(__name__)
+from mosaic_core.words.signaling import IceCandidate
 
 DOUBT_S = 2 * PING_PERIOD_S + 0.2
 """Two pings and the way here."""
@@ -55,16 +51,13 @@ class OperatorPeer:
         self._resume = PeerResume(lambda: self.sender, site, self._control.answer)
         self._channels = PeerChannels(lambda: self.sender, site, self._queue, self._baseline, self.refuse, self._resume)
         self._lane = BulkLane(self._lane_owner(make_answerer))
-        self._offers = FurtherOffers(start.peer_id, self._answer_to, self._control.answer)
-        self._unbound: list[str] = []
-        self._origins: list[control.MediaOrigin] = []
-        self._early: list[IceCandidate] | None = []
+        self.timeline = PeerTimeline(start.peer_id, lambda: self._transport.path(), lambda: self.sender.name)
+        self.media = PeerMedia(self, site, self._control, self.timeline)
+        self._transport = self._made_transport(make_answerer)
+        self._offers = FurtherOffers(start.peer_id, self._transport.answer_to, self._control.answer)
         self._timer: asyncio.TimerHandle | None = None
         self._tasks: set[asyncio.Task[None]] = set()
-        self._make_answerer = make_answerer
-        self._answerer: Answerer | None = None
         self._closed = asyncio.Event()
-        self.timeline = PeerTimeline(start.peer_id, self._path, lambda: self.sender.name)
 
     @property
     def sender(self) -> Sender:
@@ -100,20 +93,28 @@ class OperatorPeer:
             self._site.outbox.left_out,
         )
 
+    def _made_transport(self, make_answerer: AnswererFactory) -> PeerTransport:
+        start = self._start
+        return PeerTransport(
+            start,
+            self._site,
+            self.timeline,
+            lambda: make_answerer(self, start.ice_servers),
+            self._handle,
+            lambda: self.phase == "closed",
+        )
+
     # -- life ----------------------------------------------------------------------------------------------------
 
     def begin(self) -> None:
         """Answer the offer."""
         self._rearm()
-        self._spawn(self._answer())
-
-    def _path(self) -> ChosenPath | None:
-        return None if self._answerer is None else self._answerer.path()
+        self._spawn(self._transport.answer())
 
     def add_candidate(self, candidate: IceCandidate) -> None:
         self.timeline.mark("candidate")
-        if self._answerer is not None and self.phase != "closed":
-            self._spawn(self._answerer.add_candidate(candidate))
+        if self.phase != "closed":
+            self._spawn(self._transport.add_candidate(candidate))
 
     def close(self, code: str, message: str = "") -> None:
         """Begin to close; an operator of ours hears why."""
@@ -134,36 +135,6 @@ class OperatorPeer:
         if self._control.link is not None:
             self._control.link.refuse(label, seq, code, message)
 
-    async def _answer_to(self, offer_sdp: str, tracks: Mapping[str, str] | None) -> str:
-        assert self._answerer is not None
-        media, sound = self._site.media, SoundLabels(self._site.media.microphones(), self._site.talk.labels())
-        return await self._answerer.answer(offer_sdp, media.cameras(), tracks, sound)
-
-    async def _answer(self) -> None:
-        start = self._start
-        try:
-            self._answerer = answerer = self._make_answerer(self, start.ice_servers)
-            sdp = await self._answer_to(start.offer_sdp, start.tracks)
-        except MosaicError as error:
-            self._handle(session.AnswerFailed(error.code, error.message))
-            return
-        except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
-            logger.exception("the offer of peer %s could not be answered", self.peer_id)
-            self._handle(session.AnswerFailed("sdp.invalid", type(error).__name__))
-            return
-        if self.phase == "closed":
-            return
-        self._site.listener.signal(SdpAnswer(rtc_connection_id=self.peer_id, sdp_answer=sdp))
-        self.timeline.mark("answered")
-        if start.candidates or "\na=candidate:" in start.offer_sdp:
-            self.timeline.mark("candidate", "with the offer")
-        self._handle(session.Answered())
-        early, self._early = self._early or [], None
-        for candidate in early:  # an original dashboard rejects candidates before the answer (UPSTREAM §3.4)
-            self.candidate_found(candidate)
-        for candidate in start.candidates:
-            await answerer.add_candidate(candidate)
-
     def _handle(self, event: session.Event) -> None:
         for effect in self._session.handle(event, time.monotonic()):
             match effect:
@@ -174,9 +145,7 @@ class OperatorPeer:
                     self._treat_as_ours()
                 case session.TreatAsOriginal():
                     self._treat_as_original()
-                    for label in self._site.media.labels():
-                        if self._site.media.is_bound(self.peer_id, label):
-                            self._site.media.watch(self.peer_id, label, True)
+                    self.media.show_all()
                 case session.Close(code, message, say_bye):
                     self._end(code, message, say_bye)
         self._rearm()
@@ -191,16 +160,10 @@ class OperatorPeer:
 
     def _treat_as_ours(self) -> None:
         assert self._control.link is not None
-        for label in self._site.media.watched_by(self.peer_id):  # a late hello: it will say what it wants to see
-            self._site.media.watch(self.peer_id, label, False)
+        self.media.show_nothing()
         self._control.link.send(control.CatalogueFull(catalogue=self._site.catalogue))
         self.timeline.mark("catalogue")
-        for origin in self._origins:
-            self._control.link.send(origin)
-        for label in self._unbound:
-            self._control.link.send(control.MediaUnavailable(label=label, code="media.no_line"))
-        for label, who in self._site.talk.talking().items():
-            self.talking_changed(label, who)
+        self.media.greeted()
         self._control.joined()
 
     def _treat_as_original(self) -> None:
@@ -208,16 +171,10 @@ class OperatorPeer:
         if not self._control.treat_as_original():
             self._loop.call_soon(self.close, "peer.not_allowed")
 
-    def talking_changed(self, label: str, who: Sender | None) -> None:
-        """Somebody talks to the loudspeaker ``label``, or nobody does any more."""
-        known = {} if who is None else {"peer_id": who.peer_id, "name": who.name}
-        self._control.tell(control.MediaTalking(label=label, **known))
-
     def _end(self, code: str, message: str, say_bye: bool) -> None:
         if say_bye and self._control.link is not None:
             self._control.link.send(control.Bye(code=code, message=message or None))
-        self._site.media.leave(self.peer_id)
-        self._site.talk.leave(self.peer_id)
+        self.media.left()
         self._lane.close()
         self._channels.close_all()
         self._resume.left(code)
@@ -229,11 +186,7 @@ class OperatorPeer:
     async def _close_transport(self, flush_s: float) -> None:
         await asyncio.sleep(flush_s)
         self._queue.close_all()
-        if self._answerer is not None:
-            try:
-                await self._answerer.close()
-            except Exception:  # it is over either way, but whoever looks for a leak must find it
-                logger.warning("the transport of peer %s did not close cleanly", self.peer_id, exc_info=True)
+        await self._transport.close()
         await self._lane.closed()
         self._closed.set()
 
@@ -245,11 +198,7 @@ class OperatorPeer:
     # -- what the transport tells --------------------------------------------------------------------------------
 
     def candidate_found(self, candidate: IceCandidate) -> None:
-        if self._early is not None:
-            self._early.append(candidate)
-        else:
-            message = ExchangeIceCandidate(rtc_connection_id=self.peer_id, ice_candidate=candidate)
-            self._site.listener.signal(message)
+        self._transport.candidate_found(candidate)
 
     def state_changed(self, state: str) -> None:
         self.timeline.transport_changed(state)
@@ -272,30 +221,16 @@ class OperatorPeer:
             self._channels.opened(channel)
 
     def track_bound(self, label: str) -> PictureFeed:
-        if self.phase == "closed":  # it ended while its offer was being answered: nobody would unbind this one
-            return NewestFeed()
-
-        def unavailable(code: str) -> None:
-            if self._control.link is not None:
-                self._control.link.send(control.MediaUnavailable(label=label, code=code))
-
-        return self._site.media.bind(self.peer_id, label, unavailable)
+        return self.media.bound(label)
 
     def voice_bound(self, label: str, sound: IncomingSound) -> None:
-        if self.phase == "closed":
-            sound.stop()
-        else:
-            self._site.talk.bind(self, label, sound)
+        self.media.voice_bound(label, sound)
 
     def tracks_unbound(self, labels: Sequence[str]) -> None:
-        self._unbound = list(labels)
+        self.media.unbound(labels)
 
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
-        origin = control.MediaOrigin(label=label, ssrc=ssrc, rtp_origin=rtp_origin, boot_id=self._site.boot_id)
-        self.timeline.frame_sent(label)
-        self._origins = [known for known in self._origins if known.label != label] + [origin]
-        if self._control.link is not None and self.phase == "open":
-            self._control.link.send(origin)
+        self.media.origin_known(label, ssrc, rtp_origin)
 
     def _heard(self, message: control.ControlMessage | None) -> None:
         match message:
@@ -309,7 +244,7 @@ class OperatorPeer:
                 self._handle(session.ByeReceived(message.code, message.message or ""))
             case control.MediaWatch():
                 self._handle(session.ControlReceived())
-                self._watch(message.label, message.on)
+                self.media.watch(message.label, message.on)
             case control.LaneOffer() | control.LaneCandidate() | control.LaneClose():
                 self._handle(session.ControlReceived())
                 if self.phase == "open":
@@ -337,14 +272,3 @@ class OperatorPeer:
             self._control.stop(message, answer)
         else:
             self._control.heard(message)
-
-    def _watch(self, label: str, on: bool) -> None:
-        media = self._site.media
-        if on and not media.is_bound(self.peer_id, label) and self._control.link is not None:
-            code = "media.no_line" if label in media.labels() else "channel.unknown_label"
-            self._control.link.send(control.MediaUnavailable(label=label, code=code))
-        elif label in media.labels() and self.phase != "closed":
-            media.watch(self.peer_id, label, on)
-            self.timeline.watched(label, on and label in media.cameras())
-            if not on:
-                self._control.unwatched(label)

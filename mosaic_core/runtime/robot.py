@@ -320,7 +320,7 @@ class Robot:
 
     def talking_changed(self, label: str, who: Sender | None) -> None:
         for peer in tuple(self._peers.values()):
-            peer.talking_changed(label, who)
+            peer.media.talking_changed(label, who)
 
     # -- the live table ------------------------------------------------------------------------------------------
 

@@ -437,6 +437,20 @@ def test_unknown_labels_and_messages_to_a_sender_are_refused_by_name(kit: Any) -
     kit.play(body)
 
 
+def test_candidates_that_come_right_behind_the_offer_are_used(kit: Any) -> None:
+    async def body() -> None:
+        async with kit.running(kit.connector_of(Counter("count"))) as scene:
+            socket = await _our_server(kit, scene)
+            offering = asyncio.create_task(scene.network.offer("p1"))
+            await asyncio.sleep(0)  # the offer waits in the socket, and the candidate behind it
+            candidate = {"candidate": "candidate:7 1 udp 1 10.0.0.2 5000 typ host", "sdpMid": "0"}
+            socket.push("signaling.exchange_ice_candidate", {"rtcConnectionId": "p1", "iceCandidate": candidate})
+            operator = await offering
+            await kit.until(lambda: [one.candidate for one in operator.candidates] == [candidate["candidate"]])
+
+    kit.play(body)
+
+
 def test_the_connection_check_echoes_verbatim_to_the_one_who_asked(kit: Any) -> None:
     configurer = ConnectionCheckConfigurer("check", ConnectionCheckConfigurer.params_model())  # type: ignore[arg-type]
     receiver, sender = configurer.configure()
