@@ -7,7 +7,7 @@ with back-off: that is the reconnect.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from pydantic import Field
 
@@ -15,10 +15,12 @@ from mosaic_camera.grabber import Grabber
 from mosaic_camera.packet_names import may_have_packets
 from mosaic_camera.source import Grabbed, Wanted, is_device, open_source, shown
 from mosaic_camera.source_error import SourceError
-from mosaic_camera.thinning import Thinning
 from mosaic_camera.transform import Flip, Rotation, scaled, turned
 from mosaic_core import Captured, EncodingParams, MediaTrackConfigurer, MediaTrackHandler, unit
 from mosaic_core.contract.media import Image
+
+if TYPE_CHECKING:
+    import av
 
 WAKE_S = 0.2
 """How long the body waits for a picture before it looks whether it shall stop."""
@@ -79,24 +81,20 @@ class Camera(MediaTrackHandler):
     def frames(self) -> Iterator[Captured]:
         params = self._params
         wanted = Wanted(params.source, params.width, params.height, params.fps, self._passes_packets)
-        with Grabber(lambda: open_source(wanted), is_looping=params.loop, name=self.label) as grabber:
+        with Grabber(lambda: open_source(wanted), is_looping=params.loop, name=self.label, fps=params.fps) as grabber:
             for grabbed, captured_at_s in self._paced(grabber):
-                image = grabbed.image if grabber.keeps_order else self._presented(cast(Image, grabbed.image))
-                yield Captured(image, captured_at_s)
+                image = cast("Image | av.Packet[Any]", grabbed.image)
+                yield Captured(image if grabber.keeps_order else self._presented(cast(Image, image)), captured_at_s)
 
     def _paced(self, grabber: Grabber) -> Iterator[tuple[Grabbed, float]]:
-        """Pictures at their time: live ones as they come, those of a recording by its time stamps; thinned to fps."""
-        pace = Thinning(self._params.fps)
+        """Pictures at their time: live ones as they come, those of a recording by its time stamps."""
         began_s: float | None = None
         while (grabbed := self._next(grabber)) is not None:
-            at_s = grabbed.captured_at_s if grabber.is_live else grabbed.position_s
-            if not grabber.keeps_order and not pace.takes(at_s):
-                continue
             if grabber.is_live:
                 yield grabbed, grabbed.captured_at_s
                 continue
-            began_s = self._began_s(began_s, at_s)
-            if self.pause(max(0.0, began_s + at_s - self.monotonic_s())):
+            began_s = self._began_s(began_s, grabbed.position_s)
+            if self.pause(max(0.0, began_s + grabbed.position_s - self.monotonic_s())):
                 return
             yield grabbed, self.monotonic_s()
 
@@ -109,7 +107,7 @@ class Camera(MediaTrackHandler):
 
     def _next(self, grabber: Grabber) -> Grabbed | None:
         """The next picture; ``None`` when the handler shall stop or the recording is over."""
-        waited_s = 0.0
+        waited_s, count = 0.0, grabber.count
         while not self.is_stopping:
             grabbed = grabber.next(WAKE_S)
             if grabbed is not None:
@@ -117,7 +115,8 @@ class Camera(MediaTrackHandler):
             if grabber.has_ended:
                 self._check_end(grabber)
                 return None
-            waited_s += WAKE_S
+            waited_s = waited_s + WAKE_S if grabber.count == count else 0.0  # one that is left out is no silence
+            count = grabber.count
             limit_s = SILENCE_S if grabber.count else FIRST_PICTURE_S
             if waited_s >= limit_s:
                 raise SourceError(f"no picture from {shown(self._params.source)} for {limit_s:g} s", LOOK_AT_SOURCE)

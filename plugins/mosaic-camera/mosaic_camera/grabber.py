@@ -1,7 +1,8 @@
 """A thread that reads a source, so that a read that hangs for seconds never holds up the handler.
 
-Of a live source only the newest picture is kept: latency can't accumulate. A recording waits until each is taken. Live
-packets build on each other and queue; if nobody takes them, they begin anew at a key frame.
+Pictures that a lower rate leaves out are never decoded. Of a live source only the newest picture is kept: latency
+can't accumulate. A recording waits until each is taken. Live packets build on each other and queue; if nobody takes
+them, they begin anew at a key frame.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Callable
 from types import TracebackType
 
 from mosaic_camera.source import Grabbed, Source
+from mosaic_camera.thinning import Thinning
 
 JOIN_S = 0.5
 """A read may hang in a driver. The thread is then left to close the source by itself when the read returns."""
@@ -20,10 +22,14 @@ MAX_WAITING = 60
 
 
 class Grabber:
-    """Opens the source on its own thread between enter and exit; :meth:`next` hands pictures over."""
+    """Opens the source on its own thread between enter and exit; :meth:`next` hands over at most ``fps`` pictures per
+    second of the source's time (``None``: every one; packets: always every one)."""
 
-    def __init__(self, open_source: Callable[[], Source], *, is_looping: bool, name: str) -> None:
+    def __init__(
+        self, open_source: Callable[[], Source], *, is_looping: bool, name: str, fps: float | None = None
+    ) -> None:
         self._open_source = open_source
+        self._pace = Thinning(fps)
         self._is_looping = is_looping
         self._changed = threading.Condition()
         self._waiting: deque[Grabbed] = deque()
@@ -48,7 +54,7 @@ class Grabber:
 
     @property
     def count(self) -> int:
-        """Pictures read so far."""
+        """Pictures read so far, with those that were left out."""
         return self._count
 
     @property
@@ -96,11 +102,12 @@ class Grabber:
     def _read_all(self, source: Source) -> None:
         read_this_turn = 0
         while not self._is_stopping:
-            grabbed = source.read()
+            grabbed = source.read(self._pace.takes)
             if grabbed is not None:
                 read_this_turn += 1
                 self._count += 1
-                self._hand_over(grabbed)
+                if grabbed.image is not None:
+                    self._hand_over(grabbed)
             elif self._is_looping and not source.is_live and read_this_turn:
                 read_this_turn = 0
                 source.rewind()

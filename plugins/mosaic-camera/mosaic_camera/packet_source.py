@@ -11,7 +11,7 @@ from typing import Any
 import av
 from av.bitstream import BitStreamFilterContext
 
-from mosaic_camera.source import Grabbed, Wanted, capture_time_s
+from mosaic_camera.source import Grabbed, Takes, Wanted, capture_time_s, takes_all
 from mosaic_camera.source_error import SourceError
 
 NETWORK_TIMEOUT_S = 5.0
@@ -80,7 +80,7 @@ class PacketSource:
     def is_live(self) -> bool:
         return self._is_live
 
-    def read(self) -> Grabbed | None:
+    def read(self, takes: Takes = takes_all) -> Grabbed | None:
         try:
             packet = next(self._packets, None)
         except (av.FFmpegError, OSError) as error:

@@ -10,9 +10,10 @@ import logging
 import os
 import re
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from mosaic_camera.devices import check_device, found_devices
 from mosaic_camera.packet_names import may_have_packets
@@ -27,6 +28,14 @@ logger = logging.getLogger(__name__)
 NETWORK_TIMEOUT_MS = 5000
 """For opening and for each read of a URL; OpenCV's own default is 30 s."""
 FALLBACK_FPS = 30.0
+
+Takes: TypeAlias = Callable[[float], bool]
+"""Whether the picture of that time is wanted: ``captured_at_s`` of a live source, ``position_s`` of a recording. Asked
+once for each picture, in their order."""
+
+
+def takes_all(at_s: float) -> bool:
+    return True
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +53,10 @@ class Wanted:
 @dataclass(frozen=True, slots=True)
 class Grabbed:
     """One picture, or one packet that holds one. ``captured_at_s``: monotonic clock; ``position_s``: place in the
-    recording, 0 for live sources; ``is_key``: it needs no other picture."""
+    recording, 0 for live sources; ``is_key``: it needs no other picture; ``image`` is ``None`` where it was not taken,
+    and so not decoded."""
 
-    image: Image | av.Packet[Any]
+    image: Image | av.Packet[Any] | None
     captured_at_s: float
     position_s: float = 0.0
     is_key: bool = True
@@ -65,8 +75,9 @@ class Source(Protocol):
         """Its pictures build on each other: none may be left out."""
         ...
 
-    def read(self) -> Grabbed | None:
-        """The next picture; blocks; ``None`` at the end of a recording or when a live source is lost."""
+    def read(self, takes: Takes = takes_all) -> Grabbed | None:
+        """The next picture; blocks; ``None`` at the end of a recording or when a live source is lost. Where order is
+        kept, every one is taken."""
         ...
 
     def rewind(self) -> None: ...
@@ -190,18 +201,21 @@ class CaptureSource:
     def is_live(self) -> bool:
         return self._is_live
 
-    def read(self) -> Grabbed | None:
+    def read(self, takes: Takes = takes_all) -> Grabbed | None:
         if not self._capture.grab():
             return None
         now_s = time.monotonic()
         stamp_s = self._capture.get(self._position_property) / 1000.0
-        is_decoded, image = self._capture.retrieve()
-        if not is_decoded or image is None:
-            return None
         if self._is_live:
-            return Grabbed(image, capture_time_s(stamp_s, now_s))
-        self._position_s = self._next_position_s(stamp_s)
-        return Grabbed(image, now_s, self._position_s)
+            at_s = captured_at_s = capture_time_s(stamp_s, now_s)
+            position_s = 0.0
+        else:
+            captured_at_s = now_s
+            at_s = position_s = self._position_s = self._next_position_s(stamp_s)
+        if not takes(at_s):  # a device's picture is decoded only when it is retrieved
+            return Grabbed(None, captured_at_s, position_s)
+        is_decoded, image = self._capture.retrieve()
+        return Grabbed(image, captured_at_s, position_s) if is_decoded and image is not None else None
 
     def rewind(self) -> None:
         """Back to the first picture; positions go on rising."""

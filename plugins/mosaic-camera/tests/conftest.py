@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from mosaic_camera.marks import draw_marks
-from mosaic_camera.source import Grabbed
+from mosaic_camera.source import Grabbed, Takes, takes_all
 
 CLIP_FRAMES, CLIP_FPS, CLIP_WIDTH, CLIP_HEIGHT = 12, 10.0, 320, 240
 
@@ -44,9 +44,12 @@ class ScriptedSource:
         self._pictures = pictures
         self._next = iter(pictures)
 
-    def read(self) -> Grabbed | None:
+    def read(self, takes: Takes = takes_all) -> Grabbed | None:
         self.may_read.wait(10)
-        return next(self._next, None)
+        grabbed = next(self._next, None)
+        if grabbed is None or self.keeps_order or takes(grabbed.captured_at_s):
+            return grabbed
+        return replace(grabbed, image=None)
 
     def rewind(self) -> None:
         self.rewound += 1

@@ -1,5 +1,6 @@
 """The connector `camera`: real files through the kit, on a fake clock."""
 
+import time
 from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import cast
@@ -9,7 +10,7 @@ import pytest
 
 from mosaic_camera.camera import Camera, CameraConfigurer, OpencvSenderCameraConfigurer
 from mosaic_camera.marks import read_marks
-from mosaic_camera.source import Grabbed
+from mosaic_camera.source import CaptureSource, Grabbed, Takes, takes_all
 from mosaic_camera.source_error import SourceError
 from mosaic_core import Captured, ConfigError
 from mosaic_core.testing import FakeClock, build, take_frames
@@ -110,7 +111,7 @@ class Lost:
     def __init__(self) -> None:
         self._left = 2
 
-    def read(self) -> Grabbed | None:
+    def read(self, takes: Takes = takes_all) -> Grabbed | None:
         self._left -= 1
         return Grabbed(np.zeros((4, 4, 3), dtype=np.uint8), 0.0) if self._left >= 0 else None
 
@@ -127,7 +128,7 @@ def test_an_unplugged_camera_raises_with_its_name(monkeypatch: pytest.MonkeyPatc
 class Silent(Lost):
     """A camera whose driver waits for ever."""
 
-    def read(self) -> Grabbed | None:
+    def read(self, takes: Takes = takes_all) -> Grabbed | None:
         import threading
 
         threading.Event().wait(2.0)
@@ -139,6 +140,60 @@ def test_a_camera_that_falls_silent_is_given_up(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("mosaic_camera.camera.FIRST_PICTURE_S", 0.4)
     with pytest.raises(SourceError, match=r"no picture from /dev/video0 for 0\.4 s"):
         take_frames(build(CameraConfigurer), 1)
+
+
+class Rapid(Lost):
+    """Ten pictures a second of its own, handed over at once; then it is unplugged."""
+
+    def __init__(self) -> None:
+        self._left = 20
+
+    def read(self, takes: Takes = takes_all) -> Grabbed | None:
+        import threading
+
+        threading.Event().wait(0.05)
+        self._left -= 1
+        if self._left < 0:
+            return None
+        return Grabbed(np.zeros((4, 4, 3), dtype=np.uint8) if takes(-self._left / 10) else None, 0.0)
+
+
+def test_pictures_that_are_left_out_are_no_silence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mosaic_camera.camera.open_source", lambda wanted: Rapid())
+    monkeypatch.setattr("mosaic_camera.camera.SILENCE_S", 0.4)
+    camera = build(CameraConfigurer, params={"fps": 0.1})
+    with pytest.raises(SourceError, match="was lost"):
+        take_frames(camera)
+
+
+class Capture:
+    """``cv2.VideoCapture`` of a camera with 30 pictures a second, one second long."""
+
+    def __init__(self) -> None:
+        self.began_s = time.monotonic() - 0.95
+        self.grabbed = self.retrieved = 0
+
+    def grab(self) -> bool:
+        self.grabbed += 1
+        return self.grabbed <= 30
+
+    def get(self, name: int) -> float:
+        return (self.began_s + self.grabbed / 30 - 0.05) * 1000
+
+    def retrieve(self) -> tuple[bool, np.ndarray]:
+        self.retrieved += 1
+        return True, np.zeros((4, 4, 3), dtype=np.uint8)
+
+    def release(self) -> None: ...
+
+
+def test_of_a_faster_camera_only_the_wanted_pictures_are_decoded(monkeypatch: pytest.MonkeyPatch) -> None:
+    capture = Capture()
+    monkeypatch.setattr("mosaic_camera.camera.open_source", lambda wanted: CaptureSource(capture, is_live=True))
+    with pytest.raises(SourceError, match="was lost"):
+        take_frames(build(CameraConfigurer, params={"fps": 5}))
+    assert capture.grabbed == 31
+    assert 4 <= capture.retrieved <= 6
 
 
 @pytest.mark.parametrize(

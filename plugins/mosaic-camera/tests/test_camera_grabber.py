@@ -43,6 +43,20 @@ def test_a_looped_recording_without_pictures_ends_instead_of_spinning(scripted: 
         assert grabber.has_ended
 
 
+def test_only_as_many_as_are_wanted_are_handed_over(scripted: Make) -> None:
+    source = scripted(20, is_live=False)
+    with Grabber(lambda: source, is_looping=False, name="x", fps=0.2) as grabber:
+        assert numbers(grabber, 99) == [0, 4, 9, 14, 19]
+        assert grabber.count == 20, "those left out tell that the source lives"
+
+
+def test_live_packets_are_never_left_out(scripted: Make) -> None:
+    source = scripted(20, is_live=True, key_every=10)
+    with Grabber(lambda: source, is_looping=False, name="x", fps=0.2) as grabber:
+        assert source.is_closed.wait(2)
+        assert numbers(grabber, 99) == list(range(20))
+
+
 def test_of_a_live_source_a_late_reader_gets_the_newest_picture(scripted: Make) -> None:
     source = scripted(50, is_live=True)
     with Grabber(lambda: source, is_looping=False, name="x") as grabber:

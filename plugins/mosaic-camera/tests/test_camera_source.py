@@ -42,12 +42,14 @@ class FakeCapture:
     def __init__(self, stamp_ms: float, fps: float = 25.0) -> None:
         import cv2
 
+        self.retrieved = 0
         self._values = {cv2.CAP_PROP_POS_MSEC: stamp_ms, cv2.CAP_PROP_FPS: fps}
 
     def grab(self) -> bool:
         return True
 
     def retrieve(self) -> tuple[bool, np.ndarray]:
+        self.retrieved += 1
         return True, np.zeros((2, 2, 3), dtype=np.uint8)
 
     def get(self, name: int) -> float:
@@ -75,6 +77,21 @@ def test_a_drivers_own_capture_time_is_used_and_nonsense_is_not(monkeypatch: pyt
         grabbed = CaptureSource(FakeCapture(stamp_s * 1000), is_live=True).read()
         assert grabbed is not None
         assert grabbed.captured_at_s == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("is_live", [True, False])
+def test_a_picture_that_is_not_taken_is_not_decoded(is_live: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mosaic_camera.source.time.monotonic", lambda: 100.0)
+    capture = FakeCapture(stamp_ms=99_500)
+    source = CaptureSource(capture, is_live=is_live)
+    asked: list[float] = []
+    for is_taken in (False, True, False):
+        grabbed = source.read(lambda at_s, is_taken=is_taken: asked.append(at_s) or is_taken)  # type: ignore[func-returns-value, misc]
+        assert grabbed is not None
+        assert (grabbed.image is not None) is is_taken
+        assert asked[-1] == (grabbed.captured_at_s if is_live else grabbed.position_s)
+    assert capture.retrieved == 1
+    assert asked[0] == pytest.approx(99.5)
 
 
 def test_an_absent_file_is_named_with_its_whole_path(tmp_path: Path) -> None:
