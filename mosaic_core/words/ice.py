@@ -77,3 +77,9 @@ class IceServer(WireModel):
     @classmethod
     def _normalised(cls, urls: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(str(parse_ice_url(url)) for url in urls)
+
+    @property
+    def lacks_credentials(self) -> bool:
+        """TURN without user name or password: no browser makes any peer connection with such an entry (W3C WebRTC,
+        "set a configuration")."""
+        return any(url.startswith("turn") for url in self.urls) and not (self.username and self.credential)

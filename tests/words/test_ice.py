@@ -64,3 +64,19 @@ def test_a_bad_url_in_a_list_is_an_error() -> None:
 
 def test_the_credential_is_not_shown() -> None:
     assert "hush" not in repr(IceServer(urls=("turn:a.example",), username="u", credential="hush"))
+
+
+@pytest.mark.parametrize(
+    ("urls", "username", "credential", "lacks"),
+    [
+        (("turn:a.example",), None, None, True),
+        (("stun:a.example", "turns:a.example"), "u", None, True),
+        (("turn:a.example",), "u", "", True),
+        (("turn:a.example",), "u", "p", False),
+        (("stun:a.example",), None, None, False),
+    ],
+)
+def test_turn_takes_user_name_and_credential(
+    urls: tuple[str, ...], username: str | None, credential: str | None, lacks: bool
+) -> None:
+    assert IceServer(urls=urls, username=username, credential=credential).lacks_credentials is lacks

@@ -112,6 +112,30 @@ def test_the_secret_is_neither_sent_nor_logged(server: Any, caplog: pytest.LogCa
         assert SECRET not in text
 
 
+def test_turn_without_credentials_of_an_older_database_is_kept_back_and_that_is_said_once(
+    server: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    server.work(add_ice_server, IceServer(urls=("stun:c.example.org", TURN[0])))
+    server.work(add_ice_server, IceServer(urls=("turn:alone.example.org",), username="u"))
+    server.account()
+    token = server.log_in()
+    for _ in range(2):
+        assert server.get("/api/v1/ice-servers", token).json() == [{"urls": ["stun:c.example.org:3478"]}]
+    said = [record.getMessage() for record in caplog.records if "handed to nobody" in record.getMessage()]
+    assert len(said) == 2
+    assert "alone.example.org" in said[1]
+
+
+def test_the_list_shows_which_entries_lack_credentials(data_dir: Path) -> None:
+    database = Database(data_dir, None)
+    try:
+        database.migrate()
+        database.work(add_ice_server, IceServer(urls=TURN))
+    finally:
+        database.close()
+    assert json.loads(run("list", "--json"))[0]["credentials"] == "missing"
+
+
 @pytest.fixture
 def data_dir(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("MOSAIC_DATA_DIR", str(tmp_path / "data"))
@@ -166,6 +190,10 @@ def test_the_list_says_what_kind_of_credentials_and_shows_none(data_dir: Path, m
         ([TURN[0], "--secret-file", "FILE", "--secret-env", "HOME"], "one", "not both"),
         ([TURN[0], "--secret-file", "FILE", "--username", "u"], "one", "leave out --username"),
         (["stun:c.example.org", "--secret-file", "FILE"], "one", "is for TURN"),
+        (["turn:c.example.org"], "", "give --secret-file"),
+        (["stun:c.example.org", "turns:c.example.org"], "", "needs credentials"),
+        (["turn:c.example.org", "--username", "u"], "", "both --username and --credential"),
+        (["turn:c.example.org", "--username", "u", "--credential", ""], "", "both --username and --credential"),
         (["turns:c.example.org?transport=udp", "--secret-file", "FILE"], "one", "DTLS isn't supported"),
     ],
 )

@@ -16,6 +16,10 @@ from mosaic_server.storage.ice_servers import StoredIceServer, add_ice_server, l
 app = typer.Typer(help="STUN and TURN servers that operators and robots are given.", no_args_is_help=True)
 
 MAX_SECRET_LENGTH = 512
+NO_CREDENTIALS = (
+    "a TURN server needs credentials, or no browser connects to any robot: give --secret-file with the "
+    "static-auth-secret of coturn, or both --username and --credential"
+)
 
 
 @app.command("add")
@@ -44,6 +48,8 @@ def add(
         fail("; ".join(problem["msg"] for problem in error.errors()), exit_code=2)
     if secret is not None and not any(url.startswith("turn") for url in server.urls):
         fail("a shared secret is for TURN: name a turn: or turns: URL", exit_code=2)
+    if secret is None and server.lacks_credentials:
+        fail(NO_CREDENTIALS, exit_code=2)
     with opened(data_dir, database) as db:
         new_id = db.work(add_ice_server, server, secret)
     show({"id": new_id, "urls": server.urls}, as_json=as_json, text=f"{new_id}  {' '.join(server.urls)}")
@@ -91,6 +97,8 @@ def show_all(data_dir: DataDir = None, database: DatabaseUrl = None, as_json: As
 def _kind(entry: StoredIceServer) -> str:
     if entry.secret is not None:
         return "time-limited"
+    if entry.lacks_credentials:
+        return "missing"
     return "none" if entry.server.credential is None else "fixed"
 
 

@@ -17,7 +17,7 @@ from mosaic_server.security.access_tokens import AccessTokenRefused, AccessToken
 from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
 from mosaic_server.storage.accounts import Person, login_versions, person_by_id
 from mosaic_server.storage.database import Database
-from mosaic_server.storage.ice_servers import listed_ice_servers
+from mosaic_server.storage.ice_servers import StoredIceServer, listed_ice_servers
 from mosaic_server.storage.robots import RobotLogin, admissions, log_in_robot
 from mosaic_server.switchboard.events import AuthorizationRefused, OperatorAuthorized, RobotAuthorized, Side
 
@@ -49,6 +49,7 @@ class Authorizer:
         self._turn_lifetime_s = turn_lifetime_s
         self._access_tokens = access_tokens
         self._admitted: dict[int, Admission] = {}
+        self._complained_of: set[str] = set()
 
     async def check(
         self, socket: int, side: Side, message: Authorize
@@ -113,8 +114,22 @@ class Authorizer:
     async def ice_servers_for(self, party_ids: Sequence[str]) -> list[tuple[IceServer, ...]]:
         """The same for several at once, in their order."""
         stored = await self._database.run(listed_ice_servers)
+        self._complain(stored)
         now_s = time.time()  # the TURN server compares with its own wall clock
-        return [tuple(one.issued(party_id, now_s, self._turn_lifetime_s) for one in stored) for party_id in party_ids]
+        issued = [[one.issued(party_id, now_s, self._turn_lifetime_s) for one in stored] for party_id in party_ids]
+        return [tuple(one for one in servers if one is not None) for servers in issued]
+
+    def _complain(self, stored: Sequence[StoredIceServer]) -> None:
+        """Once per entry: databases of older servers may hold some that are not handed out."""
+        for one in stored:
+            if one.lacks_credentials and one.id not in self._complained_of:
+                self._complained_of.add(one.id)
+                _log.warning(
+                    "the TURN server %s is handed to nobody, for it has neither a shared secret nor user name and "
+                    "credential: `mosaic server ice remove %s`, then add it with --secret-file",
+                    " ".join(one.server.urls),
+                    one.id,
+                )
 
     async def revoked(self) -> list[tuple[int, CloseCode]]:
         """Sockets whose token was renewed, whose account was disabled, whose log-in has expired."""

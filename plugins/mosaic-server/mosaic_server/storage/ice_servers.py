@@ -22,8 +22,16 @@ class StoredIceServer:
     server: IceServer
     secret: str | None = field(default=None, repr=False)
 
-    def issued(self, party_id: str, now_s: float, lifetime_s: float) -> IceServer:
-        """What ``party_id`` (a robot or an account) is told. ``now_s`` is Unix time."""
+    @property
+    def lacks_credentials(self) -> bool:
+        """Nobody can use its TURN URLs, and a browser that is given them connects to no robot at all."""
+        return self.secret is None and self.server.lacks_credentials
+
+    def issued(self, party_id: str, now_s: float, lifetime_s: float) -> IceServer | None:
+        """What ``party_id`` (a robot or an account) is told, if anything. ``now_s`` is Unix time."""
+        if self.lacks_credentials:
+            usable = tuple(url for url in self.server.urls if url.startswith("stun"))
+            return IceServer(urls=usable) if usable else None
         if self.secret is None:
             return self.server
         credential = turn_credential(self.secret, party_id, now_s, lifetime_s)
