@@ -96,8 +96,9 @@ export class MosaicClient {
 
   /** Read the robots anew; throws `MosaicError`. Afterwards their status arrives by itself. */
   async refreshRobots(): Promise<void> {
+    const session = this.signedIn.get()
     const robots = await this.api.robots()
-    if (this.signedIn.get() === null) return
+    if (session === null || session !== this.signedIn.get()) return
     this.list.set(robots)
     this.socket.send('status.subscribe', { robotIds: robots.map(({ id }) => id) })
   }

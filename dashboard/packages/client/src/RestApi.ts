@@ -164,7 +164,9 @@ export class RestApi {
     const answer = await jsonOf(response)
     if (response.ok && !isRefusal(answer)) return resultOf(answer) as T
     const error = errorOf(response.status, answer)
-    if (token !== null && isEndOfSession(response.status, answer)) this.onUnauthorized(error)
+    // A token of before says nothing of the session that is now.
+    const isCurrent = token !== null && token === this.token()
+    if (isCurrent && isEndOfSession(response.status, answer)) this.onUnauthorized(error)
     throw error
   }
 
@@ -172,7 +174,7 @@ export class RestApi {
     try {
       return await this.fetch(this.baseUrl + path, init)
     } catch {
-      throw new MosaicError('signal.unreachable', '', 'Check the network and that the server runs.')
+      throw unreachable()
     }
   }
 }
@@ -181,8 +183,14 @@ function robotPath(robotId: string): string {
   return `/api/v1/robots/${encodeURIComponent(robotId)}`
 }
 
+function unreachable(): MosaicError {
+  return new MosaicError('signal.unreachable', '', 'Check the network and that the server runs.')
+}
+
 async function jsonOf(response: Response): Promise<unknown> {
-  const text = await response.text()
+  const text = await response.text().catch(() => {
+    throw unreachable()
+  })
   try {
     return text === '' ? null : (JSON.parse(text) as unknown)
   } catch {

@@ -1,5 +1,6 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
 import { MosaicClient, MosaicError, type RobotSummary } from '../src'
+import { RestApi } from '../src/RestApi'
 import { SessionIds } from '../src/SessionIds'
 import { CATALOGUE, greeted, ROBOT, settle, signedIn } from './bench'
 import { FakePlatform, FakeStorage, ok, Refused } from './fakes'
@@ -56,6 +57,41 @@ describe('signing in', () => {
     expect(platform.socket.isClosed).toBe(true)
     expect(client.connection(ROBOT).state.get().phase).toBe('closed')
     expect(peer.channel('_mosaic').controlSent().at(-1)?.type).toBe('bye')
+  })
+})
+
+describe('whoever signs in after somebody else', () => {
+  /** A client on which somebody has signed out while a question was open, and somebody else in; and its answer. */
+  async function followed(answer: () => unknown) {
+    const { client, platform } = await signedIn()
+    const route = platform.routes['GET /api/v1/robots']
+    let give = (): void => {}
+    platform.routes['GET /api/v1/robots'] = () => new Promise((resolve) => {
+      give = () => resolve(Promise.resolve().then(answer))
+    })
+    const asked = client.refreshRobots().catch(() => {})
+    await settle()
+    const answerOfBefore = give
+    client.logout()
+    if (route) platform.routes['GET /api/v1/robots'] = route
+    platform.routes['POST /api/v1/account/login/access-token'] = () => ok({ accessToken: 'another', existingConnection: false })
+    await client.login('b@b.c', 'secret')
+    platform.socket.online()
+    await settle()
+    answerOfBefore()
+    await asked
+    return client
+  }
+
+  test('is not shown the robots of the one before', async () => {
+    const client = await followed(() => ok({ data: [], count: 0 }))
+    expect(client.robots.get().map(({ name }) => name)).toEqual(['Robbie'])
+  })
+
+  test('stays when the token of the one before is refused', async () => {
+    const client = await followed(refused(401, { resultCode: 'ACCESS_TOKEN_EXPIRED', resultData: null }))
+    expect(client.session.get()?.token).toBe('another')
+    expect(client.sessionError.get()).toBeNull()
   })
 })
 
@@ -164,6 +200,12 @@ describe('live news', () => {
 })
 
 describe('the REST interface', () => {
+  test('takes an answer that breaks off for a server that can not be reached: that passes', async () => {
+    const body = new ReadableStream({ start: (stream) => stream.error(new TypeError('network changed')) })
+    const api = new RestApi('https://mosaic.example.org', () => 'jwt', () => Promise.resolve(new Response(body)), () => {})
+    await expect(api.createConnection(ROBOT)).rejects.toMatchObject({ code: 'signal.unreachable' })
+  })
+
   test('reads all pages of robots', async () => {
     const { client, platform } = await signedIn()
     const all = Array.from({ length: 3 }, (_, index) => ({ id: String(index) }))
