@@ -125,7 +125,7 @@ export class BulkLane {
       attempt.held = null
       for (const candidate of held) this.candidateFound(attempt, candidate)
     } catch {
-      this.handle({ type: 'failed', attempt: number, code: 'sdp.invalid' })
+      if (generation === this.generation) this.handle({ type: 'failed', attempt: number, code: 'sdp.invalid' })
     }
   }
 
@@ -153,7 +153,8 @@ export class BulkLane {
     try {
       await attempt.link.accept(sdp)
     } catch {
-      this.handle({ type: 'failed', attempt: attempt.number, code: 'sdp.invalid' })
+      // Numbers begin anew with every main connection: one of before must not be taken for one of now.
+      if (this.attempt === attempt) this.handle({ type: 'failed', attempt: attempt.number, code: 'sdp.invalid' })
     }
   }
 

@@ -1,6 +1,7 @@
 import { CHANNEL_PROTOCOL, controlText, LANE_LABEL, type Delivery, type IceCandidate, type IceServer } from '@mosaic/protocol'
 import { DataPort } from './DataPort'
 import { microseconds } from './clock'
+import { RemoteCandidates } from './RemoteCandidates'
 import { plainCandidate, plainIceServer } from './rtcWords'
 import type { Platform } from './Platform'
 
@@ -15,7 +16,7 @@ export interface LaneLinkListener {
 export class LaneLink {
   private readonly connection: RTCPeerConnection
   private readonly port: DataPort
-  private readonly early: IceCandidate[] = []
+  private readonly candidates: RemoteCandidates
   private isClosed = false
 
   constructor(
@@ -24,6 +25,7 @@ export class LaneLink {
     private readonly listener: LaneLinkListener,
   ) {
     this.connection = platform.openPeerConnection({ iceServers: iceServers.map(plainIceServer) })
+    this.candidates = new RemoteCandidates(this.connection)
     const channel = this.connection.createDataChannel(LANE_LABEL, { ordered: true, protocol: CHANNEL_PROTOCOL })
     this.port = new DataPort(
       channel,
@@ -54,12 +56,11 @@ export class LaneLink {
   async accept(sdp: string): Promise<void> {
     if (this.isClosed || this.connection.remoteDescription !== null) return
     await this.connection.setRemoteDescription({ type: 'answer', sdp })
-    for (const candidate of this.early.splice(0)) await this.add(candidate)
+    await this.candidates.answered()
   }
 
-  async addCandidate(candidate: IceCandidate): Promise<void> {
-    if (this.connection.remoteDescription === null) this.early.push(candidate)
-    else await this.add(candidate)
+  addCandidate(candidate: IceCandidate): Promise<void> {
+    return this.candidates.add(candidate)
   }
 
   openChannel(label: string, _delivery: Delivery, protocol: string): RTCDataChannel {
@@ -72,17 +73,9 @@ export class LaneLink {
 
   close(): void {
     this.isClosed = true
+    this.candidates.close()
     this.port.close()
     this.connection.onicecandidate = this.connection.onconnectionstatechange = null
     this.connection.close()
-  }
-
-  private async add(candidate: IceCandidate): Promise<void> {
-    if (this.isClosed) return
-    try {
-      await this.connection.addIceCandidate(candidate)
-    } catch (error) {
-      console.warn('mosaic: a candidate of the robot was not usable', error)
-    }
   }
 }

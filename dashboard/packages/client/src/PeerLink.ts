@@ -9,6 +9,7 @@ import {
 import { remoteAddressIn } from './NearPath'
 import { chosenPath, type ChosenPath } from './chosenPath'
 import type { Platform } from './Platform'
+import { RemoteCandidates } from './RemoteCandidates'
 import { plainCandidate, plainIceServer } from './rtcWords'
 
 /** A wanted media line: which connector, and whether it is a picture or sound. */
@@ -43,7 +44,7 @@ export class PeerLink {
   private readonly connection: RTCPeerConnection
   private readonly labels = new Map<string, string>()
   private readonly voices = new Map<string, RTCRtpSender>()
-  private readonly early: IceCandidate[] = []
+  private readonly candidates: RemoteCandidates
   private isAnswered = false
   private hasPath = false
   private isSecured = false
@@ -58,6 +59,7 @@ export class PeerLink {
     private readonly listener: PeerLinkListener,
   ) {
     this.connection = platform.openPeerConnection({ iceServers: iceServers.map(plainIceServer) })
+    this.candidates = new RemoteCandidates(this.connection)
     this.control = this.connection.createDataChannel(CONTROL_LABEL, { ordered: true, protocol: CHANNEL_PROTOCOL })
     this.stop = this.openChannel(STOP_LABEL, 'latest', CHANNEL_PROTOCOL)
     this.connection.onicecandidate = (event) => this.found(event.candidate)
@@ -86,7 +88,7 @@ export class PeerLink {
     if (this.isAnswered || this.isClosed) return
     this.isAnswered = true
     await this.connection.setRemoteDescription({ type: 'answer', sdp })
-    for (const candidate of this.early.splice(0)) await this.add(candidate)
+    await this.candidates.answered()
   }
 
   /** The answer to a further offer, which added lines. */
@@ -99,10 +101,9 @@ export class PeerLink {
     return [...this.labels.values()].includes(label)
   }
 
-  /** A candidate of the robot; one that the browser can't use is not worth more than a line on the console. */
-  async addCandidate(candidate: IceCandidate): Promise<void> {
-    if (this.connection.remoteDescription === null) this.early.push(candidate)
-    else await this.add(candidate)
+  /** A candidate of the robot. */
+  addCandidate(candidate: IceCandidate): Promise<void> {
+    return this.candidates.add(candidate)
   }
 
   /** A channel of a connector; works at any time, without negotiating again. `protocol` is empty for originals. */
@@ -128,18 +129,10 @@ export class PeerLink {
 
   close(): void {
     this.isClosed = true
+    this.candidates.close()
     this.connection.onicecandidate = this.connection.oniceconnectionstatechange = null
     this.connection.onconnectionstatechange = this.connection.ontrack = null
     this.connection.close()
-  }
-
-  private async add(candidate: IceCandidate): Promise<void> {
-    if (this.isClosed) return
-    try {
-      await this.connection.addIceCandidate(candidate)
-    } catch (error) {
-      console.warn('mosaic: a candidate of the robot was not usable', error)
-    }
   }
 
   private found(candidate: RTCIceCandidate | null): void {

@@ -1,7 +1,7 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
 import type { Catalogue } from '@mosaic/protocol'
 import type { MosaicClient, ReceivableStore } from '../src'
-import { entry, linked, live, ROBOT, settle } from './bench'
+import { entry, link, linked, live, ROBOT, settle } from './bench'
 import type { FakePeerConnection, FakePlatform } from './fakes'
 
 beforeEach(() => {
@@ -20,11 +20,15 @@ interface Bench {
   main: FakePeerConnection
 }
 
-async function connected(extensions: Record<string, number> = { bulkLane: 1 }): Promise<Bench> {
-  const { platform, client, peer } = await linked({ catalogue: WITH_MAP })
+function greetedWithLane(peer: FakePeerConnection, extensions: Record<string, number> = { bulkLane: 1 }): void {
   const hello = { protocol: 1, extensions, software: 'mosaic-core', bootId: 'b1', isPerson: false }
   peer.channel('_mosaic').control('hello', hello)
   peer.channel('_mosaic').control('catalogue', { catalogue: WITH_MAP })
+}
+
+async function connected(extensions?: Record<string, number>): Promise<Bench> {
+  const { platform, client, peer } = await linked({ catalogue: WITH_MAP })
+  greetedWithLane(peer, extensions)
   return { platform, client, main: peer }
 }
 
@@ -136,6 +140,23 @@ describe('the lane', () => {
     expect(map.state.get().phase).not.toBe('open')
     bench.main.channel('map').opens()
     expect(map.state.get().phase).toBe('open')
+  })
+
+  test('is not given up for what the one before it still learns', async () => {
+    const bench = await connected()
+    store(bench, 'map')
+    await settle()
+    let refuse = (): void => {}
+    bench.platform.peer.setRemoteDescription = () => new Promise((_resolve, reject) => (refuse = () => reject(new Error('closed'))))
+    bench.main.channel('_mosaic').control('lane.answer', { lane: 'bulk', attempt: 1, sdp: 'lane-answer' })
+    bench.main.channel('_mosaic').control('bye', { code: 'peer.shutdown' })
+    await vi.advanceTimersByTimeAsync(500)
+    greetedWithLane(await link(bench.platform))
+    await settle()
+    expect(stateOf(bench)).toEqual({ phase: 'connecting' })
+    refuse()
+    await settle()
+    expect(stateOf(bench)).toEqual({ phase: 'connecting' })
   })
 
   test('ends with its main connection', async () => {
