@@ -45,10 +45,10 @@ class SourceShape:
 def limits_bps(shape: SourceShape, encoding: EncodingParams) -> tuple[int, int]:
     """Least and most that one viewer is sent."""
     if shape.packets is not None:
-        return encoding.min_bitrate_bps, max(START_BPS, 2 * shape.packets.bitrate_bps)
+        return encoding.least_bps, max(START_BPS, 2 * shape.packets.bitrate_bps)
     rungs = _encoded_rungs(shape, encoding)
     most = rungs[0].ceiling_bps if rungs else encoding.max_bitrate_bps or MAX_CEILING_BPS
-    return encoding.min_bitrate_bps, most
+    return encoding.least_bps, most
 
 
 def options_of(codec: CodecName | None, shape: SourceShape, encoding: EncodingParams) -> list[tuple[Hashable, Rung]]:
@@ -85,7 +85,7 @@ def _encoded_rungs(shape: SourceShape, encoding: EncodingParams) -> tuple[Rung, 
     return ladder(
         *shape.size,
         max_bps=encoding.max_bitrate_bps,
-        min_bps=encoding.min_bitrate_bps,
+        min_bps=encoding.least_bps,
         preset=encoding.preset,
         rungs=encoding.rungs,
     )

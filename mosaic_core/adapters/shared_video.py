@@ -18,7 +18,7 @@ from mosaic_core.adapters.packet_source import PacketSource, SourceState
 from mosaic_core.adapters.picture import prepared_picture
 from mosaic_core.adapters.rung_orders import PASSED_ON, SourceShape, limits_bps, options_of, orders_of
 from mosaic_core.adapters.viewer_feed import ViewerFeed
-from mosaic_core.contract.media import EncodingParams, Picture
+from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.machines.picture_rate import PictureRate
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.handover import Handover
@@ -40,7 +40,13 @@ _CODEC_ORDERS: dict[str, tuple[str, ...]] = {
 class SharedVideo:
     """Implements ``runtime.transport.PictureStream``."""
 
-    def __init__(self, label: str, encoding: EncodingParams, counters: ConnectorCounters) -> None:
+    def __init__(
+        self,
+        label: str,
+        encoding: EncodingParams,
+        counters: ConnectorCounters,
+        packet_codec: PacketCodec | None = None,
+    ) -> None:
         self._label = label
         self._encoding = encoding
         self._counters = counters

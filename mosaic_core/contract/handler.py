@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origi
 from pydantic import BaseModel
 
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
-from mosaic_core.contract.media import EncodingParams, Picture
+from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.framing import PayloadKind
@@ -295,6 +295,11 @@ class MediaTrackHandler(Handler):
     data_type = MosaicDataType.MEDIA
     encoding: EncodingParams = EncodingParams()
     """How the pictures are encoded; set it in ``__init__``, before the robot starts."""
+    packet_codec: PacketCodec | None = None
+    """The codec of the ``av.Packet`` that it yields, if it yields such; set it in the class or in ``__init__``.
+
+    It is agreed with an operator before the first packet is known. Where it is not declared, those who connect before
+    get pictures that are decoded and encoded anew if another codec was agreed; those who connect later do not."""
 
     def frames(self) -> Iterable[Picture] | AsyncIterator[Picture]:
         """Yield pictures. ``def``: on a thread of its own; ``async def``: on the event loop."""

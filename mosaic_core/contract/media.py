@@ -27,11 +27,19 @@ class Captured:
 
 
 Picture: TypeAlias = "Image | Captured | av.VideoFrame | av.Packet[Any]"
-"""An ``av.Packet`` is passed on as it is. Its codec is that of its ``stream``; a packet without one is H.264. H.264
-packets carry start codes (Annex B), and their parameter sets before every key frame."""
+"""An ``av.Packet`` is passed on as it is. Its codec is that of its ``stream``, and packets of H.264 may come just as
+``container.demux(video=0)`` gives them. A packet without a stream is of the handler's ``packet_codec``, H.264 where
+that names none; such H.264 has start codes (Annex B), and its parameter sets before every key frame."""
 
+PacketCodec: TypeAlias = Literal["vp8", "h264"]
 Codec: TypeAlias = Literal["auto", "vp8", "h264"]
+Encoder: TypeAlias = Literal[
+    "auto", "h264_nvenc", "h264_qsv", "h264_vaapi", "h264_v4l2m2m", "h264_amf", "libx264",
+    "vp8_vaapi", "vp8_v4l2m2m", "libvpx",
+]  # fmt: skip
 Preset: TypeAlias = Literal["drive", "inspect"]
+
+_VP8_ENCODERS = ("vp8_vaapi", "vp8_v4l2m2m", "libvpx")
 
 
 class EncodingParams(Params):
@@ -41,11 +49,11 @@ class EncodingParams(Params):
     codec: Codec = Field(
         default="auto",
         description="Codec to prefer; an operator who does not have it gets the other one. "
-        "`auto`: VP8, but H.264 where the source has it already.",
+        "`auto`: that of the named `encoder`, else that of a source that is encoded already, else H.264 where only "
+        "that is encoded in hardware, else VP8.",
     )
-    encoder: str = Field(
+    encoder: Encoder = Field(
         default="auto",
-        min_length=1,
         description="Encoder by libav's name, as `mosaic doctor encoders` lists them; `auto`: the best that works.",
     )
     preset: Preset = Field(
@@ -76,6 +84,25 @@ class EncodingParams(Params):
 
     @model_validator(mode="after")
     def _ordered(self) -> EncodingParams:
-        if self.max_bitrate_bps is not None and self.max_bitrate_bps < self.min_bitrate_bps:
+        if self.least_bps < self.min_bitrate_bps and "min_bitrate_bps" in self.model_fields_set:
             raise ValueError("max_bitrate_bps is below min_bitrate_bps")
         return self
+
+    @model_validator(mode="after")
+    def _of_one_codec(self) -> EncodingParams:
+        made = self.encoders_codec
+        if made is not None and self.codec not in ("auto", made):
+            raise ValueError(f"encoder {self.encoder} makes {made}, not {self.codec}: leave out one of the two")
+        return self
+
+    @property
+    def least_bps(self) -> int:
+        """``min_bitrate_bps``; a lower ``max_bitrate_bps`` takes the default minimum with it."""
+        return min(self.min_bitrate_bps, self.max_bitrate_bps or self.min_bitrate_bps)
+
+    @property
+    def encoders_codec(self) -> PacketCodec | None:
+        """What the named encoder makes; ``None``: none is named."""
+        if self.encoder == "auto":
+            return None
+        return "vp8" if self.encoder in _VP8_ENCODERS else "h264"

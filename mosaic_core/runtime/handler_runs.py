@@ -79,7 +79,8 @@ class HandlerRuns:
             if isinstance(route.handler, DataChannelReceivable):
                 route.receiver = self._receiver(route, route.handler)
         for connector, handler in media_handlers(connectors):
-            self.media.add_label(handler.label, handler.encoding, self.counters[connector.config.label])
+            counters = self.counters[connector.config.label]
+            self.media.add_label(handler.label, handler.encoding, counters, handler.packet_codec)
             self._take(handler)
         self._take_sound()
 

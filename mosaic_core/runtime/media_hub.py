@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from mosaic_core.contract.media import Captured, EncodingParams, Picture
+from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.plain_stream import plain_sound
@@ -38,8 +38,14 @@ class MediaHub:
         self._viewers: dict[str, frozenset[str]] = {}
         self._looks: dict[str, dict[str, Look]] = {}  # the inner ones are replaced: handlers' threads read them
 
-    def add_label(self, label: str, encoding: EncodingParams, counters: ConnectorCounters) -> None:
-        self._streams[label] = self._pictures[label] = self._open_stream(label, encoding, counters)
+    def add_label(
+        self,
+        label: str,
+        encoding: EncodingParams,
+        counters: ConnectorCounters,
+        packet_codec: PacketCodec | None = None,
+    ) -> None:
+        self._streams[label] = self._pictures[label] = self._open_stream(label, encoding, counters, packet_codec)
         self._viewers[label] = frozenset()
 
     def add_microphone(self, label: str, encoding: SoundEncoding, counters: ConnectorCounters) -> None:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from mosaic_core.contract.media import EncodingParams
+from mosaic_core.contract.media import EncodingParams, PacketCodec
 from mosaic_core.contract.sound import SoundEncoding
 from mosaic_core.machines.rate_control import Feedback
 from mosaic_core.runtime.counters import ConnectorCounters
@@ -97,7 +97,12 @@ class PlainStream:
 def plain_streams(prepare: PicturePreparer) -> PictureStreamFactory:
     """A factory of streams that only ``prepare`` pictures."""
 
-    def open_stream(label: str, encoding: EncodingParams, counters: ConnectorCounters) -> PlainStream:
+    def open_stream(
+        label: str,
+        encoding: EncodingParams,
+        counters: ConnectorCounters,
+        packet_codec: PacketCodec | None = None,
+    ) -> PlainStream:
         return PlainStream(prepare, counters)
 
     return open_stream

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from typing import Any, Protocol, TypeAlias
 
-from mosaic_core.contract.media import EncodingParams, Picture
+from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.machines.network_change import NetworkChange
 from mosaic_core.machines.rate_control import Feedback
@@ -117,9 +117,15 @@ class PictureStream(Protocol):
 
 
 class PictureStreamFactory(Protocol):
-    """Called on the event loop, once per label."""
+    """Called on the event loop, once per label. ``packet_codec``: of packets that its handler says it yields."""
 
-    def __call__(self, label: str, encoding: EncodingParams, counters: ConnectorCounters) -> PictureStream: ...
+    def __call__(
+        self,
+        label: str,
+        encoding: EncodingParams,
+        counters: ConnectorCounters,
+        packet_codec: PacketCodec | None = None,
+    ) -> PictureStream: ...
 
 
 class AnswererListener(Protocol):

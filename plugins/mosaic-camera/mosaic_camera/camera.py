@@ -174,7 +174,7 @@ class OpencvSenderCameraConfigurer(MediaTrackConfigurer[OpencvSenderCameraParams
 
     def configure(self) -> Camera:
         params = self.params
-        encoding = {name: getattr(params, name) for name in EncodingParams.model_fields}
+        encoding = {name: getattr(params, name) for name in EncodingParams.model_fields.keys() & params.model_fields_set}
         return Camera(
             self.label,
             CameraParams(source=params.camera_id, width=params.width, height=params.height, fps=params.fps, **encoding),
