@@ -171,7 +171,7 @@ class Receiver:
             return self._begun(item)
         except Refused as refused:
             self._tell(Outcome(item, refused.code, refused.message))
-        except Exception as error:  # noqa: BLE001 (a validator of the plugin's own message model may raise anything)
+        except (Exception, SystemExit) as error:  # noqa: BLE001 (a model's validator may raise anything)
             self._failed(item, error)
         return None
 

@@ -5,16 +5,19 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import field_validator
 
 from mosaic_core import (
     DataChannelJsonReceivable,
+    DataChannelReceivable,
     DataChannelSendable,
     MediaTrackHandler,
+    Message,
     Refused,
     Sender,
     Shared,
@@ -497,17 +500,36 @@ def test_a_failing_receiver_rests_reports_and_comes_back(kit: Any, monkeypatch: 
     kit.play(body)
 
 
-def test_sys_exit_in_an_async_receiver_is_a_failure_and_the_robot_goes_on(kit: Any) -> None:
-    class Leaving(DataChannelJsonReceivable):
-        async def handle_data(self, data: dict[str, Any]) -> None:
-            raise SystemExit(3)
+class LeavingAsync(DataChannelJsonReceivable):
+    async def handle_data(self, data: dict[str, Any]) -> None:
+        raise SystemExit(3)
 
+
+class LeavingMessage(Message):
+    speed: float
+
+    @field_validator("speed")
+    @classmethod
+    def check(cls, speed: float) -> float:
+        raise SystemExit(3)
+
+
+class LeavingValidator(DataChannelReceivable[LeavingMessage]):
+    def handle_data(self, data: LeavingMessage) -> None: ...
+
+
+class LeavingAsyncValidator(DataChannelReceivable[LeavingMessage]):
+    async def handle_data(self, data: LeavingMessage) -> None: ...
+
+
+@pytest.mark.parametrize("made", [LeavingAsync, LeavingValidator, LeavingAsyncValidator])
+def test_sys_exit_in_a_receiver_is_a_failure_and_the_robot_goes_on(kit: Any, made: Callable[[str], Any]) -> None:
     async def body() -> None:
-        async with kit.running(kit.connector_of(Leaving("in"))) as scene:
+        async with kit.running(kit.connector_of(made("in"))) as scene:
             await scene.network.ready()
             operator = await scene.network.offer()
             await operator.greet()
-            operator.open("in").say({})
+            operator.open("in").say({"speed": 1.0})
             await kit.until(lambda: scene.hooks.of("failed"))
             assert isinstance(scene.hooks.of("failed")[0]["error"], SystemExit)
 
