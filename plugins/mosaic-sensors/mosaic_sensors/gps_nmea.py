@@ -81,8 +81,10 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
         with closing(self._live() if is_live else self._recorded()) as sentences:
             for sentence in sentences:
                 position = tracker.feed(sentence)
-                if sentence is None and tracker.bad_lines == 1:
-                    _log.info("%s: skipped a line of %s that is no NMEA sentence", self.label, self.params.source)
+                if sentence is None:
+                    self.count_loss("refused")
+                    if tracker.bad_lines == 1:
+                        _log.info("%s: skipped a line of %s that is no NMEA sentence", self.label, self.params.source)
                 if position is not None:
                     yield _message(position, tracker.bad_lines)
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import ipaddress
 import json
-import logging
-import socket
 from collections.abc import Iterator
 from typing import Any, ClassVar
 
@@ -15,11 +13,8 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Params
 from mosaic_core.words.wire_model import to_json
+from mosaic_sensors.udp_socket import Address, Datagrams
 
-_log = logging.getLogger(__name__)
-
-RECEIVE_TIMEOUT_S = 0.2
-"""Longest wait for a datagram; a handler has 1.5 s to stop."""
 MAX_DEPTH = 32
 """Nesting beyond this is no measurement, and would make the encoder's recursion a way to stop the connector."""
 
@@ -65,52 +60,28 @@ def _children(value: Any) -> list[Any]:
 
 
 class UdpJson(DataChannelSendable[dict[str, Any]]):
-    """One message per datagram. What is no JSON object is counted in :attr:`malformed` and logged once."""
+    """One message per datagram. What is no JSON object counts as refused."""
 
     def __init__(self, label: str, params: UdpJsonParams) -> None:
         super().__init__(label)
         self.params = params
-        self.malformed = 0
-        self.address: tuple[str, int] | None = None
-        """Where it listens, while it does."""
+        self.datagrams = Datagrams(self, (str(params.host), params.port), params.max_bytes)
 
     def messages(self) -> Iterator[dict[str, Any]]:
-        with self._bound() as receiver:
+        with self.datagrams:
             while not self.is_stopping:
-                try:
-                    datagram, sender = receiver.recvfrom(self.params.max_bytes + 1)
-                except TimeoutError:
-                    continue
-                message = self._read(datagram, sender)
+                received = self.datagrams.next()
+                message = self._read(*received) if received is not None else None
                 if message is not None:
                     yield message
 
-    def _bound(self) -> socket.socket:
-        host, port = str(self.params.host), self.params.port
-        family = socket.AF_INET6 if self.params.host.version == 6 else socket.AF_INET
-        receiver = socket.socket(family, socket.SOCK_DGRAM)
-        try:
-            receiver.bind((host, port))
-        except OSError as error:
-            receiver.close()
-            raise OSError(error.errno, f"can't listen on UDP {host} port {port}: {error.strerror}") from error
-        receiver.settimeout(RECEIVE_TIMEOUT_S)
-        name = receiver.getsockname()
-        self.address = (name[0], name[1])
-        _log.info("%s: listens on UDP %s port %s", self.label, *self.address)
-        if not self.params.host.is_loopback:
-            _log.warning("%s: anybody who reaches %s can feed this sensor", self.label, host)
-        return receiver
-
-    def _read(self, datagram: bytes, sender: tuple[Any, ...]) -> dict[str, Any] | None:
+    def _read(self, datagram: bytes, sender: Address) -> dict[str, Any] | None:
         try:
             if len(datagram) > self.params.max_bytes:
                 raise ValueError(f"larger than max_bytes ({self.params.max_bytes})")
             return parsed_object(datagram)
         except ValueError as error:
-            self.malformed += 1
-            if self.malformed == 1:
-                _log.warning("%s: refused a datagram of %s:%s: %s", self.label, sender[0], sender[1], error)
+            self.datagrams.refuse(sender, error)
             return None
 
 

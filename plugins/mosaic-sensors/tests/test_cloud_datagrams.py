@@ -38,7 +38,7 @@ def test_a_newer_cloud_replaces_one_of_which_a_part_was_lost() -> None:
     assert [assembly.feed(datagram, "a", 1.0) for datagram in old[:-1]] == [None] * (len(old) - 1)
     whole = [assembly.feed(datagram, "a", 1.0) for datagram in new][-1]
     assert whole is not None
-    assert assembly.incomplete == 1
+    assert [assembly.take_incomplete() for _ in range(2)] == [1, 0]
     assert assembly.feed(old[-1], "a", 1.0) is None
 
 
@@ -48,7 +48,7 @@ def test_a_sender_that_begins_anew_is_heard_after_a_moment() -> None:
     again = next(datagrams_of(points(2), 0))
     assert assembly.feed(again, "a", 1.5) is None
     assert assembly.feed(again, "a", 1.1 + FORGOTTEN_AFTER_S) is not None
-    assert assembly.incomplete == 0
+    assert assembly.take_incomplete() == 0
 
 
 def test_senders_do_not_mix_and_the_quietest_gives_way_to_a_fifth() -> None:
@@ -58,6 +58,18 @@ def test_senders_do_not_mix_and_the_quietest_gives_way_to_a_fifth() -> None:
         assert assembly.feed(parts[0], sender, at / 10) is None
     rest = {sender: [assembly.feed(part, sender, 0.5) for part in parts[1:]][-1] for sender in "bcde"}
     assert all(rest.values())
+    assert assembly.take_incomplete() == 1
+
+
+def test_a_cloud_whose_parts_stop_coming_is_given_up_without_another_one() -> None:
+    assembly = Assembly()
+    first, *_ = datagrams_of(points(200), 1)
+    assembly.feed(first, "a", 1.0)
+    assembly.feed(next(datagrams_of(points(1), 1)), "b", 1.0)
+    assembly.expire(1.0 + FORGOTTEN_AFTER_S)
+    assert assembly.take_incomplete() == 0
+    assembly.expire(1.1 + FORGOTTEN_AFTER_S)
+    assert assembly.take_incomplete() == 1
 
 
 GOOD = next(datagrams_of(points(3), 1))

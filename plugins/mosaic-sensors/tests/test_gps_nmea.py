@@ -56,6 +56,7 @@ def test_a_recording_is_played_at_its_pace(track: str) -> None:
     assert [position.timestamp for position in positions] == [1306574870_000000, 1306574871_000000]
     assert fake_host(handler).clock.now_s - started_s == pytest.approx(1.0)
     assert [position.bad_lines for position in positions] == [0, 1]
+    assert fake_host(handler).losses == {"refused": 1}
 
 
 def test_the_message_has_the_keys_of_the_original_nav_sat_fix(track: str) -> None:

@@ -190,10 +190,10 @@ class SendingHost(FakeHost):
     @property
     def is_stopping(self) -> bool:
         if self._looks == 0:
-            assert self._handler.address is not None
+            assert self._handler.datagrams.address is not None
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as program:
                 for datagram in self._datagrams:
-                    program.sendto(datagram, self._handler.address)
+                    program.sendto(datagram, self._handler.datagrams.address)
         self._looks += 1
         return self._looks > len(self._datagrams)
 
@@ -207,7 +207,7 @@ def test_another_programs_scans_arrive_by_udp() -> None:
     scans = [decoded_scan(one.payload) for one in host.sent]
     assert [(len(scan), scan.frame_id) for scan in scans] == [(2, "laser"), (1, "laser")]
     assert scans[1].captured_at_s == pytest.approx(host.clock.now_s)
-    assert handler.malformed == 1
+    assert host.losses == {"refused": 1}
 
 
 def test_an_address_that_is_none_is_refused_at_once() -> None:

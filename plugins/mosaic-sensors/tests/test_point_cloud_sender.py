@@ -81,6 +81,7 @@ def test_clouds_beyond_the_rate_are_left_out_and_a_jittering_source_is_not_halve
     collect(sender, 5)
     stamps = np.diff([message.stamp_us for message in fake_host(sender).sent]) / 1e6
     assert stamps.mean() == pytest.approx(0.5, rel=0.15)
+    assert fake_host(sender).losses["thinned"] >= 12
     sender, _ = depth(max_rate_hz=10)
     host = fake_host(sender)
     sent = 0
@@ -111,6 +112,7 @@ def test_nothing_is_computed_for_nobody(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr("mosaic_sensors.point_cloud.sender.thinned", lambda *_: pytest.fail("computed"))
     assert not sender.is_heard
     assert not sender.send_points(LINE)
+    assert fake_host(sender).losses == {}
 
 
 def test_an_original_dashboard_alone_costs_no_compact_form_and_gets_meta_and_chunks_on_one_channel() -> None:
@@ -201,11 +203,12 @@ class SendingHost(FakeHost):
     def is_stopping(self) -> bool:
         if self._looks == 0:
             assert self.handler is not None
-            assert self.handler.address is not None
-            family = socket.AF_INET6 if ":" in self.handler.address[0] else socket.AF_INET
+            address = self.handler.datagrams.address
+            assert address is not None
+            family = socket.AF_INET6 if ":" in address[0] else socket.AF_INET
             with socket.socket(family, socket.SOCK_DGRAM) as program:
                 for datagram in self._datagrams:
-                    program.sendto(datagram, self.handler.address)
+                    program.sendto(datagram, address)
         self._looks += 1
         return self._looks > len(self._datagrams)
 
@@ -213,12 +216,13 @@ class SendingHost(FakeHost):
 @pytest.mark.parametrize("address", ["127.0.0.1", "[::1]"])
 def test_another_programs_datagrams_become_clouds(address: str, caplog: pytest.LogCaptureFixture) -> None:
     handler = connector(source=f"udp://{address}:0", frame_id="lidar")
-    host = SendingHost([b"nonsense", b"more", *datagrams_of(np.tile(LINE, (5, 1)), 1), *datagrams_of(LINE, 2)])
+    whole, broken, newest = (list(datagrams_of(np.tile(LINE, (5, 1)), number)) for number in (1, 2, 3))
+    host = SendingHost([b"nonsense", b"more", *whole, *broken[:-1], *newest])
     host.handler = handler
     handler.bind(host)
     clouds = list(handler.clouds())
-    assert [(len(cloud), cloud.frame_id) for cloud in clouds] == [(500, "lidar"), (100, "lidar")]
-    assert handler.malformed == 2
+    assert [(len(cloud), cloud.frame_id) for cloud in clouds] == [(500, "lidar"), (500, "lidar")]
+    assert host.losses == {"refused": 2, "lost": 1}
     assert sum("refused a datagram" in record.getMessage() for record in caplog.records) == 1
 
 

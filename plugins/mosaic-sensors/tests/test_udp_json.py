@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import mosaic_sensors.udp_json
-from mosaic_core.testing import FakeHost, build
+import mosaic_sensors.udp_socket
+from mosaic_core.testing import FakeHost, build, fake_host
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConfigError
 from mosaic_core.words.wire_model import to_json
@@ -38,11 +38,12 @@ class SendingHost(FakeHost):
 
     def _send_all(self) -> None:
         assert self.handler is not None
-        assert self.handler.address is not None
-        family = socket.AF_INET6 if ":" in self.handler.address[0] else socket.AF_INET
+        address = self.handler.datagrams.address
+        assert address is not None
+        family = socket.AF_INET6 if ":" in address[0] else socket.AF_INET
         with socket.socket(family, socket.SOCK_DGRAM) as process:
             for datagram in self._datagrams:
-                process.sendto(datagram, self.handler.address)
+                process.sendto(datagram, address)
 
 
 def received(*datagrams: bytes, **params: Any) -> tuple[list[dict[str, Any]], UdpJson]:
@@ -57,15 +58,15 @@ def test_a_datagram_becomes_a_message() -> None:
     messages, handler = received(b'{"celsius": 21.5}', b'{"door": "open", "since": [1, 2]}')
 
     assert messages == [{"celsius": 21.5}, {"door": "open", "since": [1, 2]}]
-    assert handler.malformed == 0
+    assert fake_host(handler).losses == {}
     assert UdpJson.data_type is MosaicDataType.JSON_R2U
 
 
 def test_only_this_machine_is_listened_to_unless_told_otherwise(caplog: pytest.LogCaptureFixture) -> None:
     _, handler = received(b"{}")
 
-    assert handler.address is not None
-    assert handler.address[0] == "127.0.0.1"
+    assert handler.datagrams.address is not None
+    assert handler.datagrams.address[0] == "127.0.0.1"
     assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
 
 
@@ -94,7 +95,7 @@ def test_what_is_no_json_object_is_counted_and_logged_once(caplog: pytest.LogCap
     messages, handler = received(*BAD, b'{"fine": true}')
 
     assert messages == [{"fine": True}]
-    assert handler.malformed == len(BAD)
+    assert fake_host(handler).losses == {"refused": len(BAD)}
     assert len([record for record in caplog.records if "refused a datagram" in record.message]) == 1
 
 
@@ -105,7 +106,7 @@ def test_datagrams_above_the_limit_are_refused(size: int, accepted: int) -> None
     assert len(padded) == size
 
     messages, handler = received(padded, max_bytes=64)
-    assert (len(messages), handler.malformed) == (accepted, 1 - accepted)
+    assert (len(messages), fake_host(handler).losses["refused"]) == (accepted, 1 - accepted)
 
 
 def test_a_port_in_use_is_an_error_that_names_it() -> None:
@@ -118,7 +119,7 @@ def test_a_port_in_use_is_an_error_that_names_it() -> None:
 
 
 def test_silence_is_no_reason_to_miss_the_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mosaic_sensors.udp_json, "RECEIVE_TIMEOUT_S", 0.01)
+    monkeypatch.setattr(mosaic_sensors.udp_socket, "RECEIVE_TIMEOUT_S", 0.01)
     handler = build(UdpJsonConfigurer, params={"port": 0})
     looks = iter([False, False, True])
     monkeypatch.setattr(FakeHost, "is_stopping", property(lambda _: next(looks)))

@@ -5,15 +5,16 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
 from mosaic_core import DataChannelJsonReceivable, DataChannelSendable
+from mosaic_core.contract.host import Loss
 from mosaic_core.machines.send_scheduler import LOW_WATER_BYTES
 from mosaic_core.runtime import delivery_reports
 from mosaic_core.runtime.counters import ConnectorSnapshot
-from mosaic_core.runtime.delivery_reports import DeliveryReports
+from mosaic_core.runtime.delivery_reports import DeliveryReports, row_of
 from mosaic_core.words.control import ControlMessage, DeliveryReport, DeliveryWatch
 from mosaic_core.words.data_type import Delivery
 
@@ -85,6 +86,28 @@ def test_asking_again_and_again_brings_no_more_reports(kit: Any, monkeypatch: An
         assert time.monotonic() - began_s > 0.09
 
     played(kit, monkeypatch, body)
+
+
+def test_what_a_handler_itself_leaves_out_is_told_with_the_rest(kit: Any) -> None:
+    async def body() -> None:
+        pose = Pose("pose")
+        async with kit.running(kit.connector_of(pose)) as scene:
+            await kit.until(lambda: scene.robot.snapshot().connectors)
+            reasons: tuple[Loss, ...] = get_args(Loss)
+            for number, reason in enumerate(reasons, 1):
+                await asyncio.to_thread(pose.count_loss, reason, number)
+            pose.count_loss("refused")
+            (shown,) = scene.robot.snapshot().connectors
+            row = row_of(shown)
+            told = {reason: getattr(row, reason) for reason in reasons}
+            assert told == {"replaced": 1, "dropped": 2, "too_large": 3, "thinned": 4, "refused": 6, "lost": 6}
+            assert row.messages == 0
+
+    kit.play(body)
+
+
+def test_before_the_robot_runs_nobody_counts() -> None:
+    Pose("pose").count_loss("lost")
 
 
 def test_an_operator_that_asks_learns_of_values_that_were_replaced(kit: Any) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import logging
-import socket
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -16,9 +14,7 @@ from mosaic_sensors.laser_scan.compact_form import MAGIC, decoded_scan
 from mosaic_sensors.laser_scan.scan import Scan, scan_of_json
 from mosaic_sensors.laser_scan.sender import LaserScanParams, LaserScanSender
 from mosaic_sensors.udp_json import parsed_object
-from mosaic_sensors.udp_socket import MAX_DATAGRAM_BYTES, bound_socket, udp_address
-
-_log = logging.getLogger(__name__)
+from mosaic_sensors.udp_socket import Address, Datagrams, udp_address
 
 
 class UdpLaserScanParams(LaserScanParams):
@@ -44,34 +40,26 @@ def read_scan(datagram: bytes, now_s: float) -> Scan:
 
 
 class UdpLaserScan(LaserScanSender):
-    """One scan per datagram. What is none is counted in :attr:`malformed` and logged once."""
+    """One scan per datagram. What is none counts as refused."""
 
     def __init__(self, label: str, params: UdpLaserScanParams) -> None:
         super().__init__(label, params)
         self.params = params
-        self.malformed = 0
-        self.address: tuple[str, int] | None = None
-        """Where it listens, while it does."""
+        self.datagrams = Datagrams(self, udp_address(params.source))
 
     def scans(self) -> Iterator[Scan]:
-        with bound_socket(self.params.source, self.label) as receiver:
-            self.address = receiver.getsockname()[:2]
+        with self.datagrams:
             while not self.is_stopping:
-                scan = self._received(receiver)
+                received = self.datagrams.next()
+                scan = self._read(*received) if received is not None else None
                 if scan is not None:
                     yield scan
 
-    def _received(self, receiver: socket.socket) -> Scan | None:
-        try:
-            datagram, sender = receiver.recvfrom(MAX_DATAGRAM_BYTES)
-        except TimeoutError:
-            return None
+    def _read(self, datagram: bytes, sender: Address) -> Scan | None:
         try:
             return replace(read_scan(datagram, self.monotonic_s()), frame_id=self.params.frame_id)
         except ValueError as error:
-            self.malformed += 1
-            if self.malformed == 1:
-                _log.warning("%s: refused a datagram of %s:%s: %s", self.label, sender[0], sender[1], error)
+            self.datagrams.refuse(sender, error)
             return None
 
 

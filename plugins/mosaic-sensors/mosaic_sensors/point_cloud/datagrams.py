@@ -74,8 +74,7 @@ class Assembly:
     """Joins datagrams of up to four senders to clouds. Knows no clock and no socket; not thread-safe."""
 
     def __init__(self) -> None:
-        self.incomplete = 0
-        """Clouds of which parts never came."""
+        self._incomplete = 0
         self._clouds: dict[Hashable, _Cloud] = {}
 
     def feed(self, datagram: bytes, sender: Hashable, now_s: float) -> Assembled | None:
@@ -109,11 +108,24 @@ class Assembly:
             is_older = (number - cloud.number) % _MODULUS >= _MODULUS // 2
             if is_older and now_s - cloud.touched_at_s <= FORGOTTEN_AFTER_S:
                 return None
-            self.incomplete += not cloud.is_done
+            self._forget(sender)
         elif len(self._clouds) >= _MAX_SENDERS:
-            del self._clouds[min(self._clouds, key=lambda key: self._clouds[key].touched_at_s)]
+            self._forget(min(self._clouds, key=lambda key: self._clouds[key].touched_at_s))
         made = self._clouds[sender] = _Cloud(number, values, parts, now_s, now_s)
         return made
+
+    def expire(self, now_s: float) -> None:
+        """Give up clouds whose parts have stopped coming."""
+        for sender in [key for key, cloud in self._clouds.items() if now_s - cloud.touched_at_s > FORGOTTEN_AFTER_S]:
+            self._forget(sender)
+
+    def _forget(self, sender: Hashable) -> None:
+        self._incomplete += not self._clouds.pop(sender).is_done
+
+    def take_incomplete(self) -> int:
+        """How many clouds were given up because parts never came, since it was asked last."""
+        incomplete, self._incomplete = self._incomplete, 0
+        return incomplete
 
 
 def _header(datagram: bytes) -> tuple[int, int, int, int, int]:

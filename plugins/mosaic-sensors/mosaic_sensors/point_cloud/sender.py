@@ -121,7 +121,10 @@ class PointCloudSender(DataChannelSendable[bytes]):
         period_s = 1.0 / self.cloud_params.max_rate_hz
         with self._lock:
             now_s = self.monotonic_s()
-            if not self.is_heard or now_s < self._due_at_s - period_s / 2:
+            if not self.is_heard:
+                return False
+            if now_s < self._due_at_s - period_s / 2:
+                self.count_loss("thinned")
                 return False
             self._due_at_s = max(self._due_at_s, now_s) + period_s
             return True
