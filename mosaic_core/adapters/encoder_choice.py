@@ -22,18 +22,18 @@ from mosaic_core.words.errors import MosaicError
 _log = logging.getLogger(__name__)
 
 
-def _hardware(name: str, codec: CodecName, pix_fmt: str) -> EncoderKind:
-    return EncoderKind(name, codec, pix_fmt, is_hardware=True, follows_rate=False, counts_pictures=True)
+def _hardware(name: str, codec: CodecName, pix_fmt: str, device: str | None = None) -> EncoderKind:
+    return EncoderKind(name, codec, pix_fmt, is_hardware=True, follows_rate=False, counts_pictures=True, device=device)
 
 
 KINDS = (
     _hardware("h264_nvenc", "H264", "yuv420p"),
     _hardware("h264_qsv", "H264", "nv12"),
-    _hardware("h264_vaapi", "H264", "nv12"),
+    _hardware("h264_vaapi", "H264", "nv12", device="vaapi"),
     _hardware("h264_v4l2m2m", "H264", "yuv420p"),
     _hardware("h264_amf", "H264", "nv12"),
     EncoderKind("libx264", "H264", "yuv420p", is_hardware=False, follows_rate=True, counts_pictures=True),
-    _hardware("vp8_vaapi", "VP8", "nv12"),
+    _hardware("vp8_vaapi", "VP8", "nv12", device="vaapi"),
     _hardware("vp8_v4l2m2m", "VP8", "yuv420p"),
     EncoderKind("libvpx", "VP8", "yuv420p", is_hardware=False, follows_rate=False, counts_pictures=False),
 )
@@ -47,6 +47,8 @@ _NEEDS = {
     "h264_nvenc": "an NVIDIA GPU and its driver (libcuda, libnvidia-encode)",
     "h264_qsv": "an Intel GPU and its oneVPL runtime",
     "h264_amf": "an AMD GPU and its AMF runtime",
+    "h264_vaapi": "a GPU with a VA-API driver, and /dev/dri/renderD128 that this account may open",
+    "vp8_vaapi": "a GPU with a VA-API driver, and /dev/dri/renderD128 that this account may open",
     "h264_v4l2m2m": "a V4L2 encoder under /dev/video* that this account may open",
     "vp8_v4l2m2m": "a V4L2 encoder under /dev/video* that this account may open",
 }
@@ -83,25 +85,11 @@ def _probed(kind: EncoderKind) -> Probe:
         encoder = VideoEncoder(kind, _PROBE)
         pictures = [_test_picture(step, _PROBE.width, _PROBE.height) for step in range(_PROBE_PICTURES)]
         made = [encoder.encode(picture, pts=picture.pts or 0, as_key=False) for picture in pictures]
-    except (av.FFmpegError, ValueError, MemoryError) as error:
+    except (av.FFmpegError, ValueError, MemoryError, NotImplementedError) as error:
         return Probe(kind, _cause(kind, error))
     if sum(map(len, made)) < _PROBE_PICTURES - 1:
         return Probe(kind, "it holds pictures back: too late for driving")
     return Probe(kind)
-
-
-def probe_in_background() -> None:
-    """Find the encoders before the first picture has to wait for that."""
-    threading.Thread(target=_probe_all, name="probe encoders").start()  # a process ends after it, not within
-
-
-@cache
-def _probe_all() -> None:
-    for codec in ("VP8", "H264"):
-        try:
-            announce(chosen_kind(codec))
-        except EncoderUnavailable as error:
-            _log.error("%s", error)
 
 
 def chosen_kind(codec: CodecName, wanted: str = "auto", *, broken: Iterable[str] = ()) -> EncoderKind:
@@ -120,15 +108,6 @@ def chosen_kind(codec: CodecName, wanted: str = "auto", *, broken: Iterable[str]
     raise EncoderUnavailable(
         f"no encoder for {codec} works here; see `mosaic doctor encoders`", code="media.no_encoder"
     )
-
-
-@cache
-def announce(kind: EncoderKind) -> None:
-    """One log line per process and encoder."""
-    if kind.is_hardware:
-        _log.info("%s is encoded in hardware, by %s", kind.codec, kind.name)
-    else:
-        _log.info("%s is encoded in software, by %s (`mosaic doctor encoders` says why)", kind.codec, kind.name)
 
 
 @cache

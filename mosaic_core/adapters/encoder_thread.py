@@ -14,7 +14,8 @@ from typing import Any
 
 import av
 
-from mosaic_core.adapters.encoder_choice import EncoderUnavailable, announce, chosen_kind
+from mosaic_core.adapters.encoder_choice import EncoderUnavailable, chosen_kind
+from mosaic_core.adapters.found_encoders import ENCODERS
 from mosaic_core.adapters.picture import scaled_picture
 from mosaic_core.adapters.video_encoder import CodecName, EncoderSettings, VideoEncoder
 from mosaic_core.machines.key_frame_requests import KeyFrameRequests
@@ -108,7 +109,7 @@ class EncoderThread:
             except EncoderUnavailable as error:
                 self._failed(error)
                 return
-            announce(kind)
+            ENCODERS.began(kind)
             try:
                 self._encode_all(VideoEncoder(kind, self._order.settings))
                 return

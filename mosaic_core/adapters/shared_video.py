@@ -12,8 +12,9 @@ from typing import Any
 
 import av
 
-from mosaic_core.adapters.encoder_choice import EncoderUnavailable, probe_in_background
+from mosaic_core.adapters.encoder_choice import EncoderUnavailable
 from mosaic_core.adapters.encoder_set import EncodedRung, EncoderSet
+from mosaic_core.adapters.found_encoders import ENCODERS
 from mosaic_core.adapters.packet_source import PacketSource, SourceState
 from mosaic_core.adapters.picture import prepared_picture
 from mosaic_core.adapters.rung_orders import PASSED_ON, SourceShape, limits_bps, options_of, orders_of
@@ -47,6 +48,7 @@ class SharedVideo:
         counters: ConnectorCounters,
         packet_codec: PacketCodec | None = None,
     ) -> None:
+        ENCODERS.seek()
         self._label = label
         self._encoding = encoding
         self._counters = counters
@@ -119,7 +121,6 @@ class SharedVideo:
 
     def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> ViewerFeed:
         if viewer_id not in self._viewers:
-            probe_in_background()
             order = _CODEC_ORDERS[self._encoding.codec]
             self._viewers[viewer_id] = ViewerFeed(order, unavailable, self._wants_key, self._reconsider, is_local)
         return self._viewers[viewer_id]

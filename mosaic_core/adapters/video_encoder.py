@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any, Literal, cast
 
 import av
+from av.codec.hwaccel import HWAccel
 from av.video.codeccontext import VideoCodecContext
 from av.video.frame import PictureType
 
@@ -26,7 +27,8 @@ _FPS_STEP = 1.4
 @dataclass(frozen=True, slots=True)
 class EncoderKind:
     """An encoder of libav and how it is used. ``follows_rate``: takes another bit rate while it runs;
-    ``counts_pictures``: divides it by the nominal rate of pictures, whatever their times are."""
+    ``counts_pictures``: divides it by the nominal rate of pictures, whatever their times are; ``device``: the kind of
+    hardware into whose memory its pictures are brought, ``None`` for one that takes them from ours."""
 
     name: str
     codec: CodecName
@@ -34,6 +36,7 @@ class EncoderKind:
     is_hardware: bool
     follows_rate: bool
     counts_pictures: bool
+    device: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +108,8 @@ class VideoEncoder:
 
     def _opened(self) -> VideoCodecContext:
         settings = self._settings
-        context = cast(VideoCodecContext, av.CodecContext.create(self.kind.name, "w"))
+        memory = HWAccel(self.kind.device) if self.kind.device is not None else None
+        context = cast(VideoCodecContext, av.CodecContext.create(self.kind.name, "w", hwaccel=memory))
         context.width, context.height = settings.width, settings.height
         context.pix_fmt = self.kind.pix_fmt
         context.time_base = VIDEO_TIME_BASE
@@ -159,5 +163,7 @@ def encoder_options(kind: EncoderKind, preset: str, ceiling_bps: int) -> Mapping
             return {**rate, "preset": "veryfast", "async_depth": "1", "low_delay_brc": "1", "forced_idr": "1"}
         case "h264_amf":
             return {**rate, "usage": "ultralowlatency", "rc": "cbr"}
+        case "h264_vaapi" | "vp8_vaapi":
+            return {**rate, "async_depth": "1"}  # two by default: one picture is held back
         case _:
             return rate

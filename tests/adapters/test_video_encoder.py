@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any, cast
 
 import av
 import numpy as np
 import pytest
+from av.codec.hwaccel import HWAccel
 
 from mosaic_core.adapters import encoder_choice
 from mosaic_core.adapters.encoder_choice import KINDS, EncoderUnavailable, chosen_kind, measured_speed, probed
@@ -116,6 +118,33 @@ def test_what_does_not_work_says_why() -> None:
         assert probe.works or len(probe.problem) > 10
         if not kind.is_hardware:
             assert probe.works
+
+
+def test_vaapi_takes_pictures_in_its_own_memory_and_holds_none_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+
+    def create(name: str, mode: str, hwaccel: Any = None) -> Any:
+        asked.append(hwaccel)
+        return SimpleNamespace(open=lambda: None)
+
+    monkeypatch.setattr(av.CodecContext, "create", create)
+    vaapi = [kind for kind in KINDS if "vaapi" in kind.name]
+    assert [kind.name for kind in vaapi] == ["h264_vaapi", "vp8_vaapi"]
+    for kind in vaapi:
+        encoder = VideoEncoder(kind, EncoderSettings(320, 240, 30.0, 400_000, 400_000))
+        assert isinstance(asked.pop(), HWAccel)
+        assert encoder._context.pix_fmt == "nv12"
+        assert encoder._context.options["async_depth"] == "1"
+    VideoEncoder(KINDS[0], EncoderSettings(320, 240, 30.0, 400_000, 400_000))
+    assert asked == [None]
+
+
+def test_a_device_that_is_not_there_fails_its_probe_in_words() -> None:
+    absent = EncoderKind(
+        "h264_nvenc", "H264", "nv12", is_hardware=True, follows_rate=False, counts_pictures=True, device="cuda"
+    )
+    if not probed(KINDS[0]).works:  # no such GPU here
+        assert "NVIDIA" in probed(absent).problem
 
 
 def test_an_encoder_that_broke_is_not_chosen_again() -> None:
