@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from laboratory.browser import open_robot
 from playwright.sync_api import Page, expect, sync_playwright
 
 pytestmark = [pytest.mark.e2e, pytest.mark.netlab, pytest.mark.timeout(120)]
@@ -15,16 +16,6 @@ pytestmark = [pytest.mark.e2e, pytest.mark.netlab, pytest.mark.timeout(120)]
 TIMEOUT_S = 0.3
 MARGIN_S = 0.5
 QUIET = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
-
-
-def open_robot(page: Page, site: Any) -> None:
-    page.goto(site.url)
-    page.get_by_label("Email").fill(site.account["email"])
-    page.locator("input[type=password]").fill(site.account["password"])
-    page.keyboard.press("Enter")
-    page.get_by_role("heading", name="Robots").wait_for()
-    page.goto(f"{site.url}/robots/{site.account['robotId']}")
-    page.get_by_text("Connected", exact=True).wait_for()
 
 
 def drive_until_cut(page: Page, site: Any, wait_for: Callable[..., float]) -> None:

@@ -10,6 +10,7 @@ from contextlib import ExitStack
 from typing import Any
 
 import pytest
+from laboratory.browser import open_robot
 from laboratory.forwarding import Lab
 from laboratory.roaming import RoamingSite, roaming_site
 from playwright.sync_api import Page, expect, sync_playwright
@@ -44,16 +45,6 @@ def roaming(
     """Networks of their own: the addresses of the others' stay."""
     with ExitStack() as stack:
         yield roaming_site(Lab(stack), tmp_path_factory.mktemp("roaming"), stack, wait_for)
-
-
-def open_robot(page: Page, site: RoamingSite) -> None:
-    page.goto(site.url)
-    page.get_by_label("Email").fill(site.account["email"])
-    page.locator("input[type=password]").fill(site.account["password"])
-    page.keyboard.press("Enter")
-    page.get_by_role("heading", name="Robots").wait_for()
-    page.goto(f"{site.url}/robots/{site.account['robotId']}")
-    page.get_by_text("Connected", exact=True).wait_for()
 
 
 def roam(page: Page, site: RoamingSite, side: Any, wait_for: Callable[..., float]) -> float:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from laboratory.fleet import Fleet
 from playwright.sync_api import Page, sync_playwright
@@ -54,6 +54,31 @@ class Visit:
     pair: str
 
 
+class Place(Protocol):
+    """A server with its dashboard, and an account with a robot."""
+
+    @property
+    def url(self) -> str: ...
+    @property
+    def account(self) -> Mapping[str, str]: ...
+
+
+def sign_in(page: Page, place: Place) -> None:
+    """To the list of robots."""
+    page.goto(place.url)
+    page.get_by_label("Email").fill(place.account["email"])
+    page.locator("input[type=password]").fill(place.account["password"])
+    page.keyboard.press("Enter")
+    page.get_by_role("heading", name="Robots").wait_for()
+
+
+def open_robot(page: Page, place: Place) -> None:
+    """Sign in, and go to the robot's page, until it is connected."""
+    sign_in(page, place)
+    page.goto(f"{place.url}/robots/{place.account['robotId']}")
+    page.get_by_text("Connected", exact=True).wait_for()
+
+
 @contextmanager
 def signed_in(fleet: Fleet, chromium: str, *flags: str) -> Iterator[Page]:
     """The list of robots; call it inside the operator's network."""
@@ -62,11 +87,7 @@ def signed_in(fleet: Fleet, chromium: str, *flags: str) -> Iterator[Page]:
         page = browser.new_page(viewport={"width": 1280, "height": 900})
         page.set_default_timeout(30_000)
         page.add_init_script(OBSERVER)
-        page.goto(fleet.url)
-        page.get_by_label("Email").fill(fleet.account["email"])
-        page.locator("input[type=password]").fill(fleet.account["password"])
-        page.keyboard.press("Enter")
-        page.get_by_role("heading", name="Robots").wait_for()
+        sign_in(page, fleet)
         yield page
         browser.close()
 
