@@ -1,4 +1,6 @@
-"""The table that ``mosaic run`` shows on a terminal: a row per connector, and how the robot stands to its server."""
+"""The table that ``mosaic run`` shows on a terminal: how the robot stands to its server, a row per connector, and below
+them what did not arrive, with the reason.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +18,11 @@ _STATE_STYLES = {
     "failed": "bold red", "ended": "dim", "stopped": "dim",
 }  # fmt: skip
 _COLUMNS = ("connector", "type", "state", "peers", "rate", "data", "queue", "drops", "age", "speed")
+_REASONS = {
+    "dropped": "full", "too_large": "too large", "lost": "lost", "refused": "refused", "thinned": "thinned",
+    "replaced": "replaced",
+}  # fmt: skip
+"""The counters of messages that did not arrive, in words; what happens by design comes last."""
 _ROOMY = 100
 """On a terminal narrower than this (80 is usual) the types, which the file names too, make room for the numbers."""
 
@@ -30,7 +37,7 @@ def robot_table(snapshot: RobotSnapshot, width: int = _ROOMY) -> RenderableType:
     for connector in snapshot.connectors:
         row = _row(connector)
         table.add_row(*(row[index] for index in shown))
-    return Group(*_headlines(snapshot), table)
+    return Group(*_headlines(snapshot), table, *_reasons(snapshot.connectors))
 
 
 def _headlines(snapshot: RobotSnapshot) -> tuple[Text, ...]:
@@ -93,11 +100,33 @@ def _queue(connector: ConnectorSnapshot) -> Text:
     return Text(f"{connector.queue_messages}{much}", style="yellow" if connector.queue_messages > 1 else "")
 
 
+def _drops(connector: ConnectorSnapshot) -> dict[str, int]:
+    """How many messages did not arrive, by reason."""
+    counts = {word: getattr(connector, name) for name, word in _REASONS.items()}
+    return {word: count for word, count in counts.items() if count}
+
+
+def _reasons(connectors: tuple[ConnectorSnapshot, ...]) -> list[Text]:
+    """``drops   front 3 full, 2 lost · scan 7 thinned``, the same for what was resent; nothing where all is well."""
+    drops = [
+        (connector.label, ", ".join(f"{count} {word}" for word, count in _drops(connector).items()))
+        for connector in connectors
+    ]
+    resent = [(connector.label, str(connector.resent or "")) for connector in connectors]
+    lines = []
+    for lead, told in (("drops   ", drops), ("resent  ", resent)):
+        words = [(label, counts) for label, counts in told if counts]
+        if words:
+            shown = [Text.assemble((f"{label} ", "dim"), (counts, "yellow")) for label, counts in words]
+            lines.append(Text.assemble((lead, "dim"), Text(" · ", style="dim").join(shown)))
+    return lines
+
+
 def _row(connector: ConnectorSnapshot) -> list[Text]:
     state = Text(connector.state, style=_STATE_STYLES.get(connector.state, ""))
     if connector.state == "failed" and connector.last_error:
         state.append(f" {connector.last_error[:40]}", style="red")
-    drops = connector.replaced + connector.dropped + connector.thinned + connector.refused + connector.lost
+    drops = sum(_drops(connector).values())
     return [
         Text(connector.label),
         Text(connector.type, style="dim"),

@@ -98,8 +98,8 @@ def snapshot(**changes: object) -> RobotSnapshot:
     row = {
         "label": "front", "type": "camera", "kind": "video", "direction": "to-operator", "delivery": "latest",
         "state": "running", "peers": 2, "messages": 5, "rate_hz": 29.97, "size_bytes": 10, "bytes_per_s": 1.5e6,
-        "queue_messages": 3, "queue_bytes": 4500, "replaced": 0, "dropped": 2, "too_large": 0, "thinned": 0, "lost": 0, "resent": 0,
-        "refused": 1, "failures": 0, "last_error": "", "age_s": 0.04, **changes,
+        "queue_messages": 3, "queue_bytes": 4500, "replaced": 0, "dropped": 2, "too_large": 0, "thinned": 0, "lost": 0,
+        "resent": 0, "refused": 1, "failures": 0, "last_error": "", "age_s": 0.04, **changes,
     }  # fmt: skip
     peer = PeerSnapshot("p", "s", "o", "Alice", "operator", "open", 3.0, (), ())
     servers = (ServerSnapshot("fleet", "wss://example.org", "ready"),)
@@ -120,6 +120,7 @@ def test_the_table_has_a_row_per_connector() -> None:
         ["robot", "robot-1", "operators", "Alice"],
         ["connector", "type", "state", "peers", "rate", "data", "queue", "drops", "age", "speed"],
         ["front", "camera", "running", "2", "30.0/s", "1.5", "MB/s", "3", "4.5", "KB", "3", "0.0", "s", "–"],
+        ["drops", "front", "2", "full,", "1", "refused"],
     ]
 
 
@@ -131,10 +132,34 @@ def test_the_table_fits_eighty_columns_with_every_number_in_full() -> None:
     console = Console(file=io.StringIO(), width=80)
     console.print(robot_table(busy, 80))
     assert isinstance(console.file, io.StringIO)
-    header, row = console.file.getvalue().splitlines()[-2:]
+    lines = console.file.getvalue().splitlines()
+    header, row = lines[2:4]
     assert header.split() == ["connector", "state", "peers", "rate", "data", "queue", "drops", "age", "speed"]
     expected = "camera_front running 12 1234.5/s 123.4 MB/s 512 999.4 KB 123459 12 s 100%"
     assert row.split() == expected.split()
+    assert lines[4:] == ["drops   camera_front 2 full, 1 refused, 123456 replaced"]
+
+
+def test_drops_are_told_by_reason_and_what_was_resent_below_the_table() -> None:
+    (worst,) = snapshot(label="events", dropped=3, too_large=1, lost=2, thinned=4, replaced=5, resent=6).connectors
+    well = replace(worst, label="pose", dropped=0, too_large=0, lost=0, refused=0, thinned=0, replaced=0, resent=0)
+    repeated = replace(well, label="chat", resent=9)
+    lines = drawn(replace(snapshot(), connectors=(worst, well, repeated, replace(well, label="map", thinned=7))))
+    assert [" ".join(line) for line in lines[-2:]] == [
+        "drops events 3 full, 1 too large, 2 lost, 1 refused, 4 thinned, 5 replaced · map 7 thinned",
+        "resent events 6 · chat 9",
+    ]
+    assert len(drawn(replace(snapshot(), connectors=(well,)))) == 4
+
+
+def test_every_line_fits_a_hundred_columns() -> None:
+    row = snapshot(label="camera_front_left", lost=123456, replaced=123456, resent=123456, limit_factor=1.0).connectors
+    console = Console(file=io.StringIO(), width=100)
+    console.print(robot_table(replace(snapshot(), connectors=row * 9), 100))
+    assert isinstance(console.file, io.StringIO)
+    lines = console.file.getvalue().splitlines()
+    assert max(map(len, lines)) <= 100
+    assert "…" not in console.file.getvalue()
 
 
 def test_the_table_tells_who_commands_who_asks_who_watches_and_how_fast() -> None:
@@ -143,7 +168,7 @@ def test_the_table_tells_who_commands_who_asks_who_watches_and_how_fast() -> Non
     base = snapshot(limit_factor=0.25)
     lines = drawn(replace(base, leases=(lease,), peers=(*base.peers, watcher)))
     assert lines[1] == ["robot", "robot-1", "motion", "Alice", "asking", "Bob", "watching", "Wanda", "(original)"]
-    assert lines[-1][-1] == "25%"
+    assert lines[3][-1] == "25%"
 
 
 def test_the_table_shouts_that_the_robot_is_stopped() -> None:
@@ -152,7 +177,7 @@ def test_the_table_shouts_that_the_robot_is_stopped() -> None:
 
 
 def test_the_table_says_why_a_connector_failed() -> None:
-    row = drawn(snapshot(state="failed", last_error="OSError: no such device", age_s=None))[-1]
+    row = drawn(snapshot(state="failed", last_error="OSError: no such device", age_s=None))[3]
     assert row[2:7] == ["failed", "OSError:", "no", "such", "device"]
     assert row[-2:] == ["–", "–"]
 
