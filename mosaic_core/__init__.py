@@ -26,7 +26,7 @@ from mosaic_core.contract.handler import (
 from mosaic_core.contract.hooks import hookimpl
 from mosaic_core.contract.host import Sender
 from mosaic_core.contract.media import Captured, EncodingParams
-from mosaic_core.contract.params import Message, NoParams, Params, unit
+from mosaic_core.contract.params import CameraLabel, Message, NoParams, Params, unit
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.words.data_type import Delivery, MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract
@@ -38,6 +38,7 @@ __all__ = [
     "API_VERSION",
     "AudioReceivable",
     "AudioTrackHandler",
+    "CameraLabel",
     "Captured",
     "ConfigError",
     "Configurer",

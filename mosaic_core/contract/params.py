@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, model_validator
+from pydantic_core import CoreSchema, core_schema
 
 
 class Params(BaseModel):
@@ -16,6 +17,17 @@ class Params(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class CameraLabel(str):
+    """Text in ``params`` that names a camera of the same robot: ``camera: CameraLabel``, ``labels: tuple[CameraLabel,
+    ...]``. A label of no camera is a mistake of the file, told with the nearest one before anything starts."""
+
+    __slots__ = ()
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(cls, core_schema.str_schema())
 
 
 class Message(BaseModel):

@@ -22,6 +22,7 @@ from mosaic_core.runtime.config_loader import CheckedConfig, CheckedConnector, V
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.delivery_problems import delivery_problems
 from mosaic_core.runtime.hook_calls import call_hook, hook_plugins
+from mosaic_core.runtime.label_problems import WithHandlers, label_problems
 from mosaic_core.runtime.lease_groups import lease_groups, lookalikes
 from mosaic_core.runtime.resolver import ConnectorResolver
 from mosaic_core.runtime.safety_problems import safety_problems
@@ -113,16 +114,19 @@ class AutoConfigurer:
 
 def _connectors(made: Sequence[Made], document: YamlDocument, problems: list[Problem]) -> list[Connector]:
     connectors: list[Connector] = []
+    known: list[WithHandlers] = []
     for one, configurer in made:
         handlers = _handlers(one, configurer, document, problems)
         if not handlers:
             continue
+        known.append((one, handlers))
         try:
             problems += safety_problems(one, handlers, document)
             problems += delivery_problems(one, handlers, document)
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:
             problems.append(_broken(one, document, f"its message type has no JSON Schema: {error.message}"))
+    problems += label_problems(known, document)
     places = {one.config.label: one.place for one, _ in made}
     problems += _taken_channels(connectors, document, places)
     return connectors

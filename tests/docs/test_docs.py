@@ -64,7 +64,7 @@ def test_the_code_of_the_connector_tutorial_runs() -> None:
     texts = [text for page, text in blocks("python") if page == "docs/tutorial/first-connector.md"]
     assert len(texts) >= 2
     for text in texts:
-        exec(compile(text, "first-connector.md", "exec"), namespace)  # noqa: S102 - our own documentation
+        exec(compile(text, "first-connector.md", "exec", dont_inherit=True), namespace)  # noqa: S102 - our own documentation
     configurer = namespace["ThermometerConfigurer"]
     assert issubclass(configurer, Configurer)
     assert configurer("cpu", configurer.params_model()).configure().label == "cpu"

@@ -149,6 +149,17 @@ class OddConfigurer(Configurer[NoParams]):
         return Odd(self.label)
 
 
+class WatcherParams(Params):
+    main: CameraLabel | None = None
+    others: tuple[CameraLabel, ...] = ()
+    weights: dict[CameraLabel, float] = {}
+
+
+class WatcherConfigurer(DataChannelConfigurer[WatcherParams]):
+    def configure(self) -> Gauge:
+        return Gauge(self.label)
+
+
 class NotAConfigurer:
     pass
 
@@ -167,6 +178,7 @@ TYPES = {
     "nothing": "acme_gauges:NothingConfigurer",
     "hidden": "acme_gauges:HiddenConfigurer",
     "odd": "acme_gauges:OddConfigurer",
+    "watcher": "acme_gauges:WatcherConfigurer",
     "no-configurer": "acme_gauges:NotAConfigurer",
     "unfinished": "acme_gauges:Unfinished",
     "no-module": "acme_missing:Configurer",

@@ -8,13 +8,13 @@ from pathlib import Path
 import platformdirs
 from pydantic import Field, field_validator, model_validator
 
-from mosaic_core import Params, unit
+from mosaic_core import CameraLabel, Params, unit
 from mosaic_core.contract.media_tap import TapCodec
 from mosaic_recorder.movie_file import Container
 
 
 class RecorderParams(Params):
-    labels: tuple[str, ...] = Field(
+    labels: tuple[CameraLabel, ...] = Field(
         min_length=1, description="Cameras that may be recorded, by their labels; a command may choose among them."
     )
     directory: Path | None = Field(
@@ -62,7 +62,7 @@ class RecorderParams(Params):
 
     @field_validator("labels")
     @classmethod
-    def _distinct(cls, labels: tuple[str, ...]) -> tuple[str, ...]:
+    def _distinct(cls, labels: tuple[CameraLabel, ...]) -> tuple[CameraLabel, ...]:
         if len(set(labels)) != len(labels):
             raise ValueError("each camera once")
         return labels
