@@ -51,6 +51,20 @@ def test_a_thinned_connector_sends_the_newest_and_the_operator_learns_of_the_res
     asyncio.run(asyncio.wait_for(scenario(), 20))
 
 
+def test_an_event_of_before_counts_as_sent_once_somebody_comes_for_it() -> None:
+    async def scenario() -> None:
+        async with joined(connector(ValuesConfigurer, label="values", delivery="reliable")) as link:
+            handler: Any = link.configured.connectors[0].handlers[0]
+            assert handler.send_json({"n": 1}) is False
+            values = link.connection.receivable("values")
+            seen: list[bytes] = []
+            values.subscribe(seen.append)
+            await until(lambda: seen == [b'{"n":1}'])
+            assert link.robot.snapshot().connectors[0].messages == 1
+
+    asyncio.run(asyncio.wait_for(scenario(), 20))
+
+
 def test_an_operator_hears_of_a_message_that_came_in_part_only() -> None:
     async def scenario() -> None:
         async with joined(connector(NotesConfigurer, label="notes", delivery="latest")) as link:

@@ -11,7 +11,7 @@ import pytest
 
 from mosaic_core import DataChannelJsonReceivable, DataChannelSendable
 from mosaic_core.contract.host import Loss
-from mosaic_core.machines.send_scheduler import LOW_WATER_BYTES
+from mosaic_core.machines.send_scheduler import HIGH_WATER_BYTES, LOW_WATER_BYTES
 from mosaic_core.runtime import delivery_reports
 from mosaic_core.runtime.counters import ConnectorSnapshot
 from mosaic_core.runtime.delivery_reports import DeliveryReports, row_of
@@ -21,6 +21,10 @@ from mosaic_core.words.data_type import Delivery
 
 class Pose(DataChannelSendable[dict[str, Any]]):
     delivery = Delivery.LATEST
+
+
+class Events(DataChannelSendable[dict[str, Any]]):
+    delivery = Delivery.BULK
 
 
 class Reader:
@@ -86,6 +90,46 @@ def test_asking_again_and_again_brings_no_more_reports(kit: Any, monkeypatch: An
         assert time.monotonic() - began_s > 0.09
 
     played(kit, monkeypatch, body)
+
+
+def test_of_a_burst_that_overflows_its_queue_as_many_count_as_sent_as_arrive(kit: Any) -> None:
+    async def body() -> None:
+        events = Events("events")
+        async with kit.running(kit.connector_of(events)) as scene:
+            ann = await scene.enters("ann")
+            channel = ann.open("events")
+            await kit.until(lambda: events.is_heard)
+            ann.control.channel.buffered_bytes = HIGH_WATER_BYTES
+            for number in range(600):
+                events.send_json({"number": number})
+
+            def counted() -> tuple[int, int]:
+                (row,) = scene.robot.snapshot().connectors
+                return row.messages, row.dropped
+
+            await kit.until(lambda: sum(counted()) == 600)
+            ann.control.channel.buffered_bytes = 0
+            channel.on_drained()
+            await kit.until(lambda: len(channel.values()) == 64)
+            assert counted() == (64, 536)
+
+    kit.play(body)
+
+
+def test_a_value_of_before_counts_as_sent_once_somebody_comes_for_it(kit: Any) -> None:
+    async def body() -> None:
+        pose = Pose("pose")
+        async with kit.running(kit.connector_of(pose)) as scene:
+            await kit.until(lambda: scene.robot.snapshot().connectors)
+            assert pose.send_json({"x": 1}) is False
+            for name in ("ann", "bob"):
+                assert scene.robot.snapshot().connectors[0].messages == (name == "bob")
+                channel = (await scene.enters(name)).open("pose")
+                await kit.until(lambda channel=channel: channel.values(latched=True) == [{"x": 1}])
+            (row,) = scene.robot.snapshot().connectors
+            assert (row.messages, row.dropped) == (1, 0)
+
+    kit.play(body)
 
 
 def test_what_a_handler_itself_leaves_out_is_told_with_the_rest(kit: Any) -> None:
