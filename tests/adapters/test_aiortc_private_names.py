@@ -21,6 +21,7 @@ from aiortc.rtcdtlstransport import RTCDtlsTransport
 from aiortc.rtcicetransport import RTCIceGatherer, RTCIceTransport
 from aiortc.rtcpeerconnection import find_common_codecs
 from aiortc.rtcrtpparameters import RTCRtpHeaderExtensionParameters, RTCRtpParameters
+from aiortc.rtcrtpreceiver import RTCRtpReceiver
 from aiortc.rtcrtpsender import RTCRtpSender
 from aiortc.rtcsctptransport import DataChunk, RTCSctpTransport
 from aiortc.rtp import (
@@ -45,6 +46,7 @@ from mosaic_core.adapters.aiortc_private import (
     widen_udp_buffer,
 )
 from mosaic_core.adapters.aiortc_private.arrivals import NUMBER_URI
+from mosaic_core.adapters.aiortc_private.receivers import rtp_timestamp_of
 from mosaic_core.machines.rate_control import BandwidthEstimate, PictureLost
 
 REPORT = bytes.fromhex("8fcd0005 00000001 00000002 0001 0001 000001 00 2001 04 00".replace(" ", ""))
@@ -195,6 +197,22 @@ def test_the_codecs_and_extensions_of_every_line_are_set_anew_by_each_remote_des
     source = source_of(RTCPeerConnection.setRemoteDescription)
     assert "transceiver._codecs = common" in source
     assert "transceiver._headerExtensions = find_common_header_extensions(" in source
+
+
+def test_a_receiver_counts_time_from_its_first_picture_and_keeps_that_ones_timestamp() -> None:
+    assert "encoded_frame.timestamp = self.__timestamp_mapper.map(" in source_of(RTCRtpReceiver)
+
+    async def check(pc: RTCPeerConnection) -> None:
+        receiver, frame = pc.addTransceiver("video").receiver, av.VideoFrame(16, 16, "yuv420p")
+        frame.pts = 0
+        assert rtp_timestamp_of(receiver, frame) is None
+        mapper = vars(receiver)["_RTCRtpReceiver__timestamp_mapper"]
+        assert mapper._origin is None
+        for on_the_wire in (2**32 - 3000, 2**32 - 1, 0, 3000):
+            frame.pts = mapper.map(on_the_wire)
+            assert rtp_timestamp_of(receiver, frame) == on_the_wire
+
+    with_peer(check)
 
 
 def test_msid_is_made_of_the_senders_stream_and_track_ids() -> None:

@@ -444,6 +444,8 @@ LEANT_ON = {
     "_send": "f0f8aff63a9a",  # fills the outbound queue with append, then transmits
     "_receive_sack_chunk": "4b35ccf1372c",  # subtracts send times, flushes, then transmits
     "_update_advanced_peer_ack_point": "b10416e34e18",  # takes from the outbound queue with popleft
+    "_receive_forward_tsn_chunk": "a7b72a09e9c4",  # asks for an acknowledgement and does not send it
+    "_t3_start": "fa045ec7c5ff",  # a timer under _t3_handle that calls _t3_expired of the instance
 }
 
 
@@ -455,6 +457,28 @@ def test_what_is_written_anew_here_is_as_it_was_read_in_aiortc(owner: type, name
 @pytest.mark.parametrize(("name", "digest"), LEANT_ON.items())
 def test_what_is_leant_on_is_as_it_was_read_in_aiortc(name: str, digest: str) -> None:
     assert digest_of(RTCSctpTransport, name) == digest, f"aiortc has changed {name}: read it again"
+
+
+@pytest.mark.parametrize(
+    "mark",
+    [
+        "_acked = False",
+        "_book_size = len(chunk.user_data)",
+        "_misses = 0",
+        "_retransmit = False",
+        "_sent_count = 0",
+        "_sent_time = None",
+    ],
+)
+def test_a_chunk_is_marked_when_it_is_queued(mark: str) -> None:
+    assert f"chunk.{mark}" in inspect.getsource(RTCSctpTransport._send)
+
+
+def test_a_channel_is_told_its_number_and_what_waits_in_it() -> None:
+    assert list(inspect.signature(RTCDataChannel._setId).parameters) == ["self", "id"]
+    assert list(inspect.signature(RTCDataChannel._addBufferedAmount).parameters) == ["self", "amount"]
+    source = inspect.getsource(RTCDataChannel._addBufferedAmount)
+    assert 'self.emit("bufferedamountlow")' in source
 
 
 def digest_of(owner: type, name: str) -> str:
