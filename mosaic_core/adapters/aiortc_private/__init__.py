@@ -2,8 +2,8 @@
 
 Those tests fail loudly when a new version changes one of them. Most are in
 ``tests/adapters/test_aiortc_private_names.py``; those of ``fair_turns``, ``prompt_pictures``, ``quick_sctp``,
-``repeats`` and ``reporting`` stand in their own files there. ``tests/architecture/test_aiortc_private_use.py`` sees that
-no other module uses such a name, and that each used here has its test.
+``repeats`` and ``reporting`` stand in their own files there. ``tests/architecture/test_aiortc_private_use.py`` sees
+that no other module uses such a name, and that each used here has its test.
 """
 
 from aiortc.sdp import MediaDescription, SessionDescription, candidate_from_sdp, candidate_to_sdp
