@@ -17,7 +17,8 @@ from mosaic_core.adapters.encoder_set import EncodedRung, EncoderSet
 from mosaic_core.adapters.found_encoders import ENCODERS
 from mosaic_core.adapters.packet_source import PacketSource, SourceState
 from mosaic_core.adapters.picture import prepared_picture
-from mosaic_core.adapters.rung_orders import PASSED_ON, SourceShape, limits_bps, options_of, orders_of
+from mosaic_core.adapters.rung_orders import PASSED_ON, SourceShape, codecs_of, limits_bps, options_of, orders_of
+from mosaic_core.adapters.video_encoder import CodecName
 from mosaic_core.adapters.viewer_feed import ViewerFeed
 from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.machines.picture_rate import PictureRate
@@ -30,12 +31,7 @@ _log = logging.getLogger(__name__)
 TICK_S = 0.5
 _MAX_HANDED_OVER = 64
 """Packets on their way to the event loop; if it is further behind, everybody goes on at the next key frame."""
-_CODEC_ORDERS: dict[str, tuple[str, ...]] = {
-    "auto": ("video/VP8", "video/H264"),
-    "vp8": ("video/VP8", "video/H264"),
-    "h264": ("video/H264", "video/VP8"),
-}
-"""VP8 first: at equal CPU time its pictures are 3 dB better than those of x264 (docs/topics/video.md)."""
+_MIME_TYPES: dict[CodecName, str] = {"VP8": "video/VP8", "H264": "video/H264"}
 
 
 class SharedVideo:
@@ -59,7 +55,8 @@ class SharedVideo:
         self._watching: dict[str, ViewerFeed] = {}  # replaced, never changed: the handler's thread reads it
         self._shape = SourceShape()
         self._rate = PictureRate()
-        self._packets = PacketSource(label)
+        self._packet_codec = packet_codec
+        self._packets = PacketSource(label, packet_codec or "h264", encoding.max_bitrate_bps)
         self._needs_pictures = True
         self._has_overflowed = False
         self._counted: Hashable = None
@@ -90,7 +87,9 @@ class SharedVideo:
             self._posted_size = size
 
     def _post_packet(self, packet: av.Packet[Any]) -> None:
-        self._packets.take(packet)
+        if not packet.size:
+            return  # a demuxer's sign that the recording is over
+        packet = self._packets.taken(packet)
         if self._needs_pictures:
             for picture in self._packets.pictures(packet):
                 self._post_frame(picture)
@@ -121,7 +120,8 @@ class SharedVideo:
 
     def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> ViewerFeed:
         if viewer_id not in self._viewers:
-            order = _CODEC_ORDERS[self._encoding.codec]
+            codecs = codecs_of(self._shape, self._encoding, self._packet_codec, ENCODERS.preferred_codec)
+            order = [_MIME_TYPES[codec] for codec in codecs]
             self._viewers[viewer_id] = ViewerFeed(order, unavailable, self._wants_key, self._reconsider, is_local)
         return self._viewers[viewer_id]
 
@@ -152,8 +152,8 @@ class SharedVideo:
         self.encoders.close()
 
     def _begin(self, viewer: ViewerFeed) -> None:
-        options = options_of(viewer.codec, self._shape, self._encoding)
-        least_bps, most_bps = limits_bps(self._shape, self._encoding)
+        options = options_of(viewer.codec, self._shape, self._encoding, is_local=viewer.is_local)
+        least_bps, most_bps = limits_bps(self._shape, self._encoding, is_local=viewer.is_local)
         limits = (most_bps if viewer.is_local else least_bps, most_bps)
         viewer.begin(options, limits, time.monotonic(), self._encoding.max_bitrate_bps)
 

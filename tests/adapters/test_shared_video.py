@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from fractions import Fraction
 from typing import Any
 
 import av
@@ -17,6 +18,7 @@ from mosaic_core import EncodingParams
 from mosaic_core.adapters import shared_video
 from mosaic_core.adapters.encoder_choice import EncoderUnavailable
 from mosaic_core.adapters.packet_source import SourceState
+from mosaic_core.adapters.rung_orders import PASSED_ON
 from mosaic_core.adapters.shared_video import SharedVideo
 from mosaic_core.adapters.viewer_feed import MAX_WAITING
 from mosaic_core.machines.rate_control import PictureLost
@@ -60,13 +62,106 @@ async def stage(**encoding: Any) -> AsyncIterator[Stage]:
         stream.close()
 
 
-def test_the_preferred_codec_comes_first_and_the_other_one_is_still_there() -> None:
+class Found:
+    """Encoders of another machine."""
+
+    def __init__(self, preferred_codec: str) -> None:
+        self.preferred_codec = preferred_codec
+        self.sought = 0
+
+    def seek(self) -> None:
+        self.sought += 1
+
+
+def test_encoders_are_sought_when_the_camera_is_added_not_when_somebody_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = Found("VP8")
+    monkeypatch.setattr(shared_video, "ENCODERS", found)
+
     async def run() -> None:
-        for codec, first in (("auto", "video/VP8"), ("vp8", "video/VP8"), ("h264", "video/H264")):
-            async with stage(codec=codec) as it:
-                order = it.viewer("p1").codec_order
-                assert order[0] == first
-                assert sorted(order) == ["video/H264", "video/VP8"]
+        async with stage():
+            assert found.sought == 1
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize(
+    ("codec", "preferred", "first"),
+    [
+        ("auto", "VP8", "video/VP8"),
+        ("auto", "H264", "video/H264"),
+        ("vp8", "H264", "video/VP8"),
+        ("h264", "VP8", "video/H264"),
+    ],
+)
+def test_the_preferred_codec_comes_first_and_the_other_one_is_still_there(
+    monkeypatch: pytest.MonkeyPatch, codec: str, preferred: str, first: str
+) -> None:
+    monkeypatch.setattr(shared_video, "ENCODERS", Found(preferred))
+
+    async def run() -> None:
+        async with stage(codec=codec) as it:
+            order = it.viewer("p1").codec_order
+            assert order[0] == first
+            assert sorted(order) == ["video/H264", "video/VP8"]
+
+    asyncio.run(run())
+
+
+def h264(seconds: int, pixels: int = 64) -> list[Any]:
+    """What a camera gives that encodes by itself: ten packets per second, a key frame every second."""
+    encoder: Any = av.CodecContext.create("libx264", "w")
+    encoder.width, encoder.height, encoder.pix_fmt = pixels, pixels, "yuv420p"
+    encoder.time_base, encoder.gop_size = Fraction(1, 10), 10
+    encoder.options = {"preset": "ultrafast", "tune": "zerolatency"}
+    noise = np.random.default_rng(1)
+    packets = []
+    for number in range(10 * seconds):
+        frame = av.VideoFrame.from_ndarray(noise.integers(0, 255, (pixels, pixels), np.uint8), format="gray")
+        frame = frame.reformat(format="yuv420p")
+        frame.pts, frame.time_base = number, Fraction(1, 10)
+        packets += [av.Packet(bytes(packet)) for packet in encoder.encode(frame)]
+    return packets
+
+
+def test_packets_decide_the_first_codec_of_whoever_connects_after_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shared_video, "ENCODERS", Found("VP8"))
+
+    async def run() -> None:
+        async with stage() as it:
+            early = it.viewer("early", "video/VP8")
+            it.stream.watch("early", True)
+            for number, packet in enumerate(h264(1)):
+                it.stream.post(packet, 10 + number / 10)
+            it.stream.post(av.Packet(0), 11)  # as a demuxer ends
+            assert (await it.packet(early)).is_keyframe, "it gets pictures that are encoded anew"
+            assert it.stream.bind("late", print).codec_order[0] == "video/H264"
+
+    asyncio.run(run())
+
+
+def test_a_handler_that_declares_the_codec_of_its_packets_has_it_agreed_at_once() -> None:
+    async def run() -> None:
+        stream = SharedVideo("front", EncodingParams(), ConnectorCounters(), "h264")
+        assert stream.bind("p1", print).codec_order[0] == "video/H264"
+        stream.close()
+
+    asyncio.run(run())
+
+
+def test_a_source_above_the_ceiling_is_encoded_anew_within_it() -> None:
+    async def run() -> None:
+        for ceiling_bps, is_passed_on in ((200_000, False), (None, True)):
+            async with stage(codec="h264", max_bitrate_bps=ceiling_bps) as it:
+                feed = it.viewer("p1", "video/H264")
+                it.stream.watch("p1", True)
+                packets = h264(4, 80)
+                assert 250_000 < sum(packet.size for packet in packets) * 8 / 4 < 350_000
+                for number, packet in enumerate(packets):
+                    it.stream.post(packet, 10 + number / 10)
+                    await asyncio.sleep(0)
+                await it.until(lambda: feed.switch.current)  # noqa: B023 - it is called before the next turn
+                assert (feed.switch.current == PASSED_ON) is is_passed_on
+                assert feed.rate.limits_bps[1] <= (ceiling_bps or 99_000_000)
 
     asyncio.run(run())
 
