@@ -17,10 +17,13 @@ export class KeptPicture {
   }
 }
 
+/** Of `HTMLMediaElement`: there is a picture. */
+const HAVE_CURRENT_DATA = 2
+
 /** What the element shows, at its full resolution; null where it shows nothing. */
 export function copied(video: HTMLVideoElement): HTMLCanvasElement | null {
   const { videoWidth, videoHeight, readyState } = video
-  if (videoWidth === 0 || videoHeight === 0 || readyState < HTMLMediaElement.HAVE_CURRENT_DATA) return null
+  if (videoWidth === 0 || videoHeight === 0 || readyState < HAVE_CURRENT_DATA) return null
   const canvas = document.createElement('canvas')
   canvas.width = videoWidth
   canvas.height = videoHeight

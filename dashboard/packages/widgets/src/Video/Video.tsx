@@ -7,10 +7,13 @@ import { LeaseRequests } from '../control/LeaseRequests'
 import { StopButton } from '../control/StopButton'
 import { StoppedBanner } from '../control/StoppedBanner'
 import { download, fileName } from '../frame/download'
+import { LastPictureAge } from '../frame/LastPictureAge'
 import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { showsMedia, type ShowsMedia } from '../stores/storeKinds'
 import type { PictureState } from './frameMeter'
+import { KeptCanvas } from './KeptCanvas'
+import { KeptPicture } from './KeptPicture'
 import { bufferTargetMs, readPictureChoices, writePictureChoices, type PictureChoices } from './pictureChoices'
 import { canRecord, saveStill, snapshot } from './pictureFiles'
 import { PictureLog } from './PictureLog'
@@ -18,6 +21,7 @@ import { csvOf, jsonOf } from './pictureRecords'
 import { PictureTools } from './PictureTools'
 import { useFirstFrame } from './useFirstFrame'
 import { useFullscreen } from './useFullscreen'
+import { useKeptPicture } from './useKeptPicture'
 import { useOnScreen } from './useOnScreen'
 import { useRecording } from './useRecording'
 import classes from './Video.module.css'
@@ -36,9 +40,12 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
   const isOnScreen = useOnScreen(root)
   const { stream, ...recording } = useRecording(entry.label, store, isOnScreen)
   const [log] = useState(() => new PictureLog())
+  const [last] = useState(() => new KeptPicture())
   const [failure, setFailure] = useState('')
   const isFullscreen = useFullscreen(root)
-  const { state, facts, alarm } = usePlayer({ store, robotId, video, stream, log, showsDetails: choices.showsDetails })
+  const { state, facts, alarm } = usePlayer({ store, robotId, video, stream, log, last, showsDetails: choices.showsDetails })
+  const kept = useKeptPicture(store, last, state)
+  const isAway = useReadable(store.state).phase === 'reconnecting'
   const missing = useFirstFrame(store, stream, state)
   useEffect(() => store.setBufferTarget(bufferTargetMs(choices.buffering)), [store, choices.buffering])
   const saveSnapshot = async () => {
@@ -50,12 +57,18 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
     }
   }
   return (
-    <div ref={root} className={classes.root} data-state={state} data-testid="video">
+    <div ref={root} className={classes.root} data-state={isAway ? 'reconnecting' : state} data-testid="video">
       <video ref={video} className={classes.video} autoPlay muted playsInline aria-label={`Picture of ${entry.label}`} />
-      {state === 'none' && <NoPicture hasStream={stream !== null} isOnScreen={isOnScreen} code={missing} />}
+      {kept !== null && <KeptCanvas label={entry.label} canvas={kept} />}
+      {state === 'none' && !(isAway && kept !== null) && <NoPicture hasStream={stream !== null} isOnScreen={isOnScreen} code={missing} />}
       <div ref={alarm} className={classes.alarm} role="alert" />
       <div ref={facts} className={classes.facts} data-details={choices.showsDetails} data-testid="picture-facts" />
       {isFullscreen && <ControlOverPicture robotId={robotId} />}
+      {isFullscreen && isAway && (
+        <div className={classes.away}>
+          Reconnecting <LastPictureAge store={store} />
+        </div>
+      )}
       {recording.isRecording && <div className={classes.recording}>Recording</div>}
       {(failure || recording.ending) !== '' && (
         <div className={classes.failure} role="alert">
@@ -136,21 +149,25 @@ interface PlayerSurroundings {
   video: React.RefObject<HTMLVideoElement | null>
   stream: MediaStream | null
   log: PictureLog
+  last: KeptPicture
   showsDetails: boolean
 }
 
-function usePlayer({ store, robotId, video, stream, log, showsDetails }: PlayerSurroundings) {
+function usePlayer({ store, robotId, video, stream, log, last, showsDetails }: PlayerSurroundings) {
   const facts = useRef<HTMLDivElement>(null)
   const alarm = useRef<HTMLDivElement>(null)
-  const [state, setState] = useState<PictureState>('none')
+  const [seen, setSeen] = useState<{ stream: MediaStream | null; state: PictureState }>({ stream: null, state: 'none' })
   const connection = useRobotConnection(robotId)
   const statistics = useReadable(store.statistics)
   const measured = useEffectEvent(() => ({ statistics, roundTripMs: connection.state.get().roundTripMs }))
   const wantsDetails = useEffectEvent(() => showsDetails)
   useEffect(() => {
-    if (video.current === null || facts.current === null || alarm.current === null) return undefined
-    return playPicture(
-      { video: video.current, facts: facts.current, alarm: alarm.current },
+    const element = video.current
+    if (element === null || facts.current === null || alarm.current === null) return undefined
+    // Right after the store loses it, its connection is closed.
+    const unsubscribe = stream === null ? () => {} : store.mediaStream.subscribe(() => last.keep(element))
+    const stop = playPicture(
+      { video: element, facts: facts.current, alarm: alarm.current },
       {
         stream,
         measured: () => measured(),
@@ -159,12 +176,20 @@ function usePlayer({ store, robotId, video, stream, log, showsDetails }: PlayerS
           return store.displayedAgeMs.get()
         },
         showsDetails: () => wantsDetails(),
-        onState: setState,
+        onState: (state) => setSeen((before) => (before.stream === stream && before.state === state ? before : { stream, state })),
         onRecord: (record) => log.add(record),
+        onEnd: () => {
+          if (store.mediaStream.get() === stream) last.keep(element)
+        },
       },
     )
-  }, [store, stream, video, log])
-  return { state, facts, alarm }
+    return () => {
+      unsubscribe()
+      stop()
+    }
+  }, [store, stream, video, log, last])
+  // What was seen of another stream says nothing of this one.
+  return { state: seen.stream === stream ? seen.state : 'none', facts, alarm }
 }
 
 function exportFigures(label: string, log: PictureLog, format: 'csv' | 'json'): void {

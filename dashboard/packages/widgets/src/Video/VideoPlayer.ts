@@ -22,6 +22,8 @@ export interface PlayerOptions {
   showsDetails: () => boolean
   onState: (state: PictureState) => void
   onRecord: (record: PictureRecord) => void
+  /** The stream is about to leave the element. */
+  onEnd: () => void
 }
 
 /** Plays until the result is called. */
@@ -53,6 +55,7 @@ export function playPicture({ video, facts, alarm }: PlayerElements, options: Pl
   return () => {
     clearInterval(timer)
     stopCounting()
+    options.onEnd()
     video.srcObject = null
     facts.textContent = ''
     alarm.textContent = ''

@@ -4,6 +4,7 @@ import {
   StoreCounters,
   Value,
   type CatalogueEntry,
+  type ConnectionState,
   type DeliveryRow,
   type Gap,
   type MessageInfo,
@@ -68,7 +69,7 @@ afterEach(() => {
 })
 
 function shown(entry = ENTRY, widget = chooseWidget(widgets, entry)) {
-  const connection = () => ({ delivery })
+  const connection = () => ({ delivery, state: new Value<ConnectionState>({ phase: 'connected', roundTripMs: null }) })
   const storeManager = { getOrCreateStore: () => store, releaseStore: () => (released += 1) }
   return render(
     <MantineProvider env="test">
@@ -119,6 +120,28 @@ test('a value from before the loss of the connection is greyed and says its age'
   expect(screen.getByText('12.50').closest('[data-away]')).not.toBeNull()
   act(() => store.state.set({ phase: 'open' }))
   expect(screen.getByText('12.50').closest('[data-away]')).toBeNull()
+})
+
+test('while the connection is away, the age of the last picture counts up in the bar', () => {
+  const { state, gap, counters } = store
+  const camera = {
+    state,
+    gap,
+    counters,
+    mediaStream: new Value(null),
+    statistics: new Value(null),
+    displayedAgeMs: new Value(null),
+    latestPicture: { shownAtMs: performance.timeOrigin + performance.now(), ageMs: 100 },
+    setBufferTarget: () => {},
+  }
+  store = camera as unknown as FakeStore
+  shown({ ...ENTRY, label: 'front', type: 'camera', kind: 'video', dataType: 'media' })
+  expect(screen.queryByRole('status')).toBeNull()
+  act(() => state.set({ phase: 'reconnecting', code: 'peer.lost' }))
+  act(() => void vi.advanceTimersByTime(1000))
+  expect(screen.getByRole('status').textContent).toBe('Reconnecting · last picture 1.1 s old')
+  act(() => void vi.advanceTimersByTime(2000))
+  expect(screen.getByRole('status').textContent).toBe('Reconnecting · last picture 3.1 s old')
 })
 
 test('messages that were lost are told for a while', () => {

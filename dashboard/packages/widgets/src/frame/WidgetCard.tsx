@@ -3,12 +3,13 @@ import { useReadable } from '@mosaic/react'
 import type { ReactNode } from 'react'
 import { DropMark } from '../delivery/DropMark'
 import type { WidgetDefinition } from '../registry/WidgetDefinition'
-import { receives, type AnyStore } from '../stores/storeKinds'
+import { receives, showsMedia, type AnyStore } from '../stores/storeKinds'
 import { useConnectorStore } from '../stores/useConnectorStore'
 import { AgeBadge } from './AgeBadge'
 import { CardMenu } from './CardMenu'
 import classes from './frame.module.css'
 import { gapText } from './gapText'
+import { LastPictureAge } from './LastPictureAge'
 import { Notice } from './Notice'
 import { useRecentGap } from './useRecentGap'
 import { WidgetBoundary } from './WidgetBoundary'
@@ -95,6 +96,12 @@ function CardBar({ store, state }: { store: AnyStore; state: StoreState }) {
   return (
     <div className={classes.bar} role="status">
       {text}
+      {state.phase === 'reconnecting' && showsMedia(store) && (
+        <>
+          {' '}
+          <LastPictureAge store={store} />
+        </>
+      )}
     </div>
   )
 }

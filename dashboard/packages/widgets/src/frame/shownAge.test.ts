@@ -1,6 +1,6 @@
 import fc from 'fast-check'
 import { expect, test } from 'vitest'
-import { shownAge } from './shownAge'
+import { lastPictureText, shownAge } from './shownAge'
 
 const STAMPED = { receivedAtMs: 1000, stampUs: 5, latched: false, ageMs: 0 }
 const ORIGINAL = { ...STAMPED, stampUs: 0, ageMs: null }
@@ -18,6 +18,12 @@ test('a known age counts on', () => {
 
 test('while the connection is away, an unknown age is told as the least that it can be', () => {
   expect(shownAge({ ...STAMPED, ageMs: null }, true, 4200).text).toBe('reconnecting · over 3.2 s old')
+})
+
+test('the last picture of before has an age too', () => {
+  expect(lastPictureText(null, 4200)).toBe('')
+  expect(lastPictureText({ shownAtMs: 1000, ageMs: 100 }, 4200)).toBe('last picture 3.3 s old')
+  expect(lastPictureText({ shownAtMs: 1000, ageMs: null }, 4200)).toBe('last picture over 3.2 s old')
 })
 
 test('of an original robot only the arrival is known', () => {

@@ -1,5 +1,5 @@
 /** What a card says about the age of its value. */
-import type { MessageInfo } from '@mosaic/client'
+import type { MessageInfo, ShownPicture } from '@mosaic/client'
 import { ageOf, exactAge, formattedAge, sinceArrivalMs } from '../stores/age'
 
 /** From here on a value is no longer what the robot says now. */
@@ -16,14 +16,20 @@ type Info = Pick<MessageInfo, 'receivedAtMs' | 'ageMs' | 'stampUs' | 'latched'>
 /** `isAway`: its connection was lost and is being made anew. */
 export function shownAge(info: Info | null, isAway: boolean, nowMs: number): ShownAge {
   if (info === null) return isAway ? { text: 'reconnecting', state: 'away' } : { text: 'no value yet', state: 'none' }
-  if (isAway) return { text: `reconnecting · ${awayText(info, nowMs)} old`, state: 'away' }
+  if (isAway) return { text: `reconnecting · ${awayText(info, nowMs)}`, state: 'away' }
   const { text, state } = hereAge(info, nowMs)
   return { text: info.latched ? `latched · ${text}` : text, state }
 }
 
-function awayText(info: Info, nowMs: number): string {
+/** Of the picture that stays while the connection is away; empty where there is none. */
+export function lastPictureText(picture: ShownPicture | null, nowMs: number): string {
+  if (picture === null) return ''
+  return `last picture ${awayText({ receivedAtMs: picture.shownAtMs, ageMs: picture.ageMs }, nowMs)}`
+}
+
+function awayText(info: Pick<Info, 'receivedAtMs' | 'ageMs'>, nowMs: number): string {
   const ageMs = ageOf(info, nowMs)
-  return ageMs === null ? `over ${exactAge(sinceArrivalMs(info, nowMs))}` : exactAge(ageMs)
+  return ageMs === null ? `over ${exactAge(sinceArrivalMs(info, nowMs))} old` : `${exactAge(ageMs)} old`
 }
 
 function hereAge(info: Info, nowMs: number): ShownAge {
