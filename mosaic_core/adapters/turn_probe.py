@@ -96,9 +96,9 @@ def _cause(error: Exception, url: IceUrl, timeout_s: float, *, has_credentials: 
         case ConnectionRefusedError():
             return "ice.turn_silent", f"nothing listens at {url.transport.upper()} port {url.port}"
         case ssl.SSLCertVerificationError():
-            return "ice.turn_failed", f"its certificate can't be verified: {error.verify_message}"
+            return "ice.turn_tls", f"its certificate can't be verified: {error.verify_message}"
         case ssl.SSLError():
-            return "ice.turn_failed", f"it does not speak TLS as expected ({error.reason or error})"
+            return "ice.turn_tls", f"it does not speak TLS as expected ({error.reason or error})"
         case _:
             return "ice.turn_failed", str(error) or type(error).__name__
 

@@ -61,7 +61,7 @@ async def config_checks(read: ConfigRead) -> AsyncIterator[Finding]:
         place = ":".join(str(part) for part in (problem.file or read.path, problem.line) if part)
         at = f"{problem.path}: " if problem.path else ""
         facts = {"file": problem.file, "line": problem.line, "path": problem.path}
-        yield failed("config.yaml", problem.code, f"{place}: {at}{problem.message}", problem.cure or None, facts)
+        yield failed("config.yaml", problem.code, f"{place}: {at}{problem.message}", problem.cure, facts)
     if not read.problems:
         yield passed("config.yaml", f"{read.path} is valid: {len(read.connectors)} connectors.")
 

@@ -18,8 +18,6 @@ from mosaic_core.machines.nat_kind import NatVerdict, nat_verdict
 from mosaic_core.words.finding import OK, Finding, failed, passed, skipped, warned
 from mosaic_core.words.ice import IceServer, IceUrl, parse_ice_url
 
-NO_SERVERS = "No STUN or TURN server is known."
-
 
 @dataclass(frozen=True, slots=True)
 class Relay:
@@ -47,11 +45,15 @@ def relays_of(servers: Sequence[IceServer]) -> list[Relay]:
     return [one for one in parsed if one.url.scheme.startswith("turn")]
 
 
-async def ice_checks(servers: Sequence[IceServer]) -> AsyncIterator[Finding]:
-    """All of them; ``servers`` are the configuration's and the server's."""
+async def ice_checks(servers: Sequence[IceServer], unknown_because: str = "") -> AsyncIterator[Finding]:
+    """All of them; ``servers`` are the configuration's and the server's. ``unknown_because``: why the latter are not
+    among them; then nothing is said of what they lack."""
+    if unknown_because:
+        yield skipped("ice.servers", unknown_because)
     urls = [parse_ice_url(url) for server in servers for url in server.urls]
     if not urls:
-        yield warned("ice.servers", "ice.no_servers")
+        if not unknown_because:
+            yield warned("ice.servers", "ice.no_servers")
         return
     relays = relays_of(servers)
     # one question per address: TURN servers answer those of STUN as well
@@ -66,8 +68,9 @@ async def ice_checks(servers: Sequence[IceServer]) -> AsyncIterator[Finding]:
         yield finding
     if asked:
         yield nat_finding(nat_verdict(survey.local_port, all_addresses(), survey.mappings))
-    for finding in relay_findings(answers, others):
-        yield finding
+    if relays or not unknown_because:
+        for finding in relay_findings(answers, others):
+            yield finding
 
 
 async def _asked(one: Relay) -> TurnAnswer:
@@ -135,13 +138,8 @@ def relay_findings(answers: Sequence[TurnAnswer], others: Sequence[TurnAnswer] =
     return found
 
 
-def _other_way(silent: TurnAnswer, others: Sequence[TurnAnswer]) -> str | None:
+def _other_way(silent: TurnAnswer, others: Sequence[TurnAnswer]) -> str:
     """The cure, where the same server answers by the other protocol."""
     place = silent.url.partition("?")[0]
     found = next((one for one in others if one.code == OK and one.url.partition("?")[0] == place), None)
-    return None if found is None else f"It answers by the other protocol: add {found.url}."
-
-
-async def no_ice_checks(why: str) -> AsyncIterator[Finding]:
-    """Instead of all, where nothing is known of any server."""
-    yield skipped("ice.servers", why)
+    return "" if found is None else f"It answers by the other protocol: add {found.url}."

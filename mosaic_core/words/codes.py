@@ -24,27 +24,49 @@ REASONS: dict[str, Reason] = {
     for reason in (
         # config.*: the YAML file
         Reason("config.unreadable", "The configuration file can't be read.", "Check the path and its permissions."),
-        Reason("config.syntax", "The configuration file isn't valid YAML."),
+        Reason(
+            "config.syntax",
+            "The configuration file isn't valid YAML.",
+            "Mind the indentation, the colons and the quotes where it says.",
+        ),
         Reason("config.invalid", "The configuration has mistakes.", "Run `mosaic validate FILE`."),
         Reason("config.unknown_type", "No installed plugin offers this type.", "Run `mosaic connectors list`."),
         Reason("config.ambiguous_type", "Two distributions claim the same connector type.", "Uninstall one of them."),
-        Reason("config.duplicate_label", "Two connectors share a label or a channel name."),
-        Reason("config.missing_env", "An environment variable that the configuration names isn't set."),
-        Reason("config.broken_plugin", "A plugin that the configuration uses can't be loaded."),
+        Reason(
+            "config.duplicate_label",
+            "Two connectors share a label or a channel name.",
+            "Give each connector a label of its own.",
+        ),
+        Reason(
+            "config.missing_env",
+            "An environment variable that the configuration names isn't set.",
+            "Set it where the robot is started.",
+        ),
+        Reason(
+            "config.broken_plugin",
+            "A plugin that the configuration uses can't be loaded.",
+            "Update or uninstall the distribution that it names.",
+        ),
         Reason("config.metrics", "The robot can't serve its metrics this way.", "Check the address after --metrics."),
         Reason("config.lan", "The robot can't serve its own network this way.", "Check the options after --serve."),
         # auth.*: who are you
-        Reason("auth.required", "Authorization comes first."),
+        Reason("auth.required", "Authorization comes first.", "Log in first."),
         Reason("auth.failed", "The credentials were refused.", "Check the robot id and token, or log in again."),
         Reason("auth.unknown_robot", "The server knows no robot with this id.", "Check the robot's id."),
         Reason("auth.expired", "The log-in has expired.", "Log in again."),
-        Reason("auth.forbidden", "This account may not do that."),
+        Reason(
+            "auth.forbidden", "This account may not do that.", "Ask an administrator of the organization for access."
+        ),
         Reason(
             "auth.pairing",
             "This PIN or code is wrong, was used already, or is too old.",
             "Look at the robot's terminal for the current one, or run `mosaic lan pair` on the robot.",
         ),
-        Reason("auth.bad_ticket", "The operator's ticket is missing, expired or not signed by the robot's server."),
+        Reason(
+            "auth.bad_ticket",
+            "The operator's ticket is missing, expired or not signed by the robot's server.",
+            "Connect again; if that does not help, let robot and server set their clocks by NTP.",
+        ),
         Reason(
             "auth.role_changed",
             "The operator's role on this robot was changed, or the account was disabled; the connection was closed.",
@@ -72,24 +94,36 @@ REASONS: dict[str, Reason] = {
             "Give the account the role operator, or update the robot.",
         ),
         # signal.*: the server in the middle
-        Reason("signal.bad_message", "A message could not be understood."),
-        Reason("signal.too_large", "A message was larger than allowed."),
-        Reason("signal.timeout", "The other side fell silent."),
+        Reason("signal.bad_message", "A message could not be understood.", "Update the older of the two sides."),
+        Reason("signal.too_large", "A message was larger than allowed.", "Update the older of the two sides."),
+        Reason("signal.timeout", "The other side fell silent.", "Check the network between the two."),
         Reason(
             "signal.replaced",
             "The same robot connected a second time; the newest one wins.",
             "Stop the other process or give it an identity of its own.",
         ),
-        Reason("signal.too_slow", "The receiver did not keep up, or sent too much."),
+        Reason(
+            "signal.too_slow",
+            "The receiver did not keep up, or sent too much.",
+            "Check the network between the two: it is slow, or loses much.",
+        ),
         Reason("signal.unreachable", "The server can't be reached.", "Check the server's address and the network."),
         Reason(
             "signal.robot_offline",
             "The robot isn't connected to the server.",
             "Start it with `mosaic run`, or run `mosaic doctor mosaic_config.yaml` on it.",
         ),
-        Reason("signal.robot_busy", "The robot takes one operator at a time and has one."),
-        Reason("signal.unknown_connection", "No such connection, or it isn't yours."),
-        Reason("signal.server_restart", "The server is restarting."),
+        Reason(
+            "signal.robot_busy",
+            "The robot takes one operator at a time and has one.",
+            "Wait until the other operator has left.",
+        ),
+        Reason(
+            "signal.unknown_connection",
+            "No such connection, or it isn't yours.",
+            "See which robots this account has, and connect anew.",
+        ),
+        Reason("signal.server_restart", "The server is restarting.", "Wait a moment, then try again."),
         Reason(
             "signal.no_answer",
             "The robot did not answer the offer in time.",
@@ -131,8 +165,12 @@ REASONS: dict[str, Reason] = {
             "Let both set their clocks by NTP (`timedatectl set-ntp true`); tickets and certificates depend on it.",
         ),
         # sdp / ice / dtls / channel: the phases of one peer connection
-        Reason("sdp.invalid", "The session description could not be understood."),
-        Reason("sdp.no_common_codec", "Operator and robot share no codec for one of the media lines."),
+        Reason("sdp.invalid", "The session description could not be understood.", "Update the older of the two sides."),
+        Reason(
+            "sdp.no_common_codec",
+            "Operator and robot share no codec for one of the media lines.",
+            "Let the camera's `codec` be one that the operator's browser decodes.",
+        ),
         Reason(
             "sdp.timeout",
             "The session description was not made in time.",
@@ -159,7 +197,11 @@ REASONS: dict[str, Reason] = {
             "This machine has link-local addresses only.",
             "See why its network interface got no address (DHCP, cable, Wi-Fi password).",
         ),
-        Reason("ice.no_ipv4", "This machine has no IPv4 address; operators without IPv6 need a TURN server."),
+        Reason(
+            "ice.no_ipv4",
+            "This machine has no IPv4 address; operators without IPv6 need a TURN server.",
+            "Ask for IPv4 on this network, or have a TURN server with addresses of both families.",
+        ),
         Reason(
             "ice.no_servers",
             "No STUN or TURN server is known: connections work within one network only.",
@@ -180,11 +222,22 @@ REASONS: dict[str, Reason] = {
             "The TURN server refuses the credentials.",
             "Compare the shared secret of TURN server and MOSAIC server, and the clocks of both.",
         ),
-        Reason("ice.turn_no_credentials", "A TURN server needs credentials, and none are known."),
+        Reason(
+            "ice.turn_no_credentials",
+            "A TURN server needs credentials, and none are known.",
+            "Add it to the server with its secret (`mosaic server ice add --secret-file FILE turn:…`), or to the "
+            "robot's file with `username` and `credential`.",
+        ),
         Reason(
             "ice.turn_quota",
             "The TURN server has no allocation left for this account.",
             "Raise `user-quota` or `total-quota` of the TURN server, or wait until old allocations end.",
+        ),
+        Reason(
+            "ice.turn_tls",
+            "TLS to the TURN server fails.",
+            "Give it a certificate for this very name from an authority that this machine trusts, or name that "
+            "authority's file in `SSL_CERT_FILE`; and check that the port is the one for TLS.",
         ),
         Reason("ice.turn_forbidden", "The TURN server forbids this.", "Look into the TURN server's log."),
         Reason("ice.turn_failed", "The TURN server gives no relayed address.", "Look into the TURN server's log."),
@@ -219,7 +272,11 @@ REASONS: dict[str, Reason] = {
             "The data channel did not open in time.",
             "Large packets may get lost on the way (VPN, MTU); try again, and run `mosaic doctor`.",
         ),
-        Reason("channel.unknown_label", "The robot has no connector with this label."),
+        Reason(
+            "channel.unknown_label",
+            "The robot has no connector with this label.",
+            "Compare it with the labels in the robot's configuration.",
+        ),
         Reason("channel.queue_full", "Data was produced faster than the link takes it."),
         Reason("channel.too_large", "A message was larger than the channel takes."),
         Reason("channel.invalid", "A message does not fit the connector's schema."),
@@ -319,7 +376,11 @@ REASONS: dict[str, Reason] = {
         Reason("check.failed", "The check itself failed.", "Please report it with the text of the error."),
         Reason("check.timeout", "The check took too long.", "Run `mosaic doctor --only` with its name alone."),
         Reason("check.old_python", "This Python is too old.", "Install Python 3.11 or newer."),
-        Reason("check.odd_platform", "This kind of machine is not tested."),
+        Reason(
+            "check.odd_platform",
+            "This kind of machine is not tested.",
+            "Use Linux on x86_64 or aarch64 where it matters, and report what fails here.",
+        ),
         Reason(
             "check.version_mismatch",
             "Distributions of MOSAIC have different versions.",
@@ -366,12 +427,28 @@ REASONS: dict[str, Reason] = {
             "Open it over https, or from localhost.",
         ),
         Reason("check.no_microphone", "The microphone may not be used.", "Allow it in the browser's site settings."),
-        Reason("check.no_gamepad", "This browser gives no gamepads to this page."),
-        Reason("check.no_decoder", "This browser can't decode one of the codecs that robots send."),
-        Reason("check.far_server", "The server is far away: setting up takes longer than it must."),
+        Reason(
+            "check.no_gamepad",
+            "This browser gives no gamepads to this page.",
+            "Open it over https or from localhost, in a current browser; or drive with keys, or the pad on the screen.",
+        ),
+        Reason(
+            "check.no_decoder",
+            "This browser can't decode one of the codecs that robots send.",
+            "Use a current Chrome, Edge or Safari, or let the cameras' `codec` be one that this browser decodes.",
+        ),
+        Reason(
+            "check.far_server",
+            "The server is far away: setting up takes longer than it must.",
+            "Use a server that is nearer, or see what slows the way to it; once connected it no longer matters.",
+        ),
         # plugin.*: handlers
         Reason("plugin.failed", "The connector's handler ended with an error; it will be restarted."),
-        Reason("plugin.no_device", "The connector's device isn't available; it is being tried again."),
+        Reason(
+            "plugin.no_device",
+            "The connector's device isn't available; it is being tried again.",
+            "Plug it in, and see whether another program holds it.",
+        ),
         Reason(
             "plugin.no_permission",
             "This account may not use a device that the configuration names.",

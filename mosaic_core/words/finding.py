@@ -12,6 +12,8 @@ from mosaic_core.words.wire_model import WireModel
 
 Status = Literal["ok", "warn", "fail", "skipped"]
 
+LAST_CURE = "Look into the robot's log for what came before."
+"""For codes that name an end and no mistake (``peer.closed``): as a finding they are one."""
 OK = "check.ok"
 SKIPPED = "check.skipped"
 
@@ -43,21 +45,22 @@ def skipped(check: str, sentence: str, cure: str = "", **facts: Any) -> Finding:
 
 
 def failed(
-    check: str, code: str, sentence: str = "", cure: str | None = None, facts: Mapping[str, Any] | None = None
+    check: str, code: str, sentence: str = "", cure: str = "", facts: Mapping[str, Any] | None = None
 ) -> Finding:
-    """It does not work. Sentence and cure default to those of the code; an unknown code is a :class:`KeyError`."""
+    """It does not work. Sentence and cure default to those of the code, an empty one as well: there is always something
+    to do. An unknown code is a :class:`KeyError`."""
     return _problem("fail", check, code, sentence, cure, facts)
 
 
 def warned(
-    check: str, code: str, sentence: str = "", cure: str | None = None, facts: Mapping[str, Any] | None = None
+    check: str, code: str, sentence: str = "", cure: str = "", facts: Mapping[str, Any] | None = None
 ) -> Finding:
     """It works, but something will be missed; else as :func:`failed`."""
     return _problem("warn", check, code, sentence, cure, facts)
 
 
 def _problem(
-    status: Status, check: str, code: str, sentence: str, cure: str | None, facts: Mapping[str, Any] | None
+    status: Status, check: str, code: str, sentence: str, cure: str, facts: Mapping[str, Any] | None
 ) -> Finding:
     known = reason(code)
     return Finding(
@@ -65,6 +68,6 @@ def _problem(
         status=status,
         code=code,
         sentence=sentence or known.sentence,
-        cure=known.cure if cure is None else cure,
+        cure=cure or known.cure or LAST_CURE,
         facts=dict(facts or {}),
     )

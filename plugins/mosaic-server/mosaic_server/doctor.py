@@ -27,7 +27,8 @@ def data_finding(file: Path) -> Finding:
     """Whether the file can be read and written, is whole, and knows a way to relay."""
     check, facts = "mosaic-server.data", {"file": str(file)}
     if not os.access(file, os.R_OK | os.W_OK):
-        return failed(check, "plugin.no_permission", f"This account may not use {file}.", "", facts)
+        cure = "Look as the account that runs the server, or give the file to this one."
+        return failed(check, "plugin.no_permission", f"This account may not use {file}.", cure, facts)
     try:
         database = sqlite3.connect(f"{file.as_uri()}?mode=ro", uri=True, timeout=2)
         try:
@@ -36,7 +37,8 @@ def data_finding(file: Path) -> Finding:
         finally:
             database.close()
     except sqlite3.Error as error:
-        return failed(check, "check.failed", f"The server's data can't be read: {error}.", "", facts)
+        cure = "Start the server once, which brings its tables up to date, or restore the file from a backup."
+        return failed(check, "check.failed", f"The server's data can't be read: {error}.", cure, facts)
     if whole != "ok":
         cure = "Stop the server and restore the file from a backup."
         return failed(check, "check.failed", f"The server's data is damaged: {whole}.", cure, facts)

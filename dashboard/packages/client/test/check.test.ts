@@ -123,6 +123,20 @@ test('an able browser has nothing to complain of; each missing thing has its cod
   expect(codes(browserFindings({ ...ABLE, hasWebRtc: false }))[0]).toBe('browser.webrtc fail check.no_webrtc')
 })
 
+test('whatever is missing, what to do is said', () => {
+  const unable = { hasWebRtc: false, isSecure: false, microphone: 'denied', hasGamepads: false, hasVideoDecoder: false }
+  const found = [[], ['video/VP8'], ['video/H264']].flatMap((videoCodecs) => [
+    ...browserFindings({ ...ABLE, ...unable, videoCodecs }),
+    ...browserFindings({ ...ABLE, videoCodecs }),
+  ])
+  for (const code of [400, 401, 403, 437, 438, 442, 486, 508, 600, 701, 999]) {
+    found.push(...iceFindings([{ url: 'turns:a:1?transport=tcp', candidates: [], errors: [{ code, text: '' }] }]))
+  }
+  const bad = found.filter(({ status }) => status === 'warn' || status === 'fail')
+  expect(bad.length).toBeGreaterThan(20)
+  expect(bad.filter(({ cure }) => cure === '')).toEqual([])
+})
+
 describe('the whole check', () => {
   const platform = { now: () => 0, openPeerConnection: () => { throw new Error('none') } } as unknown as Platform // prettier-ignore
 

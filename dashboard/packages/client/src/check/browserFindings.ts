@@ -47,7 +47,7 @@ function decoders(missing: readonly string[], codecs: string): Finding {
   const facts = { missing }
   // A robot encodes in either: one of them is enough.
   if (missing.length < NEEDED_CODECS.length) {
-    return warned('browser.decoders', 'check.no_decoder', { sentence: `This browser does not decode ${names}.`, cure: '', facts })
+    return warned('browser.decoders', 'check.no_decoder', { sentence: `This browser does not decode ${names}.`, facts })
   }
   return failed('browser.decoders', 'check.no_decoder', { facts })
 }

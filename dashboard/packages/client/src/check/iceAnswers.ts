@@ -33,9 +33,12 @@ const REFUSALS: Record<number, [ReasonCode, string]> = {
   442: ['ice.turn_failed', 'it does not relay UDP (442)'],
   486: ['ice.turn_quota', 'this account has as many allocations as it may (486)'],
   508: ['ice.turn_quota', 'it has no relay port left (508)'],
-  600: ['ice.turn_failed', 'its TLS certificate is not accepted, or TCP fails (600)'],
+  600: ['ice.turn_tls', 'its TLS certificate is not accepted, or TCP fails (600)'],
   701: ['ice.turn_silent', 'no answer (701)'],
 }
+
+/** Browsers know no `SSL_CERT_FILE`. */
+const TLS_CURE = 'Give the TURN server a certificate for this very name that browsers trust, and check that the port is the one for TLS.'
 
 export function iceFindings(answers: readonly IceAnswer[]): Finding[] {
   if (answers.length === 0) return [warned('ice.servers', 'ice.no_servers')]
@@ -64,7 +67,7 @@ function turnFinding(answer: IceAnswer, works: boolean): Finding {
   const found = candidateOf(answer)
   if (found) return passed('ice.turn', `${url} gives an address in ${Math.round(found.atMs)} ms.`, { url, ms: Math.round(found.atMs) })
   const [code, what] = refusalOf(answer)
-  const problem = { sentence: `${url}: ${what}.`, facts: { url } }
+  const problem = { sentence: `${url}: ${what}.`, facts: { url }, ...(code === 'ice.turn_tls' ? { cure: TLS_CURE } : {}) }
   return works ? warned('ice.turn', code, problem) : failed('ice.turn', code, problem)
 }
 
