@@ -31,6 +31,10 @@ class PeerBuffer:
     def window_bytes(self) -> int:
         return self._queue.window_bytes if self._queue else 0
 
+    @property
+    def under_way_bytes(self) -> int:
+        return self._queue.under_way_bytes if self._queue else 0
+
     def give_way(self, on: bool) -> None:
         if self._queue is not None:
             self._queue.give_way(on)
@@ -93,6 +97,10 @@ class AiortcChannel:
     @property
     def window_bytes(self) -> int:
         return self._buffer.window_bytes
+
+    @property
+    def under_way_bytes(self) -> int:
+        return self._buffer.under_way_bytes
 
     def give_way(self, on: bool) -> None:
         self._buffer.give_way(on)

@@ -45,7 +45,12 @@ def doctor(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
     with_server: Annotated[
-        bool, typer.Option("--with-server", help="Also make a whole connection as an operator, through the server.")
+        bool,
+        typer.Option(
+            "--with-server",
+            help="Also make a whole connection as an operator, through the server, and measure it: that takes the way "
+            "to the robot for two seconds.",
+        ),
     ] = False,
     email: Annotated[str, typer.Option(envvar="MOSAIC_EMAIL", help="The account for --with-server.")] = "",
     code: Annotated[str, typer.Option(help="A one-time sign-in code instead of account and password.")] = "",

@@ -30,7 +30,7 @@ async def machine_checks() -> AsyncIterator[Finding]:
     """Everything about the machine that takes no time."""
     yield _python()
     yield _platform()
-    yield _disk(user_data_path("mosaic"))
+    yield _disk(data_folder())
     yield _udp_buffer()
     yield _real_time()
 
@@ -50,6 +50,12 @@ def _platform() -> Finding:
         text = f"{shown}: robots are tested on Linux, on x86_64 and aarch64."
         return warned("machine.platform", "check.odd_platform", text, facts=facts)
     return passed("machine.platform", f"{shown}.", **facts)
+
+
+def data_folder() -> Path:
+    """Where servers and robots' own servers keep their data: ``MOSAIC_DATA_DIR``, else where the system has it."""
+    told = os.environ.get("MOSAIC_DATA_DIR")
+    return Path(told) if told else user_data_path("mosaic", appauthor=False)
 
 
 def _disk(folder: Path) -> Finding:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
@@ -14,17 +14,17 @@ from mosaic_core.doctor.encoder_checks import encoder_checks
 from mosaic_core.doctor.examination import CheckRun
 from mosaic_core.doctor.ice_checks import address_checks, ice_checks, relays_of
 from mosaic_core.doctor.install_checks import install_checks
+from mosaic_core.doctor.issued_ice_servers import NO_SERVER, Issued, IssuedIceServers
 from mosaic_core.doctor.machine_checks import loop_lag_check, machine_checks
 from mosaic_core.doctor.peer_checks import loopback_checks, relay_trial_checks
-from mosaic_core.doctor.server_checks import IssuedIceServers, ServerAddress, server_checks
+from mosaic_core.doctor.server_checks import ServerAddress, server_checks
 from mosaic_core.doctor.whole_checks import WholeWay, whole_checks
 from mosaic_core.words.config import ServerConfig
 from mosaic_core.words.finding import Finding, skipped
-from mosaic_core.words.ice import IceServer
 
 PLUGIN_TIMEOUT_S = 8.0
-WHOLE_TIMEOUT_S = 30.0
-"""Only where somebody asks for it: two connections, and perhaps a robot to be started."""
+WHOLE_TIMEOUT_S = 36.0
+"""Only where somebody asks for it: two connections, each measured, and perhaps a robot to be started."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,24 +74,27 @@ class Plan:
 
     async def _server(self) -> AsyncIterator[Finding]:
         if self._address is None:
-            self._issued.settle(())
+            self._issued.settle(NO_SERVER)
             yield skipped("server.dns", "No server is known.", "Name the robot's YAML file, or --server.")
             return
         async for finding in server_checks(self._address, self._auth, self._issued):
             yield finding
 
-    async def _ice_servers(self) -> tuple[IceServer, ...]:
+    async def _ice_servers(self) -> Issued:
+        """The robot's own, and then the server's as far as they are known."""
         if self._only and "server" not in self._only:
             async for _ in self._server():
                 pass  # for what it issues
-        return (*self._own_ice_servers, *await self._issued.wait())
+        issued = await self._issued.wait()
+        return replace(issued, servers=(*self._own_ice_servers, *issued.servers))
 
     async def _ice(self) -> AsyncIterator[Finding]:
-        async for finding in ice_checks(await self._ice_servers()):
+        known = await self._ice_servers()
+        async for finding in ice_checks(known.servers, known.unknown_because):
             yield finding
 
     async def _relay(self) -> AsyncIterator[Finding]:
-        servers = await self._ice_servers()
+        servers = (await self._ice_servers()).servers
         if not relays_of(servers):
             yield skipped("relay.connection", "No TURN server is known.")
             return

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from email.utils import parsedate_to_datetime
 from typing import Any
@@ -21,6 +21,7 @@ from pydantic import TypeAdapter, ValidationError
 from mosaic_core import __version__
 from mosaic_core.adapters.server_probe import reached, resolved, secured
 from mosaic_core.adapters.websocket import open_websocket
+from mosaic_core.doctor.issued_ice_servers import NO_ROBOT, NOT_ASKED, Issued, IssuedIceServers
 from mosaic_core.machines.certificate_term import days_left, ends_soon
 from mosaic_core.machines.clock_skew import clock_skew
 from mosaic_core.words.config import AuthConfig
@@ -62,20 +63,6 @@ class ServerAddress:
         return bool(getproxies().get("https" if self.is_secure else "http")) and not proxy_bypass(self.host)
 
 
-class IssuedIceServers:
-    """What the server hands to this robot; whoever probes them waits until that is known."""
-
-    def __init__(self) -> None:
-        self._settled: asyncio.Future[tuple[IceServer, ...]] = asyncio.get_running_loop().create_future()
-
-    def settle(self, servers: Sequence[IceServer]) -> None:
-        if not self._settled.done():
-            self._settled.set_result(tuple(servers))
-
-    async def wait(self) -> tuple[IceServer, ...]:
-        return await self._settled
-
-
 async def server_checks(
     address: ServerAddress, auth: AuthConfig | None, issued: IssuedIceServers
 ) -> AsyncIterator[Finding]:
@@ -90,7 +77,7 @@ async def server_checks(
         async for finding in _service(address, auth, issued):
             yield finding
     finally:
-        issued.settle(())
+        issued.settle(NOT_ASKED)
 
 
 async def _way(address: ServerAddress) -> AsyncIterator[Finding]:
@@ -122,38 +109,50 @@ def _term(days: float, issuer: str) -> Finding:
 async def _service(address: ServerAddress, auth: AuthConfig | None, issued: IssuedIceServers) -> AsyncIterator[Finding]:
     trust_env = address.goes_through_proxy
     async with httpx.AsyncClient(base_url=address.http_url, timeout=HTTP_TIMEOUT_S, trust_env=trust_env) as client:
-        is_ours = True
-        async for finding in _introduction(client):
-            is_ours = is_ours and (finding.check == "server.clock" or "version" in finding.facts)
+        introduced, socket = await _introduction(client), await _socket(address)
+        kind = introduced[0] if introduced else _unversioned(client, socket)
+        yield kind
+        for finding in introduced[1:]:
             yield finding
-        yield await _socket(address)
+        if not introduced and kind.status == "fail":
+            return  # somebody else's server
+        yield socket
         if auth is None:
+            issued.settle(NO_ROBOT)
             yield skipped("server.token", "No robot's configuration was given.", "Name its YAML file.")
-        elif is_ours:
+        elif "version" in kind.facts:
             async for finding in _token(client, auth, issued):
                 yield finding
+        elif kind.code == "signal.original_server":
+            issued.settle(Issued())  # to robots it hands out none
 
 
-async def _introduction(client: httpx.AsyncClient) -> AsyncIterator[Finding]:
+async def _introduction(client: httpx.AsyncClient) -> list[Finding]:
+    """What the server says of itself, and of the time; empty: something answers that says nothing of itself."""
     asked_at_s = time.time()
     try:
         response = await client.get("/api/v1/server")
     except httpx.HTTPError as error:
         why = str(error) or type(error).__name__
-        yield failed("server.http", "signal.not_mosaic", f"{client.base_url} does not answer HTTP: {why}.")
-        return
+        return [failed("server.http", "signal.not_mosaic", f"{client.base_url} does not answer HTTP: {why}.")]
     answered_at_s = time.time()
-    yield _version(client, response)
-    skew = _skew(response, asked_at_s, answered_at_s)
-    if skew is not None:
-        yield skew
+    kind, skew = _version(client, response), _skew(response, asked_at_s, answered_at_s)
+    return [] if kind is None else [kind, *([] if skew is None else [skew])]
 
 
-def _version(client: httpx.AsyncClient, response: httpx.Response) -> Finding:
+def _unversioned(client: httpx.AsyncClient, socket: Finding) -> Finding:
+    """Original servers do not introduce themselves, but greet."""
+    if socket.status == "ok":
+        return warned("server.http", "signal.original_server")
+    text = f"What answers at {client.base_url} is no MOSAIC server: it has neither /api/v1/server nor /ws/robot."
+    return failed("server.http", "signal.not_mosaic", text)
+
+
+def _version(client: httpx.AsyncClient, response: httpx.Response) -> Finding | None:
     told = _data(response)
     if told is None or "version" not in told:
         if response.status_code == 404 or response.is_success:
-            return warned("server.http", "signal.original_server")
+            return None
         text = f"{client.base_url} answers with HTTP status {response.status_code}."
         return failed("server.http", "signal.not_mosaic", text)
     version, extensions = str(told["version"]), sorted(told.get("extensions") or {})
@@ -245,6 +244,6 @@ def _ice_servers(told: object, issued: IssuedIceServers) -> Finding:
         servers = _ICE_SERVERS.validate_python(told or [])
     except ValidationError as error:
         return failed("server.ice_servers", "signal.bad_message", f"Its ICE servers: {error.errors()[0]['msg']}.")
-    issued.settle(servers)
+    issued.settle(Issued(tuple(servers)))
     urls = [url for server in servers for url in server.urls]
     return passed("server.ice_servers", f"It hands out {len(urls)} STUN and TURN addresses.", urls=urls)

@@ -11,13 +11,42 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass
 from typing import Protocol
 
+from mosaic_core.doctor.path_trials import measured_path
+from mosaic_core.doctor.peer_checks import WANTED_PATH_BPS, Speed, speed_finding
 from mosaic_core.operator import MosaicOperator, RobotConnection
 from mosaic_core.words.errors import MosaicError
-from mosaic_core.words.finding import Finding, failed, passed
+from mosaic_core.words.finding import Finding, failed, passed, warned
 from mosaic_core.words.signaling import RobotStatus
 
 CONNECT_TIMEOUT_S = 10.0
 STAND_IN_TIMEOUT_S = 6.0
+
+
+PATH_CURE = (
+    "See what else uses the network of either side, and how good the radio is; a camera needs about 2 Mbit/s: "
+    "lower its size, rate or `max_bitrate_bps`."
+)
+_ACCOUNT_CURES = {
+    "auth.failed": "Check the account's e-mail and password (`--email`, `MOSAIC_PASSWORD`); a one-time code works "
+    "once, and not for long."
+}
+"""The table's cure is for robots as well."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Tried:
+    """One of the two connections, and by what words it is told of."""
+
+    check: str
+    what: str
+    speed_check: str
+    path: str
+
+
+_WHOLE = _Tried("whole.connection", "A whole connection", "whole.throughput", "The whole path")
+_RELAYED = _Tried(
+    "whole.relay", "A whole connection through TURN", "whole.relay_throughput", "The whole path through TURN"
+)
 
 
 class StandIn(Protocol):
@@ -41,16 +70,18 @@ async def whole_checks(way: WholeWay) -> AsyncIterator[Finding]:
     try:
         operator = await way.sign_in()
     except MosaicError as error:
-        yield failed("whole.sign_in", error.code, error.message, error.cure)
+        yield failed("whole.sign_in", error.code, error.message, _ACCOUNT_CURES.get(error.code, error.cure))
         return
     async with operator:
         yield passed("whole.sign_in", "The account may sign in.")
         try:
             async with _robot(operator, way):
-                yield await _connected(operator, way.robot_id, "whole.connection", "A whole connection")
+                async for finding in _connected(operator, way.robot_id, _WHOLE):
+                    yield finding
                 if any(url.startswith("turn") for server in await operator.rest.ice_servers() for url in server.urls):
                     operator.ice_transport_policy = "relay"
-                    yield await _connected(operator, way.robot_id, "whole.relay", "A whole connection through TURN")
+                    async for finding in _connected(operator, way.robot_id, _RELAYED):
+                        yield finding
         except (MosaicError, TimeoutError) as error:
             code = error.code if isinstance(error, MosaicError) else "signal.robot_offline"
             yield failed("whole.connection", code, f"The robot is not there: {error or 'no answer'}")
@@ -77,17 +108,29 @@ def _robot(operator: MosaicOperator, way: WholeWay) -> AbstractAsyncContextManag
     return there()
 
 
-async def _connected(operator: MosaicOperator, robot_id: str, check: str, what: str) -> Finding:
+async def _connected(operator: MosaicOperator, robot_id: str, tried: _Tried) -> AsyncIterator[Finding]:
     try:
         connection = await operator.connect(robot_id, timeout_s=CONNECT_TIMEOUT_S)
     except MosaicError as error:
         timeline = operator.timelines[robot_id]
-        text = f"{what} failed: {error.message} ({timeline.summary()})"
-        return failed(check, error.code, text, error.cure, {"timeline": timeline.wire()})
+        text = f"{tried.what} failed: {error.message} ({timeline.summary()})"
+        yield failed(tried.check, error.code, text, error.cure, {"timeline": timeline.wire()})
+        return
     try:
-        return _told(connection, check, what)
+        yield _told(connection, tried.check, tried.what)
+        yield await _measured(connection, tried)
     finally:
         await connection.close()
+
+
+async def _measured(connection: RobotConnection, tried: _Tried) -> Finding:
+    try:
+        path = await measured_path(connection)
+    except (MosaicError, TimeoutError):
+        text = f"{tried.path}: nothing came through that could be measured."
+        return warned(tried.speed_check, "check.slow_path", text, PATH_CURE)
+    speed = Speed(path.throughput_bps, path.round_trip_ms, path.is_least)
+    return speed_finding(tried.speed_check, f"{tried.path}, {path.way}", speed, WANTED_PATH_BPS, PATH_CURE)
 
 
 def _told(connection: RobotConnection, check: str, what: str) -> Finding:

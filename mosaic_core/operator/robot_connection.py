@@ -25,6 +25,7 @@ from mosaic_core.operator.store_links import StoreLinks, Surroundings
 from mosaic_core.operator.store_manager import StoreManager
 from mosaic_core.operator.stores import BidirectionalStore, ReceivableStore, SendableStore
 from mosaic_core.runtime.operator_transport import IncomingVideo, Offerer, OffererFactory
+from mosaic_core.runtime.transport import Channel
 from mosaic_core.words import control
 from mosaic_core.words.codes import REASONS, reason
 from mosaic_core.words.data_type import MosaicDataType
@@ -141,6 +142,10 @@ class RobotConnection:
         """Hear of the end, with its reason; returns what ends it."""
         self._closings.append(callback)
         return lambda: self._closings.remove(callback) if callback in self._closings else None
+
+    def unread_channel(self, label: str) -> Channel:
+        """A raw channel, to measure the way to the robot: one of a label that it does not know, it leaves unread."""
+        return self._peer.offerer.create_channel(label)
 
     def receivable(self, label: str, data_type: MosaicDataType | None = None) -> ReceivableStore:
         """The store of a robot → operator connector; ``data_type`` only for original robots."""

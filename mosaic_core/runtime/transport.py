@@ -49,6 +49,11 @@ class Channel(Protocol):
         """What the peer connection may have on its way at present (SCTP's congestion window)."""
         ...
 
+    @property
+    def under_way_bytes(self) -> int:
+        """Bytes of the peer connection that are on their way: handed to the network, and not acknowledged yet."""
+        ...
+
     def give_way(self, on: bool) -> None:
         """Whether the data of the whole peer connection leaves a path that others use to them, as bulk should."""
         ...

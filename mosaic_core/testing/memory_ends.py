@@ -47,6 +47,7 @@ class MemoryChannel:
         self.is_open = False
         self.buffered_bytes = 0
         self.window_bytes = 1024 * 1024
+        self.under_way_bytes = 0
         self.gives_way = False
         self.on_message: Callable[[bytes | str], None] | None = None
         self.on_open: Callable[[], None] | None = None

@@ -144,6 +144,11 @@ def test_relayed_candidate_takes_what_we_give() -> None:
     assert "ssl=turn_ssl" in source_of(aioice.ice.relayed_candidate), "a context of our own arrives at asyncio"
 
 
+def test_an_association_counts_what_is_not_acknowledged() -> None:
+    assert "self._flight_size = 0" in source_of(RTCSctpTransport.__init__)
+    assert "+= chunk._book_size" in source_of(RTCSctpTransport._flight_size_increase)
+
+
 def test_a_turn_endpoint_that_is_given_up_closes_its_socket() -> None:
     source = source_of(aioice.turn.create_turn_endpoint)
     assert source.index("except BaseException") < source.index("inner_transport.close()")

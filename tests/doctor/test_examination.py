@@ -10,6 +10,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+from platformdirs import user_data_path
 from rich.console import Console
 
 from mosaic_core.cli.doctor_report import json_document, print_report
@@ -129,6 +130,15 @@ def test_the_machine_is_looked_at_without_failures_of_the_checks_themselves() ->
     [lag] = collected(loop_lag_check())
     assert lag.facts["p95Ms"] >= lag.facts["medianMs"]
     assert all(one.code in REASONS for one in [*found, lag])
+
+
+def test_the_disk_is_that_of_the_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MOSAIC_DATA_DIR", str(tmp_path / "data"))
+    [disk] = [one for one in collected(machine_checks()) if one.check == "machine.disk"]
+    assert disk.facts["folder"] == str(tmp_path / "data")
+    monkeypatch.delenv("MOSAIC_DATA_DIR")
+    [disk] = [one for one in collected(machine_checks()) if one.check == "machine.disk"]
+    assert disk.facts["folder"] == str(user_data_path("mosaic", appauthor=False))
 
 
 class Installed:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import ssl
+import subprocess
 from collections.abc import Coroutine, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
@@ -135,7 +137,28 @@ def test_a_whole_connection_is_relayed_by_a_server_with_dead_addresses(dual_name
 
 def test_plain_turn_where_tls_is_expected_is_a_finding_and_no_hang(coturn: Any) -> None:
     answer = run(turn_probe(parse_ice_url(f"turns:127.0.0.1:{coturn.port}"), "me", "pass", SHORT_S))
-    assert answer.code in ("ice.turn_failed", "ice.turn_silent")
+    assert answer.code in ("ice.turn_tls", "ice.turn_silent")
+
+
+def test_a_certificate_that_nobody_trusts_is_told_with_its_cure(tmp_path: Path) -> None:
+    words = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"]
+    words += ["-days", "2", "-subj", "/CN=turn", "-addext", "subjectAltName=IP:127.0.0.1"]
+    made, key = tmp_path / "certificate.pem", tmp_path / "key.pem"
+    subprocess.run([*words, "-keyout", str(key), "-out", str(made)], check=True, capture_output=True)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(made, key)
+
+    async def probed() -> TurnAnswer:
+        server = await asyncio.start_server(lambda *_: None, "127.0.0.1", 0, ssl=context)
+        async with server:
+            url = f"turns:127.0.0.1:{server.sockets[0].getsockname()[1]}"
+            return await turn_probe(parse_ice_url(url), "me", "pass", SHORT_S)
+
+    answer = run(probed())
+    assert answer.code == "ice.turn_tls"
+    [finding, _] = relay_findings([answer])
+    assert "certificate can't be verified" in finding.sentence
+    assert "SSL_CERT_FILE" in finding.cure
 
 
 def test_one_socket_asks_all_stun_servers_and_their_answers_are_judged(coturn: Any) -> None:

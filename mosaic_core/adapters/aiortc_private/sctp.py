@@ -53,6 +53,11 @@ class SctpQueue:
         """What may be on its way at present."""
         return self._sctp._cwnd
 
+    @property
+    def under_way_bytes(self) -> int:
+        """Handed to the network, and not acknowledged yet."""
+        return self._sctp._flight_size
+
     def give_way(self, on: bool) -> None:
         """Let others have the path; aiortc's own SCTP knows no such thing."""
         if hasattr(self._sctp, "gives_way"):
