@@ -63,7 +63,8 @@ class CameraParams(EncodingParams):
         default="auto",
         description="`auto`: H.264 of network streams and files is sent as it is, where neither size, rate, flip nor "
         "rotation is asked for; operators without H.264 get it encoded anew. `device`: that of a USB camera's own "
-        "encoder too, whose bit rate follows nobody's network. `never`: always encode.",
+        "encoder too, whose bit rate follows nobody's network. `never`: always encode. What exceeds `max_bitrate_bps` "
+        "is encoded anew.",
     )
 
 
@@ -75,8 +76,7 @@ class Camera(MediaTrackHandler):
         self._params = params
         self._passes_packets = _passes_packets(params)
         self.encoding = params
-        if params.codec == "auto" and self._passes_packets:
-            self.encoding = params.model_copy(update={"codec": "h264"})
+        self.packet_codec = "h264" if self._passes_packets else None
 
     def frames(self) -> Iterator[Captured]:
         params = self._params
@@ -174,7 +174,8 @@ class OpencvSenderCameraConfigurer(MediaTrackConfigurer[OpencvSenderCameraParams
 
     def configure(self) -> Camera:
         params = self.params
-        encoding = {name: getattr(params, name) for name in EncodingParams.model_fields.keys() & params.model_fields_set}
+        told = EncodingParams.model_fields.keys() & params.model_fields_set
+        encoding = {name: getattr(params, name) for name in told}
         return Camera(
             self.label,
             CameraParams(source=params.camera_id, width=params.width, height=params.height, fps=params.fps, **encoding),

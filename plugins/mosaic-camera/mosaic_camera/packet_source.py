@@ -5,11 +5,9 @@ and encoding again.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import av
-from av.bitstream import BitStreamFilterContext
 
 from mosaic_camera.source import Grabbed, Takes, Wanted, capture_time_s, takes_all
 from mosaic_camera.source_error import SourceError
@@ -18,8 +16,6 @@ NETWORK_TIMEOUT_S = 5.0
 _NETWORK_OPTIONS = {"rtsp_transport": "tcp", "analyzeduration": "500000"}
 """TCP, because a packet lost on the way from the camera can't be asked for again by the operator. Half a second (in µs)
 is enough to see what a stream holds."""
-_AVCC_VERSION = 1
-"""First byte of an MP4's codec data; start codes (Annex B) begin with zeros."""
 
 
 def open_packets(source: str) -> PacketSource | None:
@@ -62,7 +58,7 @@ def open_device_packets(path: str, wanted: Wanted) -> PacketSource | None:
 
 
 class PacketSource:
-    """A :class:`~mosaic_camera.source.Source` whose pictures are packets, with start codes and parameter sets."""
+    """A :class:`~mosaic_camera.source.Source` whose pictures are packets as the demuxer gives them."""
 
     keeps_order = True
 
@@ -70,8 +66,7 @@ class PacketSource:
         self._container = container
         self._stream = stream
         self._is_live = is_live
-        self._filter = _filter_of(stream)
-        self._packets = self._demuxed()
+        self._packets = container.demux(stream)
         self._began_s: float | None = None
         self._position_s = 0.0
         self._turn_began_s = 0.0
@@ -85,7 +80,7 @@ class PacketSource:
             packet = next(self._packets, None)
         except (av.FFmpegError, OSError) as error:
             raise SourceError(f"the stream broke off: {error}", "check cable, power and network") from error
-        if packet is None:
+        if packet is None or not packet.size:  # an empty one is the demuxer's sign that the recording is over
             return None
         if packet.pts is not None and packet.time_base is not None:
             stamp_s = float(packet.pts * packet.time_base)
@@ -100,26 +95,7 @@ class PacketSource:
         self._turn_began_s = self._position_s + 1.0 / float(self._stream.average_rate or 30)
         self._began_s = None
         self._container.seek(0)
-        self._filter = _filter_of(self._stream)
-        self._packets = self._demuxed()
+        self._packets = self._container.demux(self._stream)
 
     def close(self) -> None:
         self._container.close()
-
-    def _demuxed(self) -> Iterator[Any]:
-        for packet in self._container.demux(self._stream):
-            if packet.size == 0:
-                return  # the demuxer's sign that the recording is over
-            key, pts, time_base = packet.is_keyframe, packet.pts, packet.time_base
-            for whole in self._filter.filter(packet) if self._filter is not None else (packet,):
-                whole.is_keyframe, whole.pts, whole.time_base = key, pts, time_base
-                yield whole
-
-
-def _filter_of(stream: Any) -> BitStreamFilterContext | None:
-    """What makes packets stand by themselves: whoever joins at a key frame needs the parameter sets with it."""
-    codec_data = stream.codec_context.extradata
-    if not codec_data:
-        return None
-    name = "h264_mp4toannexb" if codec_data[0] == _AVCC_VERSION else "dump_extra=freq=keyframe"
-    return BitStreamFilterContext(name, stream)

@@ -218,6 +218,11 @@ def test_the_original_connector_needs_no_params() -> None:
     assert build(OpencvSenderCameraConfigurer)._params.source == 0
 
 
+def test_the_original_connector_takes_a_low_maximum_without_a_minimum() -> None:
+    camera = build(OpencvSenderCameraConfigurer, params={"max_bitrate_bps": 100_000})
+    assert camera.encoding.least_bps == 100_000
+
+
 def test_cameras_run_only_while_somebody_watches() -> None:
     assert Camera.runs == "watched"
     assert Camera.widget == "video"
