@@ -5,6 +5,8 @@ its own label, many viewers cost one encoder, and who comes late sees a picture 
 from __future__ import annotations
 
 import json
+import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,7 +19,7 @@ from statistics import median
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
 
@@ -51,6 +53,20 @@ WATCH = """(label) => {
   }
   video.requestVideoFrameCallback(note)
 }"""
+
+KEPT = """(label) => {
+  const canvas = document.querySelector(`section[data-label="${label}"] [data-testid="kept-picture"] canvas`)
+  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height)
+  return { shape: canvas.width / canvas.height, isDrawn: new Set(data).size > 2 }
+}"""
+"""The shape of the picture that was kept, and whether it shows anything."""
+PICTURES = os.environ.get("MOSAIC_E2E_PICTURES")
+"""A folder for screenshots, for whoever wants to see the pages."""
+
+
+def photographed(page: Page, name: str) -> None:
+    if PICTURES:
+        page.screenshot(path=Path(PICTURES) / f"{name}.png")
 
 
 class CountedRobot:
@@ -201,3 +217,23 @@ def test_several_viewers_cost_one_encoder_and_who_comes_late_sees_a_picture(
         assert time.monotonic() - began_s < LATE_JOINER_S
     wait_for(lambda: camera_robot.encoders == ["front", "rear"], "the others' encoders go on", 30)
     assert len(seen(page, "front", 10)) >= 10
+
+
+def test_while_the_robot_is_away_its_last_picture_stays_gray_with_its_age(
+    page: Page, camera_robot: CountedRobot
+) -> None:
+    front = page.locator("section[data-label=front]")
+    camera_robot.process.send_signal(signal.SIGSTOP)
+    try:
+        expect(front.get_by_test_id("video")).to_have_attribute("data-state", "reconnecting", timeout=20_000)
+        # First any age, then one that only time can have brought.
+        for age in (r"[\d.]+", r"([5-9]\.\d|\d\d)"):
+            expect(front.get_by_role("status")).to_have_text(re.compile(f"Reconnecting · last picture {age} s old"))
+        kept = page.evaluate(KEPT, "front")
+        assert kept["isDrawn"]
+        assert kept["shape"] == pytest.approx(FRONT_SHAPE, abs=0.02)
+        photographed(page, "away")
+    finally:
+        camera_robot.process.send_signal(signal.SIGCONT)
+    seen(page, "front", 10)
+    expect(front.get_by_test_id("kept-picture")).to_have_count(0)
