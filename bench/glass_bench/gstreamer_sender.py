@@ -1,55 +1,19 @@
-"""GStreamer's webrtcbin as a robot: VP8 with the options that GStreamer's own examples give for low latency."""
+"""GStreamer's webrtcbin as a robot."""
 
 from __future__ import annotations
 
 import asyncio
-import re
-import sys
-import threading
-from pathlib import Path
 from typing import Any
 
+from video_bench.gstreamer import answered, binding, encoded, push, sent, vp8_of
 from video_bench.scene import Image
 
-SYSTEM_PACKAGES = "/usr/lib/python3/dist-packages"
-"""Where Debian keeps the Python binding; it works in a virtual environment of the same Python."""
-ELEMENTS = ("webrtcbin", "nicesrc", "dtlssrtpenc", "srtpenc", "vp8enc", "rtpvp8pay", "videoconvert", "appsrc")
-GATHERING_S = 3.0
-BITS_PER_PIXEL = 0.1
-"""Of webrtcbin 1.22, which does not follow the link: the ceiling that ours has by default."""
-
-
-def why_not() -> str | None:
-    """Why GStreamer cannot be measured here."""
-    if not (Path(SYSTEM_PACKAGES) / "gi").exists():
-        return "its Python binding is not installed: apt install python3-gi gir1.2-gst-plugins-bad-1.0"
-    try:
-        gst = binding()
-    except (ImportError, ValueError) as error:
-        return f"its Python binding does not load here: {error}"
-    lacking = [name for name in ELEMENTS if gst.Gst.ElementFactory.find(name) is None]
-    if lacking:
-        names = "gstreamer1.0-nice gstreamer1.0-plugins-good gstreamer1.0-plugins-bad"
-        return f"it has no {', '.join(lacking)}: apt install {names}"
-    return None
-
-
-def binding() -> Any:
-    """`gi.repository` with the namespaces that are needed. Raises :class:`ImportError` or :class:`ValueError`."""
-    if SYSTEM_PACKAGES not in sys.path:
-        sys.path.append(SYSTEM_PACKAGES)
-    import gi  # type: ignore[import-not-found,unused-ignore]
-
-    for namespace in ("Gst", "GstApp", "GstSdp", "GstWebRTC"):
-        gi.require_version(namespace, "1.0")
-    from gi import repository
-    from gi.repository import Gst, GstApp, GstSdp, GstWebRTC  # type: ignore[import-not-found,unused-ignore]  # noqa: F401
-
-    Gst.init(None)
-    return repository
+from mosaic_core.machines.rung_ladder import default_ceiling_bps
 
 
 class GStreamerSender:
+    """webrtcbin 1.22 does not follow the link: its bit rate is the ceiling that ours has by default."""
+
     def __init__(self, size: tuple[int, int]) -> None:
         self._size = size
         self._gi = binding()
@@ -60,52 +24,15 @@ class GStreamerSender:
         return await asyncio.to_thread(self._answered, offer_sdp)
 
     def _answered(self, offer_sdp: str) -> str:
-        gi = self._gi
-        payload_type = re.search(r"a=rtpmap:(\d+) VP8/90000", offer_sdp)
-        assert payload_type is not None
-        self._pipeline = gi.Gst.parse_launch(self._description(payload_type[1]))
+        payload_type = vp8_of(offer_sdp)
+        pictures = encoded(self._size, default_ceiling_bps(*self._size), payload_type)
+        self._pipeline = self._gi.Gst.parse_launch(f"{pictures} ! {sent(payload_type, 'peer')}")
         self._source, peer = (self._pipeline.get_by_name(name) for name in ("source", "peer"))
-        self._pipeline.set_state(gi.Gst.State.PLAYING)
-        _, message = gi.GstSdp.SDPMessage.new_from_text(offer_sdp)
-        offer = gi.GstWebRTC.WebRTCSessionDescription.new(gi.GstWebRTC.WebRTCSDPType.OFFER, message)
-        self._reply(peer, "set-remote-description", offer)
-        reply = self._reply(peer, "create-answer", None)  # the answer in it lives as long as it does
-        answer = reply.get_value("answer")
-        is_gathered = threading.Event()
-        complete = gi.GstWebRTC.WebRTCICEGatheringState.COMPLETE
-
-        def look(*_: object) -> None:
-            if peer.get_property("ice-gathering-state") == complete:
-                is_gathered.set()
-
-        peer.connect("notify::ice-gathering-state", look)
-        self._reply(peer, "set-local-description", answer)
-        look()
-        is_gathered.wait(GATHERING_S)
-        return str(peer.get_property("local-description").sdp.as_text())
-
-    def _description(self, payload_type: str) -> str:
-        width, height = self._size
-        target_bps = round(width * height * 30 * BITS_PER_PIXEL)
-        return (
-            "appsrc name=source is-live=true do-timestamp=true format=time leaky-type=downstream max-buffers=1 "
-            f"caps=video/x-raw,format=BGR,width={width},height={height},framerate=30/1 "
-            "! videoconvert ! video/x-raw,format=I420 "
-            f"! vp8enc deadline=1 cpu-used=8 end-usage=cbr target-bitrate={target_bps} lag-in-frames=0 threads=1 "
-            "keyframe-max-dist=2000 error-resilient=default "
-            f"! rtpvp8pay pt={payload_type} picture-id-mode=2 "
-            f"! application/x-rtp,media=video,encoding-name=VP8,payload={payload_type} "
-            "! webrtcbin name=peer bundle-policy=max-bundle latency=0"
-        )
-
-    def _reply(self, peer: Any, signal: str, argument: Any) -> Any:
-        promise = self._gi.Gst.Promise.new()
-        peer.emit(signal, argument, promise)
-        promise.wait()
-        return promise.get_reply()
+        self._pipeline.set_state(self._gi.Gst.State.PLAYING)
+        return answered(self._gi, peer, offer_sdp)
 
     def post(self, image: Image, captured_at_s: float) -> None:
-        self._source.emit("push-buffer", self._gi.Gst.Buffer.new_wrapped(image.tobytes()))
+        push(self._gi, self._source, image)
 
     async def close(self) -> None:
         self._pipeline.set_state(self._gi.Gst.State.NULL)

@@ -39,7 +39,7 @@ WAYS = (OURS, Way("ours", "h264"), AIORTC, Way("plain aiortc", "h264"), Way("Chr
 def missing(way: Way) -> str | None:
     """Why this cannot be measured here."""
     if way.sender == "GStreamer":
-        from glass_bench.gstreamer_sender import why_not
+        from video_bench.gstreamer import why_not
 
         return why_not()
     if way.sender == "wrtc" and find_spec("wrtc") is None:

@@ -1,5 +1,5 @@
-"""What a robot's process spends on one camera for so many operators: with our shared encoder, and with aiortc's own
-encoder per peer. Robot and operators are processes of their own, on loopback.
+"""What a robot's process spends on one camera for so many operators: with our shared encoder, with aiortc's own encoder
+per peer, and with GStreamer's webrtcbin. Robot and operators are processes of their own, on loopback.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ import asyncio
 import multiprocessing
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from multiprocessing.connection import Connection
@@ -20,7 +20,7 @@ from video_bench.viewers import view
 FPS = 30
 WARM_UP_S, MEASURED_S = 3.0, 4.0
 BITRATE_BPS = 1_000_000
-Way = Literal["ours", "aiortc"]
+Way = Literal["ours", "aiortc", "webrtcbin", "webrtcbin, one encoder"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,11 +83,27 @@ def _received(orders: Connection) -> Any:
 def _robot(viewers_pipe: Connection, orders: Connection, way: Way, codec: str, size: tuple[int, int], n: int) -> None:
     from mosaic_core.adapters.event_loop import run_event_loop
 
-    side = _ours if way == "ours" else _aiortc
-    run_event_loop(side(viewers_pipe, orders, codec, scene(*size), n))
+    run_event_loop(_side(viewers_pipe, orders, way, codec, scene(*size), n))
 
 
-class _Camera:
+def _side(
+    pipe: Connection, orders: Connection, way: Way, codec: str, pictures: list[Image], n: int
+) -> Coroutine[Any, Any, None]:
+    match way:
+        case "ours":
+            return _ours(pipe, orders, codec, pictures, n)
+        case "aiortc":
+            return _aiortc(pipe, orders, codec, pictures, n)
+        case "webrtcbin":
+            from video_bench.webrtcbin import serve_each
+
+            return serve_each(pipe, orders, pictures, n)
+    from video_bench.webrtcbin import serve_shared
+
+    return serve_shared(pipe, orders, pictures, n)
+
+
+class Camera:
     """Posts the pictures at their time, from a thread as a handler does."""
 
     def __init__(self, pictures: Sequence[Image], post: Callable[[Image, float], object]) -> None:
@@ -108,7 +124,7 @@ class _Camera:
         self._thread.join()
 
 
-async def _serve(orders: Connection, encoder_cpu_s: Callable[[], float]) -> None:
+async def serve(orders: Connection, encoder_cpu_s: Callable[[], float]) -> None:
     orders.send("ready")
     while await asyncio.to_thread(orders.recv) == "spent":
         orders.send((encoder_cpu_s(), time.process_time()))
@@ -147,8 +163,8 @@ async def _ours(pipe: Connection, orders: Connection, codec: str, pictures: list
         offer = await asyncio.to_thread(pipe.recv)
         answerers.append(AiortcAnswerer(_Listener(stream, str(number)), ()))
         pipe.send(await answerers[-1].answer(offer, ["front"], None))
-    camera = _Camera(pictures, stream.post)
-    await _serve(orders, lambda: stream.encoders.cpu_s + camera.cpu_s)
+    camera = Camera(pictures, stream.post)
+    await serve(orders, lambda: stream.encoders.cpu_s + camera.cpu_s)
     camera.end()
     await asyncio.gather(*(answerer.close() for answerer in answerers))
     stream.close()
@@ -164,7 +180,7 @@ async def _aiortc(pipe: Connection, orders: Connection, codec: str, pictures: li
 
     used = _time_encoding(H264Encoder if codec == "h264" else Vp8Encoder)
     newest = _Newest()
-    camera = _Camera(pictures, newest.post(asyncio.get_running_loop()))
+    camera = Camera(pictures, newest.post(asyncio.get_running_loop()))
 
     class Track(VideoStreamTrack):
         """As aiortc's examples make one: a frame around the picture; aiortc converts and encodes it."""
@@ -184,7 +200,7 @@ async def _aiortc(pipe: Connection, orders: Connection, codec: str, pictures: li
         prefer_codecs(peer.getTransceivers()[0], [f"video/{codec}"])
         await peer.setLocalDescription(await peer.createAnswer())
         pipe.send(peer.localDescription.sdp)
-    await _serve(orders, lambda: used[0])
+    await serve(orders, lambda: used[0])
     camera.end()
     await asyncio.gather(*(peer.close() for peer in peers))
 
