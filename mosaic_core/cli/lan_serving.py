@@ -63,11 +63,14 @@ class LanServing:
 
     def _heard(self, news: LanNews) -> None:
         self.news = news
-        self._near_changed(news.urls)
+        self._near_changed(() if news.only_here else news.urls)
         spoken = (news.urls, news.notice)
         if spoken != self._logged and not self._wish.has_screen:
             self._logged = spoken
             where = ", ".join(news.urls) or "no address yet"
-            logger.info("on this network: %s. `mosaic lan pair` lets a phone or computer in", where)
+            if news.only_here:
+                logger.info("on this machine alone: %s. Phones and other computers need --serve 0.0.0.0:PORT", where)
+            else:
+                logger.info("on this network: %s. `mosaic lan pair` lets a phone or computer in", where)
         if news.notice and self._wish.has_screen:
             logger.debug("%s", news.notice)

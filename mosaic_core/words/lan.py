@@ -49,6 +49,7 @@ class LanNews(WireModel):
     """Server → robot, one line of JSON on its standard output: how things stand, whenever that has changed."""
 
     urls: tuple[str, ...] = Field(default=(), description="Where a browser on this network finds the page.")
+    only_here: bool = Field(default=False, description="Nobody but this machine can open `urls`.")
     hostname: str = Field(default="", description="The name announced over mDNS; empty: not announced.")
     devices: int = Field(default=0, description="Paired ones.")
     page: str = Field(default="", description="Address that pairs whoever opens it, once; empty: none is offered.")

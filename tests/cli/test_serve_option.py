@@ -118,6 +118,17 @@ def test_news_reach_the_screen_and_the_operators_elsewhere() -> None:
 
 
 @pytest.mark.usefixtures("recorded")
+def test_operators_elsewhere_are_not_sent_to_an_address_of_this_machine_alone(caplog: pytest.LogCaptureFixture) -> None:
+    serving, near = LanServing(LanWish("127.0.0.1", 9002)), list[tuple[str, ...]]()
+    serving.on_news(lambda urls: near.append(tuple(urls)))
+    with caplog.at_level("INFO"):
+        serving._heard(LanNews(urls=("http://127.0.0.1:9002",), only_here=True))
+    assert near == [()]
+    assert "on this machine alone: http://127.0.0.1:9002" in caplog.text
+    assert "on this network" not in caplog.text
+
+
+@pytest.mark.usefixtures("recorded")
 def test_without_a_screen_addresses_are_logged_once_and_never_a_pin(caplog: pytest.LogCaptureFixture) -> None:
     serving = LanServing(LanWish(EVERYWHERE, 9002))
     with caplog.at_level("INFO"):

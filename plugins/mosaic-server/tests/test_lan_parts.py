@@ -98,9 +98,22 @@ def test_addresses_that_a_phone_can_use_private_ones_first() -> None:
 
 def test_a_server_on_one_address_is_reached_there_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(addresses, "places", lambda: [Place("wlan0", "10.0.0.7"), Place("wlan0", "fd00::7")])
-    assert lan_addresses("127.0.0.1") == ["127.0.0.1"]
+    assert lan_addresses("10.0.0.7") == ["10.0.0.7"]
     assert lan_addresses(addresses.ANY_IPV4) == ["10.0.0.7"]
     assert lan_addresses(addresses.ANY_IPV6) == ["fd00::7"]
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.9.9.9", "::1", "localhost"])
+def test_loopback_is_no_address_on_any_network(host: str, tmp_path: Path) -> None:
+    assert lan_addresses(host) == []
+    place = ChildPlace(LanHome(tmp_path), host, 9002, ROBOT, "Rover", None, None)
+    assert place.is_only_here
+    assert place.urls([], "") == (url_of("http", host, 9002),)
+
+
+def test_an_address_on_a_network_is_for_others_too(tmp_path: Path) -> None:
+    for host in ("10.0.0.7", "0.0.0.0", "::", "rover.example.org"):  # noqa: S104 - nothing is bound
+        assert not ChildPlace(LanHome(tmp_path), host, 9002, ROBOT, "Rover", None, None).is_only_here
 
 
 def test_this_machine_has_its_interfaces() -> None:
@@ -174,6 +187,16 @@ def test_once_somebody_is_paired_two_lines_are_enough() -> None:
     assert "2 devices paired" in shown
     assert "1234 5678" in shown
     assert "1 device paired" in pairing_box(NEWS.model_copy(update={"devices": 1, "pin": ""}), 40, 160)
+
+
+def test_what_only_this_machine_can_open_is_offered_to_no_phone() -> None:
+    news = LanNews(urls=("http://127.0.0.1:9002",), only_here=True, pin="12345678", page=PAGE)
+    box = pairing_box(news, height=40, width=120)
+    for part in ("on this machine", "Only this machine can open it", "--serve 0.0.0.0:9002", "1234 5678"):
+        assert part in box
+    for part in ("phone or computer nearby", "▀", "Scan"):
+        assert part not in box
+    assert "only this machine can open it" in pairing_box(news.model_copy(update={"devices": 1}), 40, 120)
 
 
 def test_over_tls_nothing_is_missing_and_a_notice_is_shown() -> None:
@@ -253,7 +276,7 @@ def test_with_a_certificate_it_is_https_under_the_certificates_names(
     assert child.server.ws_url.startswith("wss://127.0.0.1:")
     assert child.certificate == file
     assert names_of_certificate(file) == ["rover.example.org"]
-    place = ChildPlace(LanHome(tmp_path), "127.0.0.1", 443, ROBOT, "Rover", file, key)
+    place = ChildPlace(LanHome(tmp_path), "10.0.0.7", 443, ROBOT, "Rover", file, key)
     assert place.urls(["10.0.0.7"], "rover.local") == ("https://rover.example.org", "https://10.0.0.7")
     assert place.announced().fingerprint == fingerprint_of(file)
     assert len(fingerprint_of(file)) == 32 * 3 - 1

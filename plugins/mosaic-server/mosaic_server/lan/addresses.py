@@ -27,8 +27,18 @@ class Place:
     address: str
 
 
+def is_only_here(host: str) -> bool:
+    """Whether nobody but this machine reaches a server bound to ``host``."""
+    try:
+        return ipaddress.ip_address(host.partition("%")[0]).is_loopback
+    except ValueError:
+        return host == "localhost" or host.endswith(".localhost")
+
+
 def lan_addresses(host: str) -> list[str]:
     """The addresses under which a server bound to ``host`` is reached from outside, the most usual first."""
+    if is_only_here(host):
+        return []
     if host not in (ANY_IPV4, ANY_IPV6):
         return [host]
     wanted = 4 if host == ANY_IPV4 else 6

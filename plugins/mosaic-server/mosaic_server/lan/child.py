@@ -21,7 +21,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from mosaic_core.words.lan import LanNews
 from mosaic_server.cli.logs import configure_logs
-from mosaic_server.lan.addresses import lan_addresses, names_of_certificate, own_names, url_of
+from mosaic_server.lan.addresses import is_only_here, lan_addresses, names_of_certificate, own_names, url_of
 from mosaic_server.lan.announcement import Announced, Announcement
 from mosaic_server.lan.home import LanHome, Reach
 from mosaic_server.lan.offers import StandingOffer
@@ -53,6 +53,10 @@ class Place:
     def scheme(self) -> str:
         return "http" if self.certificate is None else "https"
 
+    @property
+    def is_only_here(self) -> bool:
+        return is_only_here(self.host)
+
     def names(self) -> list[str]:
         return own_names() if self.certificate is None else names_of_certificate(self.certificate)
 
@@ -62,6 +66,8 @@ class Place:
 
     def urls(self, addresses: list[str], hostname: str) -> tuple[str, ...]:
         """Names of a certificate first, for only those are trusted; else addresses first, for they always work."""
+        if self.is_only_here:
+            addresses = [self.host]
         if self.certificate is not None:
             hosts = [*self.names(), *addresses]
         else:
@@ -185,12 +191,13 @@ class _Teller:
 
     async def look(self, database: Database) -> None:
         addresses = lan_addresses(self._place.host)
-        hostname = self._announcement.hostname
+        hostname = self._announcement.hostname if addresses else ""
         urls = self._place.urls(addresses, hostname)
-        news = await database.run(self._offers.news, urls, hostname)
+        where = LanNews(urls=urls, only_here=self._place.is_only_here, hostname=hostname)
+        news = await database.run(self._offers.news, where)
         if news != self._told:
             self._told = news
-            self._place.home.tell_reach(Reach(self._place.name, self._place.robot_id, urls))
+            self._place.home.tell_reach(Reach(self._place.name, self._place.robot_id, urls, where.only_here))
             print(news.model_dump_json(by_alias=True), flush=True)
         if addresses != self._addresses:
             self._addresses = addresses

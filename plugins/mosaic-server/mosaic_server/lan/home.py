@@ -19,6 +19,7 @@ class Reach:
     name: str
     robot_id: str
     urls: tuple[str, ...]
+    only_here: bool = False
 
 
 class LanHome:
@@ -62,7 +63,8 @@ class LanHome:
         """``None`` while no server runs here, or before it listens."""
         try:
             found = json.loads((self.directory / "reach.json").read_text())
-            reach = Reach(str(found["name"]), str(found["robot_id"]), tuple(map(str, found["urls"])))
+            urls = tuple(map(str, found["urls"]))
+            reach = Reach(str(found["name"]), str(found["robot_id"]), urls, bool(found["only_here"]))
         except (OSError, ValueError, KeyError, TypeError):
             return None
         return reach if self.is_served else None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from sqlalchemy.orm import Session
 
 from mosaic_core.words.lan import LanNews
@@ -25,22 +23,21 @@ class StandingOffer:
         self._offers_pins = offers_pins
         self._offer: tuple[str, PairingSecrets] | None = None
 
-    def news(self, session: Session, urls: Sequence[str], hostname: str) -> LanNews:
-        """How things stand, with a new offer where the old one is over."""
+    def news(self, session: Session, where: LanNews) -> LanNews:
+        """How things stand, with a new offer where the old one is over; ``where``: what is known of the addresses."""
         devices = count_devices(session)
-        if not self._offers_pins or not urls:
-            return LanNews(urls=tuple(urls), hostname=hostname, devices=devices)
+        if not self._offers_pins or not where.urls:
+            return where.model_copy(update={"devices": devices})
         state = self._state(session)
         assert self._offer is not None
         shown = self._offer[1]
-        return LanNews(
-            urls=tuple(urls),
-            hostname=hostname,
-            devices=devices,
-            page=pairing_page(urls[0], shown.code),
-            pin=shown.pin if state.has_pin else "",
-            notice="" if state.has_pin else VOID,
-        )
+        offered = {
+            "devices": devices,
+            "page": pairing_page(where.urls[0], shown.code),
+            "pin": shown.pin if state.has_pin else "",
+            "notice": "" if state.has_pin else VOID,
+        }
+        return where.model_copy(update=offered)
 
     def _state(self, session: Session) -> OfferState:
         if self._offer is not None:

@@ -47,7 +47,7 @@ def _show(reach: Reach, shown: PairingSecrets, as_json: bool) -> None:
         facts = {"robot": reach.name, "urls": reach.urls, "pin": shown.pin, "page": page, "forS": LIFETIME_S}
         typer.echo(json.dumps(facts))
         return
-    typer.echo(pairing_box(LanNews(urls=reach.urls, pin=shown.pin, page=page), _ANY_HEIGHT))
+    typer.echo(pairing_box(LanNews(urls=reach.urls, only_here=reach.only_here, pin=shown.pin, page=page), _ANY_HEIGHT))
     if not reach.urls:
         typer.echo("this machine has no address on a network now; connect it to one", err=True)
 

@@ -22,6 +22,9 @@ _TEXT_COLUMNS = 34
 NO_TLS = (
     "Over http a browser gives no microphone and lets the screen go to sleep; --tls-cert and --tls-key change that."
 )
+_NEARBY = "drive this robot from a phone or computer nearby"
+_HERE = "drive this robot on this machine"
+ONLY_HERE = "Only this machine can open it, and pair with the PIN; for phones: --serve 0.0.0.0:9002"
 
 
 def pairing_box(news: LanNews, height: int, width: int | None = None) -> str:
@@ -35,7 +38,8 @@ def pairing_box(news: LanNews, height: int, width: int | None = None) -> str:
         highlight=False,
         legacy_windows=False,
     )
-    console.print(_short(news) if news.devices else _box(news, qr_text(news.page), height, columns))
+    code = [] if news.only_here else qr_text(news.page)  # whoever could scan it could not open it
+    console.print(_short(news) if news.devices else _box(news, code, height, columns))
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue().rstrip("\n")
 
@@ -65,7 +69,8 @@ def _short(news: LanNews) -> RenderableType:
     if news.pin:
         line.append("   PIN ", style="dim").append(spoken_pin(news.pin), style="bold")
     paired = "1 device paired" if news.devices == 1 else f"{news.devices} devices paired"
-    return Group(line, Text(f"    {paired}; `mosaic lan pair` shows a QR code. {news.notice}".rstrip(), style="dim"))
+    more = "only this machine can open it." if news.only_here else "`mosaic lan pair` shows a QR code."
+    return Group(line, Text(f"    {paired}; {more} {news.notice}".rstrip(), style="dim"))
 
 
 def _box(news: LanNews, code: list[str], height: int, width: int) -> Panel:
@@ -78,17 +83,19 @@ def _box(news: LanNews, code: list[str], height: int, width: int) -> Panel:
         content.add_column(no_wrap=True)
         content.add_column()
         content.add_row(Text("\n".join(code), style=_QR_STYLE), Group(*words))
-    return Panel(content, title="drive this robot from a phone or computer nearby", title_align="left", expand=False)
+    return Panel(content, title=_HERE if news.only_here else _NEARBY, title_align="left", expand=False)
 
 
 def _words(news: LanNews) -> list[RenderableType]:
     words: list[RenderableType] = [Text(url, style="bold") for url in news.urls]
     if news.pin:
         words += [Text(), Text.assemble("PIN  ", (spoken_pin(news.pin), "bold green"))]
-    if news.page or news.pin:
+    if news.only_here:
+        words.append(Text(ONLY_HERE))
+    elif news.page or news.pin:
         words.append(
             Text("Scan, or open an address and type the PIN. Each pairs one device; new ones every 5 minutes.")
         )
-    if news.urls and news.urls[0].startswith("http:"):
+    if news.urls and news.urls[0].startswith("http:") and not news.only_here:
         words += [Text(), Text(NO_TLS, style="dim")]
     return [*words, Text(news.notice, style="yellow")] if news.notice else words
