@@ -91,7 +91,7 @@ class ResumeSender(Generic[T]):
 
     def has_room(self, size_bytes: int, now_s: float) -> bool:
         """Whether a message would be accepted. One always is where nothing is kept."""
-        self._forget_old(now_s)
+        self.forget_old(now_s)
         return not self._kept or not self._is_full(size_bytes)
 
     def accept(self, item: T, size_bytes: int, now_s: float) -> bool:
@@ -102,6 +102,11 @@ class ResumeSender(Generic[T]):
         self._size_bytes += size_bytes
         self._next = _after(self._next)
         return True
+
+    def forget_old(self, now_s: float) -> None:
+        """What has waited too long for a connection is lost; say so before :meth:`resumed`."""
+        while not self.is_attached and self._kept and now_s - self._kept[0].at_s > self._limits.age_s:
+            self._drop_first()
 
     def upcoming(self) -> Numbered[T] | None:
         """What has to go out next; :meth:`went_out` says that it did."""
@@ -170,10 +175,6 @@ class ResumeSender(Generic[T]):
         if self.is_attached:
             most, most_bytes = most + limits.in_flight_messages, most_bytes + limits.in_flight_bytes
         return self.waiting >= limits.messages or len(self._kept) >= most or self._size_bytes + size_bytes > most_bytes
-
-    def _forget_old(self, now_s: float) -> None:
-        while not self.is_attached and self._kept and now_s - self._kept[0].at_s > self._limits.age_s:
-            self._drop_first()
 
     def _confirm(self, seq: int) -> None:
         while self._kept and not is_newer(self._kept[0].seq, seq):

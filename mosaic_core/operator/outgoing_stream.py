@@ -104,6 +104,7 @@ class OutgoingStream:
     def resumed(self, received: int | None) -> int:
         """The robot has everything up to ``received``. How many messages are lost by now."""
         self._phase = "resumed"
+        self._sender.forget_old(time.monotonic())
         lost = self._sender.resumed(received)
         self.pump()
         return lost
@@ -112,6 +113,7 @@ class OutgoingStream:
         """The robot does not number it across connections: what waits goes out once, what went out is not repeated,
         and nothing is kept any more while there is no connection."""
         self._phase, self._waits = "plain", False
+        self._sender.forget_old(time.monotonic())
         lost = self._sender.resumed(None)
         self._flush()
         return lost

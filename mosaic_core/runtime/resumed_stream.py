@@ -55,6 +55,7 @@ class ResumedStream:
     def resumed(self, received: int | None) -> None:
         """The operator is there and has everything up to ``received`` (``None``: it wants nothing of before); data
         flows once the channel is open."""
+        self._sender.forget_old(time.monotonic())
         self._counters.lost += self._sender.resumed(received)
 
     def attach(self, put: Put, waiting: Callable[[], tuple[int, int]]) -> None:

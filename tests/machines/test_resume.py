@@ -92,6 +92,15 @@ def test_bytes_bound_the_queue_but_one_message_of_any_size_is_taken() -> None:
     assert sender.size_bytes == 1000
 
 
+def test_what_waited_too_long_is_lost_though_nothing_came_after_it() -> None:
+    sender = sender_with("a", attached=False)
+    sender.forget_old(10.0)
+    assert sender.unconfirmed == 1
+    sender.forget_old(10.5)
+    assert sender.resumed(0) == 1
+    assert sent(sender) == []
+
+
 def test_what_waited_too_long_is_lost() -> None:
     sender = sender_with("a", attached=False)
     assert sender.accept("b", 1, 10.5)

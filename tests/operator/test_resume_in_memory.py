@@ -248,7 +248,8 @@ def test_what_was_kept_too_long_is_lost_and_told_on_both_sides(monkeypatch: pyte
             events.send_json({"n": number})
         await until(lambda: counters(link, "events").messages == 10)
         link.network.lose()
-        events.send_json({"n": 10})
+        await until(lambda: link.connection.state == "connected" and heard.store.state.phase == "open")
+        await until(lambda: events.send_json({"n": 10}))
         await until(lambda: heard.numbers[-1] == 10)
         assert heard.numbers == [0, 10]
         assert [gap.lost for gap in heard.gaps] == [9]

@@ -20,6 +20,7 @@ class FakePort implements StreamPort {
   }
 }
 
+let nowMs: number
 let streams: SessionStreams
 let told: Delivered[]
 let missed: [string, number | null, boolean][]
@@ -40,10 +41,11 @@ function connected(parts: Partial<Resume>, label = 'notes'): OutgoingStream {
 
 beforeEach(() => {
   vi.useFakeTimers()
+  nowMs = 0
   told = []
   missed = []
   streams = new SessionStreams({
-    now: () => 0,
+    now: () => nowMs,
     tell: (delivered) => told.push(delivered),
     missed: (...loss) => missed.push(loss),
   })
@@ -65,6 +67,15 @@ describe('what a page sends', () => {
       ['a', 1],
       ['b', 2],
     ])
+  })
+
+  test('is lost when it waited for more than a minute, though nothing was said after it', () => {
+    const stream = connected({ received: { notes: 0 } })
+    streams.lost()
+    expect(stream.send('old')).toBe(true)
+    nowMs = 61_000
+    connected({ received: { notes: 0 } })
+    expect(port.sent).toEqual([])
   })
 
   test('is kept without a connection and repeated where the robot lacks it', () => {

@@ -102,6 +102,7 @@ export class OutgoingStream {
   /** The robot has everything up to `received`. How many messages are lost by now. */
   resumed(received: number | null): number {
     this.phase = 'resumed'
+    this.sender.forgetOld(this.nowMs())
     const lost = this.sender.resumed(received)
     this.pump()
     return lost
@@ -114,6 +115,7 @@ export class OutgoingStream {
   plain(): number {
     this.phase = 'plain'
     this.waits = false
+    this.sender.forgetOld(this.nowMs())
     const lost = this.sender.resumed(null)
     this.pump()
     return lost

@@ -104,6 +104,11 @@ export class ResumeSender<T> {
     return true
   }
 
+  /** What has waited too long for a connection is lost; say so before `resumed`. */
+  forgetOld(nowMs: number): void {
+    while (!this.attached && this.kept[0] !== undefined && nowMs - this.kept[0].atMs > this.limits.ageMs) this.dropFirst()
+  }
+
   /** What has to go out next; `wentOut` says that it did. */
   upcoming(): Numbered<T> | null {
     const kept = this.attached ? this.kept[this.sent] : undefined
@@ -171,10 +176,6 @@ export class ResumeSender<T> {
     const most = messages + (this.attached ? inFlightMessages : 0)
     const mostBytes = waitingBytes + (this.attached ? inFlightBytes : 0)
     return this.waiting >= messages || this.kept.length >= most || this.bytes + sizeBytes > mostBytes
-  }
-
-  private forgetOld(nowMs: number): void {
-    while (!this.attached && this.kept[0] !== undefined && nowMs - this.kept[0].atMs > this.limits.ageMs) this.dropFirst()
   }
 
   private confirm(seq: number): void {
