@@ -67,8 +67,8 @@ class Filming:
 class Studio:
     """One stream and its operators."""
 
-    def __init__(self, pair: Any, encoding: EncodingParams, stack: AsyncExitStack) -> None:
-        self.stream = SharedVideo("front", encoding, ConnectorCounters())
+    def __init__(self, pair: Any, encoding: EncodingParams, stack: AsyncExitStack, packet_codec: Any) -> None:
+        self.stream = SharedVideo("front", encoding, ConnectorCounters(), packet_codec)
         self._pair = pair
         self._stack = stack
 
@@ -132,9 +132,9 @@ class Operator:
 @pytest.fixture
 def studio(pair: Any) -> Any:
     @asynccontextmanager
-    async def opened(**encoding: Any) -> AsyncIterator[Studio]:
+    async def opened(packet_codec: Any = None, **encoding: Any) -> AsyncIterator[Studio]:
         async with AsyncExitStack() as stack:
-            made = Studio(pair, EncodingParams(**encoding), stack)
+            made = Studio(pair, EncodingParams(**encoding), stack, packet_codec)
             stack.callback(made.stream.close)
             yield made
 
@@ -267,7 +267,7 @@ def packets_of(image: np.ndarray[Any, Any]) -> Callable[[], Any]:
 
 def test_packets_are_passed_on_as_they_are_and_encoded_anew_only_for_another_codec(studio: Any) -> None:
     async def run() -> None:
-        async with studio(codec="h264") as it:
+        async with studio(packet_codec="h264") as it:
             h264, vp8 = await it.operator(), await it.operator(without="H264")
             it.film(packets_of(scene()))
             h264.watch()
@@ -277,5 +277,21 @@ def test_packets_are_passed_on_as_they_are_and_encoded_anew_only_for_another_cod
             vp8.watch()
             await asyncio.gather(vp8.sees(scene(), 10), h264.sees(scene(), 10))
             assert [key.codec for key in it.stream.encoders.running] == ["VP8"]
+
+    asyncio.run(run())
+
+
+def test_who_connects_after_the_first_packets_has_them_passed_on_though_nobody_declared_them(studio: Any) -> None:
+    async def run() -> None:
+        async with studio() as it:
+            early = await it.operator(without="H264")
+            it.film(packets_of(scene()))
+            early.watch()
+            await early.sees(scene(), 5)
+            late = await it.operator()
+            late.watch()
+            await late.sees(scene(), 10)
+            assert late.feed.switch.current == PASSED_ON
+            assert early.feed.codec == "VP8", "what was agreed stays"
 
     asyncio.run(run())

@@ -7,8 +7,9 @@ import threading
 from typing import Any
 
 import numpy as np
+import pytest
 
-from mosaic_core import Captured, EncodingParams
+from mosaic_core import Captured, EncodingParams, MediaTrackHandler
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.media_hub import MediaHub
 from mosaic_core.runtime.plain_stream import NewestFeed, plain_streams
@@ -85,5 +86,26 @@ def test_a_viewer_that_looks_again_is_not_shown_an_old_picture(kit: Any) -> None
         it.watch("p1", "front", True)
         it.post("front", PICTURE)
         assert await feed.next() == 2
+
+    kit.play(body)
+
+
+class Encoding(MediaTrackHandler):
+    packet_codec = "h264"
+
+
+def test_the_codec_that_a_handler_declares_reaches_the_stream(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    told: dict[str, object] = {}
+    add_label = MediaHub.add_label
+
+    def noting(hub: MediaHub, label: str, *words: Any) -> None:
+        told[label] = words[-1]
+        add_label(hub, label, *words)
+
+    monkeypatch.setattr(MediaHub, "add_label", noting)
+
+    async def body() -> None:
+        async with kit.running(kit.connector_of(Encoding("front")), kit.connector_of(MediaTrackHandler("rear"))):
+            assert told == {"front": "h264", "rear": None}
 
     kit.play(body)
