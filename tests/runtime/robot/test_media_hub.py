@@ -106,6 +106,6 @@ def test_the_codec_that_a_handler_declares_reaches_the_stream(kit: Any, monkeypa
 
     async def body() -> None:
         async with kit.running(kit.connector_of(Encoding("front")), kit.connector_of(MediaTrackHandler("rear"))):
-            assert told == {"front": "h264", "rear": None}
+            await kit.until(lambda: told == {"front": "h264", "rear": None})
 
     kit.play(body)
