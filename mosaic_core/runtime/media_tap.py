@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import threading
 from collections import deque
-from types import TracebackType
-from typing import Any, Self
-from uuid import uuid4
 
 from mosaic_core.contract.media_tap import TapCodec, TappedPicture
 from mosaic_core.machines.rate_control import PictureLost
 from mosaic_core.runtime.media_hub import MediaHub
+from mosaic_core.runtime.tap import Tap
 from mosaic_core.runtime.transport import PictureFeed
 
 MAX_WAITING_BYTES = 32 * 1024 * 1024
@@ -19,38 +16,24 @@ MAX_WAITING_BYTES = 32 * 1024 * 1024
 _MIME_TYPES: dict[TapCodec, str] = {"h264": "video/H264", "vp8": "video/VP8"}
 
 
-class RuntimeTap:
+class RuntimeTap(Tap):
     """Implements :class:`~mosaic_core.contract.media_tap.MediaTap`. The pump runs on the event loop, the rest on the
     thread of whoever opened it."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, media: MediaHub, label: str, codec: TapCodec) -> None:
-        self._loop = loop
-        self._media = media
-        self._label = label
+        super().__init__(loop, media, label)
         self._codec: TapCodec = codec
-        self._viewer_id = f"tap-{uuid4().hex}"
-        self._filled = threading.Condition()
         self._waiting: deque[TappedPicture] = deque()
         self._waiting_bytes = 0
         self._needs_key = True
         self._feed: PictureFeed | None = None
         self._pump_task: asyncio.Task[None] | None = None
         self.dropped = 0
-        self.failure = ""
-
-    def __enter__(self) -> Self:
-        self._on_loop(self._open)
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._on_loop(self._close)
 
     def next(self, timeout_s: float) -> TappedPicture | None:
         """See :class:`~mosaic_core.contract.media_tap.MediaTap`."""
-        with self._filled:
-            if not self._filled.wait_for(lambda: self._waiting or self.failure, timeout_s) or not self._waiting:
+        with self._came:
+            if not self._came.wait_for(lambda: self._waiting or self.failure, timeout_s) or not self._waiting:
                 return None
             picture = self._waiting.popleft()
             self._waiting_bytes -= len(picture.data)
@@ -60,18 +43,9 @@ class RuntimeTap:
         """See :class:`~mosaic_core.contract.media_tap.MediaTap`."""
         self._on_loop(self._ask_key_frame)
 
-    def _on_loop(self, act: Any) -> None:
-        try:
-            self._loop.call_soon_threadsafe(act)
-        except RuntimeError:
-            self._failed("peer.shutdown")  # the loop is closed: the robot has stopped
-
     # -- on the event loop ---------------------------------------------------------------------------------------
 
-    def _open(self) -> None:
-        if self._label not in self._media.cameras():
-            self._failed("channel.unknown_label")
-            return
+    def _start(self) -> None:
         feed = self._media.bind(self._viewer_id, self._label, self._failed, is_local=True)
         feed.codec_agreed(_MIME_TYPES[self._codec])
         self._feed = feed
@@ -81,17 +55,12 @@ class RuntimeTap:
     def _close(self) -> None:
         if self._pump_task is not None:
             self._pump_task.cancel()
-            self._media.leave(self._viewer_id)
-            self._feed = None
+        super()._close()
+        self._feed = None
 
     def _ask_key_frame(self) -> None:
         if self._feed is not None:
             self._feed.heard(PictureLost())
-
-    def _failed(self, code: str) -> None:
-        with self._filled:
-            self.failure = code
-            self._filled.notify_all()
 
     async def _pump(self, feed: PictureFeed) -> None:
         while True:
@@ -100,7 +69,7 @@ class RuntimeTap:
             self._put(TappedPicture(bytes(packet), captured_at_s, bool(packet.is_keyframe), self._codec))
 
     def _put(self, picture: TappedPicture) -> None:
-        with self._filled:
+        with self._came:
             self.failure = ""
             is_full = self._waiting_bytes + len(picture.data) > MAX_WAITING_BYTES
             self._needs_key = is_full or (self._needs_key and not picture.is_key)
@@ -111,4 +80,4 @@ class RuntimeTap:
                 return
             self._waiting.append(picture)
             self._waiting_bytes += len(picture.data)
-            self._filled.notify_all()
+            self._came.notify_all()

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import threading
-from collections.abc import Callable
-from types import TracebackType
-from typing import TYPE_CHECKING, Self, cast
-from uuid import uuid4
+from typing import TYPE_CHECKING, cast
 
 from mosaic_core.contract.media import Captured, Picture
 from mosaic_core.contract.media_tap import TappedImage
 from mosaic_core.runtime.media_hub import MediaHub
+from mosaic_core.runtime.tap import Tap
 
 if TYPE_CHECKING:
     from mosaic_core.contract.media import Image
@@ -19,27 +16,13 @@ if TYPE_CHECKING:
 ENCODED_ONLY = "media.encoded_only"
 
 
-class RuntimePictureTap:
+class RuntimePictureTap(Tap):
     """Implements :class:`~mosaic_core.contract.media_tap.PictureTap`."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, media: MediaHub, label: str) -> None:
-        self._loop = loop
-        self._media = media
-        self._label = label
-        self._viewer_id = f"tap-{uuid4().hex}"
-        self._came = threading.Condition()
+        super().__init__(loop, media, label)
         self._is_asked = False
         self._image: TappedImage | None = None
-        self.failure = ""
-
-    def __enter__(self) -> Self:
-        self._on_loop(self._open)
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._on_loop(lambda: self._media.leave(self._viewer_id))
 
     def next(self, timeout_s: float) -> TappedImage | None:
         """See :class:`~mosaic_core.contract.media_tap.PictureTap`."""
@@ -52,22 +35,8 @@ class RuntimePictureTap:
             image, self._image = self._image, None
             return image
 
-    def _on_loop(self, act: Callable[[], None]) -> None:
-        try:
-            self._loop.call_soon_threadsafe(act)
-        except RuntimeError:
-            self._failed("peer.shutdown")  # the loop is closed: the robot has stopped
-
-    def _open(self) -> None:
-        if self._label in self._media.cameras():
-            self._media.look(self._viewer_id, self._label, self._captured)
-        else:
-            self._failed("channel.unknown_label")
-
-    def _failed(self, code: str) -> None:
-        with self._came:
-            self.failure = code
-            self._came.notify_all()
+    def _start(self) -> None:
+        self._media.look(self._viewer_id, self._label, self._captured)
 
     def _captured(self, picture: Picture, captured_at_s: float) -> None:
         """On the camera's thread; it may use its buffer again as soon as this returns."""
