@@ -143,7 +143,8 @@ class PacketSource:
         ticks = pts - self._sizes[0][0]
         if ticks < _WINDOW_TICKS // 2:
             return
-        bitrate_bps = round(sum(size for _, size in self._sizes) * 8 * 90_000 / ticks)
+        # Without the newest, which belongs to the time after it, and may be a second key frame in one second.
+        bitrate_bps = round((sum(size for _, size in self._sizes) - packet.size) * 8 * 90_000 / ticks)
         told_bps = self.state.bitrate_bps
         if not told_bps / _RATE_STEP <= bitrate_bps <= told_bps * _RATE_STEP:
             self.state = replace(self.state, bitrate_bps=bitrate_bps)

@@ -251,6 +251,15 @@ def test_a_source_above_the_ceiling_is_never_taken_for_one_below_it() -> None:
     assert all(fed(PacketSource("front"), 9_000_000, 3, 10)), "no ceiling is set"
 
 
+def test_a_source_just_below_the_ceiling_is_known_to_be_so_after_a_second_though_it_ends_in_a_key_frame() -> None:
+    source = PacketSource("front", ceiling_bps=1_000_000)
+    for number in range(31):
+        size = 40_000 if number % 30 == 0 else 2_500  # 900 kbit/s
+        data = b"\x00\x00\x00\x01\x65" + bytes(size)
+        source.taken(cast(Any, prepared_picture(av.Packet(data), 10 + number / 30)))
+    assert source.state.is_within_ceiling
+
+
 def test_a_ceiling_holds_for_packets_that_came_encoded() -> None:
     encoding = EncodingParams(max_bitrate_bps=500_000)
     above = SourceState("H264", bitrate_bps=4_000_000, is_within_ceiling=False)
