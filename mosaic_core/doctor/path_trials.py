@@ -19,8 +19,9 @@ from mosaic_core.runtime.transport import Channel
 from mosaic_core.words.data_type import Direction, MosaicDataType
 from mosaic_core.words.errors import MosaicError
 
-OPEN_TIMEOUT_S = 2.0
-PINGS = 3
+OPEN_TIMEOUT_S = 4.0
+"""For channels and first answers: some round trips, by way of a satellite too."""
+PINGS, PINGING_S = 3, 0.3
 TICK_S = 0.005
 """How often what has arrived is looked at: at 100 Mbit/s that is 60 kB, a quarter of what may be under way."""
 UNREAD_LABEL = "_path_trial"
@@ -53,7 +54,7 @@ class _Way(Protocol):
 
 
 async def measured_path(connection: RobotConnection) -> MeasuredPath:
-    """Takes two seconds at most, and a moment to open a channel. Raises :class:`MosaicError` or
+    """Takes two seconds, and a moment to open a channel. Raises :class:`MosaicError` or
     :class:`TimeoutError` where nothing comes through."""
     way = _way_of(connection)
     try:
@@ -101,7 +102,10 @@ class _Echo:
     async def open(self) -> None:
         await self._back.wait_open(OPEN_TIMEOUT_S)
         await self._there.wait_open(OPEN_TIMEOUT_S)
-        self.round_trip_ms = min([await self._ping_ms() for _ in range(PINGS)])
+        began_s, pings_ms = time.monotonic(), [await self._ping_ms()]
+        while len(pings_ms) < PINGS and time.monotonic() - began_s < PINGING_S:
+            pings_ms.append(await self._ping_ms())
+        self.round_trip_ms = min(pings_ms)
 
     def send(self) -> bool:
         return self._there.send_data(self._piece)
