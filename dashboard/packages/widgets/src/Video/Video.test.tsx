@@ -289,6 +289,25 @@ test('a recorder that stops by itself says so', async () => {
   expect(screen.getByRole('button', { name: 'Record here, in this browser' })).toBeTruthy()
 })
 
+test('the saved figures count their seconds on over a picture that came anew', async () => {
+  const saved: Blob[] = []
+  vi.spyOn(URL, 'createObjectURL').mockImplementation((blob) => `blob:${saved.push(blob as Blob)}`)
+  vi.spyOn(HTMLAnchorElement.prototype, 'click').mockImplementation(() => {})
+  vi.useFakeTimers({ shouldAdvanceTime: true })
+  shown()
+  for (const stream of [new MediaStream(), null, new MediaStream()]) {
+    act(() => store.mediaStream.set(stream))
+    act(() => void vi.advanceTimersByTime(2000))
+  }
+  await userEvent.click(screen.getByRole('button', { name: 'More for front' }))
+  await userEvent.click(await screen.findByRole('menuitem', { name: 'Save as CSV' }))
+  const [, ...rows] = ((await saved[0]?.text()) ?? '').trim().split('\r\n')
+  const seconds = rows.map((row) => Number(row.split(',')[0]))
+  expect(seconds).toHaveLength(4)
+  expect(seconds).toEqual([...seconds].sort((a, b) => a - b))
+  expect(seconds.at(-1)).toBeGreaterThan(4)
+})
+
 test('all figures are shown on demand', async () => {
   act(() => store.mediaStream.set(new MediaStream()))
   shown()

@@ -170,6 +170,7 @@ function usePlayer({ store, robotId, video, stream, log, last, showsDetails }: P
       { video: element, facts: facts.current, alarm: alarm.current },
       {
         stream,
+        beganMs: log.beganMs,
         measured: () => measured(),
         pictureShown: (rtpTimestamp, atMs) => {
           store.pictureShown(rtpTimestamp, atMs)

@@ -15,6 +15,8 @@ export interface PlayerElements {
 
 export interface PlayerOptions {
   stream: MediaStream | null
+  /** When the page began to watch, by `performance.now()`. */
+  beganMs: number
   /** Tells the store of a picture on the screen; its age then, null while unknown. */
   pictureShown: (rtpTimestamp: number | null, atMs: number) => number | null
   measured: () => Pick<Measured, 'roundTripMs' | 'statistics'>
@@ -31,7 +33,6 @@ export function playPicture({ video, facts, alarm }: PlayerElements, options: Pl
   const { stream } = options
   const meter = new FrameMeter()
   const ages = new PictureAges()
-  const beganMs = performance.now()
   let looks = 0
   video.srcObject = stream
   if (stream !== null) playMuted(video)
@@ -49,7 +50,7 @@ export function playPicture({ video, facts, alarm }: PlayerElements, options: Pl
     alarm.textContent = state === 'stale' ? frozenText(meter.ageMs(now) ?? 0) : ''
     const size = { widthPx: video.videoWidth, heightPx: video.videoHeight }
     facts.textContent = options.showsDetails() ? detailsText({ ...measured, ...size }) : pictureText({ ...measured, ...size })
-    if (stream !== null && looks++ % RECORD_EVERY === 0) options.onRecord(recordOf((now - beganMs) / 1000, measured))
+    if (stream !== null && looks++ % RECORD_EVERY === 0) options.onRecord(recordOf((now - options.beganMs) / 1000, measured))
   }
   const timer = setInterval(show, PERIOD_MS)
   return () => {
