@@ -141,17 +141,21 @@ class _Unread:
         self._connection = connection
         self._channel: Channel = connection.unread_channel(UNREAD_LABEL)
         self._opened = asyncio.Event()
+        self._opening_ms: float | None = None
         self._channel.on_open = self._opened.set
 
     @property
     def round_trip_ms(self) -> float | None:
-        """Of the control channel's pings."""
+        """Of the control channel's pings, or of opening the channel, which takes one as well."""
         best_us = self._connection.round_trip_us_best
-        return None if best_us is None else best_us / 1000
+        known_ms = [self._opening_ms] if best_us is None else [self._opening_ms, best_us / 1000]
+        return min((one for one in known_ms if one is not None), default=None)
 
     async def open(self) -> None:
+        began_s = time.monotonic()
         if not self._channel.is_open:
             await self._opened.wait()
+            self._opening_ms = (time.monotonic() - began_s) * 1000
 
     def send(self) -> bool:
         try:
