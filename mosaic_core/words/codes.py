@@ -229,6 +229,11 @@ REASONS: dict[str, Reason] = {
             "robot's file with `username` and `credential`.",
         ),
         Reason(
+            "ice.bad_url",
+            "The address of an ICE server can't be read.",
+            "Write `stun:HOST:PORT` or `turn:HOST:PORT?transport=tcp` (`mosaic server ice list`, `remove` and `add`).",
+        ),
+        Reason(
             "ice.turn_quota",
             "The TURN server has no allocation left for this account.",
             "Raise `user-quota` or `total-quota` of the TURN server, or wait until old allocations end.",
@@ -420,6 +425,12 @@ REASONS: dict[str, Reason] = {
             "check.no_webrtc",
             "This browser has no WebRTC.",
             "Use a current Chrome, Edge, Firefox or Safari; some privacy settings switch it off.",
+        ),
+        Reason(
+            "check.no_peer_connection",
+            "This browser makes no peer connection.",
+            "Mind what it says of it; close pages with many connections, and check the addresses of the ICE servers "
+            "(`mosaic server ice list`).",
         ),
         Reason(
             "check.insecure_page",

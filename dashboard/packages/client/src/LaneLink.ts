@@ -1,8 +1,9 @@
 import { CHANNEL_PROTOCOL, controlText, LANE_LABEL, type Delivery, type IceCandidate, type IceServer } from '@mosaic/protocol'
 import { DataPort } from './DataPort'
 import { microseconds } from './clock'
+import { usableIceServers } from './iceServers'
 import { RemoteCandidates } from './RemoteCandidates'
-import { plainCandidate, plainIceServer } from './rtcWords'
+import { plainCandidate } from './rtcWords'
 import type { Platform } from './Platform'
 
 export interface LaneLinkListener {
@@ -24,7 +25,7 @@ export class LaneLink {
     iceServers: readonly IceServer[],
     private readonly listener: LaneLinkListener,
   ) {
-    this.connection = platform.openPeerConnection({ iceServers: iceServers.map(plainIceServer) })
+    this.connection = platform.openPeerConnection({ iceServers: usableIceServers(iceServers) })
     this.candidates = new RemoteCandidates(this.connection)
     const channel = this.connection.createDataChannel(LANE_LABEL, { ordered: true, protocol: CHANNEL_PROTOCOL })
     this.port = new DataPort(

@@ -8,9 +8,10 @@ import {
 } from '@mosaic/protocol'
 import { remoteAddressIn } from './NearPath'
 import { chosenPath, type ChosenPath } from './chosenPath'
+import { usableIceServers } from './iceServers'
 import type { Platform } from './Platform'
 import { RemoteCandidates } from './RemoteCandidates'
-import { plainCandidate, plainIceServer } from './rtcWords'
+import { plainCandidate } from './rtcWords'
 
 /** A wanted media line: which connector, and whether it is a picture or sound. */
 export interface MediaLine {
@@ -58,7 +59,7 @@ export class PeerLink {
     iceServers: readonly IceServer[],
     private readonly listener: PeerLinkListener,
   ) {
-    this.connection = platform.openPeerConnection({ iceServers: iceServers.map(plainIceServer) })
+    this.connection = platform.openPeerConnection({ iceServers: usableIceServers(iceServers) })
     this.candidates = new RemoteCandidates(this.connection)
     this.control = this.connection.createDataChannel(CONTROL_LABEL, { ordered: true, protocol: CHANNEL_PROTOCOL })
     this.stop = this.openChannel(STOP_LABEL, 'latest', CHANNEL_PROTOCOL)

@@ -50,6 +50,19 @@ describe('the offer', () => {
     ])
   })
 
+  test('leaves out ICE servers that make browsers refuse the whole connection', async () => {
+    const bench = await signedIn()
+    bench.platform.routes['GET /api/v1/webrtc/ice-servers'] = () => [
+      { urls: ['stun:stun.example.org', 'turn:turn.example.org'] },
+      { urls: 'turns:turn.example.org', username: '', credential: 'c' },
+      { urls: 'no address', username: 'u', credential: 'c' },
+    ]
+    bench.client.connection(ROBOT).connect()
+    const peer = await link(bench.platform)
+    expect(peer.configuration.iceServers).toEqual([{ urls: ['stun:stun.example.org'] }])
+    expect(bench.client.connection(ROBOT).state.get().phase).toBe('connected')
+  })
+
   test('toward an original server has exactly its keys and two blind lines', async () => {
     const { platform } = await linked({ catalogue: null })
     expect(platform.peer.transceivers).toHaveLength(2)

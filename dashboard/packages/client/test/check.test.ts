@@ -4,7 +4,8 @@ import { describe, expect, test } from 'vitest'
 import { browserFindings, type Abilities } from '../src/check/browserFindings'
 import { clockFinding, clockSkew } from '../src/check/clockSkew'
 import { checkConnection } from '../src/check/checkConnection'
-import { addressFinding, iceFindings, natFinding, type Gathered, type IceAnswer } from '../src/check/iceAnswers'
+import { addressFinding, hasAnswered, iceFindings, natFinding, type Gathered, type IceAnswer } from '../src/check/iceAnswers'
+import { sortedIceServers } from '../src/iceServers'
 import type { Platform } from '../src/Platform'
 import type { RestApi } from '../src/RestApi'
 
@@ -85,10 +86,55 @@ describe('NAT', () => {
   })
 })
 
-test('addresses hidden behind names are said, and none at all is a failure', () => {
-  expect(addressFinding([candidate('host', '192.168.1.2')]).status).toBe('ok')
-  expect(addressFinding([candidate('host', 'abcd.local')]).code).toBe('ice.mdns_only')
-  expect(addressFinding([]).code).toBe('ice.no_address')
+test('addresses hidden behind names are told, none at all is a failure, and a browser that refuses is another one', () => {
+  expect(addressFinding({ candidates: [candidate('host', '192.168.1.2')] }).status).toBe('ok')
+  expect(addressFinding({ candidates: [] }).code).toBe('ice.no_address')
+  const refused = addressFinding({ candidates: [], fault: 'too many of them' })
+  expect(refused).toMatchObject({ status: 'fail', code: 'check.no_peer_connection' })
+  expect(refused.sentence).toContain('too many of them')
+})
+
+test('hidden addresses are how a browser is: nothing to do, and said all the same', () => {
+  const found = addressFinding({ candidates: [candidate('host', 'abcd.local')] })
+  expect(found).toMatchObject({ status: 'ok', code: 'ice.mdns_only', cure: '' })
+  expect(found.sentence).toContain('microphone')
+})
+
+describe('a STUN server', () => {
+  const silent = { status: 'warn', code: 'ice.stun_silent' }
+
+  test('that sees the own address of this machine has answered', () => {
+    const [stun] = iceFindings([answer(STUN, { endedMs: 40 })])
+    expect(stun).toMatchObject({ status: 'ok' })
+    expect(stun?.sentence).toContain('answers')
+  })
+
+  test.each([
+    ['was still awaited at the end', {}],
+    ['was given up by the browser without a word', { endedMs: 5000 }],
+    ['is an error', { endedMs: 40, errors: [{ code: 701, text: '' }] }],
+  ])('that %s is silent', (_name, given) => {
+    expect(iceFindings([answer(STUN, given)])[0]).toMatchObject(silent)
+  })
+
+  test('that never answered tells nothing of the NAT', () => {
+    expect(hasAnswered(answer(STUN))).toBe(false)
+    expect(hasAnswered(answer(STUN, { endedMs: 40 }))).toBe(true)
+    expect(hasAnswered(answer(TURN, { endedMs: 40 }))).toBe(false)
+    expect(hasAnswered(answer(TURN, { candidates: [candidate('relay')] }))).toBe(true)
+  })
+})
+
+test('servers that a browser does not take are named, with why they are left out', () => {
+  const { unusable } = sortedIceServers([{ urls: [TURN] }, { urls: ['stun:a b'] }])
+  expect(codes(iceFindings([], unusable))).toEqual([
+    'ice.turn fail ice.turn_no_credentials',
+    'ice.stun warn ice.bad_url',
+    'ice.relay fail ice.no_turn',
+  ])
+  expect(iceFindings([], unusable)[0]?.sentence).toBe(`${TURN} is left out: user name or password is missing.`)
+  const relay = answer(`${TURN}?transport=tcp`, { candidates: [candidate('relay')] })
+  expect(codes(iceFindings([relay], unusable))[0]).toBe('ice.turn warn ice.turn_no_credentials')
 })
 
 test('clocks that agree are fine whatever the way there takes; far ones are said with their direction', () => {
@@ -159,6 +205,18 @@ describe('the whole check', () => {
     const found = await checked({ introduction: () => Promise.resolve({ info, dateMs: null }), iceServers: () => Promise.resolve([]) }, 'offline')
     expect(found.find(({ check }) => check === 'server.http')?.sentence).toContain('mosaic-server 0.1.0')
     expect(codes(found)).toContain('server.websocket fail signal.no_websocket')
-    expect(codes(found)).toContain('network.addresses fail ice.no_address')
+    expect(codes(found)).toContain('network.addresses fail check.no_peer_connection')
+  })
+
+  test('what a browser says of an ICE server is not taken for a machine without addresses', async () => {
+    const credentials = { username: 'u', credential: 'c' }
+    const found = await checked({
+      introduction: () => Promise.reject(new Error('down')),
+      iceServers: () => Promise.resolve([{ urls: [TURN], ...credentials }, { urls: ['turns:other.example.org'] }]),
+    })
+    expect(codes(found)).not.toContain('network.addresses fail ice.no_address')
+    expect(codes(found)).toContain('ice.turn fail check.no_peer_connection')
+    expect(codes(found)).toContain('ice.turn fail ice.turn_no_credentials')
+    expect(codes(found).find((one) => one.startsWith('ice.nat'))).toBe('ice.nat skipped check.skipped')
   })
 })

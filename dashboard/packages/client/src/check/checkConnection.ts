@@ -2,6 +2,7 @@
 import type { Finding, IceServer } from '@mosaic/protocol'
 import { wallClockMs } from '../clock'
 import { MosaicError } from '../MosaicError'
+import { isTurn, sortedIceServers } from '../iceServers'
 import type { Platform } from '../Platform'
 import type { RestApi } from '../RestApi'
 import type { ServerState } from '../types'
@@ -9,7 +10,7 @@ import { browserFindings, type Abilities } from './browserFindings'
 import { clockFinding, clockSkew } from './clockSkew'
 import { failed, passed, warned } from './findings'
 import { gatherIce } from './gatherIce'
-import { addressFinding, iceFindings, isTurn, natFinding, type IceAnswer } from './iceAnswers'
+import { addressFinding, hasAnswered, iceFindings, natFinding, type IceAnswer } from './iceAnswers'
 
 /** From here on the set-up alone, five round trips, is felt. */
 const FAR_MS = 300
@@ -69,18 +70,18 @@ async function checkIce({ platform, api }: CheckSurroundings, found: (finding: F
     found(failed('ice.servers', 'signal.bad_message', { sentence }))
     servers = []
   }
-  const single = servers.flatMap((server) => server.urls.map((url) => ({ ...server, urls: [url] })))
+  const { usable, unusable } = sortedIceServers(servers)
   const [together, ...answers] = await Promise.all([
-    gatherIce(platform, servers),
-    ...single.map((server) => gatherIce(platform, [server], isTurn(server.urls[0] ?? ''))),
+    gatherIce(platform, usable),
+    ...usable.map((server) => gatherIce(platform, [server], [server.urls].flat().some(isTurn))),
   ])
-  found(addressFinding(together.candidates))
-  if (single.length > 0) found(natFinding(together, stunHosts(answers)))
-  iceFindings(answers).forEach(found)
+  found(addressFinding(together))
+  if (usable.length > 0) found(natFinding(together, stunHosts(answers)))
+  iceFindings(answers, unusable).forEach(found)
 }
 
-/** Different servers that tell how a UDP socket looks from outside. */
+/** Different servers that told how a UDP socket looks from outside. */
 function stunHosts(answers: readonly IceAnswer[]): number {
-  const asked = answers.filter(({ url }) => url.startsWith('stun:') || (url.startsWith('turn:') && !url.includes('transport=tcp')))
-  return new Set(asked.map(({ url }) => url.replace(/\?.*$/, '').replace(/^\w+:/, ''))).size
+  const overUdp = answers.filter(({ url }) => url.startsWith('stun:') || (url.startsWith('turn:') && !url.includes('transport=tcp')))
+  return new Set(overUdp.filter(hasAnswered).map(({ url }) => url.replace(/\?.*$/, '').replace(/^\w+:/, ''))).size
 }

@@ -7,6 +7,12 @@ export function passed(check: string, sentence: string, facts: Facts = {}): Find
   return { check, status: 'ok', code: 'check.ok', sentence, cure: '', facts }
 }
 
+/** Nothing is wrong, and yet worth knowing. */
+export function told(check: string, code: ReasonCode): Finding {
+  const { sentence, cure } = REASONS[code]
+  return { check, status: 'ok', code, sentence: `${sentence} ${cure}`, cure: '', facts: {} }
+}
+
 export function skipped(check: string, sentence: string): Finding {
   return { check, status: 'skipped', code: 'check.skipped', sentence, cure: '', facts: {} }
 }
