@@ -38,8 +38,8 @@ def private_uses(tree: ast.AST) -> Iterator[tuple[str, str]]:
     """``(name, text)`` of every private name of something else."""
     for node in ast.walk(tree):
         match node:
-            case ast.Attribute(value=ast.Name(id="self" | "cls")):
-                pass
+            case ast.Attribute(value=ast.Name(id="self" | "cls") | ast.Call(func=ast.Name(id="super"))):
+                pass  # its own, or its base's: see inherited_uses
             case ast.Attribute(attr=name) if NAME.fullmatch(name):
                 yield name, ast.unparse(node)
             case ast.Call(func=ast.Name(id=reader) | ast.Attribute(attr=reader)) if reader in READERS:
@@ -104,7 +104,15 @@ def test_outside_of_its_package_no_private_name_of_something_else_is_used() -> N
 
 
 def names_in_use() -> list[str]:
-    return sorted({name for path in PRIVATE.glob("*.py") for name, _ in private_uses(parsed(path))})
+    trees = [parsed(path) for path in PRIVATE.glob("*.py")]
+    return sorted({name for tree in trees for name in (*(name for name, _ in private_uses(tree)), *super_uses(tree))})
+
+
+def super_uses(tree: ast.AST) -> Iterator[str]:
+    for node in ast.walk(tree):
+        match node:
+            case ast.Attribute(value=ast.Call(func=ast.Name(id="super")), attr=name) if NAME.fullmatch(name):
+                yield name
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +147,9 @@ def test_a_breach_is_found_however_it_is_written(text: str, name: str) -> None:
     assert name in {found for found, _ in private_uses(ast.parse(text))}
 
 
-@pytest.mark.parametrize("text", ["self._own = 1", "cls._own()", "thing.__class__", "_own = 1", "getattr(x, 'open')"])
+@pytest.mark.parametrize(
+    "text", ["self._own = 1", "cls._own()", "super()._own()", "thing.__class__", "_own = 1", "getattr(x, 'open')"]
+)
 def test_what_is_ones_own_is_no_breach(text: str) -> None:
     assert not list(private_uses(ast.parse(text)))
 
