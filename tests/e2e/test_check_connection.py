@@ -51,6 +51,24 @@ def test_the_check_page_looks_at_browser_server_and_ice_without_a_robot(
     assert {"browser.webrtc", "server.http", "network.addresses"} <= {one["check"] for one in copied["findings"]}
 
 
+def test_ice_servers_that_help_nobody_are_named_and_hinder_nobody(
+    page: Page, server: Any, seed: Any, robot: Any, sign_in: Any
+) -> None:
+    dead, useless = "stun:192.0.2.77:3478", "turn:192.0.2.77:3478"  # TEST-NET-1 (RFC 5737): nobody is there
+    page.route("**/webrtc/ice-servers", lambda route: route.fulfill(json=[{"urls": [dead]}, {"urls": [useless]}]))
+    sign_in(page)
+    page.get_by_role("link", name="Check connection").click()
+    check = page.get_by_test_id("check")
+    expect(check).to_have_attribute("aria-busy", "false", timeout=20_000)
+    expect(check).to_contain_text(f"What to do first: {useless} is left out")
+    silent = check.get_by_role("listitem").filter(has_text=dead)
+    expect(silent).to_contain_text("no answer within the time")
+    expect(silent).to_have_attribute("data-status", "warn")
+    photographed(page, "check-ice")
+    page.goto(f"{server.url}/robots/{seed.robot_id}")
+    page.get_by_text("Connected", exact=True).wait_for()
+
+
 def test_a_connected_robot_shows_how_the_connection_came_up(
     page: Page, server: Any, seed: Any, robot: Any, sign_in: Any
 ) -> None:

@@ -17,14 +17,14 @@ export interface SortedIceServers {
 }
 
 /** RFC 7064 and 7065: a host, an IPv6 address in brackets, and for TURN the transport. */
-const PLACE = String.raw`(\[[0-9a-f:.]+\]|[^\s/?#:@[\]]+)(:\d{1,5})?`
-const WELL_FORMED = new RegExp(String.raw`^(stuns?:${PLACE}|turns?:${PLACE}(\?transport=(udp|tcp))?)$`, 'i')
+const HOST = String.raw`(\[[0-9a-f:.]+\]|[^\s/?#:@[\]]+)`
+const FORM = new RegExp(String.raw`^(stuns?|turns?):${HOST}(:(?<port>\d{1,5}))?(?<transport>\?transport=(udp|tcp))?$`, 'i')
 
 export function sortedIceServers(servers: readonly IceServer[]): SortedIceServers {
   const sorted: SortedIceServers = { usable: [], unusable: [] }
   for (const { urls, username, credential } of servers) {
     for (const url of urls.map(withScheme)) {
-      if (!WELL_FORMED.test(url)) sorted.unusable.push({ url, code: 'ice.bad_url', problem: 'that is no address of an ICE server' })
+      if (!isWellFormed(url)) sorted.unusable.push({ url, code: 'ice.bad_url', problem: 'that is no address of an ICE server' })
       else if (!isTurn(url)) sorted.usable.push({ urls: [url] })
       // Empty ones are refused like missing ones.
       else if (username && credential) sorted.usable.push({ urls: [url], username, credential })
@@ -40,6 +40,13 @@ export function usableIceServers(servers: readonly IceServer[]): RTCIceServer[] 
 
 export function isTurn(url: string): boolean {
   return /^turns?:/i.test(url)
+}
+
+function isWellFormed(url: string): boolean {
+  const parts = FORM.exec(url)?.groups
+  if (parts === undefined) return false
+  const port = Number(parts['port'] ?? 1)
+  return port > 0 && port < 65_536 && (isTurn(url) || parts['transport'] === undefined)
 }
 
 // Original configurations write `host:port` and mean TURN.

@@ -25,7 +25,7 @@ describe('left out is', () => {
     ])
   })
 
-  test.each(['stun:', 'turn:a b', 'stun:a?transport=udp', 'turn:a?transport=sctp', 'https://a.example.org', 'turn:a:port', 'turn:u@a'])('%s', (url) => {
+  test.each(['stun:', 'turn:a b', 'stun:a?transport=udp', 'turn:a?transport=sctp', 'https://a.example.org', 'turn:a:port', 'turn:u@a', 'turn:a:99999', 'stun:a:0'])('%s', (url) => {
     const { usable, unusable } = sortedIceServers([{ urls: [url], ...KNOWN }])
     expect(usable).toEqual([])
     expect(unusable.map(({ code }) => code)).toEqual(['ice.bad_url'])
