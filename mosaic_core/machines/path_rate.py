@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
+from mosaic_core.machines.path_share import PathShare
 from mosaic_core.machines.path_watch import PathSeen
 from mosaic_core.machines.rate_control import Feedback, ReceiverReport
 
@@ -17,7 +18,7 @@ _GROWTH, _GUESSED_GROWTH, _CAREFUL_GROWTH = 1.6, 1.25, 1.1
 _IDLE_GROWTH, _USED = 1.08, 0.6
 """While less of the budget is sent, nothing is proved."""
 _ROOM = 1.3
-"""Pictures that come through so much faster than the budget: the path takes more."""
+"""So much more room than the budget: the path takes more."""
 _SHARE = 0.8
 """Of what the path takes: the rest is for key frames, and drains what is left of the queue."""
 _NEAR_SHARE = 0.9
@@ -62,6 +63,7 @@ class PathRate:
         self._key_at_s = now_s - _KEY_PATIENCE_S
         self._heard_at_s = self._grown_at_s = now_s
         self._takes_bps: float | None = None
+        self._share = PathShare()
         self._queued_reports = 0
         self.is_queued = False
         """A queue stands. One report of it may as well be a busy processor, or a packet that radio held up."""
@@ -80,7 +82,11 @@ class PathRate:
         """What may be sent altogether, with copies: twice the budget where the path takes that."""
         if self.is_limited(now_s) or self.loss > BAD_LOSS:
             return self._budget_bps
-        return min(2.0 * self._budget_bps, _TRAINS_SHARE * (self.trains_bps or math.inf))
+        return min(2.0 * self._budget_bps, _TRAINS_SHARE * (self.room_bps(now_s) or math.inf))
+
+    def room_bps(self, now_s: float) -> float | None:
+        """What others leave of the speed that single pictures came through at."""
+        return None if self.trains_bps is None else self.trains_bps * self._share.at(now_s)
 
     def is_limited(self, now_s: float) -> bool:
         """Not long ago it was more than the path takes, and there is no room for twice the budget."""
@@ -152,9 +158,11 @@ class PathRate:
             self._congested, self._takes_bps = (now_s, seen.trains_bps or self._budget_bps), None
             self._set(_TRAINS_SHARE * self._congested[1])
         elif seen.queue_s < _EMPTY_S + self._usual_s:
-            self._set(self._budget_bps * self._growth(seen, now_s) ** elapsed_s)
+            self._set(self._budget_bps * self._growth(now_s) ** elapsed_s)
 
     def _cut(self, seen: PathSeen, now_s: float) -> None:
+        if seen.left is not None:
+            self._share.congested(seen.left, now_s)
         path_bps = min(seen.path_bps or self._budget_bps, self._budget_bps / _SHARE)
         self._congested, self._takes_bps = (now_s, path_bps), seen.path_bps
         self._cut_at_s = now_s
@@ -185,12 +193,13 @@ class PathRate:
             longest_s = self._cut_at_s + _LONGEST_PAUSE_S
             self.paused_until_s = min(longest_s, now_s + max(0.0, seen.empties_in_s - _PAUSE_LESS_S))
 
-    def _growth(self, seen: PathSeen, now_s: float) -> float:
+    def _growth(self, now_s: float) -> float:
         """Factor per second."""
-        if seen.trains_bps is not None:
-            if seen.trains_bps > _ROOM * self._budget_bps:
+        room_bps = self.room_bps(now_s)
+        if room_bps is not None:
+            if room_bps > _ROOM * self._budget_bps:
                 return _GROWTH
-            if seen.trains_bps * _NEAR_SHARE < self._budget_bps:
+            if room_bps * _NEAR_SHARE < self._budget_bps:
                 return 1.0
         if self.sent_bps(now_s) < _USED * self._budget_bps:
             return _IDLE_GROWTH

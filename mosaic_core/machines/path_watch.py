@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import statistics
 from collections import OrderedDict, deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -31,7 +31,9 @@ _TRAIN_GAP_S = 0.0015
 _SPREAD = 1.3
 """A train that comes no wider than it left met nothing that is slower than its sender."""
 _TRAIN_PACKETS = 2
-_TRAINS_WINDOW_S, _LEAST_TRAINS = 1.5, 6
+_TRAINS_WINDOW_S, _LEAST_TRAINS, _LEAST_QUEUED_TRAINS = 1.5, 6, 3
+_LEAST_LEFT = 0.75
+"""Of what was ours: where all of them make way, each has to give less."""
 FASTEST_BPS = 50_000_000.0
 """More is not told apart: receivers give times in quarters of a millisecond."""
 
@@ -42,7 +44,8 @@ class PathSeen:
     sent at ``newest_sent_s``; ``empties_in_s``: when the queue will have drained if nothing more is sent.
 
     ``path_bps``: what came through while a queue stood: what the path takes. ``trains_bps``: how fast the packets of
-    single pictures followed each other lately: about what it would take. ``None``: too few to tell.
+    single pictures followed each other lately: about what it would take. ``left``: of that, the part which other
+    streams on the way left to this one while a queue stood. ``None``: too few to tell.
     """
 
     queue_s: float
@@ -53,6 +56,7 @@ class PathSeen:
     empties_in_s: float = 0.0
     path_bps: float | None = None
     trains_bps: float | None = None
+    left: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +105,7 @@ class PathWatch:
             self._empties_in_s(newest.sent_s, queues[-1], path_bps, now_s),
             path_bps,
             self._trains_bps(now_s),
+            self._left(path_bps),
         )
 
     def _taken(self, report: ArrivalReport) -> tuple[list[_Arrived], int]:
@@ -151,19 +156,19 @@ class PathWatch:
         is_steady = span_s >= _PATH_LEAST_S and gap_s <= _WORST_GAP * span_s
         return _rate_bps(self._queued, span_s) if is_steady else None
 
-    def _note_trains(self, arrived: Sequence[_Arrived], now_s: float) -> None:
-        train: list[_Arrived] = []
-        for one in arrived:
-            if train and not 0.0 <= one.sent_s - train[-1].sent_s <= _TRAIN_GAP_S:
-                self._note_train(train, now_s)
-                train = []
-            train.append(one)
-        self._note_train(train, now_s)
+    def _left(self, path_bps: float | None) -> float | None:
+        """What came through of ours, less what the queue grew by: others go on sending what they send. Both speeds are
+        of the same packets, so a path that has just become narrower isn't taken for a shared one."""
+        trains_bps = _speeds_bps(self._queued)
+        if path_bps is None or len(trains_bps) < _LEAST_QUEUED_TRAINS:
+            return None
+        ours = min(1.0, path_bps / statistics.median(trains_bps))
+        first, last = self._queued[0], self._queued[-1]
+        growth = (last.at_s - first.at_s) / max(1e-3, last.sent_s - first.sent_s) - 1.0
+        return min(1.0, max(_LEAST_LEFT * ours, ours - growth * (1.0 - ours)))
 
-    def _note_train(self, train: Sequence[_Arrived], now_s: float) -> None:
-        if len(train) >= _TRAIN_PACKETS:
-            span_s, left_s = train[-1].at_s - train[0].at_s, train[-1].sent_s - train[0].sent_s
-            self._trains.append((now_s, _rate_bps(train, span_s) if span_s > _SPREAD * left_s else FASTEST_BPS))
+    def _note_trains(self, arrived: Sequence[_Arrived], now_s: float) -> None:
+        self._trains.extend((now_s, bps) for bps in _speeds_bps(arrived))
 
     def _trains_bps(self, now_s: float) -> float | None:
         while self._trains and self._trains[0][0] < now_s - _TRAINS_WINDOW_S:
@@ -177,6 +182,21 @@ class PathWatch:
             return 0.0
         behind_bits = 8 * sum(size for sent_s, size in self._on_the_way.values() if sent_s > newest_sent_s)
         return max(0.0, newest_sent_s + queue_s + behind_bits / path_bps - now_s)
+
+
+def _speeds_bps(arrived: Iterable[_Arrived]) -> list[float]:
+    """Of each train in there."""
+    trains: list[list[_Arrived]] = []
+    for one in arrived:
+        if not trains or not 0.0 <= one.sent_s - trains[-1][-1].sent_s <= _TRAIN_GAP_S:
+            trains.append([])
+        trains[-1].append(one)
+    return [_speed_bps(train) for train in trains if len(train) >= _TRAIN_PACKETS]
+
+
+def _speed_bps(train: Sequence[_Arrived]) -> float:
+    span_s, left_s = train[-1].at_s - train[0].at_s, train[-1].sent_s - train[0].sent_s
+    return _rate_bps(train, span_s) if span_s > _SPREAD * left_s else FASTEST_BPS
 
 
 def _rate_bps(arrived: Sequence[_Arrived], span_s: float) -> float:

@@ -23,13 +23,15 @@ class Viewer:
 
     def hear(self, times: int = 1, *, sends: float = 1.0, lost: int = 0, received: int = 20, queue_s: float = 0.0,
              newest_queue_s: float | None = None, empties_in_s: float = 0.0, path_bps: float | None = None,
-             trains_bps: float | None = None) -> Viewer:  # fmt: skip
+             trains_bps: float | None = None, left: float | None = None) -> Viewer:  # fmt: skip
         for _ in range(times):
             self.now_s += REPORT_S
             self.rate.sent(round(self.rate.budget_bps * sends * REPORT_S / 8), self.now_s)
             newest_s = queue_s if newest_queue_s is None else newest_queue_s
             self.rate.handle(
-                PathSeen(queue_s, newest_s, self.now_s - 0.03, received, lost, empties_in_s, path_bps, trains_bps),
+                PathSeen(
+                    queue_s, newest_s, self.now_s - 0.03, received, lost, empties_in_s, path_bps, trains_bps, left
+                ),
                 self.now_s,
             )
         return self
@@ -131,6 +133,20 @@ def test_where_it_was_too_much_it_stays_below_until_more_comes_through() -> None
     assert viewer.rate.is_limited(viewer.now_s)
     viewer.hear(40, trains_bps=8e6)
     assert viewer.rate.budget_bps == MAX_BPS
+
+
+def test_beside_others_it_grows_no_further_than_what_they_leave_and_tries_for_more_later() -> None:
+    viewer = Viewer().hear(60, trains_bps=4e6)
+    viewer.hear(newest_queue_s=0.08, path_bps=1e6, trains_bps=4e6, left=0.25)
+    assert viewer.hear(50, trains_bps=4e6).rate.budget_bps <= 950_000
+    assert viewer.rate.most_bps(viewer.now_s + 20) < 4e6  # copies too
+    assert viewer.hear(300, trains_bps=4e6).rate.budget_bps > 3_000_000
+
+
+def test_what_others_leave_follows_the_path_when_it_widens() -> None:
+    viewer = Viewer().hear(60, trains_bps=4e6)
+    viewer.hear(newest_queue_s=0.08, path_bps=1e6, trains_bps=4e6, left=0.25)
+    assert viewer.hear(30, trains_bps=16e6).rate.budget_bps > 2_000_000
 
 
 @pytest.mark.parametrize("lost", [1, 2])

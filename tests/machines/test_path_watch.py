@@ -105,6 +105,48 @@ def test_packets_of_one_picture_tell_how_fast_the_path_is() -> None:
     assert path.seen(0.4).trains_bps == pytest.approx(4_000_000, rel=0.01)
 
 
+def beside_others(path: Path, *, longer_s: float, speed_s: float = 0.002, pictures: int = 8) -> PathSeen:
+    """Pictures of four packets every 33 ms through a path of a packet per ``speed_s``; each waits longer than the one
+    before."""
+    for picture in range(pictures):
+        for packet in range(4):
+            path.send(1.0 + picture / 30, 0.06 + picture * longer_s + packet * speed_s)
+    return path.seen(1.4)
+
+
+def test_where_others_share_the_path_what_they_leave_is_told_by_a_queue_that_stands() -> None:
+    seen = beside_others(Path().calm(), longer_s=0.0)
+    assert seen.path_bps == pytest.approx(1_000_000, rel=0.1)
+    assert seen.trains_bps == pytest.approx(4_000_000, rel=0.01)
+    assert seen.left == pytest.approx(0.25, rel=0.1)
+
+
+def test_what_a_queue_grows_by_is_not_left_by_others_and_what_it_shrinks_by_is() -> None:
+    assert beside_others(Path().calm(), longer_s=0.0).left == pytest.approx(0.24, abs=0.01)
+    assert beside_others(Path().calm(), longer_s=0.001).left == pytest.approx(0.21, abs=0.01)
+    assert beside_others(Path().calm(), longer_s=-0.001).left == pytest.approx(0.27, abs=0.01)
+
+
+def test_others_make_way_too_so_not_all_that_a_queue_grows_by_is_taken_from_us() -> None:
+    seen = beside_others(Path().calm(), longer_s=0.03)
+    assert seen.path_bps is not None
+    assert seen.left == pytest.approx(0.75 * seen.path_bps / 4_000_000, rel=0.01)
+
+
+def test_a_path_that_is_full_of_our_own_packets_is_all_ours() -> None:
+    seen = beside_others(Path().calm(), longer_s=0.0, speed_s=1 / 120)
+    assert seen.left == pytest.approx(1.0, abs=0.05)
+
+
+def test_without_a_queue_or_trains_nobody_knows_what_others_leave() -> None:
+    path = Path().calm()
+    path.queue(1.0)
+    seen = path.seen(1.2)
+    assert seen.path_bps is not None
+    assert seen.left is None
+    assert Path().calm().report(1.0) is None
+
+
 def test_a_path_without_a_bottleneck_is_fast_but_not_infinitely() -> None:
     path = Path()
     for picture in range(10):
@@ -149,3 +191,4 @@ def test_whatever_arrives_the_figures_make_sense(packets: list[tuple[float, floa
         assert seen.received + seen.lost == len(packets)
         assert seen.empties_in_s >= 0.0
         assert seen.path_bps is None or 0.0 < seen.path_bps <= FASTEST_BPS
+        assert seen.left is None or 0.0 < seen.left <= 1.0
