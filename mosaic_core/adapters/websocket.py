@@ -1,7 +1,10 @@
-"""The signaling socket over ``websockets``: verified TLS, no compression, and errors that say what is wrong."""
+"""The signaling socket over ``websockets``: verified TLS, no compression, any address of the server that answers, and
+errors that say what is wrong.
+"""
 
 from __future__ import annotations
 
+import asyncio
 import ipaddress
 import socket
 import ssl
@@ -10,6 +13,7 @@ from pathlib import Path
 from typing import Literal
 from urllib.parse import urlsplit
 
+from aiohappyeyeballs import start_connection
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import (
     ConnectionClosed,
@@ -19,11 +23,16 @@ from websockets.exceptions import (
     InvalidURI,
     WebSocketException,
 )
+from websockets.proxy import get_proxy
+from websockets.uri import parse_uri
 
+from mosaic_core.adapters.name_lookup import addresses_of
 from mosaic_core.words.errors import SignalingError
 from mosaic_core.words.signaling import SIZE_AFTER_AUTHORIZATION
 
 OPEN_TIMEOUT_S = 10.0
+NEXT_ADDRESS_AFTER_S = 0.25
+"""RFC 8305 §5: IPv6 may be there and lead nowhere."""
 PING_PERIOD_S = 5.0
 PING_TIMEOUT_S = 10.0
 """A dead connection is noticed within 15 s, the same as on the server's side."""
@@ -64,23 +73,41 @@ async def open_websocket(url: str, *, certificate: Path | None = None) -> WebSoc
 
     With ``certificate`` the server must present the very one of that file, whatever name it is for.
     """
+    sock: socket.socket | None = None
     try:
-        return WebSocket(
-            await connect(
-                url,
-                compression=None,
-                max_size=SIZE_AFTER_AUTHORIZATION,
-                open_timeout=OPEN_TIMEOUT_S,
-                ping_interval=PING_PERIOD_S,
-                ping_timeout=PING_TIMEOUT_S,
-                close_timeout=1.0,
-                proxy=None if _is_local(url) else True,
-                ssl=_tls(url, certificate),
+        async with asyncio.timeout(OPEN_TIMEOUT_S):
+            sock = await _connected(url)
+            return WebSocket(
+                await connect(
+                    url,
+                    compression=None,
+                    max_size=SIZE_AFTER_AUTHORIZATION,
+                    open_timeout=None,
+                    ping_interval=PING_PERIOD_S,
+                    ping_timeout=PING_TIMEOUT_S,
+                    close_timeout=1.0,
+                    sock=sock,
+                    ssl=_tls(url, certificate),
+                )
             )
-        )
     except (OSError, WebSocketException, ValueError) as error:
+        if sock is not None:
+            sock.close()
         message, cure = _cause(url, error)
         raise SignalingError(message, code="signal.unreachable", cure=cure) from error
+
+
+async def _connected(url: str) -> socket.socket | None:
+    """A TCP connection to the first address of the server that answers; ``None`` where the way leads over a proxy."""
+    uri = parse_uri(url)
+    if not _is_local(url) and get_proxy(uri) is not None:
+        return None
+    tried = [
+        (socket.AF_INET6, (address, uri.port, 0, 0)) if ":" in address else (socket.AF_INET, (address, uri.port))
+        for address in await addresses_of(uri.host)
+    ]
+    infos = [(family, socket.SOCK_STREAM, socket.IPPROTO_TCP, "", address) for family, address in tried]
+    return await start_connection(infos, happy_eyeballs_delay=NEXT_ADDRESS_AFTER_S)
 
 
 def _tls(url: str, certificate: Path | None) -> ssl.SSLContext | Literal[True] | None:
@@ -124,6 +151,8 @@ def _cause(url: str, error: Exception) -> tuple[str, str | None]:
         return f"{host}:{port} answered with HTTP status {status} instead of a WebSocket.", None
     if isinstance(error, TimeoutError):
         return f"{host}:{port} did not answer within {OPEN_TIMEOUT_S:.0f} s.", None
+    if isinstance(error, ValueError) and "redirect" in str(error):
+        return f"{host}:{port} sends on to another address: {error}.", "Name that address in `server.ws_url`."
     if isinstance(error, InvalidURI):
         return f"{url!r} is no WebSocket URL.", "Write ws://host:port or wss://host."
     if isinstance(error, InvalidProxy):

@@ -6,7 +6,7 @@ import json
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from mosaic_core.machines.arrivals import Arrivals
@@ -27,13 +27,21 @@ MAX_QUEUED_BYTES = 64 * 1024
 @dataclass(frozen=True, slots=True)
 class MessageInfo:
     """What came with a message. ``seq`` and ``stamp_us`` (the robot's clock) are 0 from original robots, and
-    ``is_latched`` marks the last value, repeated for those who came later. ``age_s`` needs a known clock offset."""
+    ``is_latched`` marks the last value, repeated for those who came later. ``to_ours_us`` maps the robot's clock to ours,
+    by what is known now of the connection on which it came."""
 
     received_at_s: float
     seq: int = 0
     stamp_us: int = 0
     is_latched: bool = False
-    age_s: float | None = None
+    to_ours_us: Callable[[int], int | None] = field(default=lambda _: None, repr=False, compare=False)
+
+    @property
+    def age_s(self) -> float | None:
+        """How old it was when it came. ``None`` while the clocks are not known: before the first pong, and always from
+        original robots."""
+        made_us = self.to_ours_us(self.stamp_us) if self.stamp_us else None
+        return None if made_us is None else max(0.0, self.received_at_s - made_us / 1e6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +192,5 @@ class ChannelPort:
 
 
 def info_of(frame: Frame, to_ours_us: Callable[[int], int | None], at_us: int) -> MessageInfo:
-    """What to tell a subscriber at ``at_us`` of our clock; the age only where the clocks are known."""
-    sent_us = to_ours_us(frame.stamp_us) if frame.stamp_us else None
-    age_s = None if sent_us is None else max(0.0, (at_us - sent_us) / 1e6)
-    return MessageInfo(at_us / 1e6, frame.seq, frame.stamp_us, bool(frame.flags & FrameFlag.LATCHED), age_s)
+    """What to tell a subscriber at ``at_us`` of our clock."""
+    return MessageInfo(at_us / 1e6, frame.seq, frame.stamp_us, bool(frame.flags & FrameFlag.LATCHED), to_ours_us)

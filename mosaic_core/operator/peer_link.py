@@ -196,6 +196,11 @@ class PeerLink:
         if state == "connected":
             self._mark("dtls")
 
+    def to_ours_us(self, theirs_us: int) -> int | None:
+        """A moment of the robot's clock on ours; ``None`` before the first pong. Good after the connection has ended
+        too, for what came over it."""
+        return self.control.to_ours_us(theirs_us) if self.control is not None else None
+
     def _control_opened(self) -> None:
         self._mark("control")
         self._handle(machine.ControlOpened())

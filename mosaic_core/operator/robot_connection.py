@@ -77,7 +77,7 @@ class RobotConnection:
         self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
         around = Surroundings(
             self._watch,
-            self._to_ours_us,
+            self._peer.to_ours_us,
             plan.clock_us,
             self.control.epoch_of,
             self._picture_shown,
@@ -366,5 +366,3 @@ class RobotConnection:
     def _robot_now_us(self) -> int | None:
         return self._peer.control.to_theirs_us(self._plan.clock_us()) if self._peer.control else None
 
-    def _to_ours_us(self, theirs_us: int) -> int | None:
-        return self._peer.control.to_ours_us(theirs_us) if self._peer.control else None

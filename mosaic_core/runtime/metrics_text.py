@@ -24,7 +24,7 @@ METRICS: dict[str, tuple[str, str]] = {
     "mosaic_connector_peers": ("gauge", "Operators that have it open or watch it."),
     "mosaic_connector_messages_total": (
         "counter",
-        "Messages or pictures that at least one operator was sent, or commands carried out.",
+        "Messages made and not refused by all who listen, pictures sent, or commands carried out.",
     ),
     "mosaic_connector_bytes_total": ("counter", "Their payload."),
     "mosaic_connector_dropped_total": (

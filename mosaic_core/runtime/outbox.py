@@ -52,8 +52,6 @@ class _Channel:
     full: frozenset[str] = frozenset()
     """The peers that refused a message and have not said that they take more."""
     latched: Outgoing | None = None
-    is_latched_counted: bool = False
-    """Somebody has got it."""
     gate: RateGate | None = None
     thinner: Thinner[Outgoing] | None = None
     timer: asyncio.TimerHandle | None = None
@@ -183,13 +181,6 @@ class Outbox:
             with self._lock:
                 known.counters.lose(reason, messages)
 
-    def gave_latched(self, channel: str) -> None:
-        """Whoever joined was sent what :meth:`join` gave: with that it counts as sent, if nobody had got it before."""
-        known = self._channels[channel]
-        if known.latched is not None and not known.is_latched_counted:
-            known.is_latched_counted = True
-            known.counters.count(known.latched.size_bytes, time.monotonic())
-
     def listeners(self, channel: str) -> int:
         known = self._channels.get(channel)
         return len(known.listeners) if known is not None else 0
@@ -224,16 +215,15 @@ class Outbox:
 
     def _distribute(self, channel: _Channel, message: Outgoing) -> None:
         size_bytes = message.size_bytes
-        is_taken = self._is_taken(channel, message)
-        if is_taken:
+        if not self._is_refused(channel, message):
             channel.counters.count(size_bytes, time.monotonic())
         if message.to is None and channel.terms.latch and size_bytes <= channel.terms.limits.size_bytes:
-            channel.latched, channel.is_latched_counted = message, is_taken
+            channel.latched = message
 
-    def _is_taken(self, channel: _Channel, message: Outgoing) -> bool:
-        """By at least one of those it is for."""
-        is_taken = False
-        for peer_id in self._hearing(channel, message):
+    def _is_refused(self, channel: _Channel, message: Outgoing) -> bool:
+        """By all that it is for. What nobody listens to is not: its rate tells that the connector lives."""
+        hearing, is_taken = self._hearing(channel, message), False
+        for peer_id in hearing:
             offered = channel.listeners[peer_id].deliver(message)
             if offered is Offered.REFUSED:
                 self._dropped(channel)
@@ -242,4 +232,4 @@ class Outbox:
             is_taken = True
             if offered is Offered.REPLACED:
                 self.left_out(message.channel, "replaced", 1)
-        return is_taken
+        return bool(hearing) and not is_taken

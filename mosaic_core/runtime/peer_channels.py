@@ -103,7 +103,6 @@ class PeerChannels:
         latched = self._site.outbox.join(route.label, self._peer_id, self)
         if latched is not None and link.is_framed:  # a bare payload could not say that it is old
             queue.offer(link.outgoing(latched, FrameFlag.LATCHED))
-            self._site.outbox.gave_latched(route.label)
 
     def deliver(self, message: Outgoing) -> Offered:
         link = self._links.get(message.channel)

@@ -78,7 +78,6 @@ class PeerResume:
         outbox.has_room(label, peer_id)
         if latched is not None and is_newcomer:
             stream.deliver(latched, FrameFlag.LATCHED)
-            outbox.gave_latched(label)
 
     def has_room(self, label: str) -> None:
         """The connection's queue takes messages again."""

@@ -5,11 +5,15 @@ from __future__ import annotations
 import asyncio
 import socket
 import ssl
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import ExitStack, contextmanager
 
 import pytest
+import uvloop
 from websockets.asyncio.server import ServerConnection, serve
+from websockets.datastructures import Headers
 from websockets.exceptions import InvalidURI
+from websockets.http11 import Request, Response
 
 from mosaic_core.adapters import websocket
 from mosaic_core.adapters.websocket import open_websocket
@@ -32,6 +36,20 @@ def free_port() -> int:
         probe.bind(("127.0.0.1", 0))
         port: int = probe.getsockname()[1]
         return port
+
+
+@contextmanager
+def deaf(host: str, port: int) -> Iterator[None]:
+    """Whoever knocks there waits: the queue of connections is full, as on a path that swallows everything."""
+    with ExitStack() as stack:
+        listening = stack.enter_context(socket.socket())
+        listening.bind((host, port))
+        listening.listen(0)
+        for _ in range(2):
+            knocking = stack.enter_context(socket.socket())
+            knocking.setblocking(False)
+            knocking.connect_ex((host, port))
+        yield
 
 
 def failure(url: str) -> SignalingError:
@@ -57,6 +75,45 @@ def test_text_goes_both_ways_binary_is_passed_over_and_the_close_code_is_known()
             await opened.send("too late")
 
     against(handler, use)
+
+
+@pytest.mark.parametrize("loop_factory", [None, uvloop.new_event_loop], ids=["asyncio", "uvloop"])
+def test_an_address_that_leads_nowhere_does_not_keep_it_from_the_next(
+    monkeypatch: pytest.MonkeyPatch, loop_factory: Callable[[], asyncio.AbstractEventLoop] | None
+) -> None:
+    async def handler(server: ServerConnection) -> None:
+        await server.send("here")
+
+    async def addresses(host: str) -> list[str]:
+        return ["127.0.0.2", "127.0.0.1"]
+
+    async def run() -> None:
+        async with serve(handler, "127.0.0.1", 0) as server:
+            port = server.sockets[0].getsockname()[1]
+            with deaf("127.0.0.2", port):
+                async with asyncio.timeout(websocket.OPEN_TIMEOUT_S / 2):
+                    opened = await open_websocket(f"ws://name.example:{port}/ws/robot")
+                    assert [frame async for frame in opened] == ["here"]
+
+    monkeypatch.setattr(websocket, "addresses_of", addresses)
+    with asyncio.Runner(loop_factory=loop_factory) as runner:
+        runner.run(run())
+
+
+def test_a_server_that_sends_on_to_another_address_is_named_with_it() -> None:
+    async def moved(connection: ServerConnection, request: Request) -> Response:
+        headers = Headers(Location="wss://elsewhere.example/ws/robot", Connection="close")
+        return Response(301, "Moved Permanently", headers, b"")
+
+    async def run() -> SignalingError:
+        async with serve(lambda connection: connection.wait_closed(), "127.0.0.1", 0, process_request=moved) as server:
+            with pytest.raises(SignalingError) as failed:
+                await open_websocket(f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}/ws/robot")
+            return failed.value
+
+    error = asyncio.run(run())
+    assert "wss://elsewhere.example/ws/robot" in str(error)
+    assert "server.ws_url" in (error.cure or "")
 
 
 def test_nothing_is_compressed_and_a_frame_beyond_the_limit_closes_the_socket() -> None:
@@ -135,8 +192,14 @@ def test_an_untrusted_certificate_is_refused(monkeypatch: pytest.MonkeyPatch) ->
         error.verify_message = "self-signed certificate"
         raise error
 
+    async def addresses(host: str) -> list[str]:
+        return ["127.0.0.1"]
+
     monkeypatch.setattr(websocket, "connect", untrusted)
-    assert "self-signed certificate" in failure("wss://mosaic.example").message
+    monkeypatch.setattr(websocket, "addresses_of", addresses)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        url = f"wss://mosaic.example:{server.getsockname()[1]}"
+        assert "self-signed certificate" in failure(url).message
 
 
 @pytest.mark.parametrize("error", [TimeoutError(), InvalidURI("x", "bad"), OSError("no route to host")])
