@@ -14,9 +14,14 @@ from mosaic_core.operator.stores import ReceivableStore
 from mosaic_core.testing.joining import connector, joined, until
 
 
+class Battery(DataChannelSendable[dict[str, int]]):
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+
+
 class BatteryConfigurer(DataChannelConfigurer[Params]):
-    def configure(self) -> DataChannelSendable[dict[str, int]]:
-        return DataChannelSendable(self.label)
+    def configure(self) -> Battery:
+        return Battery(self.label)
 
 
 def test_a_value_that_came_before_the_clocks_were_known_gets_its_age_when_they_are() -> None:
