@@ -27,8 +27,8 @@ MAX_QUEUED_BYTES = 64 * 1024
 @dataclass(frozen=True, slots=True)
 class MessageInfo:
     """What came with a message. ``seq`` and ``stamp_us`` (the robot's clock) are 0 from original robots, and
-    ``is_latched`` marks the last value, repeated for those who came later. ``to_ours_us`` maps the robot's clock to ours,
-    by what is known now of the connection on which it came."""
+    ``is_latched`` marks the last value, repeated for those who came later. ``to_ours_us`` maps the robot's clock to
+    ours, by what is known now of the connection on which it came."""
 
     received_at_s: float
     seq: int = 0

@@ -365,4 +365,3 @@ class RobotConnection:
 
     def _robot_now_us(self) -> int | None:
         return self._peer.control.to_theirs_us(self._plan.clock_us()) if self._peer.control else None
-
