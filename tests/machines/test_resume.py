@@ -264,7 +264,6 @@ class World:
 
     def step(self, name: str) -> None:
         getattr(self, name)()
-        assert self.sender.waiting <= LIMITS.messages or not self.sender.is_attached
         assert self.sender.unconfirmed <= LIMITS.messages + LIMITS.in_flight_messages
         assert self.sender.size_bytes <= LIMITS.size_bytes + LIMITS.in_flight_bytes
 
