@@ -40,7 +40,7 @@ class ConnectorCounters:
     """Written by one thread at a time, read anywhere. Sums over all operators, since the robot started."""
 
     messages: int = 0
-    """Sent to at least one operator, or carried out."""
+    """Made, and not refused by all who listen; or carried out."""
     size_bytes: int = 0
     replaced: int = 0
     """Sent, but a newer one took its place before it left."""

@@ -101,6 +101,15 @@ class Heard:
         self.store.on_gap(self.gaps.append)
 
 
+async def listening(link: Joined) -> tuple[Heard, Any]:
+    """Somebody who has got the first event, number 0; and the handler that sends them."""
+    heard, events = Heard(link, "events"), handler(link, "events")
+    await heard.store.wait_open()
+    await until(lambda: events.send_json({"n": 0}))
+    await until(lambda: heard.numbers == [0])
+    return heard, events
+
+
 def play(scenario: Any) -> None:
     async def main() -> None:
         async with asyncio.timeout(20), joined(*CONNECTORS, takes_leases=False) as link:
@@ -113,11 +122,7 @@ def play(scenario: Any) -> None:
 
 def test_events_of_a_robot_arrive_once_and_in_order_across_a_lost_connection() -> None:
     async def scenario(link: Joined) -> None:
-        heard = Heard(link, "events")
-        await heard.store.wait_open()
-        events = handler(link, "events")
-        await until(lambda: events.send_json({"n": 0}))
-        await until(lambda: heard.numbers == [0])
+        heard, events = await listening(link)
         link.cut()
         for number in range(1, 40):
             events.send_json({"n": number})
@@ -192,11 +197,7 @@ def test_what_moves_something_is_refused_while_there_is_no_connection_and_never_
 
 def test_of_what_was_accepted_nothing_is_lost_however_much_it_was() -> None:
     async def scenario(link: Joined) -> None:
-        heard = Heard(link, "events")
-        await heard.store.wait_open()
-        events = handler(link, "events")
-        await until(lambda: events.send_json({"n": 0}))
-        await until(lambda: heard.numbers == [0])
+        heard, events = await listening(link)
         link.cut()
         for number in range(1, MORE_THAN_IS_KEPT):
             events.send_json({"n": number})
@@ -238,11 +239,7 @@ def test_what_was_kept_too_long_is_lost_and_told_on_both_sides(monkeypatch: pyte
     monkeypatch.setattr(sessions, "ResumeLimits", lambda messages, size_bytes, age_s: ResumeLimits(age_s=0.0))
 
     async def scenario(link: Joined) -> None:
-        heard = Heard(link, "events")
-        await heard.store.wait_open()
-        events = handler(link, "events")
-        await until(lambda: events.send_json({"n": 0}))
-        await until(lambda: heard.numbers == [0])
+        heard, events = await listening(link)
         link.cut()
         for number in range(1, 10):
             events.send_json({"n": number})
@@ -296,11 +293,7 @@ def test_a_good_bye_ends_the_session_and_a_new_one_begins_with_the_latched_value
 
 def test_a_store_that_is_made_anew_on_the_same_connection_misses_nothing_of_before() -> None:
     async def scenario(link: Joined) -> None:
-        heard = Heard(link, "events")
-        await heard.store.wait_open()
-        events = handler(link, "events")
-        await until(lambda: events.send_json({"n": 0}))
-        await until(lambda: heard.numbers == [0])
+        heard, events = await listening(link)
         link.operator.stores.release_store(heard.store.robot_connector)
         await until(lambda: heard.store.state.phase == "closed")
         for number in range(1, 5):
