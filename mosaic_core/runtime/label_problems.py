@@ -4,7 +4,7 @@ has.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from typing import Any, TypeAlias
 
 from pydantic import BaseModel
@@ -34,7 +34,7 @@ def label_problems(made: Sequence[WithHandlers], document: YamlDocument) -> Iter
             what = f"which is of type {types[label]}" if label in types else "which this robot does not have"
             message = f"connector '{one.config.label}' names the camera '{label}', {what}"
             place = real_place(loc, document, (*one.place, "params"))
-            yield document.problem(place, message, cure=_cure(label, cameras))
+            yield document.problem(place, message, cure=_cure(label, cameras, unmade))
 
 
 def named_in(value: object, loc: Loc = ()) -> Iterator[tuple[Loc, CameraLabel]]:
@@ -72,8 +72,8 @@ def _unmade(made: set[str], document: YamlDocument) -> set[str]:
     return found
 
 
-def _cure(label: str, cameras: Sequence[str]) -> str:
-    guess = nearest(label, cameras)
+def _cure(label: str, cameras: Sequence[str], unmade: Set[str]) -> str:
+    guess = nearest(label, [*cameras, *sorted(unmade)])
     if guess:
         return f"did you mean '{guess}'?"
     return f"it has: {', '.join(cameras)}" if cameras else "add a camera with this label"

@@ -68,6 +68,8 @@ def test_a_camera_with_a_mistake_of_its_own_is_not_missed(rehearsed: Rehearsed) 
     assert "unknown key 'colour'" in problem.message
     (problem, other) = rehearsed(broken, "type: watcher, label: w, params: { main: rear }")
     assert "names the camera 'rear'" in other.message
+    (problem, other) = rehearsed(broken, "type: watcher, label: w, params: { main: frnt }")
+    assert other.cure == "did you mean 'front'?"
 
 
 def test_a_label_that_only_the_robot_knows_may_be_any(rehearsed: Rehearsed) -> None:
