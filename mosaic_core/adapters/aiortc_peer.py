@@ -20,6 +20,7 @@ from mosaic_core.adapters.aiortc_private import (
     chosen_path,
     ice_transports,
     quicken,
+    speak_dtls_with_everyone,
     take_turns,
     widen_udp_buffer,
 )
@@ -57,6 +58,7 @@ class AiortcPeer:
     ) -> None:
         widen_udp_buffer()
         self.pc = RTCPeerConnection(RTCConfiguration(iceServers=[], bundlePolicy=bundle))
+        speak_dtls_with_everyone(self.pc)
         self.buffer = PeerBuffer(self.pc)
         self._ice_servers = ice_servers
         self._on_candidate = on_candidate

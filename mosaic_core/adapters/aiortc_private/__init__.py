@@ -1,7 +1,7 @@
 """The one place that touches names which aiortc and aioice keep to themselves; one contract test holds each.
 
 Those tests fail loudly when a new version changes one of them. Most are in
-``tests/adapters/test_aiortc_private_names.py``; those of ``fair_turns``, ``prompt_pictures``, ``quick_sctp``,
+``tests/adapters/test_aiortc_private_names.py``; those of ``dtls``, ``fair_turns``, ``prompt_pictures``, ``quick_sctp``,
 ``repeats`` and ``reporting`` stand in their own files there. ``tests/architecture/test_aiortc_private_use.py`` sees
 that no other module uses such a name, and that each used here has its test.
 """
@@ -10,6 +10,7 @@ from aiortc.sdp import MediaDescription, SessionDescription, candidate_from_sdp,
 
 from mosaic_core.adapters.aiortc_private.arrivals import PacketNumbers, agree_on_arrivals, sequence_number_of
 from mosaic_core.adapters.aiortc_private.codecs import has_common_codec, prefer_codecs, sent_codec
+from mosaic_core.adapters.aiortc_private.dtls import speak_dtls_with_everyone
 from mosaic_core.adapters.aiortc_private.fair_turns import take_turns
 from mosaic_core.adapters.aiortc_private.gathering import EarlyGathering, ice_transports, widen_udp_buffer
 from mosaic_core.adapters.aiortc_private.kept_lines import KeptLines
@@ -40,6 +41,7 @@ __all__ = [
     "quicken",
     "sent_codec",
     "sequence_number_of",
+    "speak_dtls_with_everyone",
     "ssrc_of",
     "take_turns",
     "widen_udp_buffer",
