@@ -107,3 +107,9 @@ async def joined_pair(ice_servers: Sequence[IceServer] = ()) -> AsyncIterator[Pa
 def pair() -> Any:
     """``async with pair() as p``: a robot's and an operator's peer connection, closed at the end."""
     return joined_pair
+
+
+@pytest.fixture
+def side() -> Any:
+    """``side()``: what records what one of our sides is told, for a test that brings the other one."""
+    return Side
