@@ -11,7 +11,7 @@ from mosaic_core.adapters.aiortc_peer import AiortcPeer
 from mosaic_core.adapters.aiortc_private.repeats import route_repeats
 from mosaic_core.adapters.aiortc_private.reporting import ArrivalReporter, agreed_number_id, offer_reports
 from mosaic_core.adapters.incoming_video import IncomingVideo
-from mosaic_core.adapters.offer_vetting import separated_candidates
+from mosaic_core.adapters.offer_vetting import refuse_unless_bundled, separated_candidates, with_fragments
 from mosaic_core.adapters.sound_track import OutgoingVoice, ReceivedSound, SoundTrack
 from mosaic_core.contract.sound import SoundEncoding
 from mosaic_core.machines.chosen_path import ChosenPath
@@ -92,7 +92,8 @@ class AiortcOfferer:
 
     async def accept_answer(self, sdp: str) -> None:
         """Apply the robot's answer; raises :class:`ConnectionFailed` (``sdp.invalid``)."""
-        text, candidates, has_all = separated_candidates(sdp)
+        text, candidates, has_all = separated_candidates(with_fragments(sdp))
+        refuse_unless_bundled(text)
         try:
             await self._peer.pc.setRemoteDescription(RTCSessionDescription(text, "answer"))
         except self._peer.ERRORS as error:

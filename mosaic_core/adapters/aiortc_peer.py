@@ -7,9 +7,10 @@ import logging
 import os
 from collections.abc import Callable, Coroutine, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
-from aiortc import RTCBundlePolicy, RTCConfiguration, RTCIceCandidate, RTCPeerConnection
+from aiortc import RTCBundlePolicy, RTCConfiguration, RTCIceCandidate, RTCIceTransport, RTCPeerConnection
 from aiortc.exceptions import InternalError, InvalidAccessError, InvalidStateError, OperationError
 
 from mosaic_core.adapters.aiortc_channel import PeerBuffer
@@ -22,9 +23,10 @@ from mosaic_core.adapters.aiortc_private import (
     quicken,
     speak_dtls_with_everyone,
     take_turns,
+    transports_by_mid,
     widen_udp_buffer,
 )
-from mosaic_core.adapters.offer_vetting import first_mid, without_end_of_candidates
+from mosaic_core.adapters.offer_vetting import mids_of, without_end_of_candidates
 from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
@@ -67,8 +69,8 @@ class AiortcPeer:
         self._gatherings: list[EarlyGathering] = []
         self._is_described = False
         self._early: list[IceCandidate] = []
-        self._unsent: list[str] = []
-        self._mid: str | None = None
+        self._unsent: list[tuple[RTCIceTransport, str]] = []
+        self._lines: dict[RTCIceTransport, tuple[str, int]] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._has_all_remote = False
         self._closing: asyncio.Task[None] | None = None
@@ -78,9 +80,8 @@ class AiortcPeer:
     async def describe_locally(self) -> str:
         """Set the local description and return it at once, with the host candidates."""
         for transport in ice_transports(self.pc):
-            gathering = EarlyGathering(
-                transport, self._ice_servers, self._found, self._gathered, relay_only=self._relay_only
-            )
+            found = partial(self._found, transport)
+            gathering = EarlyGathering(transport, self._ice_servers, found, self._gathered, relay_only=self._relay_only)
             gathering.install()
             take_turns(transport)
             self._gatherings.append(gathering)
@@ -89,7 +90,7 @@ class AiortcPeer:
         await self.pc.setLocalDescription()
         sdp = self.pc.localDescription.sdp
         # What was found meanwhile goes out after the description that it belongs to.
-        asyncio.get_running_loop().call_soon(self._release, first_mid(sdp))
+        asyncio.get_running_loop().call_soon(self._release, mids_of(sdp))
         return sdp if self._is_gathered else without_end_of_candidates(sdp)
 
     async def describe_again(self) -> str:
@@ -143,19 +144,27 @@ class AiortcPeer:
     def _is_gathered(self) -> bool:
         return bool(self._gatherings) and all(gathering.is_complete for gathering in self._gatherings)
 
-    def _found(self, candidate: RTCIceCandidate) -> None:
+    def _found(self, transport: RTCIceTransport, candidate: RTCIceCandidate) -> None:
         text = f"candidate:{candidate_to_sdp(candidate)}"
-        if self._mid is None:
-            self._unsent.append(text)
-        elif self._closing is None:
-            self._on_candidate(IceCandidate(candidate=text, sdp_mid=self._mid, sdp_m_line_index=0))
+        if transport in self._lines:
+            self._tell(transport, text)
+        else:
+            self._unsent.append((transport, text))
 
-    def _release(self, mid: str) -> None:
-        self._mid = mid
-        for text in self._unsent:
-            if self._closing is None:
-                self._on_candidate(IceCandidate(candidate=text, sdp_mid=mid, sdp_m_line_index=0))
+    def _release(self, mids: Sequence[str]) -> None:
+        """Candidates are told under the first line of their transport; all lines have one where they are bundled."""
+        transports = transports_by_mid(self.pc)
+        for index, mid in enumerate(mids):
+            if mid in transports:
+                self._lines.setdefault(transports[mid], (mid, index))
+        for transport, text in self._unsent:
+            self._tell(transport, text)
         self._unsent.clear()
+
+    def _tell(self, transport: RTCIceTransport, text: str) -> None:
+        if self._closing is None and transport in self._lines:
+            mid, index = self._lines[transport]
+            self._on_candidate(IceCandidate(candidate=text, sdp_mid=mid, sdp_m_line_index=index))
 
     def _gathered(self) -> None:
         """The other side has sent all its candidates and we have all ours: from now on a failure is one."""

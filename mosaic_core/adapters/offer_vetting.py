@@ -6,8 +6,11 @@ an end of candidates may not fail the connection while our own relay is still on
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+from aiortc import RTCRtpCodecParameters
 
 from mosaic_core.adapters.aiortc_private import MediaDescription, SessionDescription, has_common_codec
 from mosaic_core.runtime.sound_transport import SoundLabels
@@ -53,6 +56,7 @@ class VettedOffer:
 
 def vetted_offer(text: str) -> VettedOffer:
     """Check ``text``; raises :class:`ConnectionFailed` with ``sdp.invalid`` or ``sdp.no_common_codec``."""
+    text = with_fragments(text)
     description = _parsed(text)
     mids = [media.rtp.muxId or "" for media in description.media]
     if not mids or "" in mids or len(set(mids)) != len(mids):
@@ -132,11 +136,38 @@ def _vet_line(mid: str, media: MediaDescription) -> None:
         raise _invalid(f"media line {mid} does not multiplex RTCP")
     codecs = media.rtp.codecs
     if not has_common_codec(kind, codecs):
-        offered = ", ".join(dict.fromkeys(codec.name for codec in codecs)) or "none"
-        ours = "VP8 and H.264" if kind == "video" else "Opus"
+        offered = ", ".join(dict.fromkeys(_named_codec(codec) for codec in codecs)) or "none"
+        ours = "VP8 and H.264 (packetization-mode 1, profile 42001f or 42e01f)" if kind == "video" else "Opus"
         raise ConnectionFailed(
             f"The {kind} line {mid} offers {offered}; the robot sends {ours}.", code="sdp.no_common_codec"
         )
+
+
+def _named_codec(codec: RTCRtpCodecParameters) -> str:
+    if codec.name.upper() != "H264":
+        return codec.name
+    mode, profile = (
+        codec.parameters.get(key, default)
+        for key, default in (("packetization-mode", 0), ("profile-level-id", "42e01f"))
+    )
+    return f"H264 (packetization-mode {mode}, profile {profile})"
+
+
+def with_fragments(text: str) -> str:
+    """A description in which every H.264 says how it is cut into packets. Who leaves that out, as GStreamer's caps
+    mostly do, says "one NAL unit in each" (RFC 6184 §8.1), which aiortc doesn't have, and takes fragments all the same;
+    who writes ``packetization-mode=0`` means it."""
+    return "".join(_section_with_fragments(section) for section in re.split(r"(?m)^(?=m=)", text))
+
+
+def _section_with_fragments(section: str) -> str:
+    for payload_type in re.findall(r"(?mi)^a=rtpmap:(\d+) H264/90000", section):
+        found = re.search(rf"(?m)^a=fmtp:{payload_type} [^\r\n]*", section)
+        if found is None:
+            section = f"{section.rstrip()}\r\na=fmtp:{payload_type} packetization-mode=1\r\n"
+        elif "packetization-mode" not in found[0]:
+            section = section.replace(found[0], f"{found[0].rstrip()};packetization-mode=1", 1)
+    return section
 
 
 def separated_candidates(text: str) -> tuple[str, tuple[IceCandidate, ...], bool]:
@@ -167,9 +198,21 @@ def without_end_of_candidates(sdp: str) -> str:
     return "".join(line for line in sdp.splitlines(keepends=True) if not line.startswith(_END_OF_CANDIDATES))
 
 
-def first_mid(sdp: str) -> str:
-    """The name of the first media line, whose transport carries all others."""
-    return next((line[6:].strip() for line in sdp.splitlines() if line.startswith("a=mid:")), "0")
+def mids_of(sdp: str) -> list[str]:
+    """The names of the media lines, in their order."""
+    return [line[6:].strip() for line in sdp.splitlines() if line.startswith("a=mid:")]
+
+
+def refuse_unless_bundled(answer_sdp: str) -> None:
+    """Our offers have one transport for all lines. Raises :class:`ConnectionFailed` (``sdp.invalid``) where the answer
+    takes several of them and gives each its own, which would connect the first line alone."""
+    description = _parsed(answer_sdp)
+    taken = {media.rtp.muxId for media in description.media if media.port}
+    bundles = [set(group.items) for group in description.group if group.semantic == "BUNDLE"]
+    if len(taken) > 1 and not any(taken <= bundle for bundle in bundles):
+        message = "The robot's answer has no a=group:BUNDLE for all its media lines, and the offer has one transport."
+        cure = "Let the robot bundle them; GStreamer: webrtcbin bundle-policy=max-bundle."
+        raise ConnectionFailed(f"{message} {cure}", code="sdp.invalid", cure=cure)
 
 
 def _invalid(why: str) -> ConnectionFailed:

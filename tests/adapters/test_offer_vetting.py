@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import re
 
 import pytest
 from aiortc import RTCConfiguration, RTCPeerConnection
 
 from mosaic_core.adapters.offer_vetting import (
     OfferedLine,
-    first_mid,
     lines_for_labels,
+    mids_of,
+    refuse_unless_bundled,
     separated_candidates,
     vetted_offer,
+    with_fragments,
     without_end_of_candidates,
 )
 from mosaic_core.words.errors import ConnectionFailed
@@ -78,6 +81,33 @@ def test_no_common_codec_has_a_code_of_its_own(offer: str) -> None:
     assert code_of(offer.replace("VP8/", "AV1/").replace("H264/", "H265/")) == "sdp.no_common_codec"
 
 
+@pytest.mark.parametrize("fmtp", ["", "a=fmtp:97 profile-level-id=42e01f\r\n"])
+def test_h264_that_leaves_its_packetization_mode_out_is_taken_for_mode_1(offer: str, fmtp: str) -> None:
+    plain = re.sub(r"a=(rtpmap|fmtp|rtcp-fb):.*\r\n", "", offer)
+    plain = plain.replace("a=ice-ufrag", f"a=rtpmap:97 H264/90000\r\n{fmtp}a=ice-ufrag", 1)
+    completed = vetted_offer(plain).sdp
+    assert completed.count("packetization-mode=1") == 1
+    assert with_fragments(completed) == completed
+
+
+def test_h264_of_another_mode_or_profile_is_refused_by_name(offer: str) -> None:
+    for said, other in (("packetization-mode=1", "packetization-mode=0"), ("42(00|e0)1f", "640028")):
+        text = re.sub(said, other, offer.replace("VP8/", "AV1/"))
+        with pytest.raises(
+            ConnectionFailed, match=rf"H264 \(.*{other.split('=')[-1]}.*; the robot sends VP8"
+        ) as refused:
+            vetted_offer(text)
+        assert refused.value.code == "sdp.no_common_codec"
+
+
+def test_an_answer_that_does_not_bundle_is_refused_with_its_cure(offer: str) -> None:
+    refuse_unless_bundled(offer)
+    with pytest.raises(ConnectionFailed, match="BUNDLE") as refused:
+        refuse_unless_bundled(offer.replace("a=group:BUNDLE 0 1\r\n", ""))
+    assert "max-bundle" in refused.value.cure
+    refuse_unless_bundled(re.sub(r"m=application \d+", "m=application 0", offer.replace("BUNDLE 0 1", "BUNDLE 0")))
+
+
 def test_without_a_wish_the_labels_take_the_wanted_lines_in_order() -> None:
     assert lines_for_labels(LINES, ["a", "b", "c"], None) == {"0": "a", "3": "b"}
     assert lines_for_labels(LINES, ["a"], None) == {"0": "a"}
@@ -99,7 +129,7 @@ def test_candidates_keep_the_name_of_their_line() -> None:
     ]
     assert not has_all
     assert text == "v=0\r\nm=audio 9\r\na=mid:zero\r\nm=video 9\r\na=mid:one\r\n"
-    assert first_mid(sdp) == "zero"
+    assert mids_of(sdp) == ["zero", "one"]
 
 
 def test_our_own_description_can_promise_more_candidates() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from typing import Any
 
 import aioice.ice
@@ -63,6 +64,27 @@ def test_a_reflexive_candidate_follows_the_answer(pair: Any) -> None:
             assert candidate.sdp_mid == "0"
             await peers.operator.accept_answer(answer)
             await asyncio.gather(peers.robot_side.reaches("connected"), peers.operator_side.reaches("connected"))
+        transport.close()
+
+    asyncio.run(run())
+
+
+def test_each_transport_of_an_offer_without_bundle_trickles_under_its_own_line(pair: Any) -> None:
+    async def run() -> None:
+        loop = asyncio.get_running_loop()
+        address = aioice.ice.get_host_addresses(use_ipv4=True, use_ipv6=False)[0]
+        transport, server = await loop.create_datagram_endpoint(StunServer, local_addr=(address, 0))
+        server.release.set()
+        port = transport.get_extra_info("sockname")[1]
+        async with pair([IceServer(urls=(f"stun:{address}:{port}",))]) as peers:
+            peers.operator.add_video("front")
+            peers.operator.create_channel("x")
+            sdp, _ = await peers.operator.offer()
+            await peers.robot.answer(re.sub("a=group:BUNDLE.*\r\n", "", sdp), ["front"], None)
+            async with asyncio.timeout(WAIT_S):
+                while len(found := peers.robot_side.trickled) < 2:  # noqa: ASYNC110 - the side keeps a list
+                    await asyncio.sleep(0.01)
+            assert sorted((one.sdp_mid, one.sdp_m_line_index) for one in found) == [("0", 0), ("1", 1)]
         transport.close()
 
     asyncio.run(run())

@@ -12,7 +12,12 @@ from mosaic_core.adapters.aiortc_private.arrivals import PacketNumbers, agree_on
 from mosaic_core.adapters.aiortc_private.codecs import has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.dtls import speak_dtls_with_everyone
 from mosaic_core.adapters.aiortc_private.fair_turns import take_turns
-from mosaic_core.adapters.aiortc_private.gathering import EarlyGathering, ice_transports, widen_udp_buffer
+from mosaic_core.adapters.aiortc_private.gathering import (
+    EarlyGathering,
+    ice_transports,
+    transports_by_mid,
+    widen_udp_buffer,
+)
 from mosaic_core.adapters.aiortc_private.kept_lines import KeptLines
 from mosaic_core.adapters.aiortc_private.pacing import PacedTransport
 from mosaic_core.adapters.aiortc_private.paths import chosen_path
@@ -44,5 +49,6 @@ __all__ = [
     "speak_dtls_with_everyone",
     "ssrc_of",
     "take_turns",
+    "transports_by_mid",
     "widen_udp_buffer",
 ]

@@ -51,6 +51,14 @@ def ice_transports(pc: RTCPeerConnection) -> list[RTCIceTransport]:
     return list(dict.fromkeys(transports))
 
 
+def transports_by_mid(pc: RTCPeerConnection) -> dict[str, RTCIceTransport]:
+    """The ICE transport of each line that has its name by now."""
+    found = {line.mid: line.receiver.transport.transport for line in pc.getTransceivers()}
+    if pc.sctp is not None:
+        found[pc.sctp.mid] = pc.sctp.transport.transport
+    return {mid: transport for mid, transport in found.items() if mid is not None}
+
+
 class EarlyGathering:
     """Host candidates at once, reflexive and relayed ones as they come.
 

@@ -1,8 +1,11 @@
 """GStreamer's webrtcbin as an operator or a robot, with its default certificate: a program of its own, because Debian's
 Python has the binding.
 
-    /usr/bin/python3 gstreamer_peer.py operator VP8|H264 LABEL...   offers a video line and these data channels
-    /usr/bin/python3 gstreamer_peer.py robot VP8|H264               answers with a test picture
+    /usr/bin/python3 gstreamer_peer.py operator VP8|H264 none|max-bundle LABEL...
+    /usr/bin/python3 gstreamer_peer.py robot VP8|H264 none|max-bundle
+
+The operator offers a video line and these data channels, the robot answers with a test picture. ``none`` is the bundle
+policy that webrtcbin has by default.
 
 One JSON object per line, on standard input (``answer``, ``offer``, ``candidate``, ``send``) and output (``offer``,
 ``answer``, ``candidate``, ``opened``, ``message``, ``picture``, ``state``, ``failed``).
@@ -27,7 +30,6 @@ ENCODERS = {
 DECODERS = {"VP8": "rtpvp8depay ! vp8dec", "H264": "rtph264depay ! h264parse ! openh264dec"}
 PAYLOAD_TYPE = {"VP8": r"a=rtpmap:(\d+) VP8/90000", "H264": r"a=fmtp:(\d+) .*mode=1.*profile-level-id=42e0"}
 """Of H.264 the offer has several: webrtcbin answers with the very profile that the encoder makes."""
-OFFERED = {"VP8": "VP8,payload=96", "H264": "H264,payload=102,packetization-mode=(string)1"}
 
 
 def tell(**what):
@@ -37,12 +39,12 @@ def tell(**what):
 class Peer:
     """What both roles have in common. All on GLib's loop, but for what webrtcbin calls from threads of its own."""
 
-    def __init__(self, codec, pictures=""):
+    def __init__(self, codec, bundle, pictures=""):
         self.codec = codec
         self.channels = {}
         self.pipeline = Gst.Pipeline.new()
         self.bin = Gst.ElementFactory.make("webrtcbin")
-        self.bin.set_property("bundle-policy", GstWebRTC.WebRTCBundlePolicy.MAX_BUNDLE)
+        Gst.util_set_object_arg(self.bin, "bundle-policy", bundle)
         self.pipeline.add(self.bin)
         if pictures:
             source = Gst.parse_bin_from_description(pictures, True)
@@ -123,10 +125,10 @@ class Peer:
 
 
 class Operator(Peer):
-    def __init__(self, codec, labels):
-        super().__init__(codec)
+    def __init__(self, codec, bundle, labels):
+        super().__init__(codec, bundle)
         direction = GstWebRTC.WebRTCRTPTransceiverDirection.RECVONLY
-        caps = f"application/x-rtp,media=video,clock-rate=90000,encoding-name={OFFERED[codec]}"
+        caps = f"application/x-rtp,media=video,clock-rate=90000,encoding-name={codec},payload=96"
         self.bin.emit("add-transceiver", direction, Gst.Caps.from_string(caps))
         for label in labels:
             self.keep(self.bin.emit("create-data-channel", label, None))
@@ -136,8 +138,8 @@ class Operator(Peer):
 class Robot(Peer):
     """A pipeline is made when the offer says which payload type its codec has."""
 
-    def __init__(self, codec):
-        self.codec = codec
+    def __init__(self, codec, bundle):
+        self.codec, self.bundle = codec, bundle
         self.waiting = []
 
     def hear(self, said):
@@ -152,6 +154,7 @@ class Robot(Peer):
         payload_type = re.search(PAYLOAD_TYPE[self.codec], sdp)[1]
         super().__init__(
             self.codec,
+            self.bundle,
             "videotestsrc is-live=true ! video/x-raw,width=320,height=240,framerate=15/1 ! videoconvert "
             f"! {ENCODERS[self.codec]} pt={payload_type} "
             f"! capsfilter caps=application/x-rtp,media=video,encoding-name={self.codec},payload={payload_type}",
@@ -170,8 +173,8 @@ def read(peer, loop):
 
 def main():
     Gst.init(None)
-    role, codec, *labels = sys.argv[1:]
-    peer = Operator(codec, labels) if role == "operator" else Robot(codec)
+    role, codec, bundle, *labels = sys.argv[1:]
+    peer = Operator(codec, bundle, labels) if role == "operator" else Robot(codec, bundle)
     loop = GLib.MainLoop()
     threading.Thread(target=read, args=(peer, loop), daemon=True).start()
     loop.run()

@@ -8,15 +8,17 @@ import asyncio
 import json
 import subprocess
 from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
 
 from mosaic_core.operator import MosaicOperator, RobotConnector
 from mosaic_core.words.data_type import MosaicDataType
+from mosaic_core.words.errors import ConnectionFailed
 
 pytestmark = [pytest.mark.webrtc, pytest.mark.timeout(240)]
 
@@ -164,14 +166,17 @@ class GStreamerOperator:
 
 
 @CODECS
+@pytest.mark.parametrize("bundle", ["none", "max-bundle"])
 def test_gstreamer_as_an_operator_of_our_robot(
-    codec: str, version: str, original_robot: Any, record_property: Callable[[str, object], None]
+    codec: str, bundle: str, version: str, original_robot: Any, record_property: Callable[[str, object], None]
 ) -> None:
-    record_property("pair", f"our robot ↔ GStreamer {version} operator (RSA): data both ways, {codec}")
+    """Also with a transport for each line, which is its default."""
+    pair = f"our robot ↔ GStreamer {version} operator (RSA, bundle-policy {bundle}): data both ways, {codec}"
+    record_property("pair", pair)
 
     async def scene() -> None:
         async with original_robot(ROBOT) as site:
-            async with gstreamer("operator", codec, "load", "link-receiver", "link-sender") as peer:
+            async with gstreamer("operator", codec, bundle, "load", "link-receiver", "link-sender") as peer:
                 operator = GStreamerOperator(site, peer)
                 await operator.call()
                 for label in ("load", "link-receiver", "link-sender"):
@@ -228,7 +233,8 @@ class OriginalRobot:
             )
 
     async def _say(self, kind: str, **data: Any) -> None:
-        await self._socket.send(json.dumps({"type": kind, "data": data}))
+        with suppress(ConnectionClosed):  # candidates are found until the end
+            await self._socket.send(json.dumps({"type": kind, "data": data}))
 
 
 @CODECS
@@ -238,17 +244,34 @@ def test_gstreamer_as_a_robot_for_our_operator(
     record_property("pair", f"our operator and server ↔ GStreamer {version} robot (RSA): data both ways, {codec}")
 
     async def scene() -> None:
-        url = f"ws://127.0.0.1:{server.port}/ws/robot"
-        async with gstreamer("robot", codec) as peer, connect(url) as socket:
-            robot = OriginalRobot(socket, peer, seed)
-            running = asyncio.create_task(robot.run())
-            async with asyncio.timeout(WAIT_S):
-                await robot.is_ready.wait()
-                async with await MosaicOperator.login(server.url, seed.email, seed.password) as operator:
-                    await use(operator, peer, seed.robot_id)
-            running.cancel()
+        async with gstreamer("robot", codec, "max-bundle") as peer, called(peer, server, seed) as operator:
+            await use(operator, peer, seed.robot_id)
 
     asyncio.run(scene())
+
+
+def test_a_gstreamer_robot_that_does_not_bundle_is_told_what_to_do(version: str, server: Any, seed: Any) -> None:
+    async def scene() -> None:
+        front = RobotConnector(seed.robot_id, "front", MosaicDataType.MEDIA)
+        async with gstreamer("robot", "VP8", "none") as peer, called(peer, server, seed) as operator:
+            with pytest.raises(ConnectionFailed, match="bundle-policy=max-bundle"):
+                await operator.connect(seed.robot_id, connectors=[front], timeout_s=WAIT_S)
+
+    asyncio.run(scene())
+
+
+@asynccontextmanager
+async def called(peer: GStreamerPeer, server: Any, seed: Any) -> AsyncIterator[MosaicOperator]:
+    """An operator of ours, once the robot has signed in to our server."""
+    async with connect(f"ws://127.0.0.1:{server.port}/ws/robot") as socket, asyncio.timeout(WAIT_S):
+        robot = OriginalRobot(socket, peer, seed)
+        running = asyncio.create_task(robot.run())
+        try:
+            await robot.is_ready.wait()
+            async with await MosaicOperator.login(server.url, seed.email, seed.password) as operator:
+                yield operator
+        finally:
+            running.cancel()
 
 
 async def use(operator: MosaicOperator, peer: GStreamerPeer, robot_id: str) -> None:
