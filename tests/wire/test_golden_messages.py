@@ -13,7 +13,9 @@ from mosaic_core.words.errors import WireError
 from mosaic_core.words.signaling import MESSAGES, UnknownMessage, parse_signaling
 
 HERE = Path(__file__).parent
-SPECIAL = {"arrivals.json", "frames.json", "malformed.json", "reassembly.json", "resume.json"}
+SPECIAL = {
+    "arrivals.json", "frames.json", "malformed.json", "original_types.json", "reassembly.json", "resume.json",
+}  # fmt: skip
 
 
 def golden_cases() -> list[Any]:

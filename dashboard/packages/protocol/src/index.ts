@@ -24,6 +24,7 @@ export {
   STOP_REPEAT_MS,
 } from './generated'
 export type * from './generated'
+export * from './generatedOriginalTypes'
 export * from './messages'
 export * from './reasons'
 export { Partials } from './reassembly'

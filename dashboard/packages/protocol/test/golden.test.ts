@@ -15,7 +15,14 @@ import {
 } from '../src'
 
 const WIRE = new URL('../../../../tests/wire/', import.meta.url)
-const SPECIAL = new Set(['arrivals.json', 'frames.json', 'malformed.json', 'reassembly.json', 'resume.json'])
+const SPECIAL = new Set([
+  'arrivals.json',
+  'frames.json',
+  'malformed.json',
+  'original_types.json',
+  'reassembly.json',
+  'resume.json',
+])
 
 interface Case {
   name: string
