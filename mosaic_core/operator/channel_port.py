@@ -114,6 +114,12 @@ class ChannelPort:
     def is_open(self) -> bool:
         return self._channel.is_open
 
+    @property
+    def has_arrived(self) -> bool:
+        """The other side has acknowledged everything that was sent over the whole peer connection."""
+        channel = self._channel
+        return self._pending is None and channel.buffered_bytes == 0 and channel.under_way_bytes == 0
+
     def send(self, kind: PayloadKind, payload: bytes) -> bool:
         """Whether it was accepted. Under ``latest`` a message that can't leave yet waits, until a newer one comes."""
         if not self._channel.is_open:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.operator.robot_connector import RobotConnector
+from mosaic_core.words.errors import MosaicError
 
 if TYPE_CHECKING:
     import av
@@ -25,13 +26,11 @@ class MediaStreamStore(MosaicStore):
         self._arrived = asyncio.Event()
 
     async def next_frame(self, timeout_s: float = 10.0) -> av.VideoFrame:
-        """A frame that was not there yet at the time of the call; raises :class:`TimeoutError`."""
+        """A frame that was not there yet at the time of the call; raises :class:`TimeoutError`, or
+        :class:`ConnectionFailed` where none can come (``channel.unknown_label``, ``media.no_line``)."""
         seen = self.received_frames
         async with asyncio.timeout(timeout_s):
-            while self.received_frames == seen or self.latest_frame is None:
-                self._arrived.clear()
-                await self._arrived.wait()
-        return self.latest_frame
+            return await self._frame_after(seen)
 
     async def next_image(self, timeout_s: float = 10.0) -> Image:
         """The same as ``uint8`` (height, width, 3) in BGR order."""
@@ -39,14 +38,23 @@ class MediaStreamStore(MosaicStore):
         return image  # type: ignore[no-any-return]
 
     async def frames(self) -> AsyncIterator[av.VideoFrame]:
-        """Frames for ever; a slow reader misses some and always gets the newest."""
+        """Frames for ever; a slow reader misses some and always gets the newest. Raises as :meth:`next_frame`."""
         seen = -1
         while True:
-            while self.received_frames == seen or self.latest_frame is None:
-                self._arrived.clear()
-                await self._arrived.wait()
+            frame = await self._frame_after(seen)
             seen = self.received_frames
-            yield self.latest_frame
+            yield frame
+
+    async def _frame_after(self, seen: int) -> av.VideoFrame:
+        while self.received_frames == seen or self.latest_frame is None:
+            self._raise_if_hopeless()
+            self._arrived.clear()
+            await self._arrived.wait()
+        return self.latest_frame
+
+    def failed(self, error: MosaicError, nearest: str | None = None) -> None:
+        super().failed(error, nearest)
+        self._arrived.set()
 
     def frame_arrived(self, frame: av.VideoFrame) -> None:
         """Called by the connection with every frame."""

@@ -22,17 +22,20 @@ from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.robot_connector import RobotConnector
 from mosaic_core.operator.signaling_link import SignalingLink
 from mosaic_core.operator.store_manager import StoreManager
-from mosaic_core.operator.store_plan import media_labels_of
+from mosaic_core.operator.store_plan import Known, media_labels_of
 from mosaic_core.runtime.operator_transport import OffererFactory
 from mosaic_core.runtime.transport import NetworkWatcher, SocketConnector
 from mosaic_core.words import signaling
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
+from mosaic_core.words.described import DescribedConnector, described_catalogue
 from mosaic_core.words.ice import IceServer, IceTransportPolicy
 from mosaic_core.words.signaling import RobotStatus, SignalingMessage
 
 LOGIN_ROUTE = "/api/v1/account/login/access-token"
 CODE_ROUTE = "/api/v1/account/login/one-time"
+BREAK_S = 20.0
+"""An original robot needs a moment until it takes the next operator; after this long nobody waits for it."""
 RECONNECT_TIMEOUT_S = 15.0
 """For one attempt of a connection that comes back by itself; the next one follows."""
 
@@ -65,13 +68,14 @@ class MosaicOperator:
         self.ice_transport_policy: IceTransportPolicy = ice_transport_policy
         self.uses_bulk_lane = uses_bulk_lane
         self.rest = RestApi(base_url, access_token, http)
-        self.stores = StoreManager(self._catalogue_of, self._store_opened, self._store_released)
+        self.stores = StoreManager(self._known_of, self._store_opened, self._store_released)
         self.statuses: dict[str, RobotStatus] = {}
         """The last known status of every robot in :meth:`watch`."""
         self.timelines: dict[str, ConnectionTimeline] = {}
         """Of the newest attempt to reach each robot, also of one that failed."""
         self.catalogues: dict[str, Catalogue] = {}
         """Short catalogues, as the server tells them."""
+        self._described: dict[str, Catalogue] = {}
         self._make_offerer = make_offerer
         self._clock_us = clock_us
         self._connections: dict[str, RobotConnection] = {}
@@ -153,15 +157,22 @@ class MosaicOperator:
         robot_id: str,
         *,
         connectors: Sequence[RobotConnector] = (),
+        described: Sequence[DescribedConnector] = (),
+        may_break: bool = False,
         timeout_s: float = 30.0,
         reconnect: bool = False,
     ) -> RobotConnection:
         """Connect to a robot; a live connection to it is closed first.
 
-        ``connectors`` are opened from the start. Original robots announce no catalogue: name their cameras here, with
-        data types. ``reconnect``: once made, it comes back by itself when it is lost, until it is closed; its state is
-        ``reconnecting`` meanwhile, and stores wait. Raises :class:`ConnectionFailed`, :class:`SignalingError` or
-        :class:`AuthError`, each with a code.
+        ``connectors`` are opened from the start. ``reconnect``: once made, it comes back by itself when it is lost,
+        until it is closed; its state is ``reconnecting`` meanwhile, and stores wait. Raises :class:`ConnectionFailed`,
+        :class:`SignalingError` or :class:`AuthError`, each with a code.
+
+        Original robots announce no catalogue. Their connectors are those that the server has a description of, and
+        those ``described`` here, which count first; others need a data type. Such a robot sends every camera that is
+        known when the connection is made, unless ``connectors`` are named and no camera is among them; one that is
+        asked for later needs another connection: ``may_break`` allows that. It takes a second or two in which nothing
+        else flows, and drives that are known are sent zeros before.
         """
         previous = self._connections.pop(robot_id, None)
         if previous is not None:
@@ -172,7 +183,7 @@ class MosaicOperator:
         timeline = self.timelines[robot_id] = ConnectionTimeline(time.monotonic())
         await self._signaling.wait_ready(timeout_s)
         self.watch([robot_id])
-        plan = await self._plan(robot_id, connectors, timeline)
+        plan = await self._plan(robot_id, connectors, described, timeline)
         connection = RobotConnection(
             plan, self.stores, self._make_offerer or self._aiortc_offerer(), self._signaling.send
         )
@@ -184,29 +195,46 @@ class MosaicOperator:
             await connection.close()
             raise
         if reconnect:
-            self._keep(connection, connectors)
+            connection.keep()
+        if may_break:
+            connection.allow_break()
+        if reconnect or may_break:
+            self._keep(connection, connectors, described, None if reconnect else BREAK_S)
         return connection
 
-    def _keep(self, connection: RobotConnection, connectors: Sequence[RobotConnector]) -> None:
+    def _keep(
+        self,
+        connection: RobotConnection,
+        connectors: Sequence[RobotConnector],
+        described: Sequence[DescribedConnector],
+        patience_s: float | None,
+    ) -> None:
         async def reopen() -> None:
             timeline = self.timelines[connection.robot_id] = ConnectionTimeline(time.monotonic())
             await self._signaling.assured(RECONNECT_TIMEOUT_S)
-            await connection.reopen(await self._plan(connection.robot_id, connectors, timeline), RECONNECT_TIMEOUT_S)
+            plan = await self._plan(connection.robot_id, connectors, described, timeline)
+            await connection.reopen(plan, RECONNECT_TIMEOUT_S)
 
-        connection.keep()
-        keeper = Keeper(connection, reopen)
+        keeper = Keeper(connection, reopen, patience_s)
         task = asyncio.create_task(keeper.run())
         self._keepers[task] = keeper
         task.add_done_callback(lambda done: self._keepers.pop(done, None))
 
     async def _plan(
-        self, robot_id: str, connectors: Sequence[RobotConnector], timeline: ConnectionTimeline
+        self,
+        robot_id: str,
+        connectors: Sequence[RobotConnector],
+        described: Sequence[DescribedConnector],
+        timeline: ConnectionTimeline,
     ) -> ConnectionPlan:
         agreed = self._signaling.session.agreed
         if "catalogue" in agreed and robot_id not in self.catalogues:
             catalogue = await self.rest.catalogue(robot_id)
             if catalogue is not None:
                 self.catalogues.setdefault(robot_id, catalogue)
+        if robot_id not in self.catalogues:
+            stored = await self.rest.described(robot_id)
+            self._described[robot_id] = described_catalogue((*described, *stored))
         for connector in connectors:
             self.stores.get_or_create_store(connector)
         session_id = self._session_ids.get(robot_id) if "multiPeer" in agreed else None
@@ -215,13 +243,14 @@ class MosaicOperator:
         timeline.mark("granted", time.monotonic())
         if made.session_id is not None:
             self._session_ids[robot_id] = made.session_id
-        catalogue = self.catalogues.get(robot_id)
+        known = self._told(robot_id)
         return ConnectionPlan(
             robot_id=robot_id,
             peer_id=made.rtc_session_id,
             session_id=made.session_id,
-            catalogue=catalogue,
-            media_labels=media_labels_of(catalogue, self.stores.stores_of(robot_id)),
+            catalogue=None if known.is_told else known.catalogue,
+            described=known.catalogue if known.is_told else None,
+            media_labels=media_labels_of(known, self.stores.stores_of(robot_id), connectors),
             ice_servers=ice_servers,
             agreed=agreed,
             is_person=self.is_person,
@@ -289,11 +318,19 @@ class MosaicOperator:
 
         return partial(aiortc_offerer, relay_only=self.ice_transport_policy == "relay")
 
-    def _catalogue_of(self, robot_id: str) -> Catalogue | None:
+    def _known_of(self, robot_id: str) -> Known:
         connection = self._connections.get(robot_id)
         if connection is not None and connection.state == "connected":
-            return connection.catalogue if not connection.is_original else None
-        return self.catalogues.get(robot_id)
+            return connection.known
+        return self._told(robot_id)
+
+    def _told(self, robot_id: str) -> Known:
+        """What the server tells: the robot's own catalogue, or what people wrote down."""
+        catalogue = self.catalogues.get(robot_id)
+        if catalogue is not None:
+            return Known(catalogue)
+        described = self._described.get(robot_id)
+        return Known(described if described is not None and described.entries else None, is_told=True)
 
     def _store_opened(self, store: MosaicStore) -> None:
         connection = self._connections.get(store.robot_connector.robot_id)

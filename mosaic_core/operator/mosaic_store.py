@@ -18,6 +18,8 @@ from mosaic_core.words.errors import ConnectionFailed, MosaicError
 _log = logging.getLogger(__name__)
 
 Moment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
+HOPELESS = ("channel.unknown_label", "media.no_line")
+"""Codes of failures that waiting does not mend."""
 GapCallback = Callable[["Gap"], None]
 
 
@@ -30,6 +32,7 @@ class StoreState:
     code: str = ""
     message: str = ""
     nearest: str | None = None
+    cure: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,11 @@ class Gap:
 
 
 class MosaicStore:
-    """The base of all stores. Override the ``on_…`` methods, or listen with :meth:`when`."""
+    """The base of all stores. A class of one's own overrides :meth:`before_connected`, :meth:`after_connected`,
+    :meth:`after_disconnected` and :meth:`after_connection_failed`; anybody else subscribes with ``on_…(callback)``.
+
+    Overridden ``on_…`` methods without an argument are called too, as they were before those names existed.
+    """
 
     def __init__(self, robot_connector: RobotConnector) -> None:
         self.robot_connector = robot_connector
@@ -53,17 +60,33 @@ class MosaicStore:
         self._changed = asyncio.Event()
         self._gap_callbacks: list[GapCallback] = []
 
-    def on_before_connected(self) -> None:
+    def before_connected(self) -> None:
         """The channel or track is about to be opened."""
 
-    def on_after_connected(self) -> None:
+    def after_connected(self) -> None:
         """Data can flow."""
 
-    def on_after_disconnected(self) -> None:
+    def after_disconnected(self) -> None:
         """The channel or track is gone; the store waits for the next one."""
 
-    def on_after_connection_failed(self) -> None:
+    def after_connection_failed(self) -> None:
         """It could not be opened; :attr:`state` says why."""
+
+    def on_before_connected(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback()`` before the channel or track is opened, each time; returns what ends it."""
+        return self.when("before_connected", callback)
+
+    def on_after_connected(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback()`` as soon as data can flow, each time; returns what ends it."""
+        return self.when("after_connected", callback)
+
+    def on_after_disconnected(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback()`` when the channel or track is gone, each time; returns what ends it."""
+        return self.when("after_disconnected", callback)
+
+    def on_after_connection_failed(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback()`` when it could not be opened; :attr:`state` says why. Returns what ends it."""
+        return self.when("after_connection_failed", callback)
 
     def when(self, moment: Moment, callback: Callable[[], None]) -> Callable[[], None]:
         """Call ``callback`` at each such moment; returns what ends it."""
@@ -81,22 +104,26 @@ class MosaicStore:
         try:
             async with asyncio.timeout(timeout_s):
                 while self.state.phase != "open":
-                    if self.state.phase == "mismatch":
-                        raise ConnectionFailed(self.state.message, code=self.state.code)
+                    self._raise_if_hopeless()
                     self._changed.clear()
                     await self._changed.wait()
         except TimeoutError:
             label = self.robot_connector.connector_id
             raise ConnectionFailed(f"{label!r} did not open in time.", code="channel.timeout") from None
 
+    def _raise_if_hopeless(self) -> None:
+        """Nothing will come of it on this connection."""
+        if self.state.code in HOPELESS:
+            raise ConnectionFailed(self.state.message, code=self.state.code, cure=self.state.cure)
+
     # -- called by the connection ----------------------------------------------------------------------------------
 
     def opening(self) -> None:
-        self._moment("before_connected", self.on_before_connected)
+        self._moment("before_connected")
 
     def opened(self) -> None:
         self._enter(StoreState("open"))
-        self._moment("after_connected", self.on_after_connected)
+        self._moment("after_connected")
 
     def closed(self) -> None:
         self._ended("closed")
@@ -109,7 +136,7 @@ class MosaicStore:
         was_open = self.state.phase == "open"
         self._enter(StoreState(phase))
         if was_open:
-            self._moment("after_disconnected", self.on_after_disconnected)
+            self._moment("after_disconnected")
 
     def missed(self, lost: int | None, *, sent: bool) -> None:
         """Messages are lost."""
@@ -121,13 +148,17 @@ class MosaicStore:
 
     def failed(self, error: MosaicError, nearest: str | None = None) -> None:
         is_mismatch = error.code == "channel.unknown_label"
-        self._enter(StoreState("mismatch" if is_mismatch else "closed", error.code, error.message, nearest))
-        self._moment("after_connection_failed", self.on_after_connection_failed)
+        phase: Literal["mismatch", "closed"] = "mismatch" if is_mismatch else "closed"
+        self._enter(StoreState(phase, error.code, error.message, nearest, error.cure))
+        self._moment("after_connection_failed")
 
     def _enter(self, state: StoreState) -> None:
         self.state = state
         self._changed.set()
 
-    def _moment(self, moment: Moment, method: Callable[[], None]) -> None:
-        for callback in (method, *self._listeners.get(moment, ())):
+    def _moment(self, moment: Moment) -> None:
+        methods = [getattr(self, moment)]
+        if getattr(type(self), f"on_{moment}") is not getattr(MosaicStore, f"on_{moment}"):
+            methods.append(getattr(self, f"on_{moment}"))
+        for callback in (*methods, *self._listeners.get(moment, ())):
             callback()

@@ -36,7 +36,8 @@ def _new_timeline() -> ConnectionTimeline:
 
 @dataclass(frozen=True, slots=True)
 class ConnectionPlan:
-    """What a connection is made from. ``catalogue`` is the server's short one, ``clock_us`` the operator's clock."""
+    """What a connection is made from. ``catalogue`` is the server's short one, ``described`` what people wrote down
+    of a robot that announces none, ``clock_us`` the operator's clock."""
 
     robot_id: str
     peer_id: str
@@ -50,6 +51,7 @@ class ConnectionPlan:
     timeline: ConnectionTimeline = field(default_factory=_new_timeline)
     fresh_ice_servers: Callable[[], Awaitable[Sequence[IceServer]]] | None = None
     uses_bulk_lane: bool = True
+    described: Catalogue | None = None
 
 
 class PeerOwner(Protocol):

@@ -7,6 +7,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import random
+import time
 from collections.abc import Awaitable, Callable
 
 from mosaic_core.machines.backoff import Backoff, BackoffPolicy
@@ -20,11 +21,15 @@ POLICY = BackoffPolicy(first_s=0.3, factor=1.7, max_s=10.0, jitter=0.5)
 
 
 class Keeper:
-    """Keeps one connection; :meth:`run` beside it for its life. ``reopen()`` tries once, and raises what went wrong."""
+    """Keeps one connection; :meth:`run` beside it for its life. ``reopen()`` tries once, and raises what went wrong.
+    ``patience_s``: how long it is tried; ``None``: for ever."""
 
-    def __init__(self, connection: RobotConnection, reopen: Callable[[], Awaitable[None]]) -> None:
+    def __init__(
+        self, connection: RobotConnection, reopen: Callable[[], Awaitable[None]], patience_s: float | None = None
+    ) -> None:
         self.connection = connection
         self._reopen = reopen
+        self._patience_s = patience_s
         self._woken = asyncio.Event()
 
     def wake(self) -> None:
@@ -40,7 +45,7 @@ class Keeper:
                 _log.warning("the connection to robot %s is back", connection.robot_id)
 
     async def _bring_back(self) -> None:
-        backoff = Backoff(POLICY)
+        backoff, begun_s = Backoff(POLICY), time.monotonic()
         while self.connection.state == "reconnecting":
             self._woken.clear()
             try:
@@ -49,6 +54,8 @@ class Keeper:
                 self.connection.give_up(ConnectionFailed(error.message, code=error.code))
             except MosaicError as error:
                 _log.debug("not yet: %s", error.message)
+                if self._patience_s is not None and time.monotonic() - begun_s > self._patience_s:
+                    self.connection.give_up(ConnectionFailed(error.message, code=error.code, cure=error.cure))
                 await self._pause(backoff.failed(0.0, random.random()))
 
     async def _pause(self, delay_s: float) -> None:

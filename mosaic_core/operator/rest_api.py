@@ -11,6 +11,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
+from mosaic_core.words.described import DescribedConnector, read_connector_config
 from mosaic_core.words.errors import AuthError, MosaicError, SignalingError
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import RobotStatus
@@ -84,6 +85,16 @@ class RestApi:
         except SignalingError:
             return None
         return None if data is None else Catalogue.model_validate(data)
+
+    async def described(self, robot_id: str) -> tuple[DescribedConnector, ...]:
+        """What people wrote down of the robot's connectors (its ``connectorConfig``); nothing where the server keeps
+        no such thing."""
+        try:
+            data = await _call(self._client, "GET", f"/api/v1/robots/{robot_id}")
+        except SignalingError:
+            return ()
+        config = data.get("connectorConfig") if isinstance(data, dict) else None
+        return read_connector_config(config if isinstance(config, str) else None)
 
     async def ice_servers(self) -> list[IceServer]:
         """What the server hands out; entries that we can't use are an error that names them."""

@@ -10,12 +10,14 @@ from typing import Literal, TypeVar
 from mosaic_core.machines.connection_timeline import ConnectionTimeline
 from mosaic_core.machines.operator_lane import LaneState
 from mosaic_core.operator.bulk_lane import BulkLane, LaneOwner
+from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.control_desk import ControlDesk
 from mosaic_core.operator.control_port import ControlPort
 from mosaic_core.operator.delivery_watcher import DeliveryWatcher
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.more_lines import MoreLines
 from mosaic_core.operator.mosaic_store import MosaicStore
+from mosaic_core.operator.original_drives import ZerosReport, send_zeros
 from mosaic_core.operator.peer_link import ConnectionPlan, PeerLink
 from mosaic_core.operator.picture_reports import PictureReports
 from mosaic_core.operator.robot_connector import RobotConnector
@@ -23,6 +25,7 @@ from mosaic_core.operator.session_streams import SessionStreams
 from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_links import StoreLinks, Surroundings
 from mosaic_core.operator.store_manager import StoreManager
+from mosaic_core.operator.store_plan import Known
 from mosaic_core.operator.stores import BidirectionalStore, ReceivableStore, SendableStore
 from mosaic_core.runtime.operator_transport import IncomingVideo, Offerer, OffererFactory
 from mosaic_core.runtime.transport import Channel
@@ -50,7 +53,8 @@ class RobotConnection:
     ) -> None:
         self.robot_id = plan.robot_id
         self.catalogue = plan.catalogue
-        """The full one from the robot itself, once connected; ``None`` for original robots."""
+        """The full one from the robot itself, once connected. Of an original robot, which announces none: what the
+        server's description of it (its ``connectorConfig``) says, or ``None``."""
         self.state: State = "connecting"
         self.error: ConnectionFailed | None = None
         """Why it ended, once :attr:`state` is ``closed``."""
@@ -64,6 +68,7 @@ class RobotConnection:
         self._make_offerer = make_offerer
         self._send = send
         self._is_kept = False
+        self._may_break = False
         self._streams = SessionStreams(self._say, self._listener_of, plan.clock_us)
         self._interrupted = asyncio.Event()
         self._refusals: list[Callable[[control.Refusal], None]] = []
@@ -72,6 +77,7 @@ class RobotConnection:
 
     def _begin(self, plan: ConnectionPlan) -> None:
         """A peer connection, the first one or the next."""
+        self._is_breaking = False
         self._plan = plan
         self._peer = PeerLink(plan, self, self._make_offerer, self._send)
         self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
@@ -83,6 +89,7 @@ class RobotConnection:
             self._picture_shown,
             self._streams,
             self._value_arrived,
+            self._make_anew,
         )
         self._lane = BulkLane(
             LaneOwner(self._make_offerer, plan.ice_servers, plan.fresh_ice_servers, self._say, self._lane_changed)
@@ -104,8 +111,13 @@ class RobotConnection:
 
     @property
     def is_original(self) -> bool:
-        """The robot speaks no ``mosaic.1``: no catalogue, bare payloads."""
+        """The robot speaks no ``mosaic.1``: bare payloads, no stop, no leases; people described its connectors."""
         return self._is_ours is False
+
+    @property
+    def known(self) -> Known:
+        """What is known of its connectors: the robot's own word, or what people described."""
+        return Known(self.catalogue, is_told=self._is_ours is False)
 
     @property
     def bulk_lane(self) -> LaneState:
@@ -147,11 +159,11 @@ class RobotConnection:
         """A raw channel, to measure the way to the robot: one of a label that it does not know, it leaves unread."""
         return self._peer.offerer.create_channel(label)
 
-    def receivable(self, label: str, data_type: MosaicDataType | None = None) -> ReceivableStore:
-        """The store of a robot → operator connector; ``data_type`` only for original robots."""
+    def receivable(self, label: str, data_type: MosaicDataType | str | None = None) -> ReceivableStore:
+        """The store of a robot → operator connector; ``data_type``, also as text, only for original robots."""
         return self._store(label, data_type, ReceivableStore)
 
-    def sendable(self, label: str, data_type: MosaicDataType | None = None) -> SendableStore:
+    def sendable(self, label: str, data_type: MosaicDataType | str | None = None) -> SendableStore:
         """The store of an operator → robot connector."""
         return self._store(label, data_type, SendableStore)
 
@@ -170,6 +182,10 @@ class RobotConnection:
         """The store of one's own voice for a robot's loudspeaker."""
         return self._store(label, MosaicDataType.MEDIA, VoiceStore)
 
+    def connection_check(self, label: str) -> ConnectionCheckingStore:
+        """The store that times the round trip over a ``connection-check``, of whatever robot."""
+        return self._stores.get_or_create_store(RobotConnector(self.robot_id, label), ConnectionCheckingStore)
+
     async def wait_closed(self) -> ConnectionFailed:
         """Until the connection ends, with the reason."""
         ended: asyncio.Future[ConnectionFailed] = asyncio.get_running_loop().create_future()
@@ -181,6 +197,11 @@ class RobotConnection:
         finally:
             end()
 
+    async def send_zeros(self) -> ZerosReport:
+        """Ask everything that drives an original robot, as far as described, to stand. Such a robot has no stop: it
+        obeys the next command. ``control.stop()`` is for ours."""
+        return await send_zeros(self._stores, self.robot_id, self.known)
+
     async def close(self) -> None:
         """Say good-bye and end the connection for good; doing so twice does nothing."""
         self._is_kept = False
@@ -189,7 +210,7 @@ class RobotConnection:
         if self.state == "reconnecting":
             self.give_up(ConnectionFailed(reason("peer.closed").sentence, code="peer.closed"))
 
-    def _store(self, label: str, data_type: MosaicDataType | None, kind: type[S]) -> S:
+    def _store(self, label: str, data_type: MosaicDataType | str | None, kind: type[S]) -> S:
         connector = RobotConnector(self.robot_id, label, data_type)
         store = self._stores.get_or_create_store(connector)
         if isinstance(store, kind):
@@ -214,6 +235,10 @@ class RobotConnection:
     def keep(self) -> None:
         """From now on a loss is no end: the state is ``reconnecting`` until :meth:`reopen` succeeds."""
         self._is_kept = True
+
+    def allow_break(self) -> None:
+        """An original robot takes no further camera on a live connection; for one, this may be made anew."""
+        self._may_break = True
 
     async def wait_interrupted(self) -> bool:
         """Until it is lost and worth another try; ``False``: it has ended for good."""
@@ -273,7 +298,7 @@ class RobotConnection:
         self._is_ours = is_ours
         if not is_ours:
             self._streams.plain()
-            self.catalogue = None
+            self.catalogue = self._plan.described
             self._settle()
 
     def greeted(self, port: ControlPort, extensions: Mapping[str, int]) -> None:
@@ -323,7 +348,8 @@ class RobotConnection:
 
     def ended(self, error: ConnectionFailed) -> None:
         self.error = error
-        comes_back = self._is_kept and not error.code.startswith(FINAL)
+        comes_back = (self._is_kept or self._is_breaking) and not error.code.startswith(FINAL)
+        self._is_breaking = False
         self.control.close(error, comes_back=comes_back)
         self._lane.drop()
         self._more_lines.close()
@@ -343,8 +369,22 @@ class RobotConnection:
             self.state = "connected"
             for store in self._stores.stores_of(self.robot_id):
                 self._links.open(store)
-            self._links.start(self.catalogue, is_ours=self._is_ours)
+            self._links.start(self.known, self._plan.media_labels)
             self._settled.set()
+
+    def _make_anew(self, label: str) -> bool:
+        """An original robot gets a new connection, once for each camera that was asked for too late."""
+        if self._is_ours or not self._may_break or label in self._plan.media_labels:
+            return False
+        if not self._is_breaking:
+            self._is_breaking = True
+            self._breaking = asyncio.create_task(self._break())
+        return True
+
+    async def _break(self) -> None:
+        """Let go of the connection; nothing that drives may go on meanwhile."""
+        await self.send_zeros()
+        await self._peer.close()
 
     def _watch(self, label: str, on: bool) -> None:
         if self._is_ours:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -18,16 +18,24 @@ from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.operator.outgoing_stream import OutgoingStream
 from mosaic_core.operator.session_streams import SessionStreams
 from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
-from mosaic_core.operator.store_plan import PlannedChannel, UnknownLabel, check_plan, plan_of, sound_store
+from mosaic_core.operator.store_plan import (
+    Known,
+    PlannedChannel,
+    UnknownLabel,
+    check_plan_of,
+    plan_of,
+    sound_store,
+)
 from mosaic_core.operator.stores import ReceivableStore, SendableStore
 from mosaic_core.runtime.operator_transport import IncomingVideo, Offerer, OutgoingSound
 from mosaic_core.runtime.peer_partials import PeerPartials
-from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import ConnectionFailed
 
 NO_LINE = "The connection was made without a media line for this connector; connect again to use it."
+LATE_FOR_ORIGINAL = "An original robot takes no further camera on a live connection."
+LATE_CURE = "Name it in connect(connectors=[…]), or allow a short break: connect(may_break=True)."
 IS_SOUND = "This connector is sound: make its store once the robot's catalogue is known."
 
 
@@ -44,6 +52,8 @@ class Surroundings:
     shown: Callable[[str, int | None], None]
     streams: SessionStreams
     arrived: Callable[[str], None] = lambda _label: None
+    make_anew: Callable[[str], bool] = lambda _label: False
+    """Whether the connection is made anew, with a line for this picture, for a robot that takes no further offer."""
 
 
 @dataclass(slots=True)
@@ -76,13 +86,15 @@ class StoreLinks:
         self._videos: dict[str, tuple[IncomingVideo, asyncio.Task[None]]] = {}
         self._talkers: dict[str, str | None] = {}
         self._first_frames = FirstFrameWatch()
-        self._catalogue: Catalogue | None = None
+        self._known = Known(None)
+        self._offered: frozenset[str] = frozenset()
         self._is_ours: bool | None = None
         self._waiting: dict[str, MosaicStore] = {}
 
-    def start(self, catalogue: Catalogue | None, *, is_ours: bool) -> None:
-        """The connection is up: open what waits, from now on everything at once."""
-        self._catalogue, self._is_ours = catalogue, is_ours
+    def start(self, known: Known, offered: Sequence[str]) -> None:
+        """The connection is up, with media lines for what was ``offered``: open what waits, from now on everything at
+        once."""
+        self._known, self._offered, self._is_ours = known, frozenset(offered), not known.is_told
         self._open_waiting()
 
     def lane_changed(self, lost: Offerer | None) -> None:
@@ -198,9 +210,9 @@ class StoreLinks:
         self._videos.clear()
 
     def _plan_of(self, store: MosaicStore) -> tuple[PlannedChannel, ...]:
-        if self._catalogue is None and isinstance(store, ConnectionCheckingStore):
-            return check_plan(store.robot_connector.connector_id).channels
-        return plan_of(store.robot_connector, self._catalogue).channels
+        if isinstance(store, ConnectionCheckingStore):
+            return check_plan_of(store.robot_connector, self._known).channels
+        return plan_of(store.robot_connector, self._known).channels
 
     def _lend_voice(self, store: VoiceStore) -> None:
         label = store.robot_connector.connector_id
@@ -217,19 +229,30 @@ class StoreLinks:
 
     def _show(self, store: MediaStreamStore | SoundStore) -> None:
         label = store.robot_connector.connector_id
-        is_sound = self._catalogue is not None and sound_store(store.robot_connector, self._catalogue) is not None
+        catalogue = self._known.catalogue
+        is_sound = catalogue is not None and sound_store(store.robot_connector, catalogue) is not None
         if is_sound != isinstance(store, SoundStore):
             store.failed(ConnectionFailed(IS_SOUND, code="channel.unknown_label", cure=""))
             return
         if label not in self._videos:
             if not is_sound and self._more_lines.want(label):
                 self._lineless.add(label)
-            else:
-                store.failed(ConnectionFailed(NO_LINE, code="media.no_line"))
+            elif is_sound or not self._around.make_anew(label):
+                store.failed(self._no_line(label))
             return
         self._around.watch(label, True)
         store.opened()
         self._began(label, store)
+
+    def _no_line(self, label: str) -> ConnectionFailed:
+        if self._is_ours:
+            return ConnectionFailed(NO_LINE, code="media.no_line")
+        if label not in self._offered:
+            return ConnectionFailed(LATE_FOR_ORIGINAL, code="media.no_line", cure=LATE_CURE)
+        sends = ", ".join(map(repr, self._videos)) or "no picture at all"
+        message = f"The robot gave none of its cameras the line of {label!r}; it sends {sends}."
+        cure = "An original robot gives them out in the order of its file: name all that come before."
+        return ConnectionFailed(message, code="media.no_line", cure=cure)
 
     async def _take(self, label: str, video: IncomingVideo) -> None:
         while (frame := await video.next()) is not None:
@@ -299,8 +322,8 @@ class StoreLinks:
             stream.attach(port)
         if planned.sends and isinstance(store, SendableStore):
             if stream is None:
-                store.connect_outlet(port.send)
+                store.connect_outlet(port.send, has_arrived=lambda: port.has_arrived)
             else:
-                store.connect_outlet(stream.send, outlives=True)
+                store.connect_outlet(stream.send, outlives=True, has_arrived=lambda: port.has_arrived)
         if all(port.is_open for port in link.ports.values()):
             store.opened()

@@ -5,12 +5,18 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar, overload
 
+from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.mosaic_store import MosaicStore
 from mosaic_core.operator.robot_connector import RobotConnector
-from mosaic_core.operator.store_plan import is_connection_check, make_store, plan_of, sound_store
-from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.operator.store_plan import Known, found_entry, make_store, plan_of, sound_store
+from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.original_types import CONNECTION_CHECK
 
+StoreClass = Callable[[RobotConnector], MosaicStore]
+
+S = TypeVar("S", bound=MosaicStore)
 LINGER_S = 1.0
 """A page that is left and entered again must not close and open its channel: original robots ignore a label that is
 still open."""
@@ -28,27 +34,44 @@ class StoreManager:
 
     def __init__(
         self,
-        catalogue_of: Callable[[str], Catalogue | None],
+        known_of: Callable[[str], Known],
         opened: Callable[[MosaicStore], None],
         released: Callable[[MosaicStore], None],
     ) -> None:
-        self._catalogue_of = catalogue_of
+        self._known_of = known_of
         self._opened = opened
         self._released = released
+        self._classes: dict[str, StoreClass] = {CONNECTION_CHECK: ConnectionCheckingStore}
         self._stores: dict[tuple[str, str], _Counted] = {}
 
-    def get_or_create_store(self, robot_connector: RobotConnector) -> MosaicStore:
+    def register(self, connector_type: str, store_class: StoreClass) -> None:
+        """From now on, connectors of this type (in the YAML file) have stores of this class, one's own."""
+        self._classes[connector_type] = store_class
+
+    @overload
+    def get_or_create_store(self, robot_connector: RobotConnector) -> MosaicStore: ...
+    @overload
+    def get_or_create_store(self, robot_connector: RobotConnector, store_class: type[S]) -> S: ...
+    def get_or_create_store(
+        self, robot_connector: RobotConnector, store_class: type[MosaicStore] | None = None
+    ) -> MosaicStore:
         """The store of this connector; the same one for every caller until all have released it.
 
-        Raises :class:`ConnectionFailed` (``channel.unknown_label``) naming the nearest label, if the robot's catalogue
-        is known and holds no such label, or if nothing tells the data type.
+        Its class follows from the connector's type, else from its data type, unless ``store_class`` asks for one: that
+        needs to know neither yet. Raises :class:`ConnectionFailed` (``channel.unknown_label``) naming the nearest
+        label, if the robot's catalogue is known and holds no such label, if nothing tells the data type, or if the
+        store is of another class already.
         """
         counted = self._stores.get(robot_connector.key)
         if counted is None:
-            counted = self._stores[robot_connector.key] = _Counted(self._made(robot_connector))
-            counted.users = 1
-            self._opened(counted.store)
-            return counted.store
+            store = store_class(robot_connector) if store_class is not None else self._made(robot_connector)
+            counted = self._stores[robot_connector.key] = _Counted(store, users=1)
+            self._opened(store)
+            return store
+        if store_class is not None and not isinstance(counted.store, store_class):
+            has, label = type(counted.store).__name__, robot_connector.connector_id
+            message = f"{label!r} has a {has} already, no {store_class.__name__}."
+            raise ConnectionFailed(message, code="channel.unknown_label", cure="Release that store first.")
         if counted.lingering is not None:
             counted.lingering.cancel()
             counted.lingering = None
@@ -84,15 +107,15 @@ class StoreManager:
             self._forget(key)
 
     def _made(self, connector: RobotConnector) -> MosaicStore:
-        catalogue = self._catalogue_of(connector.robot_id)
-        if catalogue is None:
-            return make_store(connector, connector.data_type)
-        plan = plan_of(connector, catalogue)
+        known = self._known_of(connector.robot_id)
+        plan = plan_of(connector, known)
+        catalogue = known.for_connector(connector)
         named = RobotConnector(connector.robot_id, connector.connector_id, plan.data_type)
-        heard = sound_store(named, catalogue)
-        if heard is not None:
-            return heard
-        return make_store(named, plan.data_type, checks=is_connection_check(connector, catalogue))
+        entry = None if catalogue is None else found_entry(catalogue, connector.connector_id)
+        if entry is not None and entry.label == connector.connector_id and entry.type in self._classes:
+            return self._classes[entry.type](named)
+        sound = None if catalogue is None else sound_store(named, catalogue)
+        return sound or make_store(named, plan.data_type)
 
     def _forget(self, key: tuple[str, str]) -> None:
         counted = self._stores.pop(key)

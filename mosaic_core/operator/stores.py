@@ -29,6 +29,8 @@ Subscriber = Callable[..., Awaitable[None] | None]
 Outlet = Callable[[PayloadKind, bytes], bool]
 QUEUED_MESSAGES = 1024
 """An iteration that falls further behind loses the oldest: memory stays bounded."""
+ARRIVAL_POLL_S = 0.01
+"""Acknowledgements come within a round trip, and SCTP calls nobody when one does."""
 COMPLAINT_S = 5.0
 """A subscriber that fails at every message is not told of a hundred times per second."""
 
@@ -135,19 +137,27 @@ class SendableStore(MosaicStore):
         super().__init__(robot_connector)
         self._outlet: Outlet | None = None
         self._outlives = False
+        self._has_arrived: Callable[[], bool] = _never
 
-    def connect_outlet(self, outlet: Outlet | None, *, outlives: bool = False) -> None:
-        """Where to send to; the connection sets it. ``outlives``: it takes messages without a connection too."""
+    def connect_outlet(
+        self, outlet: Outlet | None, *, outlives: bool = False, has_arrived: Callable[[], bool] | None = None
+    ) -> None:
+        """Where to send to; the connection sets it. ``outlives``: it takes messages without a connection too.
+        ``has_arrived``: whether the robot's side has acknowledged everything that was sent."""
         self._outlet = outlet
         self._outlives = outlives
+        self._has_arrived = has_arrived or _never
 
-    def send_data(self, data: str | bytes) -> bool:
-        """Send one message; ``False`` if it was not accepted (not open, or too much is waiting). Never raises.
+    def send_data(self, data: str | bytes | BaseModel | Mapping[str, Any] | list[Any]) -> bool:
+        """Send one message: text, bytes, or an object as JSON; ``False`` if it was not accepted (not open, or too much
+        is waiting). Raises :class:`ValueError` for an object with NaN in it, and nothing else.
 
         While the state is ``reconnecting``, messages of a connector with ``delivery: reliable`` that moves nothing are
         accepted into a bounded queue, and go out with the next connection: each arrives once and in order, or
         :meth:`on_gap` tells how many did not.
         """
+        if isinstance(data, BaseModel | Mapping | list):
+            return self.send_json(data)
         payload = data.encode() if isinstance(data, str) else bytes(data)
         accepted = self._outlet is not None and self._outlet(_kind_of(self.robot_connector.data_type), payload)
         self.counters.refused += not accepted
@@ -157,6 +167,15 @@ class SendableStore(MosaicStore):
         """Send JSON; NaN raises :class:`ValueError`."""
         plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
         return self.send_data(to_json(plain))
+
+    async def wait_arrived(self, timeout_s: float = 1.0) -> bool:
+        """Until the robot's side has acknowledged what was sent; ``False``: it has not in that time. What the robot's
+        program makes of it is another question."""
+        loop = asyncio.get_running_loop()
+        ends_at_s = loop.time() + timeout_s
+        while self.state.phase == "open" and not self._has_arrived() and loop.time() < ends_at_s:
+            await asyncio.sleep(ARRIVAL_POLL_S)
+        return self.state.phase == "open" and self._has_arrived()
 
     def closed(self) -> None:
         self._outlet = None
@@ -170,6 +189,10 @@ class SendableStore(MosaicStore):
 
 class BidirectionalStore(ReceivableStore, SendableStore):
     """Both ways on one channel."""
+
+
+def _never() -> bool:
+    return False
 
 
 def _kind_of(data_type: MosaicDataType | None) -> PayloadKind:

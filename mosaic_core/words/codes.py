@@ -282,6 +282,11 @@ REASONS: dict[str, Reason] = {
             "The robot has no connector with this label.",
             "Compare it with the labels in the robot's configuration.",
         ),
+        Reason(
+            "channel.unknown_data_type",
+            "There is no such data type.",
+            "Use json-r2u, json-u2r, json-bi, string-r2u, string-u2r, byte-r2u, byte-u2r or media.",
+        ),
         Reason("channel.queue_full", "Data was produced faster than the link takes it."),
         Reason("channel.too_large", "A message was larger than the channel takes."),
         Reason("channel.invalid", "A message does not fit the connector's schema."),
@@ -299,7 +304,11 @@ REASONS: dict[str, Reason] = {
             "lane.refused",
             "The robot makes no second connection for bulk data now; it goes over the main one.",
         ),
-        Reason("media.no_line", "The offer had no media line left for this camera."),
+        Reason(
+            "media.no_line",
+            "The offer had no media line left for this camera.",
+            "Connect again; of an original robot, name all cameras when connecting.",
+        ),
         Reason(
             "media.no_encoder",
             "No video encoder for this operator's codec works on the robot.",
@@ -355,6 +364,11 @@ REASONS: dict[str, Reason] = {
             "safety.stopped",
             "The robot was stopped and takes no commands until that is cleared.",
             "Look at the robot, then clear the stop: the lease holder or a supervisor can.",
+        ),
+        Reason(
+            "safety.no_stop",
+            "This robot has no stop: it runs an original MOSAIC.",
+            "Use the switch on the robot; `mosaic operator stop --drive LABEL` sends zeros to what drives it.",
         ),
         Reason("safety.too_fast", "Commands came faster than this connector takes them."),
         Reason("safety.out_of_range", "A value of the command can't be limited: it is no number where one belongs."),

@@ -2,6 +2,8 @@
 
 from enum import StrEnum
 
+from mosaic_core.words.errors import ConnectionFailed, hint_at
+
 
 class MosaicDataType(StrEnum):
     """The eight data types of MOSAIC. ``r2u`` is robot to user, ``u2r`` user to robot."""
@@ -14,6 +16,16 @@ class MosaicDataType(StrEnum):
     BYTE_R2U = "byte-r2u"
     BYTE_U2R = "byte-u2r"
     MEDIA = "media"
+
+    @classmethod
+    def named(cls, name: str) -> "MosaicDataType":
+        """The data type of this name; raises :class:`ConnectionFailed` that names the nearest one."""
+        try:
+            return cls(name)
+        except ValueError:
+            hint = hint_at(name, cls)
+            message = f"There is no data type {name!r}{hint}"
+            raise ConnectionFailed(message, code="channel.unknown_data_type") from None
 
     @property
     def direction(self) -> "Direction":

@@ -13,10 +13,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 from mosaic_core.words.codes import reason
+
+
+def hint_at(name: str, known: Iterable[str]) -> str:
+    """The end of an error's first sentence: the most similar name that there is, if any is similar."""
+    nearest = get_close_matches(name, [str(one) for one in known], 1, 0.5)
+    return f"; did you mean {nearest[0]!r}?" if nearest else "."
 
 
 class MosaicError(Exception):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -59,7 +60,7 @@ class FakeChannel:
         self.on_close: Callable[[], None] | None = None
         self.on_drained: Callable[[], None] | None = None
         self.is_open = False
-        self.buffered_bytes = 0
+        self.buffered_bytes = self.under_way_bytes = 0
         self.window_bytes = 1024 * 1024
         self.gives_way = False
         self.from_operator: list[bytes | str] = []
@@ -254,6 +255,8 @@ class FakeServer:
         self.extensions: dict[str, int] | None = dict(signaling.EXTENSIONS)
         self.refusal: tuple[int, dict[str, Any]] | None = None
         self.answers = True
+        self.connector_config: str | None = None
+        """What people wrote down of the robot's connectors."""
         self.requests: list[httpx.Request] = []
         self.received: list[signaling.SignalingMessage] = []
         self.raw: list[dict[str, Any]] = []
@@ -292,6 +295,8 @@ class FakeServer:
         path = request.url.path
         if path.endswith("/catalogue"):
             result: Any = CATALOGUE.short().wire() if self.extensions else None
+        elif re.search(r"/robots/[^/]+$", path):
+            result = {"id": ROBOT_ID, "name": "r", "connectorConfig": self.connector_config}
         elif path.endswith("ice-servers"):
             return httpx.Response(200, json=[{"urls": "stun:192.0.2.1:3478"}])
         elif path.endswith("/connection"):
