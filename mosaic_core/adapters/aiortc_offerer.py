@@ -11,6 +11,7 @@ from mosaic_core.adapters.aiortc_peer import AiortcPeer
 from mosaic_core.adapters.aiortc_private.repeats import route_repeats
 from mosaic_core.adapters.aiortc_private.reporting import ArrivalReporter, agreed_number_id, offer_reports
 from mosaic_core.adapters.incoming_video import IncomingVideo
+from mosaic_core.adapters.named_lines import named_lines
 from mosaic_core.adapters.offer_vetting import refuse_unless_bundled, separated_candidates, with_fragments
 from mosaic_core.adapters.sound_track import OutgoingVoice, ReceivedSound, SoundTrack
 from mosaic_core.contract.sound import SoundEncoding
@@ -37,6 +38,7 @@ class AiortcOfferer:
         )
         self._labels: list[str] = []
         self._tracks: dict[str, str] = {}
+        self._named: dict[str, str] = {}
         self._is_answered = False
         self._reporter: ArrivalReporter | None = None
         self._peer.pc.on("track", self._track_arrived)
@@ -94,6 +96,7 @@ class AiortcOfferer:
         """Apply the robot's answer; raises :class:`ConnectionFailed` (``sdp.invalid``)."""
         text, candidates, has_all = separated_candidates(with_fragments(sdp))
         refuse_unless_bundled(text)
+        self._named = named_lines(text)
         try:
             await self._peer.pc.setRemoteDescription(RTCSessionDescription(text, "answer"))
         except self._peer.ERRORS as error:
@@ -126,8 +129,8 @@ class AiortcOfferer:
     def _track_arrived(self, track: MediaStreamTrack) -> None:
         line = next((one for one in self._peer.pc.getTransceivers() if one.receiver.track is track), None)
         mid = "" if line is None else line.mid or ""
-        # an answerer that names no stream: the line tells
-        label = track.id if track.id in self._labels else self._tracks.get(mid, track.id)
+        # an original robot may give a line to another camera than we wished; who names none, the line tells
+        label = self._named.get(mid) or (track.id if track.id in self._labels else self._tracks.get(mid, track.id))
         if track.kind == "audio":
             self._listener.track_arrived(label, ReceivedSound(track))
             return

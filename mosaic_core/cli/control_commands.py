@@ -18,14 +18,42 @@ from mosaic_core.cli.operator_commands import (
     app,
     signed_in,
 )
+from mosaic_core.words.errors import hint_at
+from mosaic_core.words.original_types import ORIGINAL_TYPES
 
 __all__ = ["app"]
 
+DriveType = Annotated[
+    str | None,
+    typer.Option(
+        "--type",
+        callback=lambda value: checked_drive_type(value),
+        autocompletion=lambda: drive_types(),
+        help="Of an original robot whose drive nobody has described: its connector type in the robot's YAML file.",
+    ),
+]
 Resource = Annotated[str, typer.Option(help="Which of the robot's resources.")]
 Force = Annotated[
     str, typer.Option(metavar="REASON", help="Take it over from whoever has it: supervisors only, with a reason.")
 ]
 WaitS = Annotated[float, typer.Option(min=0, help="How long somebody who commands may take to hand over.")]
+
+
+def drive_types() -> list[str]:
+    """The original connector types that take velocities."""
+    return [entry.type for entry in ORIGINAL_TYPES.values() if entry.drive is not None]
+
+
+def checked_drive_type(value: str | None) -> str | None:
+    """Refuse what is no such type, naming the nearest."""
+    if value is not None and value not in drive_types():
+        hint = hint_at(value, drive_types())
+        raise typer.BadParameter(f"no original connector type {value!r} takes velocities{hint} {_known_drives()}")
+    return value
+
+
+def _known_drives() -> str:
+    return f"There are: {', '.join(drive_types())}"
 
 
 @app.command()
@@ -40,6 +68,7 @@ def drive(
     angular_radps: Annotated[float, typer.Option(min=0.01, help="Speed of the keys left and right.")] = 0.8,
     force: Force = "",
     wait_s: WaitS = 30.0,
+    drive_type: DriveType = None,
     as_json: AsJson = False,
 ) -> None:
     """Drive with the keyboard: arrows or WASD to move, space to stand, x or Esc to stop the robot, q to leave.
@@ -47,11 +76,14 @@ def drive(
     C clears a stop, G hands over to whoever asks.
 
     It moves only while a key is held: without a key repeat for 0.6 s it stands. Takes the lease, gives it back.
+
+    An original robot has neither stop nor lease: there x sends zeros. Where its commands are shares, --linear-mps and
+    --angular-radps are shares too: 0.3 is 30 %.
     """
     from mosaic_core.cli.drive_session import DriveSession, need_a_terminal
 
     need_a_terminal()
-    work = DriveSession(robot, label, linear_mps, angular_radps, force, wait_s, as_json)
+    work = DriveSession(robot, label, linear_mps, angular_radps, force, wait_s, as_json, drive_type)
     signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
 
 
@@ -63,15 +95,21 @@ def stop(
     password_stdin: PasswordStdin = False,
     code: Code = "",
     reason: Annotated[str, typer.Option(help="Why; everybody who is connected reads it.")] = "",
+    drive_label: Annotated[
+        str, typer.Option("--drive", metavar="LABEL", help="Of an original robot: also send zeros to this drive.")
+    ] = "",
+    drive_type: DriveType = None,
     as_json: AsJson = False,
 ) -> None:
     """Stop a robot: it stands, and takes no command until it is cleared. Needs no lease.
 
-    Software, and it has to sign in and connect first: this is no certified emergency stop.
+    Software, and it has to sign in and connect first: this is no certified emergency stop. An original robot has no
+    stop: what is known to drive it is sent zeros, which is said, and the exit code is 1.
     """
     from mosaic_core.cli.operator_control import Stop
 
-    signed_in(Stop(robot, reason, as_json), server, email, code, password_stdin=password_stdin, is_person=True)
+    work = Stop(robot, reason, as_json, drive_label, drive_type)
+    signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
 
 
 @app.command()

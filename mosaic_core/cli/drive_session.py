@@ -13,16 +13,23 @@ import typer
 
 from mosaic_core.cli.drive_keys import HeldKeys, Key
 from mosaic_core.cli.error_report import FINE
-from mosaic_core.cli.operator_control import name_of
+from mosaic_core.cli.operator_control import name_of, told_drive, zeros_text
 from mosaic_core.cli.operator_session import connected, until_closed, usage, wrong_way
 from mosaic_core.operator import LeaseDenied, LeaseLost, MosaicOperator, RobotConnection, SendableStore
-from mosaic_core.operator.store_plan import entry_of, resource_of
+from mosaic_core.operator.store_plan import entry_of, nothing_known, resource_of
 from mosaic_core.words.catalogue import CatalogueEntry
 from mosaic_core.words.control import Refusal
+from mosaic_core.words.described import drive_of
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
+from mosaic_core.words.original_types import ORIGINAL_DRIVES, DriveCommand
 
 COMMAND_PERIOD_S = 0.05
 SHOW_PERIOD_S = 0.2
+OWN_COMMAND = ORIGINAL_DRIVES["twist"].model_copy(update={"zero": {"linear": {"x": 0.0}, "angular": {"z": 0.0}}})
+"""What robots of ours are sent: the rest is optional there, and not every robot has it."""
+ZERO_WAIT_S = 1.0
+"""For the last zero to reach a robot that would go on without it: a bad round trip or two."""
+ORIGINAL_HELP = "arrows/WASD move · space stands · x or Esc sends zeros (this robot has NO stop) · q leaves"
 HELP = "arrows/WASD move · space stands · x or Esc STOPS the robot · C clears · G gives to who asks · q leaves"
 
 
@@ -53,24 +60,33 @@ class DriveSession:
     force_reason: str
     wait_s: float
     as_json: bool
+    drive_type: str | None = None
 
     async def __call__(self, operator: MosaicOperator) -> int:
-        connection = await connected(operator, self.robot)
-        if connection.catalogue is None:
-            raise ConnectionFailed("An original robot names no velocity connector to drive.", code="peer.not_allowed")
-        entry = entry_of(connection.catalogue, self.label)
-        if not takes_velocities(entry):
-            raise wrong_way(self.label, f"takes no velocities (it is a {entry.type!r})")
+        described = told_drive(self.label, self.drive_type) if self.drive_type else ()
+        connection = await connected(operator, self.robot, self.label, described=described)
+        command, resource = self._command(connection)
         pad = connection.sendable(self.label)
         await pad.wait_open()
         try:
-            async with await self._lease(connection, resource_of(entry)):
-                return await until_closed(connection, _Driver(self, connection, pad).run())
+            async with await self._lease(connection, resource):
+                return await until_closed(connection, _Driver(self, connection, pad, command).run())
         except LeaseLost as lost:
             if lost.code != "lease.handed_over":
                 raise
             typer.echo("handed over", err=True)
             return FINE
+
+    def _command(self, connection: RobotConnection) -> tuple[DriveCommand, str | None]:
+        """How the connector is commanded, and the resource that must be held for it."""
+        if connection.catalogue is None:
+            raise nothing_known(self.label)
+        entry = entry_of(connection.catalogue, self.label)
+        own = OWN_COMMAND if takes_velocities(entry) else None
+        command = drive_of(entry) if connection.is_original else own
+        if command is None:
+            raise wrong_way(self.label, f"takes no velocities (it is a {entry.type!r})")
+        return command, resource_of(entry)
 
     async def _lease(self, connection: RobotConnection, resource: str | None) -> AbstractAsyncContextManager[Any]:
         if resource is None or not connection.control.is_available:
@@ -86,7 +102,10 @@ class DriveSession:
 class _Driver:
     """One drive, from the first key to the last."""
 
-    def __init__(self, session: DriveSession, connection: RobotConnection, pad: SendableStore) -> None:
+    def __init__(
+        self, session: DriveSession, connection: RobotConnection, pad: SendableStore, command: DriveCommand
+    ) -> None:
+        self._drive_command = command
         self._session = session
         self._connection = connection
         self._pad = pad
@@ -98,7 +117,7 @@ class _Driver:
         from mosaic_core.cli.terminal_keys import terminal_keys
 
         ends = self._connection.on_refusal(self._refused)
-        typer.echo(HELP, err=True)
+        typer.echo(ORIGINAL_HELP if self._connection.is_original else HELP, err=True)
         try:
             async with terminal_keys(self._pressed), asyncio.TaskGroup() as group:
                 tasks = [group.create_task(self._command()), group.create_task(self._show())]
@@ -107,7 +126,9 @@ class _Driver:
                     task.cancel()
         finally:  # Ctrl+C with a key held, too: the robot need not wait until commands are overdue
             ends()
-            self._send_zero()
+            has_left = self._send_zero() and await self._pad.wait_arrived(ZERO_WAIT_S)
+            if self._connection.is_original and not has_left:
+                typer.secho("the last zero was NOT acknowledged: the robot may go on", err=True, fg=typer.colors.RED)
         return FINE
 
     def _pressed(self, key: Key) -> None:
@@ -134,6 +155,9 @@ class _Driver:
         task.add_done_callback(self._seen.tasks.discard)
 
     async def _stop(self) -> None:
+        if self._connection.is_original:
+            self._seen.note = zeros_text(await self._connection.send_zeros())
+            return
         try:
             report = await self._connection.control.stop("from a terminal")
         except MosaicError as error:
@@ -167,11 +191,11 @@ class _Driver:
                 self._send(velocity.ahead * self._session.linear_mps, velocity.left * self._session.angular_radps)
             await asyncio.sleep(COMMAND_PERIOD_S)
 
-    def _send_zero(self) -> None:
-        self._send(0.0, 0.0)
+    def _send_zero(self) -> bool:
+        return self._send(0.0, 0.0)
 
-    def _send(self, linear_mps: float, angular_radps: float) -> None:
-        self._pad.send_json({"linear": {"x": linear_mps}, "angular": {"z": angular_radps}})
+    def _send(self, ahead: float, left: float) -> bool:
+        return self._pad.send_json(self._drive_command.message(ahead, left))
 
     async def _show(self) -> None:
         """A status line that stays in its place, or one JSON object per change."""

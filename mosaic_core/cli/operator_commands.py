@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from mosaic_core.words.data_type import MosaicDataType
+from mosaic_core.words.errors import ConnectionFailed
+
 if TYPE_CHECKING:
     from mosaic_core.cli.operator_session import Work
 
@@ -21,8 +24,28 @@ PasswordStdin = Annotated[
 Code = Annotated[str, typer.Option(help="A one-time sign-in code instead of account and password.")]
 RobotArgument = Annotated[str, typer.Argument(metavar="ROBOT", help="The robot's id or name.")]
 Label = Annotated[str, typer.Argument(metavar="LABEL", help="The connector's label.")]
+DataType = Annotated[
+    str | None,
+    typer.Option(
+        "--data-type",
+        callback=lambda value: checked_data_type(value),
+        autocompletion=lambda: [str(one) for one in MosaicDataType],
+        help="What travels there, where an original robot's connector is not described: json-r2u, media, …",
+    ),
+]
 Timeline = Annotated[bool, typer.Option("--timeline", help="At the end, show how the connection came up.")]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
+
+
+def checked_data_type(value: str | None) -> str | None:
+    """Refuse what is no data type, naming the nearest."""
+    if value is not None:
+        try:
+            MosaicDataType.named(value)
+        except ConnectionFailed as error:
+            raise typer.BadParameter(f"{error.message} {error.cure}") from None
+    return value
+
 
 DEFAULT_SERVER = "http://127.0.0.1:9001"
 
@@ -66,6 +89,7 @@ def tail(
     email: Email = "",
     password_stdin: PasswordStdin = False,
     code: Code = "",
+    data_type: DataType = None,
     count: Annotated[int | None, typer.Option("-n", "--count", min=1, help="End after so many messages.")] = None,
     as_json: AsJson = False,
     timeline: Timeline = False,
@@ -73,7 +97,7 @@ def tail(
     """Print what a connector sends until Ctrl+C; each second a camera's size and rate, a microphone's level."""
     from mosaic_core.cli.operator_tail import Tail
 
-    work = Tail(robot, label, count, as_json)
+    work = Tail(robot, label, count, as_json, data_type)
     signed_in(work, server, email, code, password_stdin=password_stdin, shows_timeline=timeline)
 
 
@@ -86,6 +110,7 @@ def send(
     email: Email = "",
     password_stdin: PasswordStdin = False,
     code: Code = "",
+    data_type: DataType = None,
     rate_hz: Annotated[float, typer.Option(min=0.1, max=200, help="Messages per second, with --for-s.")] = 10.0,
     for_s: Annotated[float, typer.Option(min=0, help="Repeat for so many seconds; 0: send once.")] = 0.0,
     as_json: AsJson = False,
@@ -98,5 +123,5 @@ def send(
     """
     from mosaic_core.cli.operator_send import Send
 
-    work, is_person = Send(robot, label, data, 1 / rate_hz, for_s, as_json), sys.stdin.isatty()
+    work, is_person = Send(robot, label, data, 1 / rate_hz, for_s, as_json, data_type), sys.stdin.isatty()
     signed_in(work, server, email, code, password_stdin=password_stdin, is_person=is_person, shows_timeline=timeline)

@@ -13,7 +13,9 @@ import typer
 from mosaic_core.cli.error_report import FAILED, FINE
 from mosaic_core.cli.operator_session import connected, until_closed
 from mosaic_core.operator import ControlDesk, LeaseView, MosaicOperator, RobotConnection, StopReport
+from mosaic_core.operator.original_drives import ZerosReport
 from mosaic_core.words.control import JournalEntry, PeerInfo
+from mosaic_core.words.described import DescribedConnector
 from mosaic_core.words.errors import ConnectionFailed
 
 FIRST_WORDS_S = 3.0
@@ -49,19 +51,53 @@ def _say(line: Any, text: str, *, as_json: bool) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """``mosaic operator stop``."""
+    """``mosaic operator stop``. ``drive_label`` and ``drive_type``: what drives an original robot."""
 
     robot: str
     reason: str
     as_json: bool
+    drive_label: str = ""
+    drive_type: str | None = None
 
     async def __call__(self, operator: MosaicOperator) -> int:
-        connection = await connected(operator, self.robot)
+        described = told_drive(self.drive_label, self.drive_type or DEFAULT_DRIVE) if self.drive_label else ()
+        connection = await connected(operator, self.robot, described=described)
+        if connection.is_original:
+            return self._told(await connection.send_zeros())
         report = await connection.control.stop(self.reason)
         _say({"stopped": True, **asdict(report)}, _stop_text(report), as_json=self.as_json)
         if not report.is_safe:
             typer.secho("warning: a safe action of the robot is still running", err=True, fg=typer.colors.YELLOW)
         return FINE if report.is_safe else FAILED
+
+    def _told(self, report: ZerosReport) -> int:
+        """An original robot was not stopped, whatever reached it: the next command moves it again."""
+        _say({"stopped": False, **asdict(report)}, zeros_text(report), as_json=self.as_json)
+        if not report.is_complete:
+            typer.secho("NOT STOPPED: use the switch on the robot", err=True, fg=typer.colors.RED)
+        return FAILED
+
+
+DEFAULT_DRIVE = "ros2-receiver-geometry-Twist"
+"""What most original robots are driven by."""
+
+
+def told_drive(label: str, drive_type: str) -> tuple[DescribedConnector, ...]:
+    """What the command line says of an original robot's drive."""
+    return (DescribedConnector(connector_id=label, connector_type=drive_type),)
+
+
+def zeros_text(report: ZerosReport) -> str:
+    """What became of the zeros that stand in for a stop, and nothing more than that."""
+    text = "This robot has no stop: it runs an original MOSAIC."
+    if report.arrived:
+        labels = ", ".join(map(repr, report.arrived))
+        text += f" Zeros arrived at {labels} instead; the next command moves it again."
+    if report.failed:
+        text += f" Zeros did NOT arrive at {', '.join(map(repr, report.failed))}."
+    if not report.arrived and not report.failed:
+        text += " Nobody has described what drives it, so nothing was sent: name it with --drive LABEL."
+    return text
 
 
 def _stop_text(report: StopReport) -> str:

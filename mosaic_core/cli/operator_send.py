@@ -23,7 +23,8 @@ REFUSAL_WAIT_S = 0.5
 @asynccontextmanager
 async def leased(connection: RobotConnection, label: str) -> AsyncIterator[str | None]:
     """Hold what commanding ``label`` needs; the resource, ``None`` where it needs none."""
-    resource = resource_of(entry_of(connection.catalogue, label)) if connection.catalogue else None
+    catalogue = None if connection.is_original else connection.catalogue
+    resource = resource_of(entry_of(catalogue, label)) if catalogue else None
     if resource is None or not connection.control.is_available:
         yield None
         return
@@ -41,10 +42,11 @@ class Send:
     period_s: float
     for_s: float
     as_json: bool = False
+    data_type: str | None = None
 
     async def __call__(self, operator: MosaicOperator) -> int:
-        connection = await connected(operator, self.robot)
-        store = store_of(operator, connection, self.label)
+        connection = await connected(operator, self.robot, self.label, self.data_type)
+        store = store_of(operator, connection, self.label, self.data_type)
         if not isinstance(store, SendableStore):
             raise wrong_way(self.label, "takes nothing; use `mosaic operator tail`")
         refusals: list[Refusal] = []
@@ -54,6 +56,9 @@ class Send:
             if resource is not None:
                 typer.echo(f"holding the lease of {resource!r}", err=True)
             sent = await until_closed(connection, self._send(store))
+            arrived = await store.wait_arrived()
+        if connection.is_original:
+            return self._report_of_an_original(sent, arrived)
         return self._report(sent, refusals)
 
     async def _send(self, store: SendableStore) -> int:
@@ -65,6 +70,13 @@ class Send:
             tick += 1
         await asyncio.sleep(REFUSAL_WAIT_S)
         return sent
+
+    def _report_of_an_original(self, sent: int, arrived: bool) -> int:
+        """It refuses nothing aloud, and knows no numbers: what is known is whether its network side has it."""
+        how = "arrived" if arrived else "NOT acknowledged"
+        text = f"{sent} sent, {how}; an original robot does not say what it refuses"
+        typer.echo(json.dumps({"sent": sent, "arrived": arrived}) if self.as_json else text)
+        return FINE if sent and arrived else FAILED
 
     def _report(self, sent: int, refusals: list[Refusal]) -> int:
         for refusal in refusals[:3]:

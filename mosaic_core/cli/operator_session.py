@@ -6,7 +6,7 @@ import asyncio
 import json
 import os
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn, TypeAlias
 
@@ -22,6 +22,7 @@ from mosaic_core.operator import (
     RobotConnector,
     RobotSummary,
 )
+from mosaic_core.words.described import DescribedConnector, described_catalogue
 from mosaic_core.words.errors import ConnectionFailed, MosaicError, SignalingError
 
 Work: TypeAlias = Callable[[MosaicOperator], Awaitable[int]]
@@ -118,16 +119,27 @@ async def _labels(operator: MosaicOperator, robot: RobotSummary) -> list[str]:
     try:
         catalogue = await operator.rest.catalogue(robot.id)
     except MosaicError:
-        return []  # original servers know no catalogues
-    return [entry.label for entry in catalogue.entries] if catalogue else []
+        return []
+    if catalogue is None:
+        catalogue = described_catalogue(await operator.rest.described(robot.id))
+    return [entry.label for entry in catalogue.entries]
 
 
 def _summary(robot: RobotSummary) -> dict[str, Any]:
     return {"id": robot.id, "name": robot.name, "status": robot.status.name, "isOnline": robot.is_online}
 
 
-async def connected(operator: MosaicOperator, robot: str) -> RobotConnection:
-    """Connect to the robot of this id or name; :class:`SignalingError` naming the robots there are."""
+async def connected(
+    operator: MosaicOperator,
+    robot: str,
+    label: str = "",
+    data_type: str | None = None,
+    described: Sequence[DescribedConnector] = (),
+) -> RobotConnection:
+    """Connect to the robot of this id or name; :class:`SignalingError` naming the robots there are.
+
+    ``label`` is the one connector that will be used: an original robot then sends no camera that nobody looks at.
+    """
     found = await operator.robots()
     match = next((one for one in found if one.id == robot), None)
     if match is None:
@@ -137,7 +149,8 @@ async def connected(operator: MosaicOperator, robot: str) -> RobotConnection:
             known = ", ".join(f"{one.name} ({one.id})" for one in found) or "none"
             raise SignalingError(problem, code="signal.unknown_connection", cure=f"robots of this account: {known}")
         match = named[0]
-    return await operator.connect(match.id)
+    connectors = [RobotConnector(match.id, label, data_type)] if label else []
+    return await operator.connect(match.id, connectors=connectors, described=described)
 
 
 async def until_closed(connection: RobotConnection, work: Awaitable[int]) -> int:
@@ -154,8 +167,10 @@ async def until_closed(connection: RobotConnection, work: Awaitable[int]) -> int
         await asyncio.wait({working, ending})
 
 
-def store_of(operator: MosaicOperator, connection: RobotConnection, label: str) -> MosaicStore:
-    return operator.stores.get_or_create_store(RobotConnector(connection.robot_id, label))
+def store_of(
+    operator: MosaicOperator, connection: RobotConnection, label: str, data_type: str | None = None
+) -> MosaicStore:
+    return operator.stores.get_or_create_store(RobotConnector(connection.robot_id, label, data_type))
 
 
 def wrong_way(label: str, what: str) -> ConnectionFailed:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +17,9 @@ from mosaic_core.cli.operator_session import connected, store_of, until_closed, 
 from mosaic_core.contract.sound import Sound
 from mosaic_core.operator import MediaStreamStore, MosaicOperator, ReceivableStore, Received, SoundStore
 
+SILENCE_S = 5.0
+"""Most connectors say something every second or two."""
+
 
 @dataclass(frozen=True, slots=True)
 class Tail:
@@ -24,14 +29,16 @@ class Tail:
     label: str
     count: int | None
     as_json: bool
+    data_type: str | None = None
 
     async def __call__(self, operator: MosaicOperator) -> int:
-        connection = await connected(operator, self.robot)
-        store = store_of(operator, connection, self.label)
+        connection = await connected(operator, self.robot, self.label, self.data_type)
+        store = store_of(operator, connection, self.label, self.data_type)
         if isinstance(store, MediaStreamStore):
             return await until_closed(connection, self._watch(store))
         if isinstance(store, ReceivableStore):
-            return await until_closed(connection, self._listen(store))
+            with _doubt(store) if connection.is_original else nullcontext():
+                return await until_closed(connection, self._listen(store))
         if isinstance(store, SoundStore):
             return await until_closed(connection, self._hear(store))
         raise wrong_way(self.label, "sends nothing; use `mosaic operator send`")
@@ -46,6 +53,7 @@ class Tail:
         return FINE
 
     async def _watch(self, store: MediaStreamStore) -> int:
+        await store.wait_open()
         lines, seen = 0, store.received_frames
         while self.count is None or lines < self.count:
             await asyncio.sleep(1.0)
@@ -74,6 +82,23 @@ class Tail:
             if lines == self.count:
                 break
         return FINE
+
+
+@contextmanager
+def _doubt(store: ReceivableStore) -> Iterator[None]:
+    """An original robot says nothing of a label that it does not have: its silence is mentioned once."""
+
+    def mention() -> None:
+        if store.latest is None:
+            label = store.robot_connector.connector_id
+            hint = "an original robot leaves a label that it does not have unread; compare it with its YAML file"
+            typer.secho(f"nothing came on {label!r} in {SILENCE_S:.0f} s: {hint}", err=True, fg=typer.colors.YELLOW)
+
+    timer = asyncio.get_running_loop().call_later(SILENCE_S, mention)
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 class Loudness:

@@ -14,10 +14,10 @@ from typing import Protocol
 
 from mosaic_core.machines.path_trial import PIECE_BYTES, PathTrial
 from mosaic_core.operator import ReceivableStore, RobotConnection, SendableStore
-from mosaic_core.operator.store_plan import CONNECTION_CHECK
 from mosaic_core.runtime.transport import Channel
 from mosaic_core.words.data_type import Direction, MosaicDataType
 from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.original_types import CONNECTION_CHECK
 
 OPEN_TIMEOUT_S = 4.0
 """For channels and first answers: some round trips, by way of a satellite too."""

@@ -19,6 +19,7 @@ from mosaic_core.operator.lease_takers import LeaseTakers
 from mosaic_core.operator.robot_answers import RobotAnswers
 from mosaic_core.operator.stop_caller import StopCaller
 from mosaic_core.words import control
+from mosaic_core.words.codes import reason
 from mosaic_core.words.control import JournalEntry, PeerInfo, SafetyLimit
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
 
@@ -42,6 +43,7 @@ class ControlDesk:
         self._stops: StopCaller | None = None
         self._has_said_stop = False
         self._port: ControlPort | None = None
+        self._is_original = False
         self._extensions: Mapping[str, int] = {}
         self._takers = LeaseTakers(lambda resource: self._handle(machine.GaveUp(resource)))
         self._answers = RobotAnswers()
@@ -131,7 +133,7 @@ class ControlDesk:
 
         The robot stays stopped until :meth:`clear_stop`. Being cancelled does not unsay it. This is software: it is no
         certified emergency stop. Raises :class:`ConnectionFailed` if the connection ends before the answer, or where
-        the robot knows no stop (an original one: send zeros).
+        the robot knows no stop (``safety.no_stop``, an original one: :meth:`RobotConnection.send_zeros` is all it has).
         """
         self._port_for("stop")
         assert self._stops is not None
@@ -175,8 +177,12 @@ class ControlDesk:
 
     def open(self, port: ControlPort, extensions: Mapping[str, int]) -> None:
         """The robot has said hello and what it knows."""
-        self._port, self._extensions = port, extensions
+        self._port, self._extensions, self._is_original = port, extensions, False
         self._stops = StopCaller(port, self._clock_us)
+
+    def plain(self) -> None:
+        """It is an original robot, and knows none of this."""
+        self._is_original = True
 
     def hear(self, message: control.ControlMessage) -> None:
         """A message of the robot."""
@@ -198,6 +204,7 @@ class ControlDesk:
     def renew(self, peer_id: str) -> None:
         """The connection is being made anew; nothing is known yet."""
         self._machine = machine.OperatorControl(peer_id)
+        self._is_original = False
 
     def regain(self) -> None:
         """It is back: ask for what was held when it was lost, and for nothing else. A refusal leaves it lost."""
@@ -220,8 +227,10 @@ class ControlDesk:
     # -- the machine -------------------------------------------------------------------------------------------------
 
     def _port_for(self, extension: str) -> ControlPort:
+        if self._is_original:
+            raise _of_an_original(extension)
         if self._port is None:
-            raise ConnectionFailed("The connection is not up, or the robot is an original one.", code="peer.closed")
+            raise ConnectionFailed("The connection is not up.", code="peer.closed")
         if extension not in self._extensions:
             raise ConnectionFailed(f"This robot does not know {extension!r}.", code="lease.unknown_resource", cure="")
         return self._port
@@ -262,3 +271,10 @@ class ControlDesk:
     def _overdue(self) -> None:
         self._timer = None
         self._handle(machine.DeadlinePassed())
+
+
+def _of_an_original(extension: str) -> ConnectionFailed:
+    if extension == "stop":
+        return ConnectionFailed(reason("safety.no_stop").sentence, code="safety.no_stop")
+    message = "This robot runs an original MOSAIC: it knows no leases and keeps no journal, and obeys who is connected."
+    return ConnectionFailed(message, code="lease.unknown_resource", cure="")

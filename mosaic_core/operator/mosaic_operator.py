@@ -190,6 +190,7 @@ class MosaicOperator:
         self._connections[robot_id] = connection
         try:
             await connection.open(max(0.1, ends_at_s - loop.time()))
+            self._open_named(connectors, is_connected=True)
         except BaseException:
             self._connections.pop(robot_id, None)
             await connection.close()
@@ -235,8 +236,7 @@ class MosaicOperator:
         if robot_id not in self.catalogues:
             stored = await self.rest.described(robot_id)
             self._described[robot_id] = described_catalogue((*described, *stored))
-        for connector in connectors:
-            self.stores.get_or_create_store(connector)
+        self._open_named(connectors)
         session_id = self._session_ids.get(robot_id) if "multiPeer" in agreed else None
         timeline.mark("asked", time.monotonic())
         made, ice_servers = await asyncio.gather(self.rest.create_connection(robot_id, session_id), self._ice_servers())
@@ -259,6 +259,15 @@ class MosaicOperator:
             fresh_ice_servers=self._ice_servers,
             uses_bulk_lane=self.uses_bulk_lane,
         )
+
+    def _open_named(self, connectors: Sequence[RobotConnector], *, is_connected: bool = False) -> None:
+        """Make the stores of ``connectors``; of which nothing is known yet, the robot may tell once connected."""
+        for connector in connectors:
+            robot_id = connector.robot_id
+            has_store = any(one.robot_connector.key == connector.key for one in self.stores.stores_of(robot_id))
+            is_known = self._known_of(robot_id).for_connector(connector) is not None
+            if not has_store and (is_known or is_connected):
+                self.stores.get_or_create_store(connector)
 
     async def _ice_servers(self) -> tuple[IceServer, ...]:
         """Fresh ones: credentials of our server live for minutes."""

@@ -298,6 +298,7 @@ class RobotConnection:
         self._is_ours = is_ours
         if not is_ours:
             self._streams.plain()
+            self.control.plain()
             self.catalogue = self._plan.described
             self._settle()
 

@@ -20,6 +20,11 @@ from mosaic_core.words.described import DescribedConnector, described_entry
 from mosaic_core.words.errors import ConnectionFailed, hint_at
 from mosaic_core.words.original_types import CONNECTION_CHECK
 
+SAY_WHAT = (
+    "In Python RobotConnector(robot_id, label, 'json-r2u'); in a terminal --data-type json-r2u, and to drive --type "
+    "ros2-receiver-geometry-Twist. Before a connection is made, connect first."
+)
+
 
 @dataclass(frozen=True, slots=True)
 class PlannedChannel:
@@ -78,7 +83,7 @@ class UnknownLabel(ConnectionFailed):
         has = ", ".join(dict.fromkeys(known)) or "none"
         if is_told:
             message = f"Nobody has described a connector {label!r} of this robot{hint} Described are: {has}."
-            cure = "If the robot has it all the same, name its data type."
+            cure = f"If the robot has it all the same, say what it is. {SAY_WHAT}"
         else:
             message, cure = f"The robot has no connector {label!r}{hint} It has: {has}.", None
         super().__init__(message, code="channel.unknown_label", cure=cure)
@@ -98,9 +103,8 @@ def plan_of(connector: RobotConnector, known: Known) -> StorePlan:
 
 def nothing_known(label: str) -> ConnectionFailed:
     """Nobody can tell what travels under ``label``."""
-    message = f"Nothing is known about {label!r} yet: connect first, or name its data type."
-    cure = "RobotConnector(robot_id, label, 'json-r2u'); on the command line --data-type json-r2u."
-    return ConnectionFailed(message, code="channel.unknown_label", cure=cure)
+    message = f"Nothing is known about {label!r} yet: name its data type."
+    return ConnectionFailed(message, code="channel.unknown_label", cure=SAY_WHAT)
 
 
 def found_entry(catalogue: Catalogue, label: str) -> CatalogueEntry | None:

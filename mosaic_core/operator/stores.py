@@ -173,7 +173,7 @@ class SendableStore(MosaicStore):
         program makes of it is another question."""
         loop = asyncio.get_running_loop()
         ends_at_s = loop.time() + timeout_s
-        while self.state.phase == "open" and not self._has_arrived() and loop.time() < ends_at_s:
+        while self.state.phase == "open" and not self._has_arrived() and loop.time() < ends_at_s:  # noqa: ASYNC110
             await asyncio.sleep(ARRIVAL_POLL_S)
         return self.state.phase == "open" and self._has_arrived()
 

@@ -6,6 +6,7 @@ One table of the ``type`` words that people meet: those of a robot's YAML file, 
 
 from __future__ import annotations
 
+import copy
 from functools import partial
 from typing import Any, Literal
 
@@ -30,6 +31,16 @@ class DriveCommand(WireModel):
     left_sign: Literal[1, -1] = Field(default=1, description="What a turn to the left counts as.")
     sideways: str | None = Field(default=None, description="Path of the speed to the left, where there is one.")
     unit: Literal["si", "share"] = Field(description="`si`: m/s and rad/s; `share`: -1 to 1 of what the robot can.")
+
+    def message(self, ahead: float, left: float) -> dict[str, Any]:
+        """The command for these speeds, in :attr:`unit`; a share is bounded to what there is."""
+        made = copy.deepcopy(self.zero)
+        for path, value in ((self.ahead, ahead), (self.left, left * self.left_sign)):
+            place, (*parents, last) = made, path.split(".")
+            for parent in parents:
+                place = place[parent]
+            place[last] = (max(-1.0, min(1.0, value)) if self.unit == "share" else value) + 0.0  # no -0.0
+        return made
 
 
 class OriginalType(WireModel):

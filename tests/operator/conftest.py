@@ -61,6 +61,7 @@ class FakeChannel:
         self.on_drained: Callable[[], None] | None = None
         self.is_open = False
         self.buffered_bytes = self.under_way_bytes = 0
+        self.acknowledges = True
         self.window_bytes = 1024 * 1024
         self.gives_way = False
         self.from_operator: list[bytes | str] = []
@@ -80,6 +81,7 @@ class FakeChannel:
         if not self.is_open:
             raise ConnectionFailed("not open", code="peer.closed")
         self.from_operator.append(data)
+        self.under_way_bytes += 0 if self.acknowledges else len(data)
         self.sent(self, data)
 
     def close(self) -> None:
@@ -137,7 +139,7 @@ class FakeRobot:
         self.is_ours = True
         self.answers_pings = True
         self.pongs_on_stop_channel: list[control.Pong] = []
-        self.opens_channels = True
+        self.opens_channels = self.acknowledges = True
         self.catalogue = CATALOGUE
         self.extensions = dict(control.CONTROL_EXTENSIONS)
         self.answer_to: Callable[[control.ControlMessage], Sequence[control.ControlMessage]] = self.granted
@@ -162,6 +164,7 @@ class FakeRobot:
         self, label: str, *, protocol: str = "", ordered: bool = True, max_retransmits: int | None = None
     ) -> FakeChannel:
         channel = self.channels[label] = FakeChannel(label, protocol, ordered, max_retransmits)
+        channel.acknowledges = self.acknowledges
         if label == control.CONTROL_LABEL:
             channel.sent = self._control_sent
         elif label == control.STOP_LABEL:
