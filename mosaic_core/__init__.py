@@ -3,6 +3,9 @@
 These are the public names for plugin authors and for programs; importing them loads no WebRTC, video or OpenCV.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING
+
 from mosaic_core.contract.configurer import (
     API_VERSION,
     Configurer,
@@ -32,16 +35,31 @@ from mosaic_core.words.data_type import Delivery, MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import ConfigError, MosaicError, PluginError
 
+if TYPE_CHECKING:
+    from mosaic_core.runtime.auto_configurer import AutoConfigurer
+    from mosaic_core.runtime.resolver import ConnectorResolver
+
 __version__ = "0.1.0"
+
+AMediaTrackHandler = MediaTrackHandler  # the name in MOSAIC's own documentation
+
+_LAZY = {
+    "AutoConfigurer": "mosaic_core.runtime.auto_configurer",
+    "ConnectorResolver": "mosaic_core.runtime.resolver",
+}
+"""Where those names are that plugins rarely need: loaded when asked for, since they read YAML and look for plugins."""
 
 __all__ = [
     "API_VERSION",
+    "AMediaTrackHandler",
     "AudioReceivable",
     "AudioTrackHandler",
+    "AutoConfigurer",
     "CameraLabel",
     "Captured",
     "ConfigError",
     "Configurer",
+    "ConnectorResolver",
     "DataChannelBidirectional",
     "DataChannelByteReceivable",
     "DataChannelConfigurer",
@@ -69,3 +87,9 @@ __all__ = [
     "hookimpl",
     "unit",
 ]
+
+
+def __getattr__(name: str) -> object:
+    if name in _LAZY:
+        return getattr(import_module(_LAZY[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -91,6 +91,11 @@ def test_importing_the_core_loads_no_webrtc_and_no_video() -> None:
     assert not loaded_by("import mosaic_core") & {*HEAVY, "numpy", "websockets", "httpx"}
 
 
+def test_the_lazy_names_are_not_loaded_with_the_core_and_load_no_webrtc_themselves() -> None:
+    assert "ruamel" not in loaded_by("import mosaic_core")
+    assert not loaded_by("from mosaic_core import AutoConfigurer, ConnectorResolver") & {*HEAVY, "numpy", "httpx"}
+
+
 @pytest.mark.parametrize("words", [["--help"], ["connectors", "list"], ["validate", "--help"]])
 def test_the_command_line_loads_no_webrtc_and_no_video(words: list[str]) -> None:
     code = (

@@ -179,7 +179,11 @@ def keyboard(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[bytes], None
     controller, terminal = pty.openpty()
     real = terminal_keys.terminal_keys
     monkeypatch.setattr(terminal_keys, "terminal_keys", lambda pressed: real(pressed, terminal))
-    yield lambda data: os.write(controller, data) and None
+
+    def type_in(data: bytes) -> None:
+        os.write(controller, data)
+
+    yield type_in
     os.close(controller)
     os.close(terminal)
 

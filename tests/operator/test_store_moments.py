@@ -1,0 +1,143 @@
+"""The documented words of a store: moments to subscribe to and to override, a class of one's own, what can be sent."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+import pytest
+from pydantic import BaseModel
+
+from mosaic_core.operator import MosaicStore, ReceivableStore, RobotConnector, SendableStore
+from mosaic_core.words.errors import ConnectionFailed
+
+WAIT_S = 5.0
+MOMENTS = ("before_connected", "after_connected", "after_disconnected", "after_connection_failed")
+
+
+def run(scenario: Any) -> None:
+    async def bounded() -> None:
+        async with asyncio.timeout(30):
+            await scenario()
+
+    asyncio.run(bounded())
+
+
+def go_through(store: MosaicStore) -> None:
+    store.opening()
+    store.opened()
+    store.closed()
+    store.failed(ConnectionFailed("no", code="media.no_line"))
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_each_moment_is_told_to_who_subscribed_until_they_end_it(moment: str) -> None:
+    async def scenario() -> None:
+        store, heard = ReceivableStore(RobotConnector("r", "odom")), list[str]()
+        end = getattr(store, f"on_{moment}")(lambda: heard.append(moment))
+        go_through(store)
+        end()
+        end()
+        go_through(store)
+        assert heard == [moment]
+
+    run(scenario)
+
+
+def test_a_store_class_of_ones_own_overrides_the_moments() -> None:
+    heard: list[str] = []
+
+    class Mine(ReceivableStore):
+        def before_connected(self) -> None:
+            heard.append("before")
+
+        def after_connected(self) -> None:
+            heard.append("connected")
+
+        def after_disconnected(self) -> None:
+            heard.append("disconnected")
+
+        def after_connection_failed(self) -> None:
+            heard.append("failed")
+
+    async def scenario() -> None:
+        go_through(Mine(RobotConnector("r", "odom")))
+
+    run(scenario)
+    assert heard == ["before", "connected", "disconnected", "failed"]
+
+
+def test_classes_that_override_the_words_of_before_are_told_too() -> None:
+    heard: list[str] = []
+
+    class Mine(ReceivableStore):
+        def on_after_connected(self) -> None:  # type: ignore[override]
+            heard.append("connected")
+
+    async def scenario() -> None:
+        go_through(Mine(RobotConnector("r", "odom")))
+
+    run(scenario)
+    assert heard == ["connected"]
+
+
+def test_a_class_of_ones_own_is_registered_in_one_line(world: Any) -> None:
+    class BatteryStore(ReceivableStore):
+        is_charged = False
+
+        def after_connected(self) -> None:
+            self.is_charged = True
+
+    async def scenario() -> None:
+        async with world.operator() as operator:
+            operator.stores.register("battery", BatteryStore)
+            connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
+            store = connection.receivable("battery")
+            assert isinstance(store, BatteryStore)
+            await store.wait_open(WAIT_S)
+            assert store.is_charged
+            assert type(connection.receivable("chat")) is not BatteryStore
+
+    run(scenario)
+
+
+def test_a_class_is_had_by_asking_for_it_and_only_once_per_connector(world: Any) -> None:
+    class BatteryStore(ReceivableStore): ...
+
+    async def scenario() -> None:
+        async with world.operator() as operator:
+            battery = RobotConnector(world.robot_id, "battery")
+            store = operator.stores.get_or_create_store(battery, BatteryStore)
+            assert type(store) is BatteryStore
+            with pytest.raises(ConnectionFailed, match="has a BatteryStore already, no SendableStore"):
+                operator.stores.get_or_create_store(battery, SendableStore)
+
+    run(scenario)
+
+
+class Lamp(BaseModel):
+    is_on: bool
+
+
+@pytest.mark.parametrize(
+    ("data", "payload"),
+    [
+        ({"is_on": True}, b'{"is_on":true}'),
+        (Lamp(is_on=True), b'{"is_on":true}'),
+        ([1, 2], b"[1,2]"),
+        ('{"is_on": true}', b'{"is_on": true}'),
+        (b"\x00\x01", b"\x00\x01"),
+    ],
+)
+def test_what_is_sent_is_an_object_a_text_or_bytes(data: Any, payload: bytes) -> None:
+    store, sent = SendableStore(RobotConnector("r", "lamp", "json-u2r")), list[bytes]()
+    store.connect_outlet(lambda kind, given: sent.append(given) is None)
+    assert store.send_data(data)
+    assert sent == [payload]
+
+
+def test_an_object_that_is_no_json_is_the_callers_mistake() -> None:
+    store = SendableStore(RobotConnector("r", "lamp", "json-u2r"))
+    store.connect_outlet(lambda kind, given: True)
+    with pytest.raises(ValueError, match="JSON"):
+        store.send_data({"x": float("nan")})
