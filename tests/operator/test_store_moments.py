@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
-from mosaic_core.operator import MosaicStore, ReceivableStore, RobotConnector, SendableStore
+from mosaic_core.operator import BidirectionalStore, MosaicStore, ReceivableStore, RobotConnector, SendableStore
+from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed
 
 WAIT_S = 5.0
@@ -81,8 +82,10 @@ def test_classes_that_override_the_words_of_before_are_told_too() -> None:
     assert heard == ["connected"]
 
 
-def test_a_class_of_ones_own_is_registered_in_one_line(world: Any) -> None:
+@pytest.mark.parametrize("match", [{"connector_type": "battery"}, {"label": "battery"}, {"data_type": "json-r2u"}, {}])
+def test_a_class_of_ones_own_is_registered_in_one_line(world: Any, match: dict[str, Any]) -> None:
     class BatteryStore(ReceivableStore):
+        data_type = MosaicDataType.JSON_R2U
         is_charged = False
 
         def after_connected(self) -> None:
@@ -90,13 +93,54 @@ def test_a_class_of_ones_own_is_registered_in_one_line(world: Any) -> None:
 
     async def scenario() -> None:
         async with world.operator() as operator:
-            operator.stores.register("battery", BatteryStore)
+            operator.stores.register_mosaic_store(BatteryStore, **match)
             connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
             store = connection.receivable("battery")
             assert isinstance(store, BatteryStore)
             await store.wait_open(WAIT_S)
             assert store.is_charged
-            assert type(connection.receivable("chat")) is not BatteryStore
+            assert type(connection.bidirectional("chat")) is BidirectionalStore
+
+    run(scenario)
+
+
+def test_a_label_counts_more_than_a_type_and_that_more_than_a_data_type(world: Any) -> None:
+    class ByLabel(ReceivableStore): ...
+
+    class ByType(ReceivableStore): ...
+
+    class ByDataType(ReceivableStore): ...
+
+    async def scenario() -> None:
+        async with world.operator() as operator:
+            operator.stores.register_mosaic_store(ByLabel, label="battery")
+            operator.stores.register_mosaic_store(ByType, connector_type="battery")
+            operator.stores.register_mosaic_store(ByDataType, data_type="json-r2u")
+            connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
+            assert type(connection.receivable("battery")) is ByLabel
+
+    run(scenario)
+
+
+def test_a_class_that_says_nothing_of_itself_has_to_be_told_for_what_it_is(world: Any) -> None:
+    async def scenario() -> None:
+        async with world.operator() as operator:
+            with pytest.raises(TypeError, match="label='battery'"):
+                operator.stores.register_mosaic_store(ReceivableStore)
+
+    run(scenario)
+
+
+def test_a_store_that_only_lingers_makes_room_for_one_of_another_class(world: Any) -> None:
+    class BatteryStore(ReceivableStore): ...
+
+    async def scenario() -> None:
+        async with world.operator() as operator:
+            connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
+            connection.receivable("battery")
+            battery = RobotConnector(world.robot_id, "battery")
+            operator.stores.release_store(battery)
+            assert type(operator.stores.get_or_create_store(battery, BatteryStore)) is BatteryStore
 
     run(scenario)
 
@@ -131,7 +175,12 @@ class Lamp(BaseModel):
 )
 def test_what_is_sent_is_an_object_a_text_or_bytes(data: Any, payload: bytes) -> None:
     store, sent = SendableStore(RobotConnector("r", "lamp", "json-u2r")), list[bytes]()
-    store.connect_outlet(lambda kind, given: sent.append(given) is None)
+
+    def take(_: object, payload: bytes) -> bool:
+        sent.append(payload)
+        return True
+
+    store.connect_outlet(take)
     assert store.send_data(data)
     assert sent == [payload]
 
