@@ -30,6 +30,8 @@ TIMEOUTS: dict[Phase, tuple[float, str]] = {
 """Seconds a phase may take, and the code when it takes longer. Either side may first wait for a TURN server."""
 CHANNEL_TIMEOUT_S = 8.0
 """From the connection to the open control channel. Only then does silence mean an original robot."""
+KNOWN_ORIGINAL_S = 0.3
+"""For the hello of a robot that said none on the connection before: a round trip of a bad link."""
 STALL_S = 0.5
 """A deadline noticed this late means that our own process stood still; answers may be waiting unread."""
 
@@ -127,9 +129,11 @@ Effect = SendPing | UseConnection | End
 
 
 class OperatorPeer:
-    """The machine. ``now_s`` is any monotonic clock."""
+    """The machine. ``now_s`` is any monotonic clock. ``was_original``: the robot said no hello a moment ago, so that it
+    is not waited for long now; a late one counts all the same."""
 
-    def __init__(self, now_s: float) -> None:
+    def __init__(self, now_s: float, *, was_original: bool = False) -> None:
+        self._hello_s = KNOWN_ORIGINAL_S if was_original else HELLO_TIMEOUT_S
         self.phase: Phase = "offering"
         self.deadline_s: float | None = now_s + TIMEOUTS["offering"][0]
         """When the driver must say :class:`DeadlinePassed`; ``None``: never."""
@@ -174,7 +178,7 @@ class OperatorPeer:
                 return self._enter("securing", now_s)
             case "connected" if self.phase in ("waiting", "connecting", "securing"):
                 self.phase = "greeting"
-                self.deadline_s = now_s + (HELLO_TIMEOUT_S if self._has_control else CHANNEL_TIMEOUT_S)
+                self.deadline_s = now_s + (self._hello_s if self._has_control else CHANNEL_TIMEOUT_S)
                 return []
             case "failed":
                 is_up = self.phase in ("greeting", "open", "original")
@@ -189,7 +193,7 @@ class OperatorPeer:
         """Browsers and aiortc don't promise whether this or the state ``connected`` is told first."""
         self._has_control = True
         if self.phase == "greeting":
-            self.deadline_s = now_s + HELLO_TIMEOUT_S
+            self.deadline_s = now_s + self._hello_s
         return []
 
     def _enter(self, phase: Phase, now_s: float) -> list[Effect]:

@@ -20,6 +20,7 @@ from mosaic_core.operator.lease import Lease, LeaseDenied, LeaseLost
 from mosaic_core.operator.media_store import MediaStreamStore
 from mosaic_core.operator.mosaic_operator import MosaicOperator
 from mosaic_core.operator.mosaic_store import MosaicStore, StoreState
+from mosaic_core.operator.original_drives import ZerosReport
 from mosaic_core.operator.rest_api import RobotSummary
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.robot_connector import RobotConnector
@@ -27,11 +28,13 @@ from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.store_manager import StoreManager
 from mosaic_core.operator.store_plan import UnknownLabel
 from mosaic_core.operator.stores import BidirectionalStore, ReceivableStore, SendableStore
+from mosaic_core.words.described import DescribedConnector
 
 __all__ = [
     "BidirectionalStore",
     "ConnectionCheckingStore",
     "ControlDesk",
+    "DescribedConnector",
     "Lease",
     "LeaseDenied",
     "LeaseLost",
@@ -52,4 +55,5 @@ __all__ = [
     "StoreState",
     "UnknownLabel",
     "VoiceStore",
+    "ZerosReport",
 ]

@@ -85,6 +85,8 @@ class PeerLink:
         owner: PeerOwner,
         make_offerer: OffererFactory,
         send: Callable[[SignalingMessage], None],
+        *,
+        was_original: bool = False,
     ) -> None:
         self.offerer = make_offerer(self, plan.ice_servers)
         self.control: ControlPort | None = None
@@ -93,7 +95,7 @@ class PeerLink:
         self._plan = plan
         self._owner = owner
         self._send = send
-        self._machine = machine.OperatorPeer(time.monotonic())
+        self._machine = machine.OperatorPeer(time.monotonic(), was_original=was_original)
         self._is_ours = False
         self._woken = asyncio.Event()
         self._tasks: set[asyncio.Task[None]] = set()

@@ -91,7 +91,7 @@ class RestApi:
         no such thing."""
         try:
             data = await _call(self._client, "GET", f"/api/v1/robots/{robot_id}")
-        except SignalingError:
+        except MosaicError:  # who may not connect hears of it when they try
             return ()
         config = data.get("connectorConfig") if isinstance(data, dict) else None
         return read_connector_config(config if isinstance(config, str) else None)

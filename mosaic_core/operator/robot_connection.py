@@ -69,6 +69,7 @@ class RobotConnection:
         self._send = send
         self._is_kept = False
         self._may_break = False
+        self._is_ours: bool | None = None
         self._streams = SessionStreams(self._say, self._listener_of, plan.clock_us)
         self._interrupted = asyncio.Event()
         self._refusals: list[Callable[[control.Refusal], None]] = []
@@ -79,7 +80,7 @@ class RobotConnection:
         """A peer connection, the first one or the next."""
         self._is_breaking = False
         self._plan = plan
-        self._peer = PeerLink(plan, self, self._make_offerer, self._send)
+        self._peer = PeerLink(plan, self, self._make_offerer, self._send, was_original=self._is_ours is False)
         self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
         around = Surroundings(
             self._watch,
@@ -97,7 +98,7 @@ class RobotConnection:
         self._more_lines = MoreLines(self._peer.offerer, self._say, lambda: self._links.lines_settled())
         self._links = StoreLinks(self._peer.offerer, self._lane, self._more_lines, around, self._peer.voices)
         self._settled = asyncio.Event()
-        self._is_ours: bool | None = None
+        self._is_ours = None
 
     # -- what programs use -----------------------------------------------------------------------------------------
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from mosaic_core.machines.operator_peer import (
     CHANNEL_TIMEOUT_S,
+    KNOWN_ORIGINAL_S,
     Answered,
     CloseRequested,
     ControlOpened,
@@ -35,8 +36,8 @@ TO_GREETING: tuple[Event, ...] = (
 )
 
 
-def peer_after(*events: Event) -> OperatorPeer:
-    peer = OperatorPeer(0.0)
+def peer_after(*events: Event, was_original: bool = False) -> OperatorPeer:
+    peer = OperatorPeer(0.0, was_original=was_original)
     for event in events:
         peer.handle(event, 0.0)
     return peer
@@ -106,6 +107,12 @@ def test_each_phase_has_its_own_time_out(events: tuple[Event, ...], code: str) -
 )
 def test_a_failed_transport_names_its_phase(events: tuple[Event, ...], code: str) -> None:
     assert peer_after(*events).handle(TransportChanged("failed"), 1.0) == [End(code, "", True)]
+
+
+def test_a_robot_that_was_an_original_one_is_not_waited_for_again_but_may_be_another_now() -> None:
+    peer = peer_after(*TO_GREETING, was_original=True)
+    assert run_until(peer, 1.0) == [(KNOWN_ORIGINAL_S, UseConnection(False))]
+    assert peer.handle(HelloReceived(), 1.0) == [UseConnection(True), SendPing()]
 
 
 def test_silence_counts_from_the_open_channel_on() -> None:
