@@ -35,6 +35,8 @@ class Tail:
         connection = await connected(operator, self.robot, self.label, self.data_type)
         store = store_of(operator, connection, self.label, self.data_type)
         if isinstance(store, MediaStreamStore):
+            if connection.is_original:
+                await store.wait_open()  # one that it does not have never comes, and is said at once
             return await until_closed(connection, self._watch(store))
         if isinstance(store, ReceivableStore):
             with _doubt(store) if connection.is_original else nullcontext():
@@ -53,7 +55,6 @@ class Tail:
         return FINE
 
     async def _watch(self, store: MediaStreamStore) -> int:
-        await store.wait_open()
         lines, seen = 0, store.received_frames
         while self.count is None or lines < self.count:
             await asyncio.sleep(1.0)

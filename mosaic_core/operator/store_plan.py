@@ -21,8 +21,8 @@ from mosaic_core.words.errors import ConnectionFailed, hint_at
 from mosaic_core.words.original_types import CONNECTION_CHECK
 
 SAY_WHAT = (
-    "In Python RobotConnector(robot_id, label, 'json-r2u'); in a terminal --data-type json-r2u, and to drive --type "
-    "ros2-receiver-geometry-Twist. Before a connection is made, connect first."
+    "In Python RobotConnector(robot_id, label, 'json-r2u'), in a terminal --data-type json-r2u (to drive: --type "
+    "ros2-receiver-geometry-Twist)."
 )
 
 
