@@ -171,8 +171,8 @@ class MosaicOperator:
         Original robots announce no catalogue. Their connectors are those that the server has a description of, and
         those ``described`` here, which count first; others need a data type. Such a robot sends every camera that is
         known when the connection is made, unless ``connectors`` are named and no camera is among them; one that is
-        asked for later needs another connection: ``may_break`` allows that. It takes about half a second, in which nothing
-        else flows, and drives that are known are sent zeros before.
+        asked for later needs another connection: ``may_break`` allows that. Nothing else flows for about half a second
+        then, and drives that are known are sent zeros before.
         """
         previous = self._connections.pop(robot_id, None)
         if previous is not None:
