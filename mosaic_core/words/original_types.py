@@ -85,16 +85,6 @@ ORIGINAL_DRIVES: dict[str, DriveCommand] = {
 }
 
 
-def _robot(type_: str, title: str, data_type: MosaicDataType, widget: str | None = None, **more: Any) -> OriginalType:
-    return _type("robot", type_, title, data_type, widget, **more)
-
-
-def _dashboard(
-    type_: str, title: str, data_type: MosaicDataType, widget: str | None = None, **more: Any
-) -> OriginalType:
-    return _type("dashboard", type_, title, data_type, widget, **more)
-
-
 _Source = Literal["robot", "dashboard"]
 
 
