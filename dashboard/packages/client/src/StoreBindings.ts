@@ -176,7 +176,7 @@ export class StoreBindings {
   }
 
   private bind({ store, ports }: Binding): void {
-    const plan = channelPlan(store.robotConnector, this.catalogue, this.isOriginal)
+    const plan = channelPlan(store.robotConnector, this.catalogue, this.isOriginal, store.bareChannels())
     if (plan.type === 'mismatch') store.setState(plan.state)
     else if (plan.type === 'media' && !isMedia(store)) store.setState(NOT_MEDIA)
     else if (store.state.get().phase === 'mismatch') store.setState({ phase: 'waiting' })

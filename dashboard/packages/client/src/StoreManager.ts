@@ -1,13 +1,8 @@
-import type { CatalogueEntry } from '@mosaic/protocol'
+import type { CatalogueEntry, MosaicDataType } from '@mosaic/protocol'
 import { nowMs } from './clock'
 import { LingerCount } from './lingerCount'
-import { BidirectionalStore } from './stores/BidirectionalStore'
-import { ConnectionCheckingStore } from './stores/ConnectionCheckingStore'
-import { MediaStreamStore } from './stores/MediaStreamStore'
+import { StoreClasses, type StoreClass, type StoreMatch } from './StoreClasses'
 import type { MosaicStore } from './stores/MosaicStore'
-import { ReceivableStore } from './stores/ReceivableStore'
-import { SendableStore } from './stores/SendableStore'
-import { TalkStore } from './stores/TalkStore'
 import type { RobotConnector } from './types'
 
 /** How long an unused store keeps its channel. */
@@ -24,6 +19,7 @@ export interface StoreHost {
 /** Makes one store per connector and counts its users; an unused store lingers for a second. */
 export class StoreManager {
   private readonly stores = new Map<string, MosaicStore>()
+  private readonly classes = new StoreClasses()
   private readonly counts = new LingerCount<string>(LINGER_MS)
   private timer: ReturnType<typeof setTimeout> | null = null
 
@@ -33,16 +29,36 @@ export class StoreManager {
   ) {}
 
   /**
-   * The store of this connector; every call counts and asks for one `releaseStore`. Its class follows from
-   * `dataType`, or from the robot's catalogue where that knows the label.
+   * From now on connectors that `match` get stores of this class: by label, by the type that the robot announces, or by
+   * data type. A label counts more than a type, that more than a data type; of two alike the newer counts. Without
+   * `match` the class says its data type itself, as `static readonly dataType`.
    */
-  getOrCreateStore(connector: RobotConnector): MosaicStore {
+  registerMosaicStore(Store: StoreClass & { readonly dataType: MosaicDataType }): void
+  registerMosaicStore(Store: StoreClass, match: StoreMatch): void
+  registerMosaicStore(Store: StoreClass & { readonly dataType?: MosaicDataType }, match?: StoreMatch): void {
+    const { dataType } = Store
+    if (match !== undefined) this.classes.register(Store, match)
+    else if (dataType !== undefined) this.classes.register(Store, { dataType })
+    else throw new TypeError(`${Store.name} has no 'static dataType': say for which connectors it is, as in { label: 'battery' }`)
+  }
+
+  /**
+   * The store of this connector; every call counts and asks for one `releaseStore`. Its class is `Store`, or the one
+   * registered for it, or else follows from `dataType` or the robot's catalogue. Throws where somebody uses a store of
+   * another class on the same connector already.
+   */
+  getOrCreateStore(connector: RobotConnector): MosaicStore
+  getOrCreateStore<S extends MosaicStore>(connector: RobotConnector, Store: StoreClass<S>): S
+  getOrCreateStore(connector: RobotConnector, Store?: StoreClass): MosaicStore {
     const key = keyOf(connector)
-    const isNew = this.counts.retain(key)
     const existing = this.stores.get(key)
-    if (!isNew && existing) return existing
+    const isFit = existing !== undefined && (Store === undefined || existing instanceof Store)
+    if (existing !== undefined && Store !== undefined && !isFit) this.makeRoom(key, existing, Store)
+    this.counts.retain(key)
+    if (isFit) return existing
     const host = this.hostOf(connector.robotId)
-    const store = storeFor(connector, host.entryOf(connector.connectorId))
+    const Chosen = this.classes.classOf(connector, host.entryOf(connector.connectorId), Store)
+    const store = new Chosen(connector)
     this.stores.set(key, store)
     host.addStore(store)
     return store
@@ -63,10 +79,20 @@ export class StoreManager {
     this.timer = null
     for (const key of this.counts.expired(this.now())) {
       const store = this.stores.get(key)
-      this.stores.delete(key)
-      if (store) this.hostOf(store.robotConnector.robotId).removeStore(store)
+      if (store) this.remove(key, store)
     }
     this.schedule()
+  }
+
+  /** One that only lingers makes room; one that is used does not. */
+  private makeRoom(key: string, existing: MosaicStore, Store: StoreClass): void {
+    if (this.counts.isRetained(key)) throw otherClass(existing, Store)
+    this.remove(key, existing)
+  }
+
+  private remove(key: string, store: MosaicStore): void {
+    this.stores.delete(key)
+    this.hostOf(store.robotConnector.robotId).removeStore(store)
   }
 }
 
@@ -74,13 +100,10 @@ function keyOf(connector: RobotConnector): string {
   return JSON.stringify([connector.robotId, connector.connectorId])
 }
 
-function storeFor(connector: RobotConnector, entry: CatalogueEntry | null): MosaicStore {
-  if (entry?.type === 'connection-check') return new ConnectionCheckingStore(connector)
-  const dataType = connector.dataType ?? entry?.dataType
-  if (dataType === 'media' && entry?.kind === 'audio' && entry.direction === 'to-robot') return new TalkStore(connector)
-  if (dataType === 'media') return new MediaStreamStore(connector)
-  if (dataType?.endsWith('r2u')) return new ReceivableStore(connector)
-  if (dataType?.endsWith('u2r')) return new SendableStore(connector)
-  // Neither the caller nor the robot said: what can do both serves both.
-  return new BidirectionalStore(connector)
+function otherClass(existing: MosaicStore, Store: StoreClass): TypeError {
+  const label = existing.robotConnector.connectorId
+  return new TypeError(
+    `'${label}' has a ${existing.constructor.name} already, and ${Store.name} was asked for: ` +
+      `register it before the first use, with registerMosaicStore(${Store.name}, { label: '${label}' })`,
+  )
 }

@@ -18,11 +18,20 @@ export const NOT_MEDIA: StoreState = {
   message: "this connector is a picture: give dataType 'media', or make the store once the catalogue is known",
 }
 
-/** With a catalogue that decides; without one an original robot is taken at the caller's word. */
-export function channelPlan(connector: RobotConnector, catalogue: Catalogue | null, isOriginal: boolean): ChannelPlan {
+/**
+ * With a catalogue that decides; without one an original robot is taken at the store's word: `bare` are the channels
+ * that it wants, none where it wants a picture.
+ */
+export function channelPlan(
+  connector: RobotConnector,
+  catalogue: Catalogue | null,
+  isOriginal: boolean,
+  bare: readonly ChannelEntry[],
+): ChannelPlan {
   const { connectorId, dataType } = connector
-  if (isOriginal) return bareChannel(connectorId, dataType)
-  if (catalogue === null) return dataType === 'media' ? { type: 'media' } : { type: 'unknown' }
+  const isMedia = bare.length === 0
+  if (isOriginal) return isMedia ? { type: 'media' } : { type: 'channels', channels: bare, delivery: 'reliable' }
+  if (catalogue === null) return isMedia ? { type: 'media' } : { type: 'unknown' }
   const entry = catalogue.entries.find(({ label }) => label === connectorId)
   if (!entry) return { type: 'mismatch', state: missing(connectorId, catalogue) }
   if (dataType !== undefined && !isCompatible(dataType, entry.dataType)) {
@@ -37,11 +46,6 @@ export function channelPlan(connector: RobotConnector, catalogue: Catalogue | nu
 function mayWait({ delivery, safety }: CatalogueEntry): boolean {
   const isFree = !safety || !['requires_lease', 'timeout_s', 'max_rate_hz'].some((key) => Boolean(safety[key]))
   return delivery === 'reliable' && isFree
-}
-
-function bareChannel(label: string, dataType: MosaicDataType | undefined): ChannelPlan {
-  if (dataType === 'media') return { type: 'media' }
-  return { type: 'channels', channels: [{ label, dataType: dataType ?? 'json-bi' }], delivery: 'reliable' }
 }
 
 function missing(label: string, catalogue: Catalogue): StoreState {

@@ -16,6 +16,11 @@ export class LingerCount<K> {
     return count === undefined
   }
 
+  /** False for a key that only lingers. */
+  isRetained(key: K): boolean {
+    return (this.counts.get(key) ?? 0) > 0
+  }
+
   /** One less; true when that was the last one, and the key now lingers. */
   release(key: K, nowMs: number): boolean {
     const count = this.counts.get(key) ?? 0

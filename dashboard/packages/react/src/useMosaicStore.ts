@@ -1,9 +1,10 @@
-import type { MosaicStore, RobotConnector } from '@mosaic/client'
+import type { RobotConnector, StoreManager } from '@mosaic/client'
 import { useMemo } from 'react'
 import { useMosaicClient } from './MosaicProvider'
 
+/** What a component does with stores; the page's `StoreManager` explains both. */
 export interface MosaicStoreAccess {
-  readonly getOrCreateStore: (connector: RobotConnector) => MosaicStore
+  readonly getOrCreateStore: StoreManager['getOrCreateStore']
   readonly releaseStore: (connector: RobotConnector) => void
 }
 
@@ -12,7 +13,7 @@ export function useMosaicStore(): MosaicStoreAccess {
   const { storeManager } = useMosaicClient()
   return useMemo(
     () => ({
-      getOrCreateStore: (connector) => storeManager.getOrCreateStore(connector),
+      getOrCreateStore: storeManager.getOrCreateStore.bind(storeManager),
       releaseStore: (connector) => storeManager.releaseStore(connector),
     }),
     [storeManager],

@@ -1,3 +1,4 @@
+import type { ChannelEntry } from '@mosaic/protocol'
 import type { DataPort } from '../DataPort'
 import { nowMs } from '../clock'
 import { Value, type Readable } from '../Readable'
@@ -34,6 +35,14 @@ export class ConnectionCheckingStore extends MosaicStore {
 
   getStoreType(): StoreType {
     return 'bidirectional'
+  }
+
+  override bareChannels(): readonly ChannelEntry[] {
+    const { connectorId } = this.robotConnector
+    return [
+      { label: `${connectorId}-receiver`, dataType: 'string-u2r' },
+      { label: `${connectorId}-sender`, dataType: 'string-r2u' },
+    ]
   }
 
   override attach(ports: readonly DataPort[]): void {

@@ -3,7 +3,8 @@ import type { DataPort } from '../DataPort'
 import { Value } from '../Readable'
 import type { OutgoingStream } from '../resume/OutgoingStream'
 
-export type Sendable = string | ArrayBuffer | Uint8Array
+/** One message: an object or array goes as JSON, a string as text, an `ArrayBuffer` or a view of one as bytes. */
+export type Sendable = string | ArrayBuffer | ArrayBufferView | object
 
 /** The sending half of a store: the first of its channels that takes data towards the robot, while there is one. */
 export class OutgoingPort {
@@ -24,14 +25,24 @@ export class OutgoingPort {
   }
 
   send(data: Sendable): boolean {
-    if (this.port !== null) return this.port.send(data)
-    return this.stream?.send(data instanceof ArrayBuffer ? new Uint8Array(data) : data) ?? false
+    if (typeof data === 'string') return this.put(data)
+    const bytes = bytesOf(data)
+    return bytes === null ? this.sendJson(data) : this.put(bytes)
   }
 
   sendJson(value: unknown): boolean {
     const text = strictJson(value)
-    return text !== null && this.send(text)
+    return text !== null && this.put(text)
   }
+
+  private put(data: string | Uint8Array): boolean {
+    return (this.port ?? this.stream)?.send(data) ?? false
+  }
+}
+
+function bytesOf(data: object): Uint8Array | null {
+  if (data instanceof ArrayBuffer) return new Uint8Array(data)
+  return ArrayBuffer.isView(data) ? new Uint8Array(data.buffer, data.byteOffset, data.byteLength) : null
 }
 
 // Functions and `undefined` have no text at all, whatever the types say.

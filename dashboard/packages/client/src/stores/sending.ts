@@ -24,12 +24,15 @@ export function sending<Base extends StoreClass>(Base: Base) {
      */
     readonly sendBlocked: Readable<SendBlock | null> = this.outgoing.block
 
-    /** Send one message; false when it was not accepted: blocked, not open, or the link does not keep up. */
+    /**
+     * Send one message: an object as JSON, a string as text, bytes as they are. False when it was not accepted: blocked,
+     * not open, the link does not keep up, or an object that JSON can't hold (NaN, infinities).
+     */
     sendData(data: Sendable): boolean {
       return this.counted(this.outgoing.send(data))
     }
 
-    /** `sendData` of the value as JSON; a value that JSON can't hold (NaN, infinities) is refused. */
+    /** Send any value as JSON, also a number or a text; a value that JSON can't hold (NaN, infinities) is refused. */
     sendJson(value: unknown): boolean {
       return this.counted(this.outgoing.sendJson(value))
     }
