@@ -9,6 +9,8 @@ const server = process.env['MOSAIC_SERVER'] ?? 'http://127.0.0.1:8080'
 
 export default defineConfig({
   plugins: [react()],
+  // The packages beside this one are their sources, as `paths` in tsconfig.json says.
+  resolve: { tsconfigPaths: true },
   build: {
     outDir: SERVED_FROM,
     emptyOutDir: true,

@@ -1,0 +1,102 @@
+/**
+ * Builds and packs the packages that are published, into `dist/*.tgz`: ESM and types by TypeScript, one file for one
+ * file, and one `style.css` for all CSS of a package. With `--check` publint and arethetypeswrong judge each.
+ */
+import { spawnSync } from 'node:child_process'
+import { copyFileSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs'
+import { dirname, join, resolve } from 'node:path'
+import process from 'node:process'
+import ts from 'typescript'
+import { Stylesheet } from './Stylesheet.js'
+
+const ROOT = resolve(import.meta.dirname, '..')
+const TARBALLS = join(ROOT, 'dist')
+/** Lowest first: each is built against what those before it became. */
+const PUBLISHED = ['protocol', 'client', 'react', 'widgets']
+/** Relative paths in imports, and in the addresses of workers, as TypeScript leaves them. */
+const RELATIVE = /((?:from|import|URL\()\s*\(?)(['"])(\.\.?(?:\/[^'"]+)?)\2/g
+/** CSS that is imported for its effect alone. */
+const PLAIN_CSS = /^import ['"]([^'"]+\.css)['"];?\n/gm
+
+function build(name) {
+  const home = join(ROOT, 'packages', name)
+  const source = join(home, 'src')
+  const dist = join(home, 'dist')
+  rmSync(dist, { recursive: true, force: true })
+  const style = new Stylesheet(source)
+  const program = ts.createProgram(entriesOf(source), optionsOf(source, dist))
+  const emitted = program.emit(undefined, (path, text) => write(path, finished(text, dirname(path), dist, style)))
+  stopOn([...ts.getPreEmitDiagnostics(program), ...emitted.diagnostics])
+  for (const [path, text] of style.modules()) write(join(dist, path), text)
+  if (!style.isEmpty) writeStyles(source, dist, style)
+  copyFileSync(join(ROOT, '..', 'LICENSE'), join(home, 'LICENSE'))
+}
+
+/** The index reaches everything but workers, which are files of their own. */
+function entriesOf(source) {
+  const files = readdirSync(source, { recursive: true }).filter((file) => file.endsWith('.worker.ts'))
+  return [join(source, 'index.ts'), ...files.map((file) => join(source, file))]
+}
+
+/** As in development, but packages are found as a user's page finds them: in `node_modules`, by their `exports`. */
+function optionsOf(source, dist) {
+  const { config } = ts.readConfigFile(join(ROOT, 'tsconfig.json'), (path) => readFileSync(path, 'utf8'))
+  const { options } = ts.convertCompilerOptionsFromJson({ ...config.compilerOptions, paths: {} }, ROOT)
+  return { ...options, noEmit: false, declaration: true, rootDir: source, outDir: dist, types: ['vite/client'] }
+}
+
+/** Browsers and Node want whole file names, and CSS travels in a file of its own. */
+function finished(text, folder, dist, style) {
+  const source = (path) => join(style.root, folder.slice(dist.length), path)
+  const withoutCss = text.replace(PLAIN_CSS, (_line, path) => (style.add(path.startsWith('.') ? source(path) : path), ''))
+  return withoutCss.replace(RELATIVE, (_all, before, quote, path) => {
+    if (path.endsWith('.module.css')) style.add(source(path))
+    return before + quote + wholeName(path) + quote
+  })
+}
+
+function wholeName(path) {
+  if (path.endsWith('.')) return `${path}/index.js`
+  return path.endsWith('.worker.ts') ? `${path.slice(0, -3)}.js` : `${path}.js`
+}
+
+function writeStyles(source, dist, style) {
+  const tokens = join(source, 'theme', 'tokens.css')
+  copyFileSync(tokens, join(dist, 'tokens.css'))
+  write(join(dist, 'style.css'), readFileSync(tokens, 'utf8') + style.text())
+}
+
+function write(path, text) {
+  mkdirSync(dirname(path), { recursive: true })
+  writeFileSync(path, text)
+}
+
+function stopOn(diagnostics) {
+  if (diagnostics.length === 0) return
+  const host = { getCanonicalFileName: (name) => name, getCurrentDirectory: () => ROOT, getNewLine: () => '\n' }
+  process.stderr.write(ts.formatDiagnostics(diagnostics, host))
+  process.exit(1)
+}
+
+function run(command, ...words) {
+  const { status, stdout, stderr } = spawnSync(command, words, { cwd: ROOT, encoding: 'utf8' })
+  if (status === 0) return
+  process.stderr.write(`${command} ${words.join(' ')}\n${stdout}${stderr}`)
+  process.exit(1)
+}
+
+function pack() {
+  rmSync(TARBALLS, { recursive: true, force: true })
+  mkdirSync(TARBALLS)
+  run('npm', 'pack', '--silent', '--pack-destination', TARBALLS, ...PUBLISHED.flatMap((name) => ['--workspace', `@mosaic/${name}`]))
+  return readdirSync(TARBALLS).map((file) => join(TARBALLS, file))
+}
+
+for (const name of PUBLISHED) build(name)
+const tarballs = pack()
+if (process.argv.includes('--check')) {
+  for (const tarball of tarballs) {
+    run('publint', 'run', '--strict', tarball)
+    run('attw', tarball, '--profile', 'esm-only', '--exclude-entrypoints', 'style.css', 'tokens.css')
+  }
+}
