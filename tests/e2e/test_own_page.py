@@ -1,0 +1,195 @@
+"""The page of the documentation, made of the packed packages alone, in Chromium against a real server and robot."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+pytestmark = [pytest.mark.e2e, pytest.mark.timeout(600)]
+
+ROOT = Path(__file__).parents[2]
+DASHBOARD = ROOT / "dashboard"
+TITLED = re.compile(r'^```\w+ title="([^"]+)"\n(.*?)^```', re.MULTILINE | re.DOTALL)
+OURS = ("protocol", "client", "react", "widgets")
+THIRD_PARTY = ("react", "react-dom", "@mantine/core", "@mantine/hooks", "vite", "@vitejs/plugin-react", "typescript")
+TYPES = ("@types/react", "@types/react-dom", "@types/node")
+ENTRY = (
+    '<!doctype html><html><body><div id="root"></div><script type="module" src="/src/main.tsx"></script></body></html>'
+)
+STRICT: dict[str, Any] = {
+    "target": "ES2022",
+    "lib": ["ESNext", "DOM", "DOM.Iterable"],
+    "module": "ESNext",
+    "moduleResolution": "bundler",
+    "jsx": "react-jsx",
+    "types": ["vite/client"],
+    "strict": True,
+    "noUncheckedIndexedAccess": True,
+    "noUnusedLocals": True,
+    "noUnusedParameters": True,
+    "noImplicitOverride": True,
+    "verbatimModuleSyntax": True,
+    "skipLibCheck": False,
+    "noEmit": True,
+}
+"""What a page of the strictest kind asks: also the types inside the packages are looked at."""
+FOR_NODE = STRICT | {"types": ["node"], "skipLibCheck": True}
+INSTALL_S = 300.0
+"""A first install fetches; with npm's cache, as after `./dev`, it takes seconds."""
+
+
+@pytest.fixture(scope="module")
+def page_url(
+    tmp_path_factory: pytest.TempPathFactory, server: Any, seed: Any, wait_for: Callable[..., float]
+) -> Iterator[str]:
+    """The page is built, and served the way a developer looks at it."""
+    folder = tmp_path_factory.mktemp("my-page")
+    _write_page(folder)
+    _install(folder)
+    _check_and_build(folder)
+    port = _free_port()
+    words = ["npx", "--no-install", "vite", "preview", "--host", "127.0.0.1", "--strictPort", "--port", str(port)]
+    node = subprocess.Popen(words, cwd=folder, env=_environment(MOSAIC_SERVER=server.url), start_new_session=True)
+    try:
+        wait_for(lambda: _listens(port), "the page is served", alive=node)
+        yield f"http://127.0.0.1:{port}"
+    finally:
+        os.killpg(node.pid, 15)
+        node.wait(timeout=10)
+
+
+@pytest.fixture
+def page(browser: Browser) -> Iterator[Page]:
+    context = browser.new_context(viewport={"width": 1000, "height": 1400})
+    yield context.new_page()
+    context.close()
+
+
+def test_the_documented_page_signs_in_connects_and_shows_a_value_and_a_picture(
+    page: Page, page_url: str, seed: Any, robot: Any, tmp_path: Path
+) -> None:
+    problems: list[str] = []
+    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.goto(page_url)
+    page.get_by_placeholder("Email").fill(seed.email)
+    page.get_by_placeholder("Password").fill("wrong")
+    page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_role("alert")).not_to_be_empty()
+    page.get_by_placeholder("Email").fill(seed.email)
+    page.get_by_placeholder("Password").fill(seed.password)
+    page.get_by_role("button", name="Sign in").click()
+    page.get_by_role("button", name="Test robot").click()
+    expect(page.get_by_role("status").first).to_have_text(re.compile("^connected"), timeout=20_000)
+    expect(page.get_by_test_id("battery")).to_have_text(re.compile(r"Battery: \d+ %"), timeout=10_000)
+    page.wait_for_function("() => (document.querySelector('main > video')?.videoWidth ?? 0) > 0")
+    expect(page.get_by_test_id("link")).to_have_text(re.compile(r"Connected 1 times, [\d.]+ ms"), timeout=10_000)
+    expect(page).to_have_title("battery connected")  # the own store class
+    card = page.get_by_role("region", name=re.compile("^battery:"))
+    expect(card).to_have_css("border-top-left-radius", "8px")  # the style sheet came along
+    expect(card.get_by_text(re.compile(r"\d+ ?%")).first).to_be_visible()
+    page.screenshot(path=os.environ.get("MOSAIC_SCREENSHOT", str(tmp_path / "own_page.png")))
+    assert problems == []
+
+
+def test_the_documented_page_takes_control_drives_and_stops(
+    page: Page, page_url: str, seed: Any, robot: Any, observer: Any, wait_for: Callable[..., float]
+) -> None:
+    page.goto(page_url)
+    page.get_by_placeholder("Email").fill(seed.email)
+    page.get_by_placeholder("Password").fill(seed.password)
+    page.get_by_role("button", name="Sign in").click()
+    page.get_by_role("button", name="Test robot").click()
+    expect(page.get_by_role("status").first).to_have_text(re.compile("^connected"), timeout=20_000)
+    page.get_by_role("button", name="Take control").first.click()
+    page.get_by_role("button", name="Give back").first.wait_for()
+    start_s = observer.now[0]
+    page.get_by_role("button", name="Forward").first.hover()
+    page.mouse.down()
+    wait_for(lambda: observer.way_m(start_s) > 0.05, "the robot moves while the button is held", 15)
+    page.mouse.up()
+    wait_for(observer.rests, "the robot rests", 10)
+    page.get_by_role("button", name="Stop", exact=True).first.click()
+    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Stop", exact=True).first.wait_for()
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def _listens(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def _packed() -> dict[str, Path]:
+    """The tarballs by package, built from the sources as they are now."""
+    _run(["npm", "run", "--silent", "packages"], DASHBOARD)
+    return {f"@mosaic/{name}": next((DASHBOARD / "dist").glob(f"mosaic-{name}-*.tgz")) for name in OURS}
+
+
+def _write_page(folder: Path) -> None:
+    """The files of the documentation, and what `npm create vite` puts beside them."""
+    text = (ROOT / "docs" / "howto" / "own-page.md").read_text()
+    files = dict(TITLED.findall(text))
+    assert "src/main.tsx" in files
+    files |= {
+        "index.html": ENTRY,
+        "tsconfig.json": json.dumps({"compilerOptions": STRICT, "include": ["src"]}),
+        "tsconfig.node.json": json.dumps({"compilerOptions": FOR_NODE, "include": ["vite.config.ts"]}),
+    }
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(content)
+
+
+def _install(folder: Path) -> None:
+    """Only tarballs of ours, and of others the versions that the dashboard's lock names, whatever is released today."""
+    ours = {name: f"file:{path}" for name, path in _packed().items()}
+    locked = _locked()
+    others = {name: locked[f"node_modules/{name}"]["version"] for name in (*THIRD_PARTY, *TYPES)}
+    manifest = {"name": "my-page", "version": "0.0.0", "private": True, "type": "module", "dependencies": ours | others}
+    (folder / "package.json").write_text(json.dumps(manifest))
+    lock = {"lockfileVersion": 3, "packages": {"": {"dependencies": others}} | locked}
+    (folder / "package-lock.json").write_text(json.dumps(lock))
+    _run(["npm", "install", "--prefer-offline", "--no-audit", "--no-fund", "--loglevel=error"], folder)
+
+
+def _check_and_build(folder: Path) -> None:
+    for project in ("tsconfig.json", "tsconfig.node.json"):
+        _run(["npx", "--no-install", "tsc", "--project", project], folder)
+    _run(["npx", "--no-install", "vite", "build"], folder)
+
+
+def _environment(**more: str) -> dict[str, str]:
+    """Node of `.venv` where the machine has none."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    return {**os.environ, "PATH": path, **more}
+
+
+def _locked() -> dict[str, Any]:
+    """What the dashboard's lock says of packages from elsewhere; those of one workspace alone are put with the rest."""
+    lock = json.loads((DASHBOARD / "package-lock.json").read_text())
+    entries = {
+        path: entry for path, entry in lock["packages"].items() if "node_modules/" in path and "link" not in entry
+    }
+    return {re.sub(r"^packages/\w+/", "", path): entry for path, entry in entries.items()}
+
+
+def _run(words: list[str], folder: Path) -> None:
+    done = subprocess.run(words, cwd=folder, env=_environment(), capture_output=True, text=True, timeout=INSTALL_S)
+    assert done.returncode == 0, f"{' '.join(words)}\n{done.stdout}\n{done.stderr}"
