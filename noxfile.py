@@ -60,9 +60,10 @@ def types(session: nox.Session) -> None:
 
 @nox.session
 def dashboard(session: nox.Session) -> None:
-    """Types, lint, tests and build of the TypeScript packages."""
+    """Types, lint, tests and build of the TypeScript packages; those that are published are packed and judged."""
     for wish in ("typecheck", "lint", "test", "build"):
         _npm(session, wish)
+    _npm(session, "packages", "--", "--check")
 
 
 @nox.session
@@ -87,9 +88,11 @@ def bench(session: nox.Session) -> None:
 
 @nox.session
 def build(session: nox.Session) -> None:
-    """Wheels and source distributions of all distributions into `dist/`."""
+    """Wheels and source distributions of all distributions, and the packages of the dashboard's library, into `dist/`."""
     _build_dashboard(session)
+    _npm(session, "packages")
     shutil.rmtree(ROOT / "dist", ignore_errors=True)
+    shutil.copytree(ROOT / "dashboard" / "dist", ROOT / "dist")
     for project in (ROOT, *PLUGINS):
         session.run(PYTHON, "-m", "build", "--outdir", "dist", str(project), external=True)
 
@@ -115,8 +118,8 @@ def _build_dashboard(session: nox.Session) -> None:
     _npm(session, "build")
 
 
-def _npm(session: nox.Session, wish: str) -> None:
+def _npm(session: nox.Session, wish: str, *words: str) -> None:
     """Node of `.venv` first: it is there where the machine's own is absent or too old."""
     path = os.pathsep.join([str(VENV_PYTHON.parent), os.environ.get("PATH", "")])
     with session.chdir("dashboard"):
-        session.run("npm", "run", "--silent", wish, env={"PATH": path}, external=True)
+        session.run("npm", "run", "--silent", wish, *words, env={"PATH": path}, external=True)

@@ -13,6 +13,7 @@ import { StoreManager } from './StoreManager'
 import { TokenStore } from './TokenStore'
 import type { RobotSummary, ServerState, Session } from './types'
 
+/** Where the server is, and what to use of the browser. */
 export interface MosaicClientOptions {
   /** `https://mosaic.example.org`; without it the server that this page came from. */
   baseUrl?: string
@@ -22,7 +23,9 @@ export interface MosaicClientOptions {
 
 /** The operator: who is signed in, the robots, and one connection per robot. One per page. */
 export class MosaicClient {
+  /** The server's REST interface. */
   readonly api: RestApi
+  /** The stores of all robots. */
   readonly storeManager: StoreManager
   private readonly platform: Platform
   private readonly socket: SignalingSocket
@@ -34,11 +37,13 @@ export class MosaicClient {
   private readonly list = new Value<readonly RobotSummary[]>([])
   private readonly why = new Value<MosaicError | null>(null)
 
+  /** Who is signed in; null: nobody. */
   readonly session: Readable<Session | null> = this.signedIn
   /** True until a remembered session was checked: show neither log-in nor robots before. */
   readonly restoring: Readable<boolean>
   /** Why the last session ended, if it wasn't by `logout`. */
   readonly sessionError: Readable<MosaicError | null> = this.why
+  /** Whether the server's signaling socket is up. */
   readonly server: Readable<ServerState>
   /** The robots of the account with their live status. */
   readonly robots: Readable<readonly RobotSummary[]> = this.list
@@ -90,6 +95,7 @@ export class MosaicClient {
     await this.signIn(await this.api.pair(secret, name), true)
   }
 
+  /** Sign out: every connection ends and the remembered session is forgotten. */
   logout(): void {
     this.end(null)
   }

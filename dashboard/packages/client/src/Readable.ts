@@ -16,12 +16,14 @@ export class Value<T> implements Readable<T> {
 
   readonly subscribe = (listener: () => void): (() => void) => this.listeners.add(listener)
 
+  /** Change the value; listeners are told if it is another one. */
   set(value: T): void {
     if (Object.is(value, this.value)) return
     this.value = value
     this.listeners.tell()
   }
 
+  /** How many listen. */
   get listenerCount(): number {
     return this.listeners.size
   }

@@ -3,6 +3,7 @@ import type { Role } from './control/views'
 import { MosaicError } from './MosaicError'
 import type { Organization, RobotInfo, RoleOnRobot, User } from './types'
 
+/** What a server says of itself. */
 export interface ServerInfo {
   name: string
   version: string
@@ -15,12 +16,14 @@ export interface ServerInfo {
 /** What pairs a device: a PIN that was read, or a code that was scanned. */
 export type PairingSecret = { pin: string } | { code: string }
 
+/** The server's leave to connect to a robot. */
 export interface ConnectionGrant {
   robotId: string
   rtcSessionId: string
   sessionId?: string
 }
 
+/** What a robot is made or changed with. */
 export interface NewRobot {
   name: string
   description?: string
@@ -38,11 +41,13 @@ export class RestApi {
     private readonly onUnauthorized: (error: MosaicError) => void = () => {},
   ) {}
 
+  /** The access token of an account. */
   async login(username: string, password: string): Promise<string> {
     const body = { username, password }
     return (await this.post<{ accessToken: string }>('/api/v1/account/login/access-token', body)).accessToken
   }
 
+  /** The access token that a one-time code gives. */
   async loginWithCode(code: string): Promise<string> {
     return (await this.post<{ accessToken: string }>('/api/v1/account/login/one-time', { code })).accessToken
   }
@@ -52,15 +57,17 @@ export class RestApi {
     return (await this.post<{ accessToken: string }>('/api/v1/pairing', { ...secret, name })).accessToken
   }
 
+  /** Make an account, where the server lets anybody do so. */
   async signup(account: { email: string; password: string; fullName: string }): Promise<void> {
     await this.post('/api/v1/account/signup', account)
   }
 
-  /** `token` where it is not yet (or not) the session's. */
+  /** The account that is signed in; `token` where it is not yet (or not) the session's. */
   me(token?: string): Promise<User> {
     return this.request<User>('GET', '/api/v1/users/me', undefined, token)
   }
 
+  /** What the server says of itself. */
   server(): Promise<ServerInfo> {
     return this.request<ServerInfo>('GET', '/api/v1/server')
   }
@@ -81,18 +88,22 @@ export class RestApi {
     return this.every<RobotInfo>('/api/v1/robots')
   }
 
+  /** One robot of the account. */
   robot(robotId: string): Promise<RobotInfo> {
     return this.request<RobotInfo>('GET', robotPath(robotId))
   }
 
+  /** Make a robot; its token comes from `newRobotToken`. */
   createRobot(robot: NewRobot): Promise<{ id: string; message: string }> {
     return this.post('/api/v1/robots', { description: '', authType: 1, ...robot })
   }
 
+  /** Change a robot's name or description. */
   async updateRobot(robotId: string, robot: NewRobot): Promise<void> {
     await this.request('PUT', robotPath(robotId), robot)
   }
 
+  /** Delete a robot; its token stops working. */
   async deleteRobot(robotId: string): Promise<void> {
     await this.request('DELETE', robotPath(robotId))
   }
@@ -113,6 +124,7 @@ export class RestApi {
     return role === null ? this.request('DELETE', path) : this.request('PUT', path, { role })
   }
 
+  /** The account's organization. */
   organization(): Promise<Organization> {
     return this.request('GET', '/api/v1/organization')
   }
@@ -127,6 +139,7 @@ export class RestApi {
     return parseCatalogue(await this.request<unknown>('GET', `${robotPath(robotId)}/catalogue`))
   }
 
+  /** STUN and TURN servers with credentials for this account. */
   async iceServers(): Promise<IceServer[]> {
     return parseIceServers(await this.request<unknown>('GET', '/api/v1/webrtc/ice-servers'))
   }

@@ -54,6 +54,7 @@ export class RobotConnection implements StoreHost {
 
   /** Who commands the robot, its stop, its limits. */
   readonly control: ControlDesk
+  /** Where the connection stands, with the reason if there is one. */
   readonly state: Readable<ConnectionState> = this.status
   /** Short form from the server, full (with message schemas) once connected. */
   readonly catalogue: Readable<Catalogue | null>
@@ -71,6 +72,7 @@ export class RobotConnection implements StoreHost {
   readonly refusals: { subscribe(listener: (refusal: Refusal) => void): () => void }
 
   constructor(
+    /** The robot that it leads to. */
     readonly robotId: string,
     private readonly around: ConnectionSurroundings,
   ) {

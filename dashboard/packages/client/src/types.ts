@@ -46,8 +46,10 @@ export interface Gap {
   atMs: number
 }
 
+/** `failed`: it won't come back by itself; `closed`: it was ended on purpose. */
 export type ConnectionPhase = 'idle' | 'connecting' | 'connected' | 'reconnecting' | 'failed' | 'closed'
 
+/** Where a robot's connection stands, with the reason if there is one. */
 export interface ConnectionState {
   phase: ConnectionPhase
   code?: string
@@ -55,6 +57,7 @@ export interface ConnectionState {
   roundTripMs: number | null
 }
 
+/** The account that is signed in. */
 export interface User {
   id: string
   email: string
@@ -91,6 +94,7 @@ export interface RoleOnRobot {
   isGranted: boolean
 }
 
+/** The organization whose robots these are. */
 export interface Organization {
   id: string
   name: string
@@ -100,9 +104,11 @@ export interface Organization {
 /** A robot with its live status. */
 export type RobotSummary = RobotInfo
 
+/** Who is signed in, and the token that says so. */
 export interface Session {
   token: string
   user: User
 }
 
+/** Whether the server's signaling socket is up. */
 export type ServerState = 'offline' | 'connecting' | 'online'

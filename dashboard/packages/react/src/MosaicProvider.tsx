@@ -3,6 +3,7 @@ import { createContext, useContext, type ReactNode } from 'react'
 
 const MosaicContext = createContext<MosaicClient | null>(null)
 
+/** What `MosaicProvider` takes. */
 export interface MosaicProviderProps {
   client: MosaicClient
   children?: ReactNode

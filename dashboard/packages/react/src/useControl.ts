@@ -3,6 +3,7 @@ import { useEffect, useEffectEvent } from 'react'
 import { useReadable } from './useReadable'
 import { useRobotConnection } from './useRobotConnection'
 
+/** Who is connected to a robot, and who commands what. */
 export interface Control {
   desk: ControlDesk
   /** `unavailable`: an original robot, which knows neither leases nor the stop. */

@@ -3,6 +3,7 @@ import { useMemo } from 'react'
 import { useReadable } from './useReadable'
 import { useRobotConnection } from './useRobotConnection'
 
+/** The lease of one resource of a robot, and what may be done about it. */
 export interface Lease extends LeaseView {
   /** Ask to command; false: not connected, or the robot knows no leases. `force`: supervisors only, with a reason. */
   readonly take: (options?: { reason?: string; force?: boolean }) => boolean

@@ -3,6 +3,7 @@ import { useMemo } from 'react'
 import { useReadable } from './useReadable'
 import { useRobotConnection } from './useRobotConnection'
 
+/** Whether a robot is stopped, and what may be done about it. */
 export interface StopControl extends StopView {
   /** Stop the robot; it stays stopped until cleared. Never rejects. No certified emergency stop. */
   readonly stop: (reason?: string) => Promise<StopReport>

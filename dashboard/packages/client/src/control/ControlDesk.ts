@@ -70,12 +70,15 @@ export class ControlDesk {
   readonly availability: Readable<Availability> = this.board.availability
   /** Everybody who is connected to the robot. */
   readonly peers: Readable<readonly PeerView[]> = this.board.peers
+  /** Who this page is to the robot; null while that is unknown. */
   readonly me: Readable<PeerView | null> = this.board.me
   /** By resource. */
   readonly leases: Readable<Readonly<Record<string, LeaseView>>> = this.board.leases
+  /** Whether the robot is stopped, by whom, and how far this page's own stop has come. */
   readonly stopState: Readable<StopView> = this.board.stop
   /** By connector label, for what this page commands: how much of the speed is left, and why. */
   readonly limits: Readable<Readonly<Record<string, SafetyLimit>>> = this.board.limits
+  /** What happens once: granted, denied, lost, somebody asks, stopped, cleared. */
   readonly events = { subscribe: (listener: (event: ControlEvent) => void): (() => void) => this.told.add(listener) }
 
   /** `changed`: whether messages may leave may have changed. */

@@ -1,6 +1,7 @@
 import type { ControlMessages, DeliveryRow } from '@mosaic/protocol'
 import { Value, type Readable } from '../Readable'
 
+/** How the data of each connector travels, by its label. */
 export type DeliveryRows = Readonly<Record<string, DeliveryRow>>
 
 const NONE: DeliveryRows = {}
@@ -35,6 +36,7 @@ export class DeliveryWatch {
     if (this.watchers > 0) this.ask(true)
   }
 
+  /** Called by the connection: the robot's report. */
   heard({ connectors }: ControlMessages['delivery.report']): void {
     this.last.set(Object.fromEntries(connectors.map((row) => [row.label, row])))
   }

@@ -65,6 +65,7 @@ export class MediaStreamStore extends MosaicStore {
   private measuring: ReturnType<typeof setInterval> | null = null
   private bufferTargetMs: number | null = null
 
+  /** What a `<video>` or `<audio>` plays; null while there is none. Listening to it asks the robot for it. */
   readonly mediaStream: Readable<MediaStream | null>
   /** Measured while somebody listens. */
   readonly statistics: Readable<MediaStatistics | null>

@@ -32,7 +32,10 @@ export abstract class MosaicStore {
 
   private readonly lastGap = new Value<Gap | null>(null)
 
-  constructor(readonly robotConnector: RobotConnector) {}
+  constructor(
+    /** The connector that it serves. */
+    readonly robotConnector: RobotConnector,
+  ) {}
 
   /** Where the store stands; changes are told. */
   readonly state: Readable<StoreState> = this.status
@@ -43,8 +46,10 @@ export abstract class MosaicStore {
   /** What it has received and sent since it was made. */
   readonly counters = new StoreCounters()
 
+  /** Which way its data goes. */
   abstract getStoreType(): StoreType
 
+  /** The connector that it serves. */
   getRobotConnector(): RobotConnector {
     return this.robotConnector
   }

@@ -4,6 +4,7 @@ import type { MessageInfo } from '../types'
 import { repeated } from './messageInfo'
 import { MosaicStore, type StoreType } from './MosaicStore'
 
+/** Given the bytes of a message, and what else is known of it. */
 export type DataListener = (data: ArrayBuffer, info?: MessageInfo) => void | Promise<void>
 
 /** Robot → operator: whoever subscribes is given the bytes of every message. */
@@ -20,6 +21,7 @@ export class ReceivableStore extends MosaicStore {
     return this.last
   }
 
+  /** How many listen. */
   get subscriberCount(): number {
     return this.subscribers.size
   }
@@ -46,7 +48,9 @@ export class ReceivableStore extends MosaicStore {
     }
   }
 
+  /** Overridden by a class that does something when somebody begins to listen. */
   onSubscriberAdded(): void {}
+  /** Overridden by a class that does something when somebody stops listening. */
   onSubscriberRemoved(): void {}
 
   override receive(data: ArrayBuffer, info: MessageInfo, _port: DataPort): void {
