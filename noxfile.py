@@ -88,7 +88,7 @@ def bench(session: nox.Session) -> None:
 
 @nox.session
 def build(session: nox.Session) -> None:
-    """Wheels and source distributions of all distributions, and the packages of the dashboard's library, into `dist/`."""
+    """Wheels and source distributions of all distributions, and the dashboard's packages, into `dist/`."""
     _build_dashboard(session)
     _npm(session, "packages")
     shutil.rmtree(ROOT / "dist", ignore_errors=True)

@@ -34,13 +34,29 @@ export function channelPlan(
   if (catalogue === null) return isMedia ? { type: 'media' } : { type: 'unknown' }
   const entry = catalogue.entries.find(({ label }) => label === connectorId)
   if (!entry) return { type: 'mismatch', state: missing(connectorId, catalogue) }
-  if (dataType !== undefined && !isCompatible(dataType, entry.dataType)) {
-    return { type: 'mismatch', state: otherWay(connectorId, dataType, entry) }
+  const wanted = dataType ?? wantedBy(bare)
+  if (wanted !== undefined && !isCompatible(wanted, entry.dataType)) {
+    return { type: 'mismatch', state: otherWay(connectorId, wanted, entry) }
   }
+  const lacking = lackingChannel(entry, bare)
+  if (lacking !== undefined) return { type: 'mismatch', state: withoutChannel(entry, lacking.label) }
   if (entry.dataType === 'media') return { type: 'media' }
-  const own = [{ label: connectorId, dataType: entry.dataType }]
+  const own = bare.length > 1 ? bare : [{ label: connectorId, dataType: entry.dataType }]
   const channels = entry.channels.length > 0 ? entry.channels : own
   return { type: 'channels', channels, delivery: entry.delivery, mayWait: mayWait(entry) }
+}
+
+/** What the class of the store says; one that can do both ways takes what comes. */
+function wantedBy(bare: readonly ChannelEntry[]): MosaicDataType | undefined {
+  const [first, ...more] = bare
+  if (first === undefined) return 'media'
+  return more.length === 0 && !first.dataType.endsWith('-bi') ? first.dataType : undefined
+}
+
+/** A class of several channels serves connectors that have them; a catalogue may leave out those of a known type. */
+function lackingChannel({ type, channels }: CatalogueEntry, bare: readonly ChannelEntry[]): ChannelEntry | undefined {
+  const isTold = bare.length > 1 && (channels.length > 0 || type !== 'connection-check')
+  return isTold ? bare.find(({ label }) => !channels.some((channel) => channel.label === label)) : undefined
 }
 
 function mayWait({ delivery, safety }: CatalogueEntry): boolean {
@@ -59,6 +75,10 @@ function missing(label: string, catalogue: Catalogue): StoreState {
 function otherWay(label: string, wanted: MosaicDataType, entry: CatalogueEntry): StoreState {
   const message = `'${label}' is ${entry.dataType} on the robot, ${wanted} was asked for`
   return { phase: 'mismatch', code: 'channel.unknown_label', message }
+}
+
+function withoutChannel({ label, type }: CatalogueEntry, lacking: string): StoreState {
+  return { phase: 'mismatch', code: 'channel.unknown_label', message: `'${label}' is a ${type} and has no channel '${lacking}'` }
 }
 
 // JSON, strings and bytes are all bytes to a store; the way they flow is not to be argued about.

@@ -5,6 +5,7 @@ import {
   MediaStreamStore,
   ReceivableStore,
   SendableStore,
+  type StoreClass,
   type StoreState,
 } from '../src'
 import { greet, greeted, linked, live, ROBOT, signedIn } from './bench'
@@ -92,6 +93,16 @@ describe('an own store class', () => {
     await live(peer, 2000)
     expect(storeManager.getOrCreateStore(connector('battery'))).toBeInstanceOf(BatteryStore)
   })
+})
+
+test.each<[string, StoreClass, string]>([
+  ['cmd_vel', ReceivableStore, "'cmd_vel' is json-u2r on the robot, json-r2u was asked for"],
+  ['battery', MediaStreamStore, "'battery' is json-r2u on the robot, media was asked for"],
+  ['battery', ConnectionCheckingStore, "'battery' is a x and has no channel 'battery-receiver'"],
+])('a connector of another kind is told: %s as %o', async (label, Store, message) => {
+  const { client } = await greeted()
+  const store = client.storeManager.getOrCreateStore(connector(label), Store)
+  expect(store.state.get()).toMatchObject({ phase: 'mismatch', message })
 })
 
 describe('who subscribes to a store', () => {
