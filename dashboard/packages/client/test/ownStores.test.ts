@@ -71,6 +71,18 @@ describe('an own store class', () => {
     expect(store.moments.at(-1)).toBe('failed')
   })
 
+  test('that sends may greet the robot as soon as it can', async () => {
+    class GreetingStore extends SendableStore {
+      protected override afterConnected(): void {
+        this.sendData({ hello: this.robotConnector.connectorId })
+      }
+    }
+    const { client, peer } = await linked({ catalogue: null })
+    client.storeManager.getOrCreateStore(connector('lamp'), GreetingStore)
+    await vi.advanceTimersByTimeAsync(2000)
+    expect(peer.channel('lamp').opens().sent).toEqual(['{"hello":"lamp"}'])
+  })
+
   test('asked for by class comes typed; a plain request and one for its base class share it', async () => {
     const { client } = await greeted()
     const { storeManager } = client
