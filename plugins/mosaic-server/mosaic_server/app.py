@@ -13,6 +13,7 @@ from mosaic_server.rest import (
     account,
     audit,
     connections,
+    connector_configs,
     grants,
     members,
     organization,
@@ -49,7 +50,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     install_error_handlers(app)
     of_accounts = (account, users, members, organization, pairing, audit)
-    of_robots = (robots, robot_check, grants, connections, server_info)
+    of_robots = (robots, connector_configs, robot_check, grants, connections, server_info)
     for routes in (*of_accounts, *of_robots):
         app.include_router(routes.router)
     app.include_router(endpoints.router)

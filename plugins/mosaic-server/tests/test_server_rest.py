@@ -120,6 +120,7 @@ def test_robots_are_made_changed_listed_and_removed(server: Any) -> None:
         "authType": 1,
         "organizationId": page["data"][0]["organizationId"],
         "connectorConfig": None,
+        "connectorConfigIsStored": False,
         "isOnline": False,
         "myRole": "supervisor",
     }

@@ -11,6 +11,7 @@ from pydantic import Field
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.signaling import RobotStatus
 from mosaic_core.words.wire_model import WireModel
+from mosaic_server.connector_config import MAX_LENGTH, derived_connector_config
 from mosaic_server.ids import is_uuid
 from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, Envelope, Message
 from mosaic_server.rest.signed_in import AdminDep, PersonDep, ServicesDep
@@ -37,7 +38,8 @@ router = APIRouter(prefix="/api/v1/robots", tags=["robots"])
 class RobotInfo(WireModel):
     """``status`` and ``authType`` are the numbers of the original.
 
-    Ours: ``isOnline``, and ``myRole``, what whoever asks may do with this robot.
+    ``connectorConfig`` is what people stored, else what follows from the robot's catalogue. Ours:
+    ``connectorConfigIsStored``, ``isOnline``, and ``myRole``, what whoever asks may do with this robot.
     """
 
     id: str
@@ -47,6 +49,7 @@ class RobotInfo(WireModel):
     auth_type: int
     organization_id: str
     connector_config: str | None
+    connector_config_is_stored: bool
     is_online: bool
     my_role: Role
 
@@ -62,7 +65,7 @@ class NewRobot(WireModel):
     name: str = Field(min_length=1, max_length=200, pattern=NAME)
     description: str = Field(default="", max_length=10_000, pattern=NO_NUL)
     auth_type: RobotAuthType = RobotAuthType.SIMPLE_TOKEN
-    connector_config: str | None = Field(default=None, max_length=500_000, pattern=NO_NUL)
+    connector_config: str | None = Field(default=None, max_length=MAX_LENGTH, pattern=NO_NUL)
 
 
 class RobotChange(WireModel):
@@ -71,7 +74,7 @@ class RobotChange(WireModel):
     name: str | None = Field(default=None, min_length=1, max_length=200, pattern=NAME)
     description: str | None = Field(default=None, max_length=10_000, pattern=NO_NUL)
     auth_type: RobotAuthType | None = None
-    connector_config: str | None = Field(default=None, max_length=500_000, pattern=NO_NUL)
+    connector_config: str | None = Field(default=None, max_length=MAX_LENGTH, pattern=NO_NUL)
 
 
 class RobotId(WireModel):
@@ -168,6 +171,7 @@ async def _infos(services: Services, person: Person, robots: list[RobotRecord]) 
 
 def _info(services: Services, robot: RobotRecord, my_role: Role) -> RobotInfo:
     known = services.exchange.switchboard.robot(robot.id)
+    derived = None if known is None or known.catalogue is None else derived_connector_config(known.catalogue)
     return RobotInfo(
         id=robot.id,
         name=robot.name,
@@ -175,7 +179,8 @@ def _info(services: Services, robot: RobotRecord, my_role: Role) -> RobotInfo:
         status=int(RobotStatus.DISCONNECTED if known is None else known.status),
         auth_type=int(robot.auth_type),
         organization_id=robot.organization_id,
-        connector_config=robot.connector_config,
+        connector_config=robot.connector_config or derived,
+        connector_config_is_stored=bool(robot.connector_config),
         is_online=known is not None and known.is_online,
         my_role=my_role,
     )

@@ -105,6 +105,11 @@ def change_robot(
     robot.connector_config = robot.connector_config if connector_config is None else connector_config
 
 
+def keep_connector_config(session: Session, robot_id: str, connector_config: str | None) -> None:
+    """What people say the robot has; ``None`` forgets it."""
+    session.get_one(Robot, robot_id).connector_config = connector_config
+
+
 def remove_robot(session: Session, robot_id: str) -> None:
     session.delete(session.get_one(Robot, robot_id))
 
