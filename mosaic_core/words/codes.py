@@ -123,6 +123,9 @@ REASONS: dict[str, Reason] = {
             "No such connection, or it isn't yours.",
             "See which robots this account has, and connect anew.",
         ),
+        Reason("signal.unknown_tab", "The organization has no such tab.", "Load the list of tabs again."),
+        Reason("signal.unknown_map", "The organization has no such map.", "Load the list of maps again."),
+        Reason("signal.too_many", "The organization keeps as many of these as it may.", "Remove one first."),
         Reason("signal.server_restart", "The server is restarting.", "Wait a moment, then try again."),
         Reason(
             "signal.no_answer",
@@ -554,6 +557,8 @@ class ResultCode(IntEnum):
     USER_NOT_ACTIVE = 10061
     INVALID_PASSWORD = 10062
     USER_ALREADY_EXISTS = 10064
+    CANNOT_DELETE_YOURSELF = 10069
+    OCCUPANCY_MAP_NOT_FOUND = 10080
     ROBOT_NOT_FOUND = 20001
     ROBOT_NOT_IN_SAME_ORGANIZATION = 20006
     ROBOT_NOT_READY_TO_CONNECT = 20007
@@ -574,6 +579,8 @@ RESULT_REASONS: dict[ResultCode, str] = {
     ResultCode.USER_NOT_FOUND: "auth.failed",
     ResultCode.USER_NOT_ACTIVE: "auth.forbidden",
     ResultCode.INVALID_PASSWORD: "auth.failed",
+    ResultCode.CANNOT_DELETE_YOURSELF: "auth.own_account",
+    ResultCode.OCCUPANCY_MAP_NOT_FOUND: "signal.unknown_map",
     ResultCode.ROBOT_NOT_FOUND: "auth.unknown_robot",
     ResultCode.ROBOT_NOT_IN_SAME_ORGANIZATION: "auth.forbidden",
     ResultCode.ROBOT_NOT_READY_TO_CONNECT: "signal.robot_busy",

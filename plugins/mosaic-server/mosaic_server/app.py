@@ -16,11 +16,15 @@ from mosaic_server.rest import (
     connector_configs,
     grants,
     members,
+    occupancy_maps,
     organization,
+    organization_users,
     pairing,
+    robot_auth,
     robot_check,
     robots,
     server_info,
+    tabs,
     users,
 )
 from mosaic_server.rest.envelope import Failure, install_error_handlers
@@ -49,9 +53,10 @@ def create_app(settings: Settings) -> FastAPI:
         responses={400: {"model": Failure}, 401: {"model": Failure}, 403: {"model": Failure}},
     )
     install_error_handlers(app)
-    of_accounts = (account, users, members, organization, pairing, audit)
-    of_robots = (robots, connector_configs, robot_check, grants, connections, server_info)
-    for routes in (*of_accounts, *of_robots):
+    of_accounts = (account, users, members, organization, organization_users, pairing, audit)
+    of_robots = (robots, robot_auth, connector_configs, robot_check, grants, connections, server_info)
+    of_originals = (tabs, occupancy_maps)
+    for routes in (*of_accounts, *of_robots, *of_originals):
         app.include_router(routes.router)
     app.include_router(endpoints.router)
     app.include_router(dashboard_router(settings.dashboard_dir))

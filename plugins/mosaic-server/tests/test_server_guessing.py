@@ -5,6 +5,8 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+import pytest
+
 from mosaic_server.security.login_limits import PER_ADDRESS, PER_EMAIL_AND_ADDRESS
 
 PASSWORD = "correct horse battery"  # noqa: S105 - of throw-away accounts
@@ -33,6 +35,20 @@ def test_a_stolen_log_in_is_no_way_to_guess_the_password(server: Any) -> None:
         for _ in range(PER_EMAIL_AND_ADDRESS.failures + 1)
     ]
     assert answers == [400] * PER_EMAIL_AND_ADDRESS.failures + [429]
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"password": "wrong"}, {"organizationName": "wrong"}], ids=["password", "organization"]
+)
+def test_the_log_in_of_an_organization_is_no_second_set_of_guesses(server: Any, wrong: dict[str, str]) -> None:
+    server.account()
+    right = {"username": "ada@example.org", "password": PASSWORD}
+    path, named = "/api/v1/account/login/organization/access-token", right | {"organizationName": "ada@example.org"}
+    assert server.http.post(path, json=named).status_code == 200
+    answers = [server.http.post(path, json=named | wrong).status_code for _ in range(PER_EMAIL_AND_ADDRESS.failures)]
+    assert answers == [401] * PER_EMAIL_AND_ADDRESS.failures
+    assert server.http.post(path, json=named).status_code == 429
+    assert server.http.post("/api/v1/account/login/access-token", json=right).status_code == 429
 
 
 def test_wrong_sign_in_codes_lock_out_their_sender_and_nobody_else(server: Any) -> None:

@@ -19,6 +19,7 @@ from mosaic_server.storage.accounts import person_by_email
 from mosaic_server.storage.database import Database
 from mosaic_server.storage.grants import Actor, roles_on_robot, set_role
 from mosaic_server.storage.tables import Base
+from mosaic_server.storage.tabs import tabs_of
 
 ROBOT = str(UUID(int=1))
 TEST = Actor("test")
@@ -43,6 +44,7 @@ def test_an_old_sqlite_file_is_upgraded_with_everything_in_it(
     assert not bob.is_program
     database.work(set_role, ROBOT, "bob", Role.OBSERVER, TEST)
     assert roles(database)["bob@example.org"] is Role.OBSERVER
+    assert [name for _, name in database.work(tabs_of, "org")] == ["Default"], "as if it had been made today"
     database.close()
 
 

@@ -35,6 +35,12 @@ class Login(WireModel):
     password: str = Field(max_length=MAX_PASSWORD_LENGTH, repr=False)
 
 
+class OrganizationLogin(Login):
+    """``organizationName`` is the name of the organization; one of a single person is named by their e-mail."""
+
+    organization_name: str = Field(max_length=254, pattern=NO_NUL)
+
+
 class AccessToken(WireModel):
     access_token: str = Field(repr=False)
     existing_connection: bool = False
@@ -56,6 +62,18 @@ async def log_in(login: Login, request: Request, services: ServicesDep) -> Envel
     person = await person_with_password(services, request, normalised_email(login.username), login.password)
     if person is None:
         raise ApiError(ResultCode.INVALID_PASSWORD, "e-mail or password is wrong", status=401)
+    return await _access(services, person, request)
+
+
+@router.post("/login/organization/access-token")
+async def log_in_to_organization(
+    login: OrganizationLogin, request: Request, services: ServicesDep
+) -> Envelope[AccessToken]:
+    """Public; the log-in of original dashboards for members. 429 after several wrong attempts, as above."""
+    email, name = normalised_email(login.username), login.organization_name
+    person = await person_with_password(services, request, email, login.password, name)
+    if person is None:
+        raise ApiError(ResultCode.INVALID_PASSWORD, "organization, e-mail or password is wrong", status=401)
     return await _access(services, person, request)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import Any
 from uuid import uuid4
 
 from fastapi import APIRouter, Request
@@ -37,12 +36,21 @@ class ConnectionRequest(WireModel):
     session_id: str | None = None
 
 
+class OriginalIceServer(WireModel):
+    """One URL each, for that is how original dashboards have it; empty texts where no credentials are needed."""
+
+    urls: str
+    username: str
+    credential: str = Field(repr=False)
+
+
 class MadeConnection(WireModel):
-    """``rtcSessionId`` is the ``rtcConnectionId`` of every signaling message."""
+    """``rtcSessionId`` is the ``rtcConnectionId`` of every signaling message. ``sessionId`` (ours): only toward
+    operators that know several connections per session."""
 
     robot_id: str
     rtc_session_id: str
-    session_id: str
+    session_id: str | None = None
 
 
 class MadeConnections(WireModel):
@@ -51,12 +59,16 @@ class MadeConnections(WireModel):
 
 @router.get("/webrtc/ice-servers", summary="ICE servers as a bare array")
 @router.get("/ice-servers", summary="The same, at its older address")
-async def list_ice_servers(person: PersonDep, services: ServicesDep) -> list[dict[str, Any]]:
+async def list_ice_servers(person: PersonDep, services: ServicesDep) -> list[OriginalIceServer]:
     """With credentials for this account that end soon: ask again before every peer connection."""
-    return [server.wire() for server in await services.authorizer.ice_servers(person.id)]
+    return [
+        OriginalIceServer(urls=url, username=server.username or "", credential=server.credential or "")
+        for server in await services.authorizer.ice_servers(person.id)
+        for url in server.urls
+    ]
 
 
-@router.post("/webrtc/connection")
+@router.post("/webrtc/connection", response_model_exclude_none=True)
 async def make_connections(
     body: ConnectionRequest, request: Request, person: PersonDep, services: ServicesDep
 ) -> Envelope[MadeConnections]:
@@ -76,8 +88,13 @@ async def make_connections(
     for effect in services.exchange.handle(asked):
         if isinstance(effect, ConnectionsRefused):
             raise _refused(effect)
+    knows_sessions = body.session_id is not None or services.exchange.switchboard.knows_sessions(person.id)
     made = [
-        MadeConnection(robot_id=one.robot_id, rtc_session_id=one.connection_id, session_id=one.session_id)
+        MadeConnection(
+            robot_id=one.robot_id,
+            rtc_session_id=one.connection_id,
+            session_id=one.session_id if knows_sessions else None,
+        )
         for one in wanted
     ]
     return Envelope(resultData=MadeConnections(sessions=made))

@@ -30,6 +30,8 @@ HTTP_STATUS: dict[ResultCode, int] = {
     ResultCode.AUTHENTICATION_FAILED: 401,
     ResultCode.USER_NOT_FOUND: 404,
     ResultCode.ROBOT_NOT_FOUND: 404,
+    ResultCode.CANNOT_DELETE_YOURSELF: 403,
+    ResultCode.OCCUPANCY_MAP_NOT_FOUND: 404,
 }
 """Everything else is 400. Bad tokens are 401, so that a browser knows it has to log in again."""
 
@@ -72,17 +74,20 @@ class ApiError(Exception):
         code: str | None = None,
         status: int | None = None,
         headers: dict[str, str] | None = None,
+        name: str | None = None,
     ) -> None:
+        """``name``: the original's, where two of them share a number."""
         super().__init__(message or result.name)
-        self.result = result
+        self.name = name or result.name
         self.code = code or RESULT_REASONS.get(result, "signal.bad_message")
         self.message = message or reason(self.code).sentence
         self.status = status or HTTP_STATUS.get(result, 400)
         self.headers = headers
 
 
-def failure(result: ResultCode, code: str, message: str) -> dict[str, Any]:
-    return Failure(resultCode=result.name, code=code, message=message, cure=reason(code).cure).model_dump()
+def failure(name: str, code: str, message: str) -> dict[str, Any]:
+    """``name``: of a :class:`ResultCode`."""
+    return Failure(resultCode=name, code=code, message=message, cure=reason(code).cure).model_dump()
 
 
 def install_error_handlers(app: FastAPI) -> None:
@@ -90,22 +95,22 @@ def install_error_handlers(app: FastAPI) -> None:
 
     @app.exception_handler(ApiError)
     async def _api_error(_: Request, error: ApiError) -> JSONResponse:
-        return JSONResponse(failure(error.result, error.code, error.message), error.status, error.headers)
+        return JSONResponse(failure(error.name, error.code, error.message), error.status, error.headers)
 
     @app.exception_handler(RequestValidationError)
     async def _invalid(_: Request, error: RequestValidationError) -> JSONResponse:
         problems = "; ".join(f"{_place(problem['loc'])}: {problem['msg']}" for problem in error.errors()[:10])
-        return JSONResponse(failure(ResultCode.INVALID_FORMAT, "signal.bad_message", problems), 400)
+        return JSONResponse(failure(ResultCode.INVALID_FORMAT.name, "signal.bad_message", problems), 400)
 
     @app.exception_handler(HTTPException)
     async def _http(_: Request, error: HTTPException) -> JSONResponse:
-        words = failure(ResultCode.INVALID_FORMAT, "signal.bad_message", str(error.detail))
+        words = failure(ResultCode.INVALID_FORMAT.name, "signal.bad_message", str(error.detail))
         return JSONResponse(words, error.status_code, error.headers)
 
     @app.exception_handler(Exception)
     async def _unexpected(request: Request, error: Exception) -> JSONResponse:
         _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
-        words = failure(ResultCode.UNKNOWN_EXCEPTION_OCCURRED, "signal.bad_message", "the server made a mistake")
+        words = failure(ResultCode.UNKNOWN_EXCEPTION_OCCURRED.name, "signal.bad_message", "the server made a mistake")
         return JSONResponse(words, 500)
 
 

@@ -103,11 +103,17 @@ async def remove_user(account_id: str, admin: AdminDep, services: ServicesDep) -
     return Envelope(resultData=Message(message="account removed"))
 
 
-async def _other(services: Services, admin: Person, account_id: str) -> Person:
-    """An account of the organization that isn't the administrator's own."""
+async def member_of(services: Services, admin: Person, account_id: str) -> Person:
+    """An account of the administrator's organization."""
     person = await services.database.run(person_by_id, account_id.lower()) if is_uuid(account_id) else None
     if person is None or person.organization_id != admin.organization_id:
         raise unknown_account()
+    return person
+
+
+async def _other(services: Services, admin: Person, account_id: str) -> Person:
+    """One that isn't the administrator's own."""
+    person = await member_of(services, admin, account_id)
     if person.id == admin.id:
         raise own_account()
     return person

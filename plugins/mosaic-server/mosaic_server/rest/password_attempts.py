@@ -16,13 +16,19 @@ from mosaic_server.storage.accounts import Person, note_failed_login, person_by_
 _log = logging.getLogger(__name__)
 
 
-async def person_with_password(services: Services, request: Request, email: str, password: str) -> Person | None:
-    """Whose password it is, or ``None``; 429 after several wrong ones. ``email`` is normalised."""
+async def person_with_password(
+    services: Services, request: Request, email: str, password: str, organization_name: str | None = None
+) -> Person | None:
+    """Whose password it is, or ``None``; 429 after several wrong ones. ``email`` is normalised.
+
+    ``organization_name``: the account must belong to it, if it is given; a wrong one counts like a wrong password, so
+    that nobody finds out by it who is where.
+    """
     address = address_of(request)
     async with services.hashing:
         # only in here: attempts that wait side by side must see each other's failures
         must_not_guess_on(services, email, address)
-        person = await services.database.run(person_by_password, email, password)
+        person = await services.database.run(person_by_password, email, password, organization_name)
         if person is None:
             services.login_limits.failed(email, address, time.monotonic())
     if person is None:

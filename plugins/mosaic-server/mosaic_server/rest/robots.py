@@ -108,7 +108,12 @@ async def create_robot(new: NewRobot, admin: AdminDep, services: ServicesDep) ->
 @router.post("/auth/simple-token")
 async def create_token(wanted: RobotId, admin: AdminDep, services: ServicesDep) -> Envelope[RobotToken]:
     """A new token, shown this once. The old one is refused from now on, and a robot connected with it is put off."""
-    robot = await robot_of(services, admin, wanted.robot_id)
+    return await renewed_token(wanted.robot_id, admin, services)
+
+
+async def renewed_token(robot_id: str, admin: Person, services: Services) -> Envelope[RobotToken]:
+    """What either route for tokens answers."""
+    robot = await robot_of(services, admin, robot_id)
     if robot.auth_type is not RobotAuthType.SIMPLE_TOKEN:
         raise ApiError(ResultCode.INVALID_ROBOT_AUTH_TYPE, "this robot needs no token", code="auth.forbidden")
     token = await services.database.run(renew_token, robot.id)
@@ -125,13 +130,16 @@ async def show_robot(robot_id: str, person: PersonDep, services: ServicesDep) ->
 @router.put("/{robot_id}")
 async def update_robot(robot_id: str, change: RobotChange, admin: AdminDep, services: ServicesDep) -> Envelope[Message]:
     robot = await robot_of(services, admin, robot_id)
+    given = change.connector_config
+    # Forms of original dashboards send back all that they were shown; what was derived stays so.
+    is_news = robot.connector_config is not None or given != _derived(services, robot.id)
     await services.database.run(
         change_robot,
         robot.id,
         name=change.name,
         description=change.description,
         auth_type=change.auth_type,
-        connector_config=change.connector_config,
+        connector_config=given if is_news else None,
     )
     await services.revoke()
     return Envelope(resultData=Message(message="robot saved"))
@@ -171,7 +179,6 @@ async def _infos(services: Services, person: Person, robots: list[RobotRecord]) 
 
 def _info(services: Services, robot: RobotRecord, my_role: Role) -> RobotInfo:
     known = services.exchange.switchboard.robot(robot.id)
-    derived = None if known is None or known.catalogue is None else derived_connector_config(known.catalogue)
     return RobotInfo(
         id=robot.id,
         name=robot.name,
@@ -179,8 +186,14 @@ def _info(services: Services, robot: RobotRecord, my_role: Role) -> RobotInfo:
         status=int(RobotStatus.DISCONNECTED if known is None else known.status),
         auth_type=int(robot.auth_type),
         organization_id=robot.organization_id,
-        connector_config=robot.connector_config or derived,
+        connector_config=robot.connector_config or _derived(services, robot.id),
         connector_config_is_stored=bool(robot.connector_config),
         is_online=known is not None and known.is_online,
         my_role=my_role,
     )
+
+
+def _derived(services: Services, robot_id: str) -> str | None:
+    """What follows from the catalogue that the robot last announced."""
+    known = services.exchange.switchboard.robot(robot_id)
+    return None if known is None or known.catalogue is None else derived_connector_config(known.catalogue)

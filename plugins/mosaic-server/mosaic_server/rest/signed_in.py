@@ -12,7 +12,7 @@ from mosaic_server.rest.envelope import ApiError
 from mosaic_server.security.access_tokens import AccessTokenRefused
 from mosaic_server.services import Services, services_of
 from mosaic_server.storage.accounts import Person
-from mosaic_server.storage.grants import Actor
+from mosaic_server.storage.grants import Actor, operates_anything
 
 _bearer = HTTPBearer(auto_error=False)
 
@@ -47,6 +47,16 @@ async def _admin(person: PersonDep) -> Person:
 
 AdminDep = Annotated[Person, Depends(_admin)]
 """The account that is logged in, an administrator of its organization."""
+
+
+async def _operator(person: PersonDep, services: ServicesDep) -> Person:
+    if not await services.database.run(operates_anything, person.id):
+        raise ApiError(ResultCode.ACCESS_DENIED, "accounts that may only observe change nothing here")
+    return person
+
+
+OperatorDep = Annotated[Person, Depends(_operator)]
+"""The account that is logged in, which may operate at least one robot of its organization."""
 
 
 def actor_of(person: Person) -> Actor:

@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 
 from mosaic_server.security.passwords import check_password, hash_password
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
+from mosaic_server.storage.organizations import add_organization
 from mosaic_server.storage.tables import Account, Organization
 
 
@@ -86,19 +87,12 @@ def add_account(
         is_organization_admin=membership is None or membership.is_organization_admin,
     )
     try:
-        account.organization_id = membership.organization_id if membership else _own_organization(session, email)
+        account.organization_id = membership.organization_id if membership else add_organization(session, email).id
         session.add(account)
         session.flush()
     except IntegrityError as error:  # somebody else was quicker
         raise AccountExists(f"an account {email!r} exists already") from error
     return _person(account)
-
-
-def _own_organization(session: Session, email: str) -> str:
-    organization = Organization(name=email)
-    session.add(organization)
-    session.flush()
-    return organization.id
 
 
 def person_by_id(session: Session, account_id: str) -> Person | None:
@@ -111,15 +105,26 @@ def person_by_email(session: Session, email: str) -> Person | None:
     return None if account is None else _person(account)
 
 
-def person_by_password(session: Session, email: str, password: str) -> Person | None:
-    """Who logs in with these; ``None`` for a wrong pair. Takes as long for an unknown e-mail as for a known one."""
+def person_by_password(
+    session: Session, email: str, password: str, organization_name: str | None = None
+) -> Person | None:
+    """Who logs in with these; ``None`` if anything is wrong. Takes as long for an unknown e-mail as for a known one.
+
+    ``organization_name``: must be that of the account's organization, if it is given.
+    """
     account = _find(session, email)
     stored = None if account is None else account.password_hash
     fresh = check_password(stored, password)
-    if account is None or fresh is None:
+    if account is None or fresh is None or not _is_named(session, account.organization_id, organization_name):
         return None
     account.password_hash = fresh
     return _person(account)
+
+
+def _is_named(session: Session, organization_id: str, name: str | None) -> bool:
+    """Organizations of one person are named by e-mail: spaces around it and capitals don't count."""
+    organization = session.get_one(Organization, organization_id)
+    return name is None or organization.name.casefold() == name.strip().casefold()
 
 
 def all_people(session: Session) -> list[Person]:
@@ -154,8 +159,9 @@ def count_accounts(session: Session) -> int:
 
 def change_password(session: Session, account_id: str, password: str) -> None:
     """Older access tokens of the account end with this."""
+    password_hash = hash_password(password)  # before the first write, which keeps every other writer out
     account = session.get_one(Account, account_id)
-    account.password_hash = hash_password(password)
+    account.password_hash = password_hash
     account.login_version += 1
 
 

@@ -19,6 +19,7 @@ from mosaic_server.security.robot_tokens import hash_of_token
 from mosaic_server.storage.accounts import Membership, Person, add_account
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
 from mosaic_server.storage.grants import Actor, role_on, set_role
+from mosaic_server.storage.organizations import add_organization
 from mosaic_server.storage.tables import (
     Account,
     AuditEntryRow,
@@ -53,9 +54,7 @@ def adopt_robot(session: Session, robot_id: str, name: str, token: str) -> None:
     """This server has this one robot, with this token. One of another id was the same machine: its grants go over."""
     organization = session.scalar(select(Organization).where(Organization.name == ORGANIZATION))
     if organization is None:
-        organization = Organization(name=ORGANIZATION)
-        session.add(organization)
-        session.flush()
+        organization = add_organization(session, ORGANIZATION)
     robot = session.get(Robot, robot_id)
     if robot is None:
         robot = Robot(id=robot_id, organization_id=organization.id, name=name)

@@ -66,6 +66,17 @@ def roles_of_account(session: Session, account_id: str, robot_ids: Collection[st
     return {robot_id: role for robot_id, role in roles.items() if role is not None}
 
 
+def operates_anything(session: Session, account_id: str) -> bool:
+    """Whether the account may operate a robot of its organization, or could if there were one."""
+    account = session.get_one(Account, account_id)
+    rows = session.execute(_pairs().where(Account.id == account_id, Account.organization_id == Robot.organization_id))
+    roles = [_role_on_robot(row).standing.role_if_active for row in rows]
+    if not roles:
+        default_role = Role(session.get_one(Organization, account.organization_id).default_role)
+        roles = [Role.SUPERVISOR if account.is_organization_admin else default_role]
+    return any(role is not Role.OBSERVER for role in roles)
+
+
 def roles_of_tickets(session: Session) -> dict[tuple[str, str], RoleOnRobot]:
     """(account, robot) → role, for every pair that has a ticket and still exists."""
     rows = session.execute(_pairs(of_tickets=True).distinct())

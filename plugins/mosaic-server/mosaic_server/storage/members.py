@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from mosaic_server.roles import Role
-from mosaic_server.storage.accounts import Membership, Person, add_account, person_by_id
+from mosaic_server.storage.accounts import Membership, Person, add_account, change_password, person_by_id
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
 from mosaic_server.storage.grants import Actor, supervised
 from mosaic_server.storage.tables import Account, Organization, Robot
@@ -30,10 +30,16 @@ class MemberChange:
     is_active: bool | None = None
     is_program: bool | None = None
     is_organization_admin: bool | None = None
+    full_name: str | None = None
+    password: str | None = field(default=None, repr=False)
 
     def __str__(self) -> str:
+        """For the audit log: neither name nor password."""
         words = (("active", self.is_active), ("program", self.is_program), ("admin", self.is_organization_admin))
-        return ", ".join(f"{word}: {'yes' if value else 'no'}" for word, value in words if value is not None)
+        said = [f"{word}: {'yes' if value else 'no'}" for word, value in words if value is not None]
+        said += ["new name"] if self.full_name is not None else []
+        said += ["new password"] if self.password is not None else []
+        return ", ".join(said)
 
 
 def organization_of(session: Session, organization_id: str) -> OrganizationRecord:
@@ -69,8 +75,13 @@ def add_member(
 
 
 def change_member(session: Session, account_id: str, change: MemberChange, actor: Actor) -> Person:
-    """Raises :class:`LastSupervisor`. A disabled account's log-ins end; a changed kind counts for new connections."""
+    """Raises :class:`LastSupervisor`. A disabled account's log-ins end, and so do those of an account with a new
+    password; a changed kind counts for new connections."""
     account = session.get_one(Account, account_id)
+    if change.full_name is not None:
+        account.full_name = change.full_name
+    if change.password is not None:
+        change_password(session, account_id, change.password)
     with supervised(session, account.organization_id):
         if change.is_active is not None and change.is_active != account.is_active:
             account.is_active = change.is_active

@@ -70,6 +70,28 @@ class Robot(Stamped, Base):
     """The short catalogue that the robot last announced, as JSON."""
 
 
+class Tab(Stamped, Base):
+    """A page of an original dashboard, which everybody in the organization sees."""
+
+    __tablename__ = "tab"
+    organization_id: Mapped[str] = mapped_column(ForeignKey("organization.id", ondelete="CASCADE"), index=True)
+    name: Mapped[str] = mapped_column(String(200))
+    tab_config: Mapped[str] = mapped_column(Text, default='{"widgets":[]}')
+    """JSON of the dashboard's own making; the server only passes it on."""
+
+
+class OccupancyMap(Stamped, Base):
+    """A map with its two files. Only routes that hand a file out load it."""
+
+    __tablename__ = "occupancy_map"
+    organization_id: Mapped[str] = mapped_column(ForeignKey("organization.id", ondelete="CASCADE"), index=True)
+    name: Mapped[str] = mapped_column(String(200))
+    pgm_name: Mapped[str] = mapped_column(String(100))
+    yaml_name: Mapped[str] = mapped_column(String(100))
+    pgm: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+    yaml: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+
+
 class RobotGrant(Stamped, Base):
     """The role of one account on one robot, where it isn't the default."""
 

@@ -88,6 +88,10 @@ class Switchboard:
         """Connections that were void and that their robots have certainly been told of; each is named once."""
         return heard_by_robots(self.book, now_s)
 
+    def knows_sessions(self, account_id: str) -> bool:
+        """Whether a page or program of the account said on its socket that it keeps sessions apart from connections."""
+        return any(socket.knows("multiPeer") for socket in self.book.operator_sockets(account_id))
+
     def handle(self, event: Event) -> list[Effect]:
         match event:
             case ConnectionsRequested():

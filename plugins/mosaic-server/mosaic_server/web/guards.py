@@ -12,11 +12,15 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from mosaic_core.words.codes import ResultCode
+from mosaic_server.occupancy_map_files import MAX_PGM_BYTES, MAX_YAML_BYTES
 from mosaic_server.rest.envelope import failure
 from mosaic_server.settings import Settings
 from mosaic_server.web.origins import host_name, is_address
 
 MAX_BODY_BYTES = 1024 * 1024
+MAX_MAP_BODY_BYTES = MAX_PGM_BYTES + MAX_YAML_BYTES + 64 * 1024
+"""Of the one route that takes files; beside them it carries a name."""
+MAP_ROUTE = "/api/v1/occupancy_map"
 _access = logging.getLogger("mosaic_server.access")
 _HOST = re.compile(r"[A-Za-z0-9.:\[\]_-]+")
 
@@ -50,7 +54,7 @@ class Guards:
             await send({"type": "websocket.close", "code": 1008, "reason": ""})
             return
         message = "this server is not known under that name; add it with --allow-host"
-        answer = JSONResponse(failure(ResultCode.ACCESS_DENIED, "auth.forbidden", message), status_code=421)
+        answer = JSONResponse(failure(ResultCode.ACCESS_DENIED.name, "auth.forbidden", message), status_code=421)
         await answer(scope, receive, send)
 
     async def _http(self, scope: Scope, receive: Receive, send: Send, headers: Headers) -> None:
@@ -65,10 +69,11 @@ class Guards:
             await send(message)
 
         try:
-            if _announced_bytes(headers) > MAX_BODY_BYTES:
-                await _too_large(scope, receive, watched)
+            most_bytes = MAX_MAP_BODY_BYTES if scope["path"] == MAP_ROUTE else MAX_BODY_BYTES
+            if _announced_bytes(headers) > most_bytes:
+                await _too_large(scope, receive, watched, most_bytes)
             else:
-                await self._app(scope, _bounded(receive), watched)
+                await self._app(scope, _bounded(receive, most_bytes), watched)
         finally:
             took_ms = (time.perf_counter() - started_s) * 1000
             path = quote(scope["path"])  # never the query string; quoted, a line break can't forge a line of the log
@@ -102,7 +107,7 @@ def _announced_bytes(headers: Headers) -> int:
     return int(announced) if announced.isdecimal() else 0
 
 
-def _bounded(receive: Receive) -> Receive:
+def _bounded(receive: Receive, most_bytes: int) -> Receive:
     """A body without Content-Length is counted as it comes."""
     seen_bytes = 0
 
@@ -110,14 +115,14 @@ def _bounded(receive: Receive) -> Receive:
         nonlocal seen_bytes
         message = await receive()
         seen_bytes += len(message.get("body", b""))
-        if seen_bytes > MAX_BODY_BYTES:
+        if seen_bytes > most_bytes:
             return {"type": "http.disconnect"}
         return message
 
     return counted
 
 
-async def _too_large(scope: Scope, receive: Receive, send: Send) -> None:
-    message = f"the body is larger than {MAX_BODY_BYTES} bytes"
-    answer = JSONResponse(failure(ResultCode.INVALID_FORMAT, "signal.too_large", message), status_code=413)
+async def _too_large(scope: Scope, receive: Receive, send: Send, most_bytes: int) -> None:
+    message = f"the body is larger than {most_bytes} bytes"
+    answer = JSONResponse(failure(ResultCode.INVALID_FORMAT.name, "signal.too_large", message), status_code=413)
     await answer(scope, receive, send)
