@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import socket
 from typing import Any
 from uuid import uuid4
 
+import pytest
+
 from mosaic_server.storage.robots import RobotAuthType
+from mosaic_server.switchboard import departures
 
 CANDIDATE = {"candidate": "candidate:1 1 udp 1 192.0.2.1 5000 typ host", "sdpMid": "0", "sdpMLineIndex": 0}
 CONNECTION = "/api/v1/webrtc/connection"
@@ -112,6 +116,71 @@ def test_refusals_have_the_original_codes_and_spellings(server: Any) -> None:
     assert user.expect("authorize.res") == 2015
     user.send("authorize", {})
     assert user.expect("authorize.res") == 10021
+
+
+@pytest.mark.parametrize("path", ["/ws/robot", "/ws/user"])
+@pytest.mark.parametrize(
+    "data", [5, -1, 1.5, True, "nonsense", [], [{}], {"robotId": 5, "accessToken": 5}, {"extensions": "all"}]
+)
+def test_a_log_in_of_nonsense_is_answered(server: Any, path: str, data: Any) -> None:
+    party = server.open(path)
+    party.expect("authorize.req")
+    party.send("authorize", data)
+    assert party.expect("authorize.res") == 10000
+
+
+def talking(server: Any) -> tuple[Any, Any, str]:
+    """A robot of ours and an original operator in the middle of a connection."""
+    robot_id, robot_token = server.robot(server.account())
+    robot = server.connect_robot(robot_id, robot_token, {"multiPeer": 1, "tickets": 1, "closeReasons": 1})
+    robot.status(0)
+    token = server.log_in()
+    user = server.connect_operator(token)
+    user.send("status.subscribe", {"robotIds": [robot_id]})
+    while user.expect("status.update")["status"] != 0:
+        pass
+    connection_id = made(server, token, robot_id)
+    user.send("signaling.send_sdp_offer", {"rtcConnectionId": connection_id, "sdpOffer": "v=0"})
+    robot.expect("signaling.prepare_connection")
+    robot.expect("signaling.send_sdp_offer")
+    robot.send("signaling.send_sdp_answer", {"rtcConnectionId": connection_id, "sdpAnswer": "v=0"})
+    assert user.expect("signaling.send_sdp_answer").keys() == {"rtcConnectionId", "sdpAnswer"}
+    return robot, user, connection_id
+
+
+@pytest.mark.parametrize("code", [1000, 1001])
+def test_an_original_page_that_is_closed_frees_the_robot_at_once(server: Any, code: int) -> None:
+    robot, user, connection_id = talking(server)
+    user.connection.close(code)
+    told = robot.expect("signaling.close_peer_connection", timeout_s=1.0)
+    assert told == {"rtcConnectionId": connection_id, "code": "peer.closed"}
+
+
+def test_an_original_operator_that_is_cut_off_is_reported_as_lost(server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(departures._WAITS_S, departures.Farewell.BROKEN, 0.2)
+    robot, user, connection_id = talking(server)
+    user.connection.socket.shutdown(socket.SHUT_RDWR)
+    told = robot.expect("signaling.close_peer_connection")
+    assert told == {"rtcConnectionId": connection_id, "code": "peer.lost"}
+
+
+def test_an_original_operator_that_answers_no_ping_is_reported_as_lost(
+    server: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot, user, connection_id = talking(server)
+    monkeypatch.setattr(user.connection.protocol, "receive_data", lambda data: None)  # as a cut cable has it
+    told = robot.expect("signaling.close_peer_connection")
+    assert told == {"rtcConnectionId": connection_id, "code": "peer.lost"}
+
+
+def test_a_refused_second_offer_leaves_the_first_connection_to_the_operator(server: Any) -> None:
+    robot, user, connection_id = talking(server)
+    user.send("signaling.send_sdp_offer", {"rtcConnectionId": connection_id, "sdpOffer": "v=0 again"})
+    robot.expect("signaling.send_sdp_offer")
+    robot.send("signaling.close_peer_connection", {"rtcConnectionId": connection_id, "code": "signal.bad_message"})
+    assert user.expect("signaling.send_sdp_offer") == 20007
+    user.send("signaling.exchange_ice_candidate", {"rtcConnectionId": connection_id, "iceCandidate": CANDIDATE})
+    assert robot.expect("signaling.exchange_ice_candidate")["rtcConnectionId"] == connection_id
 
 
 def test_our_robot_gets_ticket_operator_and_ice_servers(server: Any) -> None:

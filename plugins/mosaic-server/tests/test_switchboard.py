@@ -26,6 +26,7 @@ from mosaic_core.words.signaling import (
 )
 from mosaic_server.switchboard import Switchboard
 from mosaic_server.switchboard.connection_rules import NEVER_OFFERED_S, ORPHANED_S, PER_ACCOUNT_AND_ROBOT, SESSION_S
+from mosaic_server.switchboard.departures import CERTAIN_AFTER_S, RETURNS_WITHIN_S
 from mosaic_server.switchboard.effects import Close, ConnectionsMade, ConnectionsRefused, KeepCatalogue, Send
 from mosaic_server.switchboard.events import (
     AuthorizationRefused,
@@ -106,8 +107,8 @@ class Scene:
         codes = dict.fromkeys(connection_ids, "auth.role_changed")
         return self.board.handle(ConnectionsVoid(ROBOT, codes, self.now_s, newest))
 
-    def closed(self, socket: int) -> list[Any]:
-        return self.board.handle(SocketClosed(socket, self.now_s))
+    def closed(self, socket: int, *, said_goodbye: bool = False) -> list[Any]:
+        return self.board.handle(SocketClosed(socket, self.now_s, said_goodbye))
 
     def passes(self, seconds: float) -> list[Any]:
         self.now_s += seconds
@@ -595,3 +596,167 @@ def test_asking_whether_connections_would_be_refused_changes_nothing(scene: Scen
     assert scene.board.book.connections == {}
     scene.closed(operator)
     assert scene.board.refusal(asked) == ConnectionsRefused(ResultCode.USER_WS_SESSION_NOT_EXIST)
+
+
+# --- further offers in a connection that lives
+
+
+def answer(connection_id: str = "c") -> SdpAnswer:
+    return SdpAnswer(rtc_connection_id=connection_id, sdp_answer="a")
+
+
+@pytest.mark.parametrize(
+    ("code", "echo"),
+    [
+        ("signal.bad_message", 20007),
+        ("signal.robot_busy", 20007),
+        ("media.no_encoder", 20007),
+        ("auth.bad_ticket", 10020),
+    ],
+)
+def test_a_refused_second_offer_leaves_the_live_connection_as_it_is(scene: Scene, code: str, echo: int) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator(ours=True)
+    scene.connected(operator)
+    scene.says(robot, answer())
+    assert to(scene.says(operator, offer())) == [robot]
+    refused = scene.says(robot, close(code=code))
+    assert texts(refused) == [(operator, {"type": "signaling.send_sdp_offer", "data": echo})]
+    assert to(scene.says(operator, candidate())) == [robot], "what it says is still carried"
+    assert to(scene.says(robot, candidate())) == [operator]
+    told = scene.says(robot, close(code="signal.timeout"))
+    assert told[0].message.code == "signal.timeout", "no offer waits any more: this is the end of the connection"
+    assert echoed(scene.says(operator, candidate())) == 10053
+
+
+def test_a_second_offer_that_is_answered_is_carried_like_the_first(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator(ours=True)
+    scene.connected(operator)
+    for _ in range(2):
+        assert to(scene.says(robot, answer())) == [operator]
+        assert to(scene.says(operator, offer())) == [robot]
+
+
+def test_a_connection_that_ends_while_its_second_offer_waits_has_ended(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator(ours=True)
+    scene.connected(operator)
+    scene.says(robot, answer())
+    scene.says(operator, offer())
+    assert scene.says(robot, close(code="peer.lost"))[0].message.code == "peer.lost"
+    assert echoed(scene.says(operator, candidate())) == 10053
+
+
+def test_a_refused_first_offer_ends_the_connection_and_two_quick_ones_are_refused_one_by_one(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator(ours=True)
+    scene.connected(operator)
+    scene.says(operator, offer())
+    assert echoed(scene.says(robot, close(code="signal.bad_message"))) == 20007
+    assert isinstance(scene.says(robot, close(code="auth.bad_ticket"))[0].message, ClosePeerConnection)
+    assert echoed(scene.says(operator, candidate())) == 10053
+
+
+def test_an_original_robot_keeps_its_connection_when_a_second_offer_comes(scene: Scene) -> None:
+    robot, operator = scene.robot(), scene.operator()
+    scene.connected(operator)
+    for status in (1, 2):
+        scene.says(robot, StatusUpdate(status=status))
+    assert echoed(scene.says(operator, offer())) == 20007
+    assert to(scene.says(operator, candidate())) == [robot]
+    assert texts(scene.says(operator, close())) == [
+        (robot, {"type": "signaling.close_peer_connection", "data": {"rtcConnectionId": "c"}})
+    ]
+
+
+# --- original operators that leave
+
+
+def farewell(connection_id: str = "c", **more: Any) -> dict[str, Any]:
+    return {"type": "signaling.close_peer_connection", "data": {"rtcConnectionId": connection_id} | more}
+
+
+def test_a_robot_is_told_at_once_that_an_original_page_was_closed(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator()
+    scene.connected(operator)
+    assert texts(scene.closed(operator, said_goodbye=True)) == [(robot, farewell(code="peer.closed"))]
+    assert scene.passes(60) == []
+
+
+def test_a_robot_is_told_of_an_original_operator_that_falls_silent(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator()
+    scene.connected(operator)
+    assert to(scene.board.handle(SocketCondemned(operator, CloseCode.TIMEOUT, scene.now_s))) == []
+    assert texts(scene.passes(CERTAIN_AFTER_S)) == [(robot, farewell(code="peer.lost"))]
+
+
+def test_if_everybody_falls_silent_nobody_is_told_for_it_was_the_servers_own_network(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator()
+    scene.connected(operator)
+    for socket in (operator, robot):
+        scene.board.handle(SocketCondemned(socket, CloseCode.TIMEOUT, scene.now_s))
+    assert scene.passes(CERTAIN_AFTER_S) == []
+    robot = scene.robot(ours=True)
+    assert to(scene.says(scene.operator(), candidate())) == [robot], "the connection can be taken up again"
+
+
+def test_an_original_page_whose_socket_breaks_may_come_back(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator()
+    scene.connected(operator)
+    assert scene.closed(operator) == []
+    assert scene.passes(RETURNS_WITHIN_S - 1) == []
+    back = scene.operator()
+    assert scene.passes(60) == []
+    assert scene.closed(back) == [], "the second time counts like the first"
+    assert texts(scene.passes(RETURNS_WITHIN_S)) == [(robot, farewell(code="peer.lost"))]
+
+
+def test_another_account_is_no_return(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator()
+    scene.connected(operator)
+    scene.closed(operator)
+    scene.operator(BOB)
+    assert to(scene.passes(RETURNS_WITHIN_S)) == [robot]
+
+
+def test_whoever_speaks_again_in_the_connection_has_returned(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator()
+    other_tab = scene.operator()
+    scene.connected(operator)
+    scene.closed(operator)
+    assert to(scene.says(other_tab, candidate())) == [robot]
+    assert scene.passes(60) == []
+
+
+def test_an_operator_of_ours_is_its_robots_own_concern(scene: Scene) -> None:
+    scene.robot(ours=True)
+    operator = scene.operator(ours=True)
+    scene.connected(operator)
+    assert scene.closed(operator, said_goodbye=True) == []
+    assert scene.passes(RETURNS_WITHIN_S) == []
+
+
+def test_an_original_robot_is_freed_and_told_in_its_own_words(scene: Scene) -> None:
+    robot, operator = scene.robot(), scene.operator()
+    scene.connected(operator)
+    assert texts(scene.closed(operator, said_goodbye=True)) == [(robot, farewell())]
+    scene.operator(BOB)
+    assert ConnectionsMade() in scene.asks("d", BOB), "the offer that waited for its answer no longer keeps it"
+
+
+def test_an_original_robot_is_told_of_its_newest_operator_alone(scene: Scene) -> None:
+    robot, first = scene.robot(), scene.operator()
+    scene.connected(first)
+    scene.says(robot, StatusUpdate(status=1))
+    scene.says(robot, StatusUpdate(status=0))
+    second = scene.operator(BOB)
+    scene.connected(second, BOB, "d")
+    assert scene.closed(first, said_goodbye=True) == [], "it would close the other's connection"
+    assert texts(scene.closed(second, said_goodbye=True)) == [(robot, farewell("d"))]
+
+
+# --- log-ins that are none
+
+
+@pytest.mark.parametrize("side", list(Side))
+def test_a_log_in_that_is_none_is_answered_on_either_side(scene: Scene, side: Side) -> None:
+    socket = scene.opened(side)
+    told = scene.board.handle(MalformedArrived(socket, "authorize", scene.now_s))
+    assert texts(told) == [(socket, {"type": "authorize.res", "data": 10000})]

@@ -122,7 +122,7 @@ class Parties(RuleBasedStateMachine):
             assert all(ROBOTS[one.robot_id] == ACCOUNTS[account] for one in wanted)
 
     @precondition(lambda self: self.live and self.owners)
-    @rule(which=pick, connection=pick, kind=st.sampled_from(["offer", "answer", "candidate", "close"]))
+    @rule(which=pick, connection=pick, kind=st.sampled_from(["offer", "answer", "candidate", "close", "refusal"]))
     def anybody_speaks_in_any_connection(self, which: int, connection: int, kind: str) -> None:
         self.count += 1
         socket, connection_id = self._live(which), list(self.owners)[connection % len(self.owners)]
@@ -134,6 +134,7 @@ class Parties(RuleBasedStateMachine):
                 rtc_connection_id=connection_id, ice_candidate=IceCandidate(candidate=mark, sdp_mid="0")
             ),
             "close": ClosePeerConnection(rtc_connection_id=connection_id, code="peer.closed", message=mark),
+            "refusal": ClosePeerConnection(rtc_connection_id=connection_id, code="signal.robot_busy", message=mark),
         }[kind]
         effects = self._handle(MessageArrived(socket, message, message.type, self.now_s))
         for effect in effects:
@@ -164,14 +165,14 @@ class Parties(RuleBasedStateMachine):
         self._handle(MessageArrived(self._live(which), message, message.type, self.now_s))
 
     @precondition(lambda self: self.live)
-    @rule(which=pick, condemned=st.booleans())
-    def a_socket_ends(self, which: int, condemned: bool) -> None:
+    @rule(which=pick, ending=st.sampled_from([CloseCode.TOO_SLOW, CloseCode.TIMEOUT, "goodbye", "broken"]))
+    def a_socket_ends(self, which: int, ending: CloseCode | str) -> None:
         socket = self._live(which)
-        if condemned:
-            self._handle(SocketCondemned(socket, CloseCode.TOO_SLOW, self.now_s))
+        if isinstance(ending, CloseCode):
+            self._handle(SocketCondemned(socket, ending, self.now_s))
         else:
             self.live.discard(socket)
-            self._handle(SocketClosed(socket, self.now_s))
+            self._handle(SocketClosed(socket, self.now_s, ending == "goodbye"))
 
     @rule(seconds=st.floats(0.1, 700))
     def time_passes(self, seconds: float) -> None:

@@ -12,7 +12,7 @@ from starlette.websockets import WebSocket
 
 from mosaic_core.words.codes import CloseCode
 from mosaic_core.words.errors import WireError
-from mosaic_core.words.signaling import Authorize, parse_signaling
+from mosaic_core.words.signaling import Authorize, ErrorEcho, parse_signaling
 from mosaic_server.services import Services, services_of
 from mosaic_server.sockets.link import LINK, Link
 from mosaic_server.sockets.message_rate import MessageRate
@@ -47,7 +47,7 @@ async def _serve(websocket: WebSocket, side: Side) -> None:
         await _read(websocket, services, number, side)
     finally:
         services.authorizer.forget(number)
-        services.exchange.closed(number)
+        services.exchange.closed(number, said_goodbye=link.said_goodbye)
 
 
 async def _read(websocket: WebSocket, services: Services, number: int, side: Side) -> None:
@@ -75,7 +75,9 @@ async def _take(services: Services, number: int, side: Side, text: str) -> None:
         _log.debug("socket %d: %s", number, error)
         exchange.handle(MalformedArrived(number, _spelled(text), time.monotonic()))
         return
-    if isinstance(message, Authorize):
+    if isinstance(message, ErrorEcho) and message.request_type == Authorize.type:
+        exchange.handle(MalformedArrived(number, Authorize.type, time.monotonic()))  # a number is no log-in
+    elif isinstance(message, Authorize):
         decided = await services.authorizer.check(number, side, message)
         exchange.handle(decided)
         if isinstance(decided, RobotAuthorized):

@@ -53,9 +53,9 @@ class Exchange:
         self.handle(SocketOpened(number, side, now_s))
         return number
 
-    def closed(self, number: int) -> None:
+    def closed(self, number: int, *, said_goodbye: bool = False) -> None:
         self._unplug(number)
-        self.handle(SocketClosed(number, time.monotonic()))
+        self.handle(SocketClosed(number, time.monotonic(), said_goodbye))
 
     def condemn(self, number: int, code: CloseCode) -> None:
         self.handle(SocketCondemned(number, code, time.monotonic()))

@@ -26,6 +26,8 @@ CLOSE_GRACE_S = 1.0
 """A client that doesn't take the close frame within this is cut off."""
 
 
+_GOODBYES = (StandardCloseCode.NORMAL_CLOSURE, StandardCloseCode.GOING_AWAY, StandardCloseCode.NO_STATUS_RCVD)
+
 MAX_UNSENT_BYTES = 2 * 1024 * 1024
 """What may wait for a slow client, beyond the kernel's own buffer; eight of the largest frames."""
 
@@ -49,6 +51,12 @@ class Link:
     def heard_at_s(self) -> float:
         """When anything arrived last (message, pong, a part of a frame), on the monotonic clock."""
         return self._protocol.heard_at_s
+
+    @property
+    def said_goodbye(self) -> bool:
+        """The client closed it by itself and properly: a page that was closed or left, a program that ended."""
+        received = self._protocol.conn.close_rcvd
+        return received is not None and received.code in _GOODBYES and bool(self._protocol.conn.close_rcvd_then_sent)
 
     def send(self, text: str) -> bool:
         """Send at once, never waiting. False: the client does not keep up, and nothing more should be sent to it."""

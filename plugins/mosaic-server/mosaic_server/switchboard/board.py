@@ -6,6 +6,7 @@ from mosaic_core.words.codes import CloseCode, ResultCode
 from mosaic_core.words.signaling import (
     EXTENSIONS,
     SIZE_AFTER_AUTHORIZATION,
+    Authorize,
     AuthorizeRequest,
     AuthorizeResult,
     ErrorEcho,
@@ -20,6 +21,7 @@ from mosaic_core.words.signaling import (
 )
 from mosaic_server.switchboard.book import Book, echo, reply
 from mosaic_server.switchboard.connection_rules import connections_requested, forget_stale, refusal
+from mosaic_server.switchboard.departures import Farewell, departures_due, operator_left, operator_returned
 from mosaic_server.switchboard.effects import Close, ConnectionsRefused, Effect, LimitFrames
 from mosaic_server.switchboard.events import (
     AuthorizationRefused,
@@ -118,8 +120,8 @@ class Switchboard:
         event: _OnSocket,
     ) -> list[Effect]:
         match event:
-            case SocketClosed(now_s=now_s):
-                return self._gone(socket, now_s)
+            case SocketClosed(now_s=now_s, said_goodbye=said_goodbye):
+                return self._gone(socket, Farewell.GOODBYE if said_goodbye else Farewell.BROKEN, now_s)
             case SocketCondemned(code=code, now_s=now_s):
                 return self._close(socket, code, now_s)
             case PingDue(ping_id=ping_id):
@@ -154,6 +156,8 @@ class Switchboard:
         socket.malformed += 1
         if socket.malformed > MALFORMED_ALLOWED:
             return self._close(socket, CloseCode.BAD_MESSAGE, event.now_s)
+        if event.spelled == Authorize.type:
+            return [reply(socket, AuthorizeResult(code=ResultCode.UNKNOWN_EXCEPTION_OCCURRED))]
         if event.spelled is None:
             return echo(socket, "unknown", ResultCode.INVALID_FORMAT, res=True)
         res = not event.spelled.startswith("signaling.")
@@ -193,6 +197,7 @@ class Switchboard:
             self.book.subscribe(socket, ())
             self._unbind(socket, event.now_s)
         self.book.sign_in(socket, event.operator)
+        operator_returned(self.book, socket)
         socket.organization_id, socket.extensions = event.organization_id, event.extensions
         return self._welcome(socket, event)
 
@@ -228,15 +233,16 @@ class Switchboard:
             for socket in self.book.sockets.values()
             if not socket.is_authorized and now_s - socket.opened_at_s >= self._authorize_within_s
         ]
-        return [effect for socket in late for effect in self._close(socket, CloseCode.TIMEOUT, now_s)]
+        closed = [effect for socket in late for effect in self._close(socket, CloseCode.TIMEOUT, now_s)]
+        return [*departures_due(self.book, now_s), *closed]
 
     def _close(self, socket: Socket, code: CloseCode, now_s: float) -> list[Effect]:
-        return [Close(socket.number, code), *self._gone(socket, now_s)]
+        farewell = Farewell.SILENT if code is CloseCode.TIMEOUT else Farewell.BROKEN
+        return [Close(socket.number, code), *self._gone(socket, farewell, now_s)]
 
-    def _gone(self, socket: Socket, now_s: float) -> list[Effect]:
+    def _gone(self, socket: Socket, farewell: Farewell, now_s: float) -> list[Effect]:
         self.book.forget_socket(socket)
-        self._unbind(socket, now_s)
-        return self._robot_left(socket, now_s)
+        return [*operator_left(self.book, socket, farewell, now_s), *self._robot_left(socket, now_s)]
 
     def _robot_left(self, socket: Socket, now_s: float) -> list[Effect]:
         robot = self.book.robot_of(socket)

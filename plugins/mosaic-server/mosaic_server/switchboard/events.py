@@ -28,10 +28,14 @@ class SocketOpened:
 
 @dataclass(frozen=True, slots=True)
 class SocketClosed:
-    """The socket is gone, or as good as gone; nothing can be sent on it any more."""
+    """The socket is gone, or as good as gone; nothing can be sent on it any more.
+
+    ``said_goodbye``: the other side closed it in the way of the protocol, and not because we did.
+    """
 
     socket: int
     now_s: float
+    said_goodbye: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -84,7 +84,7 @@ def _in_connection(book: Book, socket: Socket, event: MessageArrived, message: _
         if robot.is_busy(event.now_s, connection.account_id, connection.connection_id):
             return echo(socket, event.spelled, ResultCode.ROBOT_NOT_READY_TO_CONNECT)
         _note_offer(robot, connection, event.now_s)
-    connection.socket = socket.number
+    connection.socket, connection.departure, connection.returned_on = socket.number, None, None
     return [Send(robot.socket, _as_known_to(robot, message))]
 
 
@@ -96,7 +96,8 @@ def _may_speak(book: Book, socket: Socket, connection: Connection) -> bool:
 
 
 def _note_offer(robot: Robot, connection: Connection, now_s: float) -> None:
-    connection.offered = True
+    connection.offers += 1
+    robot.newest_offer = connection.connection_id
     if not robot.takes_several:
         until_s = now_s + WEDGED_AFTER_S
         robot.pending = Pending(connection.connection_id, connection.account_id, until_s, offered=True)

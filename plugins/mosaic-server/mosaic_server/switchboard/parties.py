@@ -60,6 +60,8 @@ class Robot:
     status: RobotStatus = RobotStatus.DISCONNECTED
     status_since_s: float = 0.0
     pending: Pending | None = None
+    newest_offer: str | None = None
+    """The connection that sent the last offer; a robot of one operator has no other."""
     told_over: dict[str, float] = field(default_factory=dict)
     """Connections that it was told on this socket to close, and when."""
 
@@ -93,6 +95,14 @@ class Robot:
         return pending.account_id != account_id
 
 
+@dataclass(frozen=True, slots=True)
+class Departure:
+    """An original operator is gone. Its robot is told ``code`` at ``until_s``, unless it comes back before."""
+
+    code: str
+    until_s: float
+
+
 @dataclass(slots=True)
 class Connection:
     """One peer connection in the making or alive; the server only carries its signaling."""
@@ -104,7 +114,21 @@ class Connection:
     used_at_s: float
     socket: int | None = None
     """The operator's socket it is bound to: the first that sent an offer, or that took it up after a reconnect."""
-    offered: bool = False
+    offers: int = 0
+    """Those that the robot did not refuse."""
+    answers: int = 0
+    departure: Departure | None = None
+    returned_on: int | None = None
+    """A socket of the same account that came after the one it was bound to broke; perhaps the same page's."""
+
+    @property
+    def offered(self) -> bool:
+        return self.offers > 0
+
+    @property
+    def waits_for_further_answer(self) -> bool:
+        """There was an offer after the first one: what the robot refuses now is that offer, not the connection."""
+        return self.offers > 1 and self.answers < self.offers
 
 
 @dataclass(slots=True)

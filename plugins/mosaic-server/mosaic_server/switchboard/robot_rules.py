@@ -10,6 +10,7 @@ from mosaic_core.words.signaling import (
     PingPong,
     RobotStatus,
     SdpAnswer,
+    SdpOffer,
     SignalingMessage,
     StatusUpdate,
 )
@@ -17,6 +18,9 @@ from mosaic_server.switchboard.book import Book, echo
 from mosaic_server.switchboard.effects import Effect, KeepCatalogue, Send
 from mosaic_server.switchboard.events import MessageArrived
 from mosaic_server.switchboard.parties import Connection, Robot, Socket
+
+REFUSALS = ("signal.", "auth.", "media.", "peer.not_allowed")
+"""Reason codes of offers that a robot does not take; all others say how a connection ended."""
 
 
 def robot_says(book: Book, socket: Socket, event: MessageArrived) -> list[Effect]:
@@ -66,7 +70,27 @@ def _into_connection(book: Book, robot: Robot, socket: Socket, event: MessageArr
     if not connection.offered and not isinstance(message, ClosePeerConnection):
         return echo(socket, event.spelled, ResultCode.WEBRTC_SESSION_NOT_EXIST)
     connection.used_at_s = event.now_s
+    if isinstance(message, SdpAnswer):
+        connection.answers = min(connection.answers + 1, connection.offers)
+    if isinstance(message, ClosePeerConnection) and _refuses_further_offer(connection, message):
+        return _offer_refused(book, connection, message)
     return _toward_operator(book, connection, message)
+
+
+def _refuses_further_offer(connection: Connection, message: ClosePeerConnection) -> bool:
+    code = message.code or ""
+    return connection.waits_for_further_answer and code.startswith(REFUSALS)
+
+
+def _offer_refused(book: Book, connection: Connection, message: ClosePeerConnection) -> list[Effect]:
+    """Beside a connection that lives: it goes on, and the operator hears of its offer what the original would say."""
+    connection.offers -= 1
+    socket = None if connection.socket is None else book.sockets.get(connection.socket)
+    if socket is None:
+        return []
+    is_forbidden = (message.code or "").startswith("auth.")
+    code = ResultCode.ACCESS_DENIED if is_forbidden else ResultCode.ROBOT_NOT_READY_TO_CONNECT
+    return echo(socket, SdpOffer.type, code)
 
 
 def _toward_operator(book: Book, connection: Connection, message: SignalingMessage) -> list[Effect]:

@@ -42,7 +42,7 @@ def _to_robot(book: Book, robot: Robot, close: ClosePeerConnection, event: Conne
     robot.told_over[close.rtc_connection_id] = event.now_s
     if not robot.takes_several and close.rtc_connection_id != event.newest:
         return []  # originals close the connection they have, whichever is named; the newest one ended this one
-    return [Send(socket.number, _as_known_to(socket, close))]
+    return [Send(socket.number, as_known_to(socket, close))]
 
 
 def _to_operator(book: Book, robot: Robot, close: ClosePeerConnection) -> list[Effect]:
@@ -54,7 +54,7 @@ def _to_operator(book: Book, robot: Robot, close: ClosePeerConnection) -> list[E
     return [Send(socket.number, close)] if socket is not None and socket.knows("closeReasons") else []
 
 
-def _as_known_to(socket: Socket, close: ClosePeerConnection) -> ClosePeerConnection:
+def as_known_to(socket: Socket, close: ClosePeerConnection) -> ClosePeerConnection:
     """Original robots get exactly the keys of the original protocol."""
     if socket.knows("closeReasons"):
         return close
