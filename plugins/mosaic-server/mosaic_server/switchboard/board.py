@@ -21,7 +21,7 @@ from mosaic_core.words.signaling import (
 )
 from mosaic_server.switchboard.book import Book, echo, reply
 from mosaic_server.switchboard.connection_rules import connections_requested, forget_stale, refusal
-from mosaic_server.switchboard.departures import Farewell, departures_due, operator_left, operator_returned
+from mosaic_server.switchboard.departures import Farewell, departures_due, operator_left, operator_returned, signed_over
 from mosaic_server.switchboard.effects import Close, ConnectionsRefused, Effect, LimitFrames
 from mosaic_server.switchboard.events import (
     AuthorizationRefused,
@@ -195,7 +195,7 @@ class Switchboard:
     def _operator_authorized(self, socket: Socket, event: OperatorAuthorized) -> list[Effect]:
         if not _is_same(socket.operator, event.operator):
             self.book.subscribe(socket, ())
-            self._unbind(socket, event.now_s)
+            signed_over(self.book, socket, event.now_s)
         self.book.sign_in(socket, event.operator)
         operator_returned(self.book, socket)
         socket.organization_id, socket.extensions = event.organization_id, event.extensions
@@ -250,12 +250,6 @@ class Switchboard:
             return []
         robot.socket, robot.extensions, robot.pending = None, {}, None
         return status_changed(self.book, robot, RobotStatus.DISCONNECTED, now_s)
-
-    def _unbind(self, socket: Socket, now_s: float) -> None:
-        """The operator's connections wait for its next socket."""
-        for connection in self.book.connections.values():
-            if connection.socket == socket.number:
-                connection.socket, connection.used_at_s = None, now_s
 
 
 def _is_same(old: OperatorIdentity | None, new: OperatorIdentity) -> bool:

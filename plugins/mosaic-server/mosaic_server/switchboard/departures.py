@@ -48,6 +48,13 @@ def operator_left(book: Book, socket: Socket, farewell: Farewell, now_s: float) 
     return list(_told(book, now_s)) if farewell is Farewell.GOODBYE else []
 
 
+def signed_over(book: Book, socket: Socket, now_s: float) -> None:
+    """Another account speaks on the socket now; the connections of the one before wait for its next socket."""
+    for connection in book.connections.values():
+        if connection.socket == socket.number:
+            connection.socket, connection.used_at_s = None, now_s
+
+
 def operator_returned(book: Book, socket: Socket) -> None:
     """A new socket of an account: the page whose socket broke may be behind it."""
     assert socket.operator is not None
