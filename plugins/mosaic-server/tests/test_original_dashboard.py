@@ -469,6 +469,30 @@ def test_an_operator_that_knows_sessions_is_told_its_own(server: Any) -> None:
     assert made["sessions"][0].keys() == {"robotId", "rtcSessionId", "sessionId"}
 
 
+# --- from elsewhere
+
+
+def test_a_page_from_elsewhere_works_once_its_address_is_allowed(
+    settings: Any, start_server: Callable[..., Any]
+) -> None:
+    origin = "https://dashboard.example.org"
+    with start_server(replace(settings, allowed_origins=frozenset({origin}))) as server:
+        server.account()
+        for method in ("GET", "POST", "PUT", "DELETE"):
+            asked = {
+                "Origin": origin,
+                "Access-Control-Request-Method": method,
+                "Access-Control-Request-Headers": "authorization,content-type",
+            }
+            answer = server.http.options("/api/v1/organization/users", headers=asked)
+            assert answer.status_code == 200
+            assert answer.headers["access-control-allow-origin"] == origin
+            assert method in answer.headers["access-control-allow-methods"]
+            assert server.http.options("/api/v1/robots", headers=asked | {"Origin": "https://a.b"}).status_code == 400
+        user = server.open("/ws/user", origin=origin)
+        user.expect("authorize.req")
+
+
 # --- who may not
 
 
