@@ -67,15 +67,20 @@ class Services:
 
     async def close_void_connections(self, robot_id: str | None = None) -> None:
         """Connections whose role was changed meanwhile; of one robot that just came, or of all."""
-        heard = self.exchange.switchboard.heard_by_robots(time.monotonic())
-        if heard:
-            await self.database.run(forget_tickets, heard)
+        await self.forget_what_is_over()
         void = await self.database.run(void_tickets, robot_id)
         for one in {ticket.robot_id for ticket in void}:
             mine = [ticket for ticket in void if ticket.robot_id == one]
             codes = {ticket.connection_id: ticket.code for ticket in mine}
             newest = next((ticket.connection_id for ticket in mine if ticket.is_newest), None)
             self.exchange.handle(ConnectionsVoid(one, codes, time.monotonic(), newest))
+
+    async def forget_what_is_over(self) -> None:
+        """Tickets of connections that their robots know are over. One that a robot refused must not take the place of
+        a living one of the same session."""
+        heard = self.exchange.switchboard.heard_by_robots(time.monotonic())
+        if heard:
+            await self.database.run(forget_tickets, heard)
 
     async def prune(self) -> None:
         await self.database.run(prune_audit, self.settings.audit_days)

@@ -183,6 +183,35 @@ def test_a_refused_second_offer_leaves_the_first_connection_to_the_operator(serv
     assert robot.expect("signaling.exchange_ice_candidate")["rtcConnectionId"] == connection_id
 
 
+def test_a_session_outlives_connections_that_its_robot_refuses(server: Any) -> None:
+    robot_id, robot_token = server.robot(server.account())
+    extensions = {"multiPeer": 1, "tickets": 1, "closeReasons": 1}
+    robot = server.connect_robot(robot_id, robot_token, extensions)
+    robot.status(0)
+    token = server.log_in()
+    user = server.connect_operator(token, extensions)
+    user.send("status.subscribe", {"robotIds": [robot_id]})
+    while user.expect("status.update")["status"] != 0:
+        pass
+
+    def offered(session_id: str | None) -> tuple[str, str]:
+        body = {"robotIds": [robot_id]} | ({"sessionId": session_id} if session_id else {})
+        (session,) = server.post(CONNECTION, token, body).json()["resultData"]["sessions"]
+        user.send("signaling.send_sdp_offer", {"rtcConnectionId": session["rtcSessionId"], "sdpOffer": "v=0"})
+        robot.expect("signaling.prepare_connection")
+        robot.expect("signaling.send_sdp_offer")
+        return session["rtcSessionId"], session["sessionId"]
+
+    live, session_id = offered(None)
+    for _ in range(3):
+        refused, _ = offered(session_id)
+        robot.send("signaling.close_peer_connection", {"rtcConnectionId": refused, "code": "signal.robot_busy"})
+        assert user.expect("signaling.close_peer_connection")["rtcConnectionId"] == refused
+    user.expect_silence(0.6)  # several checks of what no longer holds
+    user.send("signaling.exchange_ice_candidate", {"rtcConnectionId": live, "iceCandidate": CANDIDATE})
+    assert robot.expect("signaling.exchange_ice_candidate")["rtcConnectionId"] == live
+
+
 def test_our_robot_gets_ticket_operator_and_ice_servers(server: Any) -> None:
     person = server.account()
     robot_id, robot_token = server.robot(person)

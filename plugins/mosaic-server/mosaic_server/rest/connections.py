@@ -138,6 +138,7 @@ async def _refuse_early(services: Services, person: Person, plan: Sequence[Wante
 async def _with_tickets(
     services: Services, person: Person, plan: Sequence[Wanted], address: str
 ) -> tuple[WantedConnection, ...]:
+    await services.forget_what_is_over()
     try:
         roles = await services.database.run(record_tickets, person.id, plan, address)
     except NoAccess as error:

@@ -87,7 +87,7 @@ class Switchboard:
         return refusal(self.book, event)
 
     def heard_by_robots(self, now_s: float) -> list[str]:
-        """Connections that were void and that their robots have certainly been told of; each is named once."""
+        """Connections that are over and whose robots know it; each is named once."""
         return heard_by_robots(self.book, now_s)
 
     def knows_sessions(self, account_id: str) -> bool:

@@ -64,6 +64,8 @@ class Robot:
     """The connection that sent the last offer; a robot of one operator has no other."""
     told_over: dict[str, float] = field(default_factory=dict)
     """Connections that it was told on this socket to close, and when."""
+    said_over: list[str] = field(default_factory=list)
+    """Connections that it refused or ended itself, until somebody has written that down."""
 
     @property
     def is_online(self) -> bool:

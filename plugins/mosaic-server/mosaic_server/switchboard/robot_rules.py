@@ -74,6 +74,8 @@ def _into_connection(book: Book, robot: Robot, socket: Socket, event: MessageArr
         connection.answers = min(connection.answers + 1, connection.offers)
     if isinstance(message, ClosePeerConnection) and _refuses_further_offer(connection, message):
         return _offer_refused(book, connection, message)
+    if isinstance(message, ClosePeerConnection):
+        robot.said_over.append(connection.connection_id)
     return _toward_operator(book, connection, message)
 
 

@@ -25,9 +25,12 @@ def connections_void(book: Book, event: ConnectionsVoid) -> list[Effect]:
 
 
 def heard_by_robots(book: Book, now_s: float) -> list[str]:
-    """Connections that their robots have certainly been told are over; each is named once."""
+    """Connections that their robots know are over, because they said so or have certainly been told; each is named
+    once."""
     heard = []
     for robot in book.robots.values():
+        heard += robot.said_over
+        robot.said_over.clear()
         old = [one for one, at_s in robot.told_over.items() if robot.is_online and now_s - at_s >= HEARD_AFTER_S]
         for connection_id in old:
             del robot.told_over[connection_id]
