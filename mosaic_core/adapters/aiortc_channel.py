@@ -87,6 +87,11 @@ class AiortcChannel:
         return channel.ordered and channel.maxRetransmits is None and channel.maxPacketLifeTime is None
 
     @property
+    def is_first(self) -> bool:
+        """Each side numbers its streams by twos in the order of its channels, from 0 or 1 on (RFC 8832 §6)."""
+        return self._channel.id in (0, 1)
+
+    @property
     def is_open(self) -> bool:
         return self._channel.readyState == "open"
 

@@ -3,11 +3,13 @@
 ::
 
     answering ──answered──► connecting ──securing──► securing ──connected──► greeting ──hello──► open
-                                                                    └──2 s──► original ──late hello──┘
-                                                                  original ──10 s without a channel──► closed
+                                       greeting ──certain, or 2 s after a bare channel──► original ──late hello──┘
+                                       greeting ──10 s without a channel, or without the hello──► closed
     any phase ──failure, time-out, bye, request──► closed
 
-An operator of ours pings, so silence means it is lost (ICE alone needs 29 s); an original one is trusted to ICE.
+An original operator is known for certain by an offer without a line for data channels, or by its first channel: that
+of an operator of ours is always `_mosaic`. Being slow makes nobody an original: it would cost an operator of ours its
+lease. An operator of ours pings, so silence means it is lost; an original one is trusted to ICE.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ TIMEOUTS: dict[Phase, tuple[float, str]] = {
 }
 """Seconds a phase may take, and the code when it takes longer. Relay-only answers wait for the TURN server."""
 CHANNEL_TIMEOUT_S = 10.0
-"""From the connection to its first data channel, if the offer has a line for them; their set-up may be repeated."""
+"""From the connection to the hello, or to the first channel of an original: their set-up may be repeated."""
 STALL_S = 0.5
 """A deadline noticed this late means that our own process stood still; pings may be waiting unread."""
 
@@ -49,9 +51,15 @@ class TransportChanged:
     state: str
 
 
+Speaker = Literal["ours", "original", "unknown"]
+
+
 @dataclass(frozen=True, slots=True)
 class ChannelOpened:
-    """Any data channel, of ours or of an original operator."""
+    """A data channel, and who makes such ones: ``ours`` frames its messages, ``original`` made a bare one before any
+    other. Further bare ones may belong to either: an operator of ours opens them on a robot that it takes for one."""
+
+    by: Speaker
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +116,7 @@ class TreatAsOurs:
 
 @dataclass(frozen=True, slots=True)
 class TreatAsOriginal:
-    """It knows no control channel: show it every camera."""
+    """It knows no control channel: show it every camera. Always after :class:`TellConnected`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,11 +132,13 @@ Effect = TellConnected | TreatAsOurs | TreatAsOriginal | Close
 
 
 class PeerSession:
-    """The machine. ``now_s`` is any monotonic clock; ``expects_channels``: the offer has a line for data channels."""
+    """The machine. ``now_s`` is any monotonic clock; ``is_media_only``: the offer has no line for data channels."""
 
-    def __init__(self, now_s: float, *, expects_channels: bool = False) -> None:
+    def __init__(self, now_s: float, *, is_media_only: bool = False) -> None:
         self._phase: Phase = "answering"
-        self._expects_channels = expects_channels
+        self._is_original = is_media_only
+        self._is_ours = False
+        self._has_channel = False
         self.deadline_s: float | None = now_s + TIMEOUTS["answering"][0]
         """When the driver must say :class:`DeadlinePassed`; ``None``: never."""
 
@@ -149,11 +159,8 @@ class PeerSession:
                 return self._close(code, message)
             case TransportChanged(state):
                 return self._transport(state, now_s)
-            case ChannelOpened():
-                self._expects_channels = False
-                if self._phase == "original":
-                    self.deadline_s = None
-                return []
+            case ChannelOpened(by):
+                return self._channel(by, now_s)
             case HelloReceived():
                 return self._hello(now_s)
             case ControlReceived():
@@ -186,10 +193,43 @@ class PeerSession:
         if state == "securing" and self._phase in ("answering", "connecting"):
             self._enter("securing", now_s)
         if state == "connected" and before:
-            self._enter("greeting", now_s)
-            self.deadline_s = now_s + HELLO_TIMEOUT_S
-            return [TellConnected()]
+            return self._connected(now_s)
         return []
+
+    def _connected(self, now_s: float) -> list[Effect]:
+        if self._is_original:
+            return [TellConnected(), *self._original()]
+        self._phase = "greeting"
+        is_bare = self._has_channel and not self._is_ours
+        self.deadline_s = now_s + (HELLO_TIMEOUT_S if is_bare else CHANNEL_TIMEOUT_S)
+        return [TellConnected()]
+
+    def _channel(self, by: Speaker, now_s: float) -> list[Effect]:
+        is_first, self._has_channel = not self._has_channel, True
+        was_ours, self._is_ours = self._is_ours, self._is_ours or by == "ours"
+        if by == "original" and not self._is_ours:
+            self._is_original = True
+            return self._known_as_original()
+        if self._phase != "greeting":
+            return []
+        if self._is_ours and not was_ours:
+            self.deadline_s = now_s + CHANNEL_TIMEOUT_S
+        elif is_first:
+            self.deadline_s = now_s + HELLO_TIMEOUT_S
+        return []
+
+    def _known_as_original(self) -> list[Effect]:
+        match self._phase:
+            case "greeting":
+                return self._original()
+            case "answering" | "connecting" | "securing":  # what opened a channel is connected, whoever is told first
+                return [TellConnected(), *self._original()]
+            case _:
+                return []
+
+    def _original(self) -> list[Effect]:
+        self._phase, self.deadline_s = "original", None
+        return [TreatAsOriginal()]
 
     def _hello(self, now_s: float) -> list[Effect]:
         if self._phase == "open":
@@ -204,11 +244,9 @@ class PeerSession:
         if self.deadline_s is None or now_s < self.deadline_s:
             return []
         late_s = now_s - self.deadline_s
+        if self._phase == "greeting" and self._has_channel and not self._is_ours:
+            return self._original()
         if self._phase == "greeting":
-            wait_s = CHANNEL_TIMEOUT_S - HELLO_TIMEOUT_S
-            self._phase, self.deadline_s = "original", now_s + wait_s if self._expects_channels else None
-            return [TreatAsOriginal()]
-        if self._phase == "original":
             return self._close("channel.timeout", "")
         if self._phase == "open":
             if late_s > STALL_S:

@@ -28,6 +28,7 @@ from mosaic_core.runtime.stop_link import StopLink
 from mosaic_core.runtime.transport import AnswererFactory, Channel, PictureFeed
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, PING_PERIOD_S, STOP_LABEL
+from mosaic_core.words.session_description import is_media_only
 from mosaic_core.words.signaling import IceCandidate
 
 DOUBT_S = 2 * PING_PERIOD_S + 0.2
@@ -45,7 +46,7 @@ class OperatorPeer:
         self._start = start
         self._site = site
         self._loop = asyncio.get_running_loop()
-        self._session = session.PeerSession(time.monotonic(), expects_channels="\nm=application " in start.offer_sdp)
+        self._session = session.PeerSession(time.monotonic(), is_media_only=is_media_only(start.offer_sdp))
         self._baseline = ArrivalBaseline()
         self._queue = SendQueue(self._has_room, site.outbox.left_out)
         self._resume = PeerResume(lambda: self.sender, site, self._control.answer)
@@ -207,7 +208,7 @@ class OperatorPeer:
     def channel_opened(self, channel: Channel) -> None:
         if self.phase == "closed":
             return
-        self._handle(session.ChannelOpened())
+        self._handle(session.ChannelOpened(_maker(channel)))
         if channel.label == CONTROL_LABEL:
             if self._control.link is None and channel.protocol == CHANNEL_PROTOCOL:
                 self.timeline.mark("control")
@@ -216,8 +217,6 @@ class OperatorPeer:
         elif channel.label == STOP_LABEL and channel.protocol == CHANNEL_PROTOCOL:
             self._control.stop_link = StopLink(channel, self._heard_on_stop_channel)
         else:
-            if channel.protocol != CHANNEL_PROTOCOL and not self.sender.is_original and self.phase != "open":
-                self._treat_as_original()  # ours frame everything: no need to wait for a hello that will not come
             self._channels.opened(channel)
 
     def track_bound(self, label: str) -> PictureFeed:
@@ -272,3 +271,9 @@ class OperatorPeer:
             self._control.stop(message, answer)
         else:
             self._control.heard(message)
+
+
+def _maker(channel: Channel) -> session.Speaker:
+    if channel.protocol == CHANNEL_PROTOCOL:
+        return "ours"
+    return "original" if channel.is_first and not channel.protocol else "unknown"

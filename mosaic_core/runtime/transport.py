@@ -37,6 +37,11 @@ class Channel(Protocol):
     def is_reliable(self) -> bool: ...
 
     @property
+    def is_first(self) -> bool:
+        """Whoever made it had made no other channel before on this peer connection."""
+        ...
+
+    @property
     def is_open(self) -> bool: ...
 
     @property

@@ -40,10 +40,11 @@ def memory_picture(picture: Picture, captured_at_s: float) -> MemoryFrame:
 class MemoryChannel:
     """One end of a data channel; over a perfect network messages arrive in the loop's next turn, in order."""
 
-    def __init__(self, link: Cable, label: str, protocol: str, is_reliable: bool) -> None:
+    def __init__(self, link: Cable, label: str, protocol: str, is_reliable: bool, *, is_first: bool) -> None:
         self.label = label
         self.protocol = protocol
         self.is_reliable = is_reliable
+        self.is_first = is_first
         self.is_open = False
         self.buffered_bytes = 0
         self.window_bytes = 1024 * 1024

@@ -42,7 +42,9 @@ class MemoryLink:
         self, label: str, *, protocol: str = "", ordered: bool = True, max_retransmits: int | None = None
     ) -> MemoryChannel:
         is_reliable = ordered and max_retransmits is None
-        ours, theirs = (MemoryChannel(self, label, protocol, is_reliable) for _ in range(2))
+        ours, theirs = (
+            MemoryChannel(self, label, protocol, is_reliable, is_first=not self._channels) for _ in range(2)
+        )
         ours.other, theirs.other = theirs, ours
         ours.sent = self._flow(self.impairment.up, theirs)
         theirs.sent = self._flow(self.impairment.down, ours)

@@ -1,7 +1,7 @@
 """Every message of the control channel ``_mosaic`` and of the stop channel ``_stop``, once.
 
 The operator creates the channel in its first offer (ordered, reliable, protocol ``mosaic.1``); both sides start
-with :class:`Hello`. A peer that sends none within two seconds is an original one.
+with :class:`Hello`. An original peer knows neither.
 Times are microseconds of the sender's own monotonic clock, which ``boot_id`` names.
 """
 

@@ -39,7 +39,7 @@ def in_phase(phase: str) -> PeerSession:
     for event in path.get(phase, path["greeting"]):
         it.handle(event, 0.0)
     if phase == "original":
-        it.handle(DeadlinePassed(), 2.0)
+        it.handle(ChannelOpened("original"), 0.0)
     assert it.phase == phase
     return it
 
@@ -53,11 +53,51 @@ def test_a_peer_of_ours_says_hello_pings_and_says_bye() -> None:
     assert it.handle(ByeReceived("peer.closed"), 12.0) == [Close("peer.closed", "", False)]
 
 
-def test_a_peer_that_says_no_hello_in_two_seconds_is_an_original_one() -> None:
-    it = in_phase("greeting")
-    assert it.handle(DeadlinePassed(), 1.9) == []
-    assert it.handle(DeadlinePassed(), 2.0) == [TreatAsOriginal()]
+def test_an_offer_of_pictures_alone_makes_an_original_one_as_soon_as_it_is_connected() -> None:
+    it = PeerSession(0.0, is_media_only=True)
+    it.handle(Answered(), 0.0)
+    assert it.handle(TransportChanged("connected"), 0.1) == [TellConnected(), TreatAsOriginal()]
     assert it.deadline_s is None, "an original peer is trusted to ICE"
+
+
+def test_a_bare_channel_that_is_the_first_makes_an_original_one_at_once() -> None:
+    it = in_phase("greeting")
+    assert it.handle(ChannelOpened("original"), 0.1) == [TreatAsOriginal()]
+    assert it.handle(ChannelOpened("unknown"), 0.1) == []
+    assert it.deadline_s is None
+
+
+def test_a_first_bare_channel_that_overtakes_the_state_event_counts_as_connected() -> None:
+    it = in_phase("securing")
+    assert it.handle(ChannelOpened("original"), 1.0) == [TellConnected(), TreatAsOriginal()]
+    assert it.handle(TransportChanged("connected"), 1.1) == []
+
+
+@pytest.mark.parametrize("phase", ["securing", "greeting"])
+def test_a_further_bare_channel_makes_an_original_one_after_two_seconds_without_a_channel_of_ours(phase: str) -> None:
+    it = in_phase(phase)
+    assert it.handle(ChannelOpened("unknown"), 1.0) == []
+    it.handle(TransportChanged("connected"), 1.0)
+    assert it.handle(DeadlinePassed(), 2.9) == []
+    assert it.handle(ChannelOpened("unknown"), 2.9) == [], "further ones add nothing"
+    assert it.handle(DeadlinePassed(), 3.0) == [TreatAsOriginal()]
+
+
+def test_a_slow_operator_of_ours_is_never_taken_for_an_original_one() -> None:
+    slow = in_phase("greeting")
+    assert slow.handle(DeadlinePassed(), 9.9) == [], "its channels may be repeated for long"
+    assert slow.handle(ChannelOpened("unknown"), 9.9) == [], "it has taken the robot for an original one"
+    assert slow.handle(ChannelOpened("ours"), 11.0) == []
+    assert slow.handle(DeadlinePassed(), 20.9) == [], "it will say hello"
+    assert slow.handle(HelloReceived(), 20.9) == [TreatAsOurs()]
+
+
+def test_a_channel_of_ours_and_no_hello_ends_the_connection() -> None:
+    it = in_phase("greeting")
+    it.handle(ChannelOpened("ours"), 1.0)
+    for now_s in range(2, 11):
+        assert it.handle(ChannelOpened("ours"), now_s) == [], "further ones win no time"
+    assert it.handle(DeadlinePassed(), 11.0) == [Close("channel.timeout", "", False)]
 
 
 def test_a_late_hello_is_believed() -> None:
@@ -121,24 +161,10 @@ def test_the_end_of_the_transport_has_the_code_of_its_phase(phase: str, state: s
     assert in_phase(phase).handle(TransportChanged(state), 3.0) == [Close(code, "", False)]
 
 
-def connected_original(expects_channels: bool) -> PeerSession:
-    it = PeerSession(0.0, expects_channels=expects_channels)
-    for event in (Answered(), TransportChanged("connected")):
-        it.handle(event, 0.0)
-    it.handle(DeadlinePassed(), 2.0)
-    assert it.phase == "original"
-    return it
-
-
 def test_channels_that_were_offered_and_never_open_end_the_connection() -> None:
-    assert connected_original(True).handle(DeadlinePassed(), 10.0) == [Close("channel.timeout", "", False)]
-
-
-def test_one_channel_of_an_original_operator_is_enough() -> None:
-    it = connected_original(True)
-    it.handle(ChannelOpened(), 9.9)
-    assert it.deadline_s is None
-    assert connected_original(False).deadline_s is None, "pictures alone need no channel"
+    it = in_phase("greeting")
+    assert it.deadline_s == 10.0
+    assert it.handle(DeadlinePassed(), 10.0) == [Close("channel.timeout", "", False)]
 
 
 def test_a_failed_answer_ends_with_its_reason() -> None:
@@ -151,11 +177,20 @@ def test_a_bye_is_said_only_to_a_peer_that_understands_it() -> None:
     assert in_phase("original").handle(CloseRequested("peer.shutdown"), 1.0) == [Close("peer.shutdown", "", False)]
 
 
+OURS: list[Event] = [
+    Answered(),
+    *(TransportChanged(state) for state in ("connecting", "securing", "connected")),
+    *(ChannelOpened("ours") for _ in range(3)),
+    HelloReceived(),
+    ControlReceived(),
+]
+"""What comes of an operator of ours that greets, once each."""
+ORIGINALS: list[Event] = [*OURS[:4], ChannelOpened("original"), *(ChannelOpened("unknown") for _ in range(2))]
 EVENTS: list[Event] = [
     Answered(),
     AnswerFailed("sdp.invalid"),
     *(TransportChanged(state) for state in ("connecting", "securing", "connected", "failed", "closed", "news")),
-    ChannelOpened(),
+    *(ChannelOpened(by) for by in ("ours", "original", "unknown")),
     HelloReceived(),
     ControlReceived(),
     ByeReceived("peer.closed"),
@@ -172,6 +207,40 @@ def test_every_phase_meets_every_event(phase: str, event: Event) -> None:
     effects = it.handle(event, 50.0)
     assert it.phase in PHASES
     assert (it.phase == "closed") == (phase == "closed" or any(isinstance(effect, Close) for effect in effects))
+
+
+@given(st.permutations(OURS), st.lists(st.floats(0, 0.9), min_size=9, max_size=9))
+def test_an_operator_of_ours_is_one_whatever_comes_first_and_however_slowly(
+    order: list[Event], steps_s: list[float]
+) -> None:
+    it, now_s, effects = PeerSession(0.0), 0.0, []
+    for event, step_s in zip(order, steps_s, strict=True):
+        now_s += step_s
+        effects += [*it.handle(DeadlinePassed(), now_s), *it.handle(event, now_s)]
+        if it.phase == "open":
+            break  # from here on it pings
+    assert effects == [TellConnected(), TreatAsOurs()]
+
+
+@given(st.permutations(ORIGINALS), st.lists(st.floats(0, 0.5), min_size=7, max_size=7))
+def test_an_original_operator_is_known_as_soon_as_its_first_channel_opens(
+    order: list[Event], steps_s: list[float]
+) -> None:
+    it, now_s, effects = PeerSession(0.0), 0.0, []
+    for event, step_s in zip(order, steps_s, strict=True):
+        now_s += step_s
+        effects += it.handle(event, now_s)
+        if event == ChannelOpened("original"):
+            assert effects == [TellConnected(), TreatAsOriginal()]
+    assert effects == [TellConnected(), TreatAsOriginal()]
+
+
+@given(st.permutations([*ORIGINALS[:4], ChannelOpened("unknown"), ChannelOpened("ours"), HelloReceived()]))
+def test_an_operator_of_ours_that_took_the_robot_for_an_original_one_is_one_of_ours(order: list[Event]) -> None:
+    it, effects = PeerSession(0.0), []
+    for event in order:
+        effects += it.handle(event, 1.0)
+    assert effects == [TellConnected(), TreatAsOurs()]
 
 
 @given(st.lists(st.tuples(st.sampled_from(EVENTS), st.floats(0, 5)), max_size=40))

@@ -62,6 +62,7 @@ class FakeChannel:
         self.label = label
         self.protocol = protocol
         self.is_reliable = is_reliable
+        self.is_first = False
         self.is_open = True
         self.buffered_bytes = 0
         self.window_bytes = 1024 * 1024
@@ -126,6 +127,7 @@ class FakeAnswerer:
         self.feeds: dict[str, Any] = {}
         self.is_closed = False
         self.peer_id = ""
+        self._has_channels = False
 
     async def answer(
         self,
@@ -157,6 +159,7 @@ class FakeAnswerer:
     # the operator's end
     def open(self, label: str, protocol: str = CHANNEL_PROTOCOL, **options: Any) -> FakeChannel:
         channel = FakeChannel(label, protocol, **options)
+        channel.is_first, self._has_channels = not self._has_channels, True
         self.listener.channel_opened(channel)
         return channel
 
@@ -389,14 +392,20 @@ class Scene:
         self.hooks = hooks_seen
 
     async def connects(
-        self, name: str, *, role: Any = "operator", session_id: str = "", is_program: bool = False
+        self,
+        name: str,
+        *,
+        role: Any = "operator",
+        session_id: str = "",
+        is_program: bool = False,
+        offer: str = "offer",
     ) -> FakeAnswerer:
         """Somebody's peer connection, as the server's ticket describes its owner; it has said nothing yet."""
         await until(lambda: self.robot._site is not None)
         before = len(self.network.order)
         who = PeerIdentity(session_id or name, f"account of {name}", name, role, is_program)
         peer_id = f"peer {before} of {name}"
-        self.robot._carry_out(StartPeer(peer_id, who, "offer", None, ()))
+        self.robot._carry_out(StartPeer(peer_id, who, offer, None, ()))
         await until(lambda: len(self.network.order) > before)
         end = self.network.order[-1]
         end.peer_id = peer_id

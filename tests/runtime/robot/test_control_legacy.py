@@ -111,11 +111,27 @@ def test_it_is_refused_where_the_robot_says_so(kit: Any) -> None:
     played(kit, body, "refuse")
 
 
-def test_silence_instead_of_a_hello_is_an_original_too(kit: Any) -> None:
+def test_an_offer_without_a_line_for_channels_is_that_of_an_original_too(kit: Any) -> None:
     async def body(scene: Any, motor: Motor) -> None:
-        end = await scene.connects("old")
+        end = await scene.connects("old", offer="m=video 9 UDP/TLS/RTP/SAVPF 96")
         await kit.until(lambda: end.is_closed)
         assert scene.hooks.of("closed")[-1]["code"] == "peer.not_allowed"
+
+    played(kit, body, "refuse")
+
+
+def test_who_has_opened_a_channel_of_ours_is_not_taken_for_an_original_by_a_bare_one(kit: Any) -> None:
+    async def body(scene: Any, motor: Motor) -> None:
+        end = await scene.connects("slow")
+        channel = end.open(CONTROL_LABEL)
+        end.open("drive", "").say({"v": 1})
+        await kit.until(lambda: scene.hooks.of("command"))
+        assert scene.hooks.of("command")[-1]["code"] == "lease.original_observes"
+        hello = Hello(software="slow", boot_id="b", extensions=CONTROL_EXTENSIONS, is_person=True)
+        channel.say({"type": "hello", "data": hello.wire()})
+        await kit.until(lambda: [value for value in channel.values() if value["type"] == "stop.state"])
+        assert not end.is_closed
+        assert motor.log == []
 
     played(kit, body, "refuse")
 
