@@ -24,6 +24,7 @@ from mosaic_core.adapters.aiortc_private import (
     speak_dtls_with_everyone,
     take_turns,
     transports_by_mid,
+    watch_liveness,
     widen_udp_buffer,
 )
 from mosaic_core.adapters.offer_vetting import mids_of, without_end_of_candidates
@@ -84,6 +85,7 @@ class AiortcPeer:
             gathering = EarlyGathering(transport, self._ice_servers, found, self._gathered, relay_only=self._relay_only)
             gathering.install()
             take_turns(transport)
+            watch_liveness(transport, self._vanished)
             self._gatherings.append(gathering)
         if self.pc.sctp is not None and os.environ.get(PLAIN_SCTP_VARIABLE) != "1":
             quicken(self.pc.sctp)
@@ -131,14 +133,22 @@ class AiortcPeer:
 
     async def close(self) -> None:
         """End the connection; may be called often, returns within :data:`CLOSE_TIMEOUT_S`."""
+        with suppress(TimeoutError):
+            await asyncio.wait_for(asyncio.shield(self._closed()), CLOSE_TIMEOUT_S)
+
+    def _closed(self) -> asyncio.Task[None]:
         if self._closing is None:
             for gathering in self._gatherings:
                 gathering.cancel()
             for task in list(self._tasks):
                 task.cancel()
             self._closing = asyncio.create_task(self.pc.close())
-        with suppress(TimeoutError):
-            await asyncio.wait_for(asyncio.shield(self._closing), CLOSE_TIMEOUT_S)
+        return self._closing
+
+    def _vanished(self) -> None:
+        if self._closing is None:
+            self._on_state("failed")
+            self._closed()
 
     @property
     def _is_gathered(self) -> bool:

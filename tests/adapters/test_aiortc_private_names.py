@@ -92,6 +92,18 @@ def test_the_selected_pair_of_a_component_is_under_nominated() -> None:
     assert "def local_candidate" in pair
 
 
+def test_an_ice_connection_asks_for_consent_through_the_instance_once_it_has_a_path() -> None:
+    source = source_of(aioice.ice.Connection)
+    assert "asyncio.create_task(self.query_consent())" in source
+    assert "request = self.build_request(pair, nominate=False)" in source_of(aioice.ice.Connection.query_consent)
+
+
+def test_an_ice_connection_hears_datagrams_and_the_checks_of_the_other_side_through_the_instance() -> None:
+    source = source_of(aioice.ice.StunProtocol.datagram_received)
+    assert "self.receiver.data_received(data, self.local_candidate.component)" in source
+    assert "self.receiver.request_received(message, addr, self)" in source
+
+
 def test_datagrams_are_read_through_the_transports_own_recv_from_a_queue_of_its_connection() -> None:
     assert "data = await self.transport._recv()" in source_of(RTCDtlsTransport._recv_next)
     assert "self._recv = self._connection.recv" in source_of(RTCIceTransport.__init__)

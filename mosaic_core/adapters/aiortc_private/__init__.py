@@ -19,6 +19,7 @@ from mosaic_core.adapters.aiortc_private.gathering import (
     widen_udp_buffer,
 )
 from mosaic_core.adapters.aiortc_private.kept_lines import KeptLines
+from mosaic_core.adapters.aiortc_private.liveness import watch_liveness
 from mosaic_core.adapters.aiortc_private.pacing import PacedTransport
 from mosaic_core.adapters.aiortc_private.paths import chosen_path
 from mosaic_core.adapters.aiortc_private.quick_sctp import quicken
@@ -50,5 +51,6 @@ __all__ = [
     "ssrc_of",
     "take_turns",
     "transports_by_mid",
+    "watch_liveness",
     "widen_udp_buffer",
 ]

@@ -15,6 +15,7 @@ import uuid
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -233,6 +234,25 @@ class OriginalOperator:
     async def hang_up(self, kind: str = "signaling.close_peer_connection") -> None:
         await self.server.push(kind, {"rtcConnectionId": self.id})
 
+    def vanish(self) -> Callable[[], None]:
+        """Its network is gone, both ways and without a word; the result brings it back."""
+        protocols = [*self._ice()._protocols]
+        transports = [protocol.transport for protocol in protocols]
+        for protocol in protocols:
+            protocol.transport = SimpleNamespace(sendto=_lost, close=protocol.transport.close)
+            protocol.datagram_received = _lost
+
+        def back() -> None:
+            for protocol, transport in zip(protocols, transports, strict=True):
+                protocol.transport = transport
+                del protocol.datagram_received
+
+        return back
+
+    def _ice(self) -> Any:
+        line = self.pc.sctp or self.pc.getTransceivers()[0].receiver
+        return line.transport.transport._connection
+
     async def answered(self, sdp: str) -> None:
         self.answer = sdp
         await self.pc.setRemoteDescription(RTCSessionDescription(sdp, "answer"))
@@ -256,6 +276,10 @@ class OriginalOperator:
         found = self.received[label]
         assert all(isinstance(message, str) for message in found), f"not text on {label}: {found[:1]!r:.80}"
         return [json.loads(message) for message in found]
+
+
+def _lost(*_datagram: Any) -> None:
+    """What a network does that is gone."""
 
 
 class Site:
