@@ -24,11 +24,12 @@ from mosaic_core.adapters.aiortc_private import (
     ssrc_of,
 )
 from mosaic_core.adapters.offer_vetting import OfferedLine, VettedOffer, lines_for_labels, sound_lines, vetted_offer
+from mosaic_core.adapters.refused_lines import nothing_but_refusals, with_refusals
 from mosaic_core.adapters.sound_lines import SoundLines
 from mosaic_core.adapters.video_track import VideoTrack
 from mosaic_core.machines.chosen_path import ChosenPath
 from mosaic_core.runtime.sound_transport import NO_SOUND, SoundLabels
-from mosaic_core.runtime.transport import AnswererListener
+from mosaic_core.runtime.transport import AnswererListener, OfferRefused
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
@@ -49,6 +50,7 @@ class AiortcAnswerer:
         self._peer: AiortcPeer | None = None
         self._offer: VettedOffer | None = None
         self._served: set[str] = set()
+        self._refused: set[str] = set()
         self._early: list[IceCandidate] = []
         self._is_closed = False
 
@@ -64,7 +66,15 @@ class AiortcAnswerer:
             raise ConnectionFailed("This peer connection is closed.", code="sdp.invalid")
         offer = vetted_offer(offer_sdp)
         wishes = _Wishes(media_labels, tracks, sound)
-        return await (self._answer_first(offer, wishes) if self._peer is None else self._answer_again(offer, wishes))
+        if self._peer is not None:
+            sdp = await self._answer_again(offer, wishes)
+        elif offer.is_refused:
+            self._allot(offer, offer.lines, wishes)
+            causes = " ".join(line.cause for line in offer.refused if line.offered)
+            raise OfferRefused(causes or "Every line is given up.", nothing_but_refusals(offer.refused))
+        else:
+            sdp = await self._answer_first(offer, wishes)
+        return with_refusals(sdp, offer.refused)
 
     async def _answer_first(self, offer: VettedOffer, wishes: _Wishes) -> str:
         peer, self._offer = self._new_peer(offer), offer
@@ -74,7 +84,7 @@ class AiortcAnswerer:
         except peer.ERRORS as error:
             raise _refused(error) from error
         self._bind(peer, offer, offer.lines, wishes)
-        sdp = await peer.describe_locally()
+        sdp = await peer.describe_locally(offer.refused_mids)
         peer.described_remotely((*offer.candidates, *self._early), offer.has_all_candidates)
         self._early.clear()
         return sdp
@@ -127,8 +137,7 @@ class AiortcAnswerer:
 
     def _bind(self, peer: AiortcPeer, offer: VettedOffer, lines: Sequence[OfferedLine], wishes: _Wishes) -> None:
         """Give ``lines`` to the labels that have none yet."""
-        bound = lines_for_labels(lines, wishes.cameras_without(self._served), wishes.tracks)
-        sound = SoundLines(*sound_lines(lines, wishes.sound_without(self._served), wishes.tracks), self._listener)
+        bound, sound = self._allot(offer, lines, wishes)
         mids = {line.mid for line in lines}
         for transceiver in peer.pc.getTransceivers():
             if transceiver.mid not in mids:
@@ -141,8 +150,22 @@ class AiortcAnswerer:
                 self._served.add(label)
             if label is not None and transceiver.kind == "video":
                 self._bind_line(transceiver, label, offer.sdp)
-        if unbound := [label for label in wishes.labels if label not in self._served]:
-            self._listener.tracks_unbound(unbound)
+        lineless = [label for label in wishes.labels if label not in self._served | self._refused]
+        if lineless:
+            self._listener.tracks_unbound(lineless)
+
+    def _allot(
+        self, offer: VettedOffer, lines: Sequence[OfferedLine], wishes: _Wishes
+    ) -> tuple[dict[str, str], SoundLines]:
+        """Which camera, and which sound, takes which of ``lines``; whose line is refused is told."""
+        pictures = lines_for_labels(lines, wishes.cameras_without(self._served), wishes.tracks)
+        heard, talking = sound_lines(lines, wishes.sound_without(self._served), wishes.tracks)
+        for line in offer.refused:
+            label = next((given.pop(line.mid) for given in (pictures, heard, talking) if line.mid in given), None)
+            if label is not None and line.offered:
+                self._refused.add(label)
+                self._listener.track_refused(label, line.cause)
+        return pictures, SoundLines(heard, talking, self._listener)
 
     def _bind_line(self, transceiver: RTCRtpTransceiver, label: str, offer_sdp: str) -> None:
         sender, feed = transceiver.sender, self._listener.track_bound(label)

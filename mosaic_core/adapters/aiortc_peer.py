@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Collection, Coroutine, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -78,8 +78,9 @@ class AiortcPeer:
         self.pc.on("connectionstatechange", self._state_changed)
         self.pc.on("iceconnectionstatechange", self._path_changed)
 
-    async def describe_locally(self) -> str:
-        """Set the local description and return it at once, with the host candidates."""
+    async def describe_locally(self, refused: Collection[str] = ()) -> str:
+        """Set the local description and return it at once, with the host candidates. ``refused``: the names of lines
+        that the other side will not see in it."""
         for transport in ice_transports(self.pc):
             found = partial(self._found, transport)
             gathering = EarlyGathering(transport, self._ice_servers, found, self._gathered, relay_only=self._relay_only)
@@ -92,7 +93,7 @@ class AiortcPeer:
         await self.pc.setLocalDescription()
         sdp = self.pc.localDescription.sdp
         # What was found meanwhile goes out after the description that it belongs to.
-        asyncio.get_running_loop().call_soon(self._release, mids_of(sdp))
+        asyncio.get_running_loop().call_soon(self._release, mids_of(sdp), refused)
         return sdp if self._is_gathered else without_end_of_candidates(sdp)
 
     async def describe_again(self) -> str:
@@ -161,11 +162,11 @@ class AiortcPeer:
         else:
             self._unsent.append((transport, text))
 
-    def _release(self, mids: Sequence[str]) -> None:
+    def _release(self, mids: Sequence[str], refused: Collection[str]) -> None:
         """Candidates are told under the first line of their transport; all lines have one where they are bundled."""
         transports = transports_by_mid(self.pc)
         for index, mid in enumerate(mids):
-            if mid in transports:
+            if mid in transports and mid not in refused:
                 self._lines.setdefault(transports[mid], (mid, index))
         for transport, text in self._unsent:
             self._tell(transport, text)

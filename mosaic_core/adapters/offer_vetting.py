@@ -1,7 +1,8 @@
 """Looks at an offer before aiortc does: aiortc answers a bad one with an exception from somewhere deep inside.
 
-Candidates are taken out, to be added like trickled ones: a name that must be resolved may not delay the answer, and
-an end of candidates may not fail the connection while our own relay is still on its way.
+A line without a common codec is refused, and the others live. Candidates are taken out, to be added like trickled ones:
+a name that must be resolved may not delay the answer, and an end of candidates may not fail the connection while our
+own relay is still on its way.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 from aiortc import RTCRtpCodecParameters
 
 from mosaic_core.adapters.aiortc_private import MediaDescription, SessionDescription, has_common_codec
+from mosaic_core.adapters.refused_lines import RefusedLine, is_given_up, refused_line, sections, with_idle_lines
 from mosaic_core.runtime.sound_transport import SoundLabels
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.signaling import IceCandidate
@@ -20,6 +22,8 @@ from mosaic_core.words.signaling import IceCandidate
 _MEDIA_KINDS = ("audio", "video")
 MAX_LINES = 128
 """Further offers may not add lines without end: each costs a sender and a receiver."""
+_REPAIRS = ("rtx", "red", "ulpfec", "flexfec-03")
+"""What stands among the codecs and shows no picture."""
 _END_OF_CANDIDATES = "a=end-of-candidates"
 
 
@@ -35,14 +39,24 @@ class OfferedLine:
 
 @dataclass(frozen=True, slots=True)
 class VettedOffer:
-    """An offer that aiortc will take."""
+    """An offer that aiortc will take: ``sdp`` shows it its ``refused`` lines as idle ones."""
 
     sdp: str
     lines: tuple[OfferedLine, ...]
+    refused: tuple[RefusedLine, ...]
     candidates: tuple[IceCandidate, ...]
     has_all_candidates: bool
     is_bundled: bool
     ice_users: frozenset[str]
+
+    @property
+    def is_refused(self) -> bool:
+        """Nothing of it is left."""
+        return len(self.refused) == len(self.lines)
+
+    @property
+    def refused_mids(self) -> frozenset[str]:
+        return frozenset(line.mid for line in self.refused)
 
     def refuse_unless_it_adds_to(self, first: VettedOffer) -> None:
         """A further offer may add lines. Raises :class:`ConnectionFailed` (``sdp.invalid``) for anything else."""
@@ -55,32 +69,36 @@ class VettedOffer:
 
 
 def vetted_offer(text: str) -> VettedOffer:
-    """Check ``text``; raises :class:`ConnectionFailed` with ``sdp.invalid`` or ``sdp.no_common_codec``."""
+    """Check ``text``; raises :class:`ConnectionFailed` with ``sdp.invalid``."""
     text = with_fragments(text)
     description = _parsed(text)
     mids = [media.rtp.muxId or "" for media in description.media]
     if not mids or "" in mids or len(set(mids)) != len(mids):
         raise _invalid("its media lines have no names (a=mid)")
-    for mid, media in zip(mids, description.media, strict=True):
-        _vet_line(mid, media)
+    named = dict(zip(mids, description.media, strict=True))
+    refused = tuple(
+        line
+        for (mid, media), section in zip(named.items(), sections(text)[1:], strict=True)
+        if (line := _vetted_line(mid, media, section)) is not None
+    )
+    live = [media for mid, media in named.items() if mid not in {line.mid for line in refused}]
     bundle = next((list(group.items) for group in description.group if group.semantic == "BUNDLE"), [])
     sdp, candidates, has_all = separated_candidates(text)
     return VettedOffer(
-        sdp=sdp,
-        lines=tuple(
-            OfferedLine(
-                mid,
-                media.kind,
-                media.direction in ("recvonly", "sendrecv"),
-                media.direction in ("sendonly", "sendrecv"),
-            )
-            for mid, media in zip(mids, description.media, strict=True)
-        ),
+        sdp=with_idle_lines(sdp, refused) if live else sdp,
+        lines=tuple(_offered_line(mid, media) for mid, media in named.items()),
+        refused=refused,
         candidates=candidates,
         has_all_candidates=has_all,
-        is_bundled=set(mids) == set(bundle),
-        ice_users=frozenset(media.ice.usernameFragment or "" for media in description.media if media.ice is not None),
+        is_bundled={media.rtp.muxId for media in live} <= set(bundle),
+        ice_users=frozenset(media.ice.usernameFragment or "" for media in live if media.ice is not None),
     )
+
+
+def _offered_line(mid: str, media: MediaDescription) -> OfferedLine:
+    direction = media.direction
+    is_wanted, is_sending = direction in ("recvonly", "sendrecv"), direction in ("sendonly", "sendrecv")
+    return OfferedLine(mid, media.kind, is_wanted, is_sending)
 
 
 def lines_for_labels(
@@ -121,26 +139,26 @@ def _parsed(text: str) -> SessionDescription:
     return description
 
 
-def _vet_line(mid: str, media: MediaDescription) -> None:
+def _vetted_line(mid: str, media: MediaDescription, section: Sequence[str]) -> RefusedLine | None:
     kind = media.kind
     if kind not in (*_MEDIA_KINDS, "application"):
         raise _invalid(f"media line {mid} is of the unknown kind {kind!r}")
+    if kind in _MEDIA_KINDS and is_given_up(section):
+        return refused_line(section, mid, kind, "")
     ice, dtls = media.ice, media.dtls
     if ice is None or not ice.usernameFragment or not ice.password:
         raise _invalid(f"media line {mid} has no ICE credentials")
     if dtls is None or not dtls.fingerprints:
         raise _invalid(f"media line {mid} has no DTLS fingerprint")
     if kind not in _MEDIA_KINDS:
-        return
+        return None
     if not media.rtcp_mux:
         raise _invalid(f"media line {mid} does not multiplex RTCP")
     codecs = media.rtp.codecs
-    if not has_common_codec(kind, codecs):
-        offered = ", ".join(dict.fromkeys(_named_codec(codec) for codec in codecs)) or "none"
-        ours = "VP8 and H.264 (packetization-mode 1, profile 42001f or 42e01f)" if kind == "video" else "Opus"
-        raise ConnectionFailed(
-            f"The {kind} line {mid} offers {offered}; the robot sends {ours}.", code="sdp.no_common_codec"
-        )
+    if has_common_codec(kind, codecs):
+        return None
+    own = (_named_codec(codec) for codec in codecs if codec.name.lower() not in _REPAIRS)
+    return refused_line(section, mid, kind, ", ".join(dict.fromkeys(own)) or "no codec")
 
 
 def _named_codec(codec: RTCRtpCodecParameters) -> str:

@@ -218,5 +218,8 @@ class _LaneTransport:
     def tracks_unbound(self, labels: Sequence[str]) -> None:
         """There are none."""
 
+    def track_refused(self, label: str, cause: str) -> None:
+        """There are none."""
+
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         """There are none."""

@@ -228,6 +228,9 @@ class OperatorPeer:
     def tracks_unbound(self, labels: Sequence[str]) -> None:
         self.media.unbound(labels)
 
+    def track_refused(self, label: str, cause: str) -> None:
+        self.media.refused(label, cause)
+
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         self.media.origin_known(label, ssrc, rtp_origin)
 

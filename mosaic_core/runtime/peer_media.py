@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 
 from mosaic_core.contract.host import Sender
@@ -14,6 +15,10 @@ from mosaic_core.runtime.talk_hub import Talker
 from mosaic_core.runtime.transport import PictureFeed
 from mosaic_core.words import control
 
+logger = logging.getLogger(__name__)
+
+NO_COMMON_CODEC = "sdp.no_common_codec"
+
 
 class PeerMedia:
     """Event loop only."""
@@ -25,6 +30,7 @@ class PeerMedia:
         self._control = peer_control
         self._timeline = timeline
         self._unbound: list[str] = []
+        self._refused: dict[str, str] = {}
         self._origins: list[control.MediaOrigin] = []
         self._is_greeted = False
         self._has_left = False
@@ -35,6 +41,7 @@ class PeerMedia:
         """It has a line for the camera or microphone ``label``."""
         if self._has_left:  # while its offer was being answered: nobody would unbind this one
             return NewestFeed()
+        self._refused.pop(label, None)
         return self._site.media.bind(self._peer_id, label, lambda code: self._unavailable(label, code))
 
     def voice_bound(self, label: str, sound: IncomingSound) -> None:
@@ -47,6 +54,19 @@ class PeerMedia:
     def unbound(self, labels: Sequence[str]) -> None:
         """It has no line for these."""
         self._unbound = list(labels)
+
+    def refused(self, label: str, cause: str) -> None:
+        """Its line for ``label`` is refused; an original operator sees only that, and whoever reads the log."""
+        fields = {"peerId": self._peer_id, "label": label, "code": NO_COMMON_CODEC}
+        who = self._talker.sender.name or self._peer_id
+        logger.warning("%s can't be sent to operator %s: %s (%s)", label, who, cause, NO_COMMON_CODEC, extra=fields)
+        self._refused[label] = cause
+        if self._is_greeted:
+            self._tell_refused(label)
+
+    def _tell_refused(self, label: str) -> None:
+        message = control.MediaUnavailable(label=label, code=NO_COMMON_CODEC, message=self._refused[label])
+        self._control.answer(message)
 
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         """The first picture of ``label`` leaves; how its time stamps are read."""
@@ -65,6 +85,8 @@ class PeerMedia:
             self._control.answer(origin)
         for label in self._unbound:
             self._unavailable(label, "media.no_line")
+        for label in self._refused:
+            self._tell_refused(label)
         for label, who in self._site.talk.talking().items():
             self.talking_changed(label, who)
 
@@ -90,7 +112,10 @@ class PeerMedia:
     def watch(self, label: str, on: bool) -> None:
         """It wants to see or hear ``label``, or does not any more."""
         media = self._site.media
-        if on and not media.is_bound(self._peer_id, label):
+        is_bound = media.is_bound(self._peer_id, label)
+        if on and not is_bound and label in self._refused:
+            self._tell_refused(label)
+        elif on and not is_bound:
             self._unavailable(label, "media.no_line" if label in media.labels() else "channel.unknown_label")
         elif label in media.labels() and not self._has_left:
             media.watch(self._peer_id, label, on)

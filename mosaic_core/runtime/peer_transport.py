@@ -11,7 +11,7 @@ from mosaic_core.machines.peer_admission import StartPeer
 from mosaic_core.runtime.peer_timeline import PeerTimeline
 from mosaic_core.runtime.site import Site
 from mosaic_core.runtime.sound_transport import SoundLabels
-from mosaic_core.runtime.transport import Answerer
+from mosaic_core.runtime.transport import Answerer, OfferRefused
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.signaling import ExchangeIceCandidate, IceCandidate, SdpAnswer
 
@@ -50,6 +50,8 @@ class PeerTransport:
             self._answerer = answerer = self._make()
             sdp = await self.answer_to(start.offer_sdp, start.tracks)
         except MosaicError as error:
+            if isinstance(error, OfferRefused) and not self._is_closed():
+                self._site.listener.signal(SdpAnswer(rtc_connection_id=start.peer_id, sdp_answer=error.answer))
             self._tell(session.AnswerFailed(error.code, error.message))
             return
         except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on

@@ -14,6 +14,7 @@ from mosaic_core.machines.network_change import NetworkChange
 from mosaic_core.machines.rate_control import Feedback
 from mosaic_core.runtime.counters import ConnectorCounters
 from mosaic_core.runtime.sound_transport import NO_SOUND, IncomingSound, SoundLabels
+from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
 
@@ -138,6 +139,14 @@ class PictureStreamFactory(Protocol):
     ) -> PictureStream: ...
 
 
+class OfferRefused(ConnectionFailed):
+    """Every line of the offer is refused. ``answer`` says it in the words of WebRTC."""
+
+    def __init__(self, message: str, answer: str) -> None:
+        super().__init__(message, code="sdp.no_common_codec")
+        self.answer = answer
+
+
 class AnswererListener(Protocol):
     """What a robot-side peer connection tells."""
 
@@ -160,6 +169,10 @@ class AnswererListener(Protocol):
         """The offer had no line for these."""
         ...
 
+    def track_refused(self, label: str, cause: str) -> None:
+        """The line for this one is refused: no codec is shared. ``cause`` names what was offered and what we have."""
+        ...
+
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         """RTP timestamp = capture time x 90 kHz + ``rtp_origin`` (mod 2^32). Told once per track."""
         ...
@@ -179,7 +192,8 @@ class Answerer(Protocol):
 
         A further offer on the live connection may add lines; what has one keeps it.
         ``media_labels`` are the robot's cameras in YAML order, ``tracks`` the operator's wish (mid → label).
-        Raises :class:`ConnectionFailed` with ``sdp.invalid`` or ``sdp.no_common_codec``.
+        A line without a common codec is refused in the answer. Raises :class:`ConnectionFailed` with ``sdp.invalid``,
+        and :class:`OfferRefused` if there is no other line.
         """
         ...
 

@@ -80,5 +80,8 @@ class _RelayedListener:
     def tracks_unbound(self, labels: Sequence[str]) -> None:
         self._listener.tracks_unbound(labels)
 
+    def track_refused(self, label: str, cause: str) -> None:
+        self._listener.track_refused(label, cause)
+
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         self._listener.origin_known(label, ssrc, rtp_origin)

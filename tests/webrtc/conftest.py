@@ -33,6 +33,7 @@ class Side:
         self.streams: dict[str, SharedVideo] = {}
         self.counters = ConnectorCounters()
         self.unbound: list[str] = []
+        self.refused: dict[str, str] = {}
         self.refusals: list[tuple[str, str]] = []
         self.trickled: list[IceCandidate] = []
         self._tasks: set[asyncio.Task[None]] = set()
@@ -63,6 +64,9 @@ class Side:
 
     def tracks_unbound(self, labels: Sequence[str]) -> None:
         self.unbound.extend(labels)
+
+    def track_refused(self, label: str, cause: str) -> None:
+        self.refused[label] = cause
 
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         self.origins.put_nowait((label, ssrc, rtp_origin))

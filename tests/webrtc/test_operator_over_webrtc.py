@@ -101,6 +101,7 @@ class ScriptedRobot:
         return self.camera.stream.bind(PEER_ID, self.states.append)
 
     def tracks_unbound(self, labels: Sequence[str]) -> None: ...
+    def track_refused(self, label: str, cause: str) -> None: ...
 
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         self.say(control.MediaOrigin(label=label, ssrc=ssrc, rtp_origin=rtp_origin, boot_id="b"))
