@@ -61,9 +61,11 @@ def with_idle_lines(offer: str, refused: Collection[RefusedLine]) -> str:
     session, *media = sections(offer)
     live = next(section for section in media if _mid(section) not in by_mid)
     shared = [line for line in live if line.startswith(_OF_TRANSPORT)]
-    bundled = [mid for mid in _bundled(session) if mid not in by_mid] or [_mid(live)]
+    bundled = {*_bundled(session), *by_mid} if _bundled(session) else {_mid(live), *by_mid}
+    # in the order of the lines: aiortc throws the transport away that it made for the first one, were it not first here
+    in_order = [mid for mid in map(_mid, media) if mid in bundled]
     kept = [line for line in session if not line.startswith(_BUNDLE)]
-    lines = [*kept, " ".join((_BUNDLE, *bundled, *by_mid))]
+    lines = [*kept, " ".join((_BUNDLE, *in_order))]
     for section in media:
         line = by_mid.get(_mid(section))
         lines += section if line is None else _idle(line, shared)

@@ -11,6 +11,7 @@ from mosaic_core.words import signaling as wire
 from mosaic_core.words.control import Role
 from mosaic_core.words.errors import AuthError
 from mosaic_core.words.ice import IceServer
+from mosaic_core.words.session_description import fingerprints
 
 PREPARED_FOR_S = 60.0
 """An offer follows its preparation within a second; after a minute nobody is coming."""
@@ -54,12 +55,22 @@ class AddCandidate:
 
 
 @dataclass(frozen=True, slots=True)
+class RenegotiatePeer:
+    """A further offer of a running peer connection."""
+
+    peer_id: str
+    offer_sdp: str
+    tracks: dict[str, str] | None
+
+
+@dataclass(frozen=True, slots=True)
 class RefusePeer:
-    """Not taken; nothing was started."""
+    """Not taken; nothing was started. ``is_live``: an earlier connection under this id goes on, so nobody is told."""
 
     peer_id: str
     code: str
     message: str = ""
+    is_live: bool = False
 
 
 Ticketed = Callable[[str, wire.PrepareConnection], PeerIdentity]
@@ -80,6 +91,7 @@ class Admission:
         self._prepared: dict[str, _Prepared] = {}
         self._peers: dict[str, str] = {}  # id -> "connecting" or "connected"
         self._identities: dict[str, PeerIdentity] = {}
+        self._certificates: dict[str, frozenset[str]] = {}
 
     def prepare(self, message: wire.PrepareConnection, now_s: float) -> None:
         """The server announces an offer."""
@@ -108,7 +120,7 @@ class Admission:
         several: bool,
         configured: tuple[IceServer, ...] = (),
         welcomed: tuple[IceServer, ...] = (),
-    ) -> Iterator[StartPeer | StopPeer | RefusePeer]:
+    ) -> Iterator[StartPeer | StopPeer | RenegotiatePeer | RefusePeer]:
         """What an offer leads to, step by step. ``tickets`` checks one where the server agreed to send them.
 
         The robot's own ``configured`` ICE servers always count; of the server's those of the preparation, whose
@@ -116,8 +128,15 @@ class Admission:
         """
         self._forget_old(now_s)
         peer_id = offer.rtc_connection_id
+        certificates = fingerprints(offer.sdp_offer)
+        if certificates and certificates == self._certificates.get(peer_id):
+            self._prepared.pop(peer_id, None)
+            yield RenegotiatePeer(peer_id, offer.sdp_offer, offer.tracks)
+            return
         if several and peer_id in self._peers:
-            yield RefusePeer(peer_id, "signal.bad_message", "this connection already has its offer")
+            yield RefusePeer(
+                peer_id, "signal.bad_message", "this connection has its offer; a new one needs an id", True
+            )
             return
         prepared = self._prepared.pop(peer_id, None)
         try:
@@ -143,6 +162,7 @@ class Admission:
         servers = (*configured, *(welcomed if fresh is None else fresh))
         self._peers[peer_id] = "connecting"
         self._identities[peer_id] = identity
+        self._certificates[peer_id] = certificates
         early = tuple(prepared.candidates) if prepared else ()
         yield StartPeer(peer_id, identity, offer.sdp_offer, offer.tracks, servers, early)
 
@@ -162,6 +182,7 @@ class Admission:
         """The peer is over; its phase (``connecting`` or ``connected``), or ``None`` if it was unknown."""
         self._prepared.pop(peer_id, None)
         self._identities.pop(peer_id, None)
+        self._certificates.pop(peer_id, None)
         return self._peers.pop(peer_id, None)
 
     def status(self, *, several: bool) -> wire.RobotStatus:

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from mosaic_core.machines.peer_admission import AddCandidate, PeerIdentity, RefusePeer, StartPeer, StopPeer
+from mosaic_core.machines.peer_admission import (
+    AddCandidate,
+    PeerIdentity,
+    RefusePeer,
+    RenegotiatePeer,
+    StartPeer,
+    StopPeer,
+)
 from mosaic_core.words import signaling as wire
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.ice import IceServer
@@ -107,7 +114,10 @@ class Report:
     message: str
 
 
-Effect = Send | CloseSocket | ReconnectAfter | ChangeState | Report | StartPeer | StopPeer | AddCandidate | RefusePeer
+Effect = (
+    Send | CloseSocket | ReconnectAfter | ChangeState | Report | StartPeer | RenegotiatePeer | StopPeer | AddCandidate
+    | RefusePeer
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

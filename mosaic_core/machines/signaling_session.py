@@ -263,7 +263,7 @@ class SignalingSession:
         )
         effects: list[Effect] = []
         for effect in decision:
-            if isinstance(effect, RefusePeer):
+            if isinstance(effect, RefusePeer) and not effect.is_live:
                 effects += self._told(peer_id, effect.code, effect.message)
             if isinstance(effect, StopPeer):
                 effects += [effect, *self._farewell(effect)]

@@ -1,4 +1,4 @@
-"""More media lines on a live peer connection: the operator offers again, over the control channel."""
+"""More media lines on a live peer connection: the operator offers again, over the control channel or the server."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from collections.abc import Awaitable, Callable, Mapping
 
 from mosaic_core.machines.rate_gate import RateGate
 from mosaic_core.words.control import ControlMessage, RenegotiateAnswer, RenegotiateOffer
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import ConnectionFailed, MosaicError
 
 logger = logging.getLogger(__name__)
 
 MAX_OFFERS_HZ = 0.5
 """One per change of the catalogue; who wants several cameras names them in one."""
-Answer = Callable[[str, Mapping[str, str]], Awaitable[str]]
+Answer = Callable[[str, Mapping[str, str] | None], Awaitable[str]]
 """``(sdp, tracks)`` → the answer's SDP."""
 
 
@@ -29,22 +29,33 @@ class FurtherOffers:
         self._is_busy = False
 
     async def take(self, offer: RenegotiateOffer) -> None:
-        """Answer it, or say why not; never raises."""
+        """Answer one of the control channel there, or say there why not; never raises."""
+        try:
+            answer = RenegotiateAnswer(attempt=offer.attempt, sdp=await self._answered(offer.sdp, offer.tracks))
+        except MosaicError as error:
+            answer = RenegotiateAnswer(attempt=offer.attempt, code=error.code, message=error.message[:500] or None)
+        self._tell(answer)
+
+    async def answered(self, sdp: str, tracks: Mapping[str, str] | None) -> str | None:
+        """The answer to one that came through the server, where nobody can be told why there is none; never raises."""
+        try:
+            return await self._answered(sdp, tracks)
+        except MosaicError as error:
+            fields = {"peerId": self._peer_id, "code": error.code}
+            text = "a further offer of operator %s is refused, its connection goes on: %s (%s)"
+            logger.warning(text, self._peer_id, error.message, error.code, extra=fields)
+            return None
+
+    async def _answered(self, sdp: str, tracks: Mapping[str, str] | None) -> str:
         if self._is_busy or not self._rate.admits(time.monotonic()):
-            self._tell(RenegotiateAnswer(attempt=offer.attempt, code="signal.too_slow"))
-            return
+            raise ConnectionFailed("Offers come faster than they are answered.", code="signal.too_slow")
         self._is_busy = True
         try:
-            self._tell(await self._answered(offer))
-        finally:
-            self._is_busy = False
-
-    async def _answered(self, offer: RenegotiateOffer) -> RenegotiateAnswer:
-        try:
-            sdp = await self._answer(offer.sdp, offer.tracks)
-        except MosaicError as error:
-            return RenegotiateAnswer(attempt=offer.attempt, code=error.code, message=error.message[:500])
+            return await self._answer(sdp, tracks)
+        except MosaicError:
+            raise
         except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
             logger.exception("a further offer of peer %s could not be answered", self._peer_id)
-            return RenegotiateAnswer(attempt=offer.attempt, code="sdp.invalid", message=type(error).__name__)
-        return RenegotiateAnswer(attempt=offer.attempt, sdp=sdp)
+            raise ConnectionFailed(type(error).__name__, code="sdp.invalid") from error
+        finally:
+            self._is_busy = False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Mapping, Sequence
 from typing import Any
 
 from mosaic_core.contract.host import Outgoing, Sender
@@ -29,7 +29,7 @@ from mosaic_core.runtime.transport import AnswererFactory, Channel, PictureFeed
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, PING_PERIOD_S, STOP_LABEL
 from mosaic_core.words.session_description import is_media_only
-from mosaic_core.words.signaling import IceCandidate
+from mosaic_core.words.signaling import IceCandidate, SdpAnswer
 
 DOUBT_S = 2 * PING_PERIOD_S + 0.2
 """Two pings and the way here."""
@@ -116,6 +116,20 @@ class OperatorPeer:
         self.timeline.mark("candidate")
         if self.phase != "closed":
             self._spawn(self._transport.add_candidate(candidate))
+
+    def renegotiate(self, offer_sdp: str, tracks: Mapping[str, str] | None) -> None:
+        """Answer a further offer that came through the server; a refused one leaves the connection as it is."""
+        self._spawn(self._renegotiated(offer_sdp, tracks))
+
+    async def _renegotiated(self, offer_sdp: str, tracks: Mapping[str, str] | None) -> None:
+        if self.phase in ("answering", "closed"):
+            return
+        sdp = await self._offers.answered(offer_sdp, tracks)
+        if sdp is None or self.phase == "closed":
+            return
+        self._site.listener.signal(SdpAnswer(rtc_connection_id=self.peer_id, sdp_answer=sdp))
+        if self.phase == "original":
+            self.media.show_all()
 
     def close(self, code: str, message: str = "") -> None:
         """Begin to close; an operator of ours hears why."""

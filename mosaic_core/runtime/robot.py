@@ -14,7 +14,7 @@ from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines import signaling_events as session
 from mosaic_core.machines.network_change import NetworkChange
-from mosaic_core.machines.peer_admission import AddCandidate, RefusePeer, StartPeer, StopPeer
+from mosaic_core.machines.peer_admission import AddCandidate, RefusePeer, RenegotiatePeer, StartPeer, StopPeer
 from mosaic_core.runtime.connector import Connector
 from mosaic_core.runtime.counters import PeerSnapshot, RobotSnapshot, ServerSnapshot
 from mosaic_core.runtime.delivery_reports import DeliveryReports
@@ -209,6 +209,10 @@ class Robot:
         match effect:
             case StartPeer():
                 self._start_peer(effect)
+            case RenegotiatePeer(peer_id, offer_sdp, tracks):
+                peer = self._peers.get(peer_id)
+                if peer is not None:
+                    peer.renegotiate(offer_sdp, tracks)
             case StopPeer(peer_id, code):
                 # the session has forgotten it already: its end, told now, would end a new one under the same id
                 peer = self._peers.pop(peer_id, None)

@@ -13,6 +13,7 @@ from mosaic_core.machines.peer_admission import (
     Admission,
     PeerIdentity,
     RefusePeer,
+    RenegotiatePeer,
     StartPeer,
     StopPeer,
 )
@@ -79,6 +80,39 @@ def test_a_connection_has_one_offer() -> None:
     admission = Admission(4)
     offered(admission, "p1", "a/alice")
     assert offered(admission, "p1", "a/alice")[0].code == "signal.bad_message"
+
+
+def again(admission: Admission, certificate: str, several: bool) -> Any:
+    offer = SdpOffer(rtc_connection_id="p1", sdp_offer=f"v=0\r\na=fingerprint:sha-256 {certificate}\r\n")
+    return list(admission.decide(offer, 0.0, tickets=None, several=several))
+
+
+@pytest.mark.parametrize("several", [True, False])
+def test_a_further_offer_of_the_same_peer_connection_renegotiates_it(several: bool) -> None:
+    admission = Admission(4)
+    assert isinstance(again(admission, "AB:CD", several)[0], StartPeer)
+    (further,) = again(admission, "ab:cd", several)
+    assert isinstance(further, RenegotiatePeer)
+    assert further.peer_id == "p1"
+    admission.forget("p1")
+    assert isinstance(again(admission, "AB:CD", several)[0], StartPeer), "it is over: this one starts anew"
+
+
+def test_another_peer_connection_under_a_live_id_leaves_the_live_one_alone() -> None:
+    admission = Admission(4)
+    again(admission, "AB:CD", True)
+    (refused,) = again(admission, "00:00", True)
+    assert isinstance(refused, RefusePeer)
+    assert refused.is_live
+    assert isinstance(again(admission, "AB:CD", True)[0], RenegotiatePeer)
+
+
+def test_toward_an_original_server_a_page_that_starts_over_under_its_id_takes_its_own_place() -> None:
+    admission = Admission(4)
+    again(admission, "AB:CD", False)
+    stopped, started = again(admission, "00:00", False)
+    assert isinstance(stopped, StopPeer)
+    assert isinstance(started, StartPeer)
 
 
 def test_toward_an_original_server_the_newest_offer_wins() -> None:

@@ -330,7 +330,9 @@ def test_a_second_offer_for_a_running_peer_is_refused() -> None:
     it = ours()
     for event in good("p1"):
         it.handle(event, 0.0)
-    assert isinstance(it.handle(offer("p1"), 0.0)[-1], RefusePeer)
+    effects = it.handle(offer("p1"), 0.0)
+    assert isinstance(effects[-1], RefusePeer)
+    assert sent(effects) == [], "a close would end the running one"
 
 
 def test_the_end_of_a_peer_reaches_the_operator_unless_it_closed_itself() -> None:

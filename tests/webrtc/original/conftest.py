@@ -16,12 +16,13 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Protocol
 
 import pytest
 from aiortc import RTCBundlePolicy, RTCConfiguration, RTCDataChannel, RTCPeerConnection, RTCSessionDescription
 from aiortc.mediastreams import MediaStreamTrack
 from aiortc.sdp import candidate_from_sdp
+from playwright.async_api import Page, async_playwright
 from websockets.asyncio.server import Server, ServerConnection, serve
 
 WAIT_S = 20.0
@@ -76,7 +77,7 @@ class OriginalServer:
         self.violations: list[str] = []
         self.refusals: list[dict[str, Any]] = []
         """Answers to the next authorizations; then they are accepted."""
-        self.operators: dict[str, OriginalOperator] = {}
+        self.operators: dict[str, Listening] = {}
         self.port = 0
         self._with_token = with_token
         self._robot: ServerConnection | None = None
@@ -167,6 +168,70 @@ class OriginalServer:
                 await operator.answered(data["sdpAnswer"])
             else:
                 await operator.candidate_arrived(data["iceCandidate"])
+
+
+class Listening(Protocol):
+    """An operator at the server."""
+
+    async def answered(self, sdp: str) -> None: ...
+    async def candidate_arrived(self, candidate: dict[str, Any]) -> None: ...
+
+
+class BrowserOperator:
+    """A page in a real browser with a bare ``RTCPeerConnection``: no library, no word of ours."""
+
+    def __init__(self, server: OriginalServer, page: Page) -> None:
+        self.id = str(uuid.uuid4())
+        self.server = server
+        self.answers: list[str] = []
+        self._page = page
+        server.operators[self.id] = self
+
+    async def run(self, script: str) -> Any:
+        """``script`` is the body of an async function; ``pc`` is the peer connection, ``got`` what its channels got."""
+        return await self._page.evaluate(f"async () => {{ {script} }}")
+
+    async def begin(self, script: str) -> None:
+        """Make a peer connection and, with ``script``, what it has in its first offer; offer it."""
+        await self.run(
+            "window.pc = new RTCPeerConnection(); window.got = {};"
+            "window.open = (label) => { const one = pc.createDataChannel(label); got[label] = [];"
+            "  one.onmessage = (event) => got[label].push(event.data); return one };"
+            "window.only = (line, name) => line.setCodecPreferences("
+            "  RTCRtpReceiver.getCapabilities('video').codecs.filter((one) => one.mimeType.endsWith(name)));" + script
+        )
+        await self.server.push("signaling.prepare_connection", {"rtcConnectionId": self.id})
+        await self.offer()
+
+    async def offer(self) -> None:
+        """The first offer, or a further one."""
+        sdp = await self.run(
+            "await pc.setLocalDescription();"
+            "while (pc.iceGatheringState !== 'complete')"
+            "  await new Promise((next) => { pc.onicegatheringstatechange = next });"
+            "return pc.localDescription.sdp"
+        )
+        await self.server.push("signaling.send_sdp_offer", {"rtcConnectionId": self.id, "sdpOffer": sdp})
+
+    async def answered(self, sdp: str) -> None:
+        self.answers.append(sdp)
+        await self._page.evaluate("(sdp) => pc.setRemoteDescription({ type: 'answer', sdp })", sdp)
+
+    async def candidate_arrived(self, candidate: dict[str, Any]) -> None:
+        await self._page.evaluate("(candidate) => pc.addIceCandidate(candidate)", candidate)
+
+    async def is_true(self, expression: str) -> None:
+        """Wait for it."""
+        await self._page.wait_for_function(expression, timeout=WAIT_S * 1000)
+
+    async def sees_pictures(self, line: int) -> None:
+        """Some are decoded on this line, and more follow."""
+        await self.run(
+            "const video = document.createElement('video'); video.muted = true; document.body.append(video);"
+            f"video.srcObject = new MediaStream([pc.getTransceivers()[{line}].receiver.track]); await video.play();"
+            "for (let seen = 0; seen < 3; seen++)"
+            "  await new Promise((next) => video.requestVideoFrameCallback(next))"
+        )
 
 
 class OriginalOperator:
@@ -290,6 +355,7 @@ class Site:
         self.robot = robot
         self.log: list[str] = []
         self.snapshots: list[dict[str, Any]] = []
+        self._operators: list[OriginalOperator] = []
         self._is_stopped = False
         self._readers = [asyncio.create_task(self._read_log()), asyncio.create_task(self._read_snapshots())]
 
@@ -304,7 +370,9 @@ class Site:
             self.snapshots.append(json.loads(line))
 
     def operator(self, *labels: str, videos: int = 0, peer_id: str = "") -> OriginalOperator:
-        return OriginalOperator(self.server, labels, videos, peer_id)
+        made = OriginalOperator(self.server, labels, videos, peer_id)
+        self._operators.append(made)
+        return made
 
     async def is_alive(self) -> None:
         """The robot answers a ping with the same id and nothing else."""
@@ -320,7 +388,7 @@ class Site:
         self._is_stopped = True
 
     async def close(self) -> None:
-        await asyncio.gather(*(operator.pc.close() for operator in self.server.operators.values()))
+        await asyncio.gather(*(operator.pc.close() for operator in self._operators))
         self.stop_robot()
         code = await asyncio.wait_for(self.robot.wait(), 10)
         await asyncio.gather(*self._readers)
@@ -353,6 +421,23 @@ async def original_site(
 def original_robot(tmp_path: Path) -> Any:
     """``async with original_robot(connectors_yaml) as site``: our robot on an original server."""
     return lambda connectors, **more: original_site(tmp_path, connectors, **more)
+
+
+@pytest.fixture
+def browser_operator(chromium: str) -> Any:
+    """``async with browser_operator(site) as page``: a bare page in Chromium on the server of ``site``."""
+
+    @asynccontextmanager
+    async def opened(site: Site) -> AsyncIterator[BrowserOperator]:
+        async with async_playwright() as playwright:
+            words = ["--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run"]
+            browser = await playwright.chromium.launch(executable_path=chromium, args=words)
+            try:
+                yield BrowserOperator(site.server, await browser.new_page())
+            finally:
+                await browser.close()
+
+    return opened
 
 
 @pytest.fixture
