@@ -221,8 +221,12 @@ class Outbox:
             channel.latched = message
 
     def _is_refused(self, channel: _Channel, message: Outgoing) -> bool:
-        """By all that it is for. What nobody listens to is not: its rate tells that the connector lives."""
+        """By all that it is for. What nobody listens to is not: its rate tells that the connector lives. An answer to
+        somebody who takes none is lost."""
         hearing, is_taken = self._hearing(channel, message), False
+        if message.to is not None and not hearing:
+            self._dropped(channel)
+            return True
         for peer_id in hearing:
             offered = channel.listeners[peer_id].deliver(message)
             if offered is Offered.REFUSED:
