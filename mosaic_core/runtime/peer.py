@@ -55,7 +55,7 @@ class OperatorPeer:
         self.timeline = PeerTimeline(start.peer_id, lambda: self._transport.path(), lambda: self.sender.name)
         self.media = PeerMedia(self, site, self._control, self.timeline)
         self._transport = self._made_transport(make_answerer)
-        self._offers = FurtherOffers(start.peer_id, self._transport.answer_to, self._control.answer)
+        self._offers = FurtherOffers(start.peer_id, self._transport.answer_again, self._control.answer)
         self._timer: asyncio.TimerHandle | None = None
         self._tasks: set[asyncio.Task[None]] = set()
         self._closed = asyncio.Event()
@@ -122,8 +122,6 @@ class OperatorPeer:
         self._spawn(self._renegotiated(offer_sdp, tracks))
 
     async def _renegotiated(self, offer_sdp: str, tracks: Mapping[str, str] | None) -> None:
-        if self.phase in ("answering", "closed"):
-            return
         sdp = await self._offers.answered(offer_sdp, tracks)
         if sdp is None or self.phase == "closed":
             return

@@ -12,7 +12,7 @@ from mosaic_core.runtime.peer_timeline import PeerTimeline
 from mosaic_core.runtime.site import Site
 from mosaic_core.runtime.sound_transport import SoundLabels
 from mosaic_core.runtime.transport import Answerer, OfferRefused
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.errors import ConnectionFailed, MosaicError
 from mosaic_core.words.signaling import ExchangeIceCandidate, IceCandidate, SdpAnswer
 
 logger = logging.getLogger(__name__)
@@ -70,6 +70,12 @@ class PeerTransport:
             self.candidate_found(candidate)
         for candidate in start.candidates:
             await answerer.add_candidate(candidate)
+
+    async def answer_again(self, offer_sdp: str, tracks: Mapping[str, str] | None) -> str:
+        """The answer to a further offer; raises :class:`MosaicError`."""
+        if self._early is not None:
+            raise ConnectionFailed("The first offer is not answered yet.", code="signal.too_slow")
+        return await self.answer_to(offer_sdp, tracks)
 
     async def answer_to(self, offer_sdp: str, tracks: Mapping[str, str] | None) -> str:
         """The answer's SDP, of this offer or a further one; raises :class:`MosaicError`."""
