@@ -45,7 +45,7 @@ def test_a_peer_that_is_silent_and_answers_is_asked_seldom_and_kept_for_good() -
         if step == "ask":
             asked += 1
             it.answered(now_s + 0.1)
-    assert asked < 600.0 / 3
+    assert asked < 600.0 / 2
 
 
 def test_a_peer_that_sends_all_the_time_is_asked_no_more_often_than_the_standard_says() -> None:
@@ -57,6 +57,17 @@ def test_a_peer_that_sends_all_the_time_is_asked_no_more_often_than_the_standard
             asked += 1
             it.answered(now_s)
     assert asked <= 100.0 / ASK_PERIOD_S
+
+
+@pytest.mark.parametrize("stalls_at_s", [30.0, 30.7, 31.4, 32.1, 32.8])
+def test_a_stall_of_ten_seconds_costs_a_silent_peer_nothing_whenever_it_begins(stalls_at_s: float) -> None:
+    it, now_s = Consent(0.0), 0.0
+    while now_s < 100.0:
+        now_s += it.pause_s(now_s, 0.99)
+        step = it.tick(now_s)
+        assert step != "lost"
+        if step == "ask" and not stalls_at_s < now_s < stalls_at_s + 10.0:
+            it.answered(now_s)
 
 
 def test_a_stall_that_is_shorter_than_the_bound_costs_nothing() -> None:
