@@ -152,8 +152,8 @@ def test_an_original_page_shows_and_drives_a_robot_of_ours_and_is_missed_soon(
 
 
 def _killed_it_is_missed_soon(robot: Any, own_browser: Any) -> None:
-    """No page says goodbye here, and the robot hears of it from the server before ICE would notice (26 to 28 s)."""
+    """No page says goodbye here: the robot notices by itself, long before ICE would (26 to 28 s)."""
     killed_s = time.monotonic()
     os.killpg(own_browser.process.pid, signal.SIGKILL)
     robot.wait_for(lambda snapshot: snapshot["peers"] == [], "the robot is free again", 20)
-    assert time.monotonic() - killed_s < 14
+    assert time.monotonic() - killed_s < 16

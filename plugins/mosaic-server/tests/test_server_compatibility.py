@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import socket
 from typing import Any
 from uuid import uuid4
 
 import pytest
 
 from mosaic_server.storage.robots import RobotAuthType
-from mosaic_server.switchboard import departures
 
 CANDIDATE = {"candidate": "candidate:1 1 udp 1 192.0.2.1 5000 typ host", "sdpMid": "0", "sdpMLineIndex": 0}
 CONNECTION = "/api/v1/webrtc/connection"
@@ -154,23 +152,6 @@ def test_an_original_page_that_is_closed_frees_the_robot_at_once(server: Any, co
     user.connection.close(code)
     told = robot.expect("signaling.close_peer_connection", timeout_s=1.0)
     assert told == {"rtcConnectionId": connection_id, "code": "peer.closed"}
-
-
-def test_an_original_operator_that_is_cut_off_is_reported_as_lost(server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(departures._WAITS_S, departures.Farewell.BROKEN, 0.2)
-    robot, user, connection_id = talking(server)
-    user.connection.socket.shutdown(socket.SHUT_RDWR)
-    told = robot.expect("signaling.close_peer_connection")
-    assert told == {"rtcConnectionId": connection_id, "code": "peer.lost"}
-
-
-def test_an_original_operator_that_answers_no_ping_is_reported_as_lost(
-    server: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    robot, user, connection_id = talking(server)
-    monkeypatch.setattr(user.connection.protocol, "receive_data", lambda data: None)  # as a cut cable has it
-    told = robot.expect("signaling.close_peer_connection")
-    assert told == {"rtcConnectionId": connection_id, "code": "peer.lost"}
 
 
 def test_a_refused_second_offer_leaves_the_first_connection_to_the_operator(server: Any) -> None:

@@ -21,7 +21,7 @@ from mosaic_core.words.signaling import (
 )
 from mosaic_server.switchboard.book import Book, echo, reply
 from mosaic_server.switchboard.connection_rules import connections_requested, forget_stale, refusal
-from mosaic_server.switchboard.departures import Farewell, departures_due, operator_left, operator_returned, signed_over
+from mosaic_server.switchboard.departures import connections_unbound, operator_left
 from mosaic_server.switchboard.effects import Close, ConnectionsRefused, Effect, LimitFrames
 from mosaic_server.switchboard.events import (
     AuthorizationRefused,
@@ -121,7 +121,7 @@ class Switchboard:
     ) -> list[Effect]:
         match event:
             case SocketClosed(now_s=now_s, said_goodbye=said_goodbye):
-                return self._gone(socket, Farewell.GOODBYE if said_goodbye else Farewell.BROKEN, now_s)
+                return self._gone(socket, now_s, said_goodbye=said_goodbye)
             case SocketCondemned(code=code, now_s=now_s):
                 return self._close(socket, code, now_s)
             case PingDue(ping_id=ping_id):
@@ -195,9 +195,8 @@ class Switchboard:
     def _operator_authorized(self, socket: Socket, event: OperatorAuthorized) -> list[Effect]:
         if not _is_same(socket.operator, event.operator):
             self.book.subscribe(socket, ())
-            signed_over(self.book, socket, event.now_s)
+            connections_unbound(self.book, socket, event.now_s)
         self.book.sign_in(socket, event.operator)
-        operator_returned(self.book, socket)
         socket.organization_id, socket.extensions = event.organization_id, event.extensions
         return self._welcome(socket, event)
 
@@ -233,16 +232,15 @@ class Switchboard:
             for socket in self.book.sockets.values()
             if not socket.is_authorized and now_s - socket.opened_at_s >= self._authorize_within_s
         ]
-        closed = [effect for socket in late for effect in self._close(socket, CloseCode.TIMEOUT, now_s)]
-        return [*departures_due(self.book, now_s), *closed]
+        return [effect for socket in late for effect in self._close(socket, CloseCode.TIMEOUT, now_s)]
 
     def _close(self, socket: Socket, code: CloseCode, now_s: float) -> list[Effect]:
-        farewell = Farewell.SILENT if code is CloseCode.TIMEOUT else Farewell.BROKEN
-        return [Close(socket.number, code), *self._gone(socket, farewell, now_s)]
+        return [Close(socket.number, code), *self._gone(socket, now_s)]
 
-    def _gone(self, socket: Socket, farewell: Farewell, now_s: float) -> list[Effect]:
+    def _gone(self, socket: Socket, now_s: float, *, said_goodbye: bool = False) -> list[Effect]:
         self.book.forget_socket(socket)
-        return [*operator_left(self.book, socket, farewell, now_s), *self._robot_left(socket, now_s)]
+        left = operator_left(self.book, socket, now_s, said_goodbye=said_goodbye)
+        return [*left, *self._robot_left(socket, now_s)]
 
     def _robot_left(self, socket: Socket, now_s: float) -> list[Effect]:
         robot = self.book.robot_of(socket)

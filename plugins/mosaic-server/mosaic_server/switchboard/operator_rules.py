@@ -84,7 +84,7 @@ def _in_connection(book: Book, socket: Socket, event: MessageArrived, message: _
         if robot.is_busy(event.now_s, connection.account_id, connection.connection_id):
             return echo(socket, event.spelled, ResultCode.ROBOT_NOT_READY_TO_CONNECT)
         _note_offer(robot, connection, event.now_s)
-    connection.socket, connection.departure, connection.returned_on = socket.number, None, None
+    connection.socket = socket.number
     return [Send(robot.socket, _as_known_to(robot, message))]
 
 

@@ -97,14 +97,6 @@ class Robot:
         return pending.account_id != account_id
 
 
-@dataclass(frozen=True, slots=True)
-class Departure:
-    """An original operator is gone. Its robot is told ``code`` at ``until_s``, unless it comes back before."""
-
-    code: str
-    until_s: float
-
-
 @dataclass(slots=True)
 class Connection:
     """One peer connection in the making or alive; the server only carries its signaling."""
@@ -119,9 +111,6 @@ class Connection:
     offers: int = 0
     """Those that the robot did not refuse."""
     answers: int = 0
-    departure: Departure | None = None
-    returned_on: int | None = None
-    """A socket of the same account that came after the one it was bound to broke; perhaps the same page's."""
 
     @property
     def offered(self) -> bool:
