@@ -2,14 +2,17 @@ import type { Catalogue, IceServer } from '@mosaic/protocol'
 import { MosaicError } from './MosaicError'
 import type { RestApi } from './RestApi'
 import type { SessionIds } from './SessionIds'
+import type { RobotInfo } from './types'
 
 /** How long somebody waits for the server's fresh credentials. */
 const FRESH_ICE_MS = 1000
 
 export interface RequestHost {
-  /** Whether anything is known of the robot's connectors. */
+  /** Whether the robot or its server said anything of its connectors. */
   knowsCatalogue(): boolean
   announced(catalogue: Catalogue): void
+  /** What people say of a robot that announces nothing. */
+  described(robot: RobotInfo): void
   granted(rtcConnectionId: string, iceServers: readonly IceServer[]): void
   failed(code: string, message: string): void
 }
@@ -31,15 +34,18 @@ export class ConnectionRequest {
     const number = ++this.number
     const { api, sessionIds } = this.server
     try {
-      const [grant, iceServers, catalogue] = await Promise.all([
+      const isKnown = this.host.knowsCatalogue()
+      const [grant, iceServers, catalogue, robot] = await Promise.all([
         api.createConnection(this.robotId, sessionIds.of(this.robotId)),
         api.iceServers().catch((): IceServer[] => []),
         // Toward an original server there is none to be had.
-        this.host.knowsCatalogue() ? null : api.catalogue(this.robotId).catch(() => null),
+        isKnown ? null : api.catalogue(this.robotId).catch(() => null),
+        isKnown ? null : api.robot(this.robotId).catch(() => null),
       ])
       if (number !== this.number) return
       if (grant.sessionId !== undefined) sessionIds.remember(this.robotId, grant.sessionId)
       if (catalogue) this.host.announced(catalogue)
+      if (robot) this.host.described(robot)
       this.iceServers = iceServers
       this.host.granted(grant.rtcSessionId, iceServers)
     } catch (error) {

@@ -1,8 +1,11 @@
 import type { Catalogue, MediaOrigin, MediaTalking } from '@mosaic/protocol'
 import { mediaLines } from './mediaLines'
-import type { MediaLine, PeerLink } from './PeerLink'
+import { nearestName } from './nearestName'
+import type { MediaLine, MissingTrack, PeerLink } from './PeerLink'
+import { Value, type Readable } from './Readable'
 import { MediaStreamStore, type MediaSource } from './stores/MediaStreamStore'
 import { TalkStore, type Talker } from './stores/TalkStore'
+import type { StoreState } from './types'
 
 /** What pictures and sound need of the live connection. */
 export interface MediaHost {
@@ -37,7 +40,13 @@ export class MediaBindings {
   private link: PeerLink | null = null
   private isGreeted = false
 
+  private isOriginal = false
+  private readonly arrived = new Value<readonly string[]>([])
+
   catalogue: Catalogue | null = null
+  isDescribed = false
+  /** The labels of the pictures that the robot sends on the present link. */
+  readonly arrivedLabels: Readable<readonly string[]> = this.arrived
 
   constructor(
     private readonly host: MediaHost,
@@ -67,7 +76,7 @@ export class MediaBindings {
 
   /** The media lines to offer: one per media connector in the catalogue's order. */
   lines(): MediaLine[] {
-    return mediaLines(this.catalogue, this.watches.size)
+    return mediaLines(this.catalogue, this.watches.size, this.isDescribed)
   }
 
   /** The lines that a further offer must add; none while nobody wants one of them. */
@@ -77,6 +86,11 @@ export class MediaBindings {
     const isMissing = (label: string | null): boolean => label !== null && !link.hasLine(label) && !this.tracks.has(label)
     const missing = this.lines().filter(({ label }) => isMissing(label))
     return missing.some(({ label }) => label !== null && this.stores.has(label)) ? missing : []
+  }
+
+  /** It sends what it has without being asked: what has not come by now will not come. */
+  robotIsOriginal(): void {
+    this.isOriginal = true
   }
 
   /** Pictures can arrive. */
@@ -94,8 +108,9 @@ export class MediaBindings {
   /** The link is gone; the stores stay. */
   dropLink(): void {
     this.link = null
-    this.isGreeted = false
+    this.isGreeted = this.isOriginal = false
     this.tracks.clear()
+    this.arrived.set([])
     this.origins.clear()
     this.talkers.clear()
     for (const store of this.stores.values()) this.unbind(store)
@@ -110,6 +125,7 @@ export class MediaBindings {
 
   trackArrived(label: string, track: Track): void {
     this.tracks.set(label, track)
+    this.arrived.set([...this.tracks.keys()])
     const store = this.stores.get(label)
     // A wish that came before the line was refused.
     if (store instanceof MediaStreamStore) this.forgetWish(store)
@@ -143,13 +159,20 @@ export class MediaBindings {
   private bindTrack(store: MediaStreamStore): void {
     const label = labelOf(store)
     const track = this.tracks.get(label)
-    if (!track) return this.host.lineMissing()
+    if (!track) return this.trackMissing(store)
     if (store.mediaStream.get() === track.stream) return
     store.setMediaStream(track.stream, this.host.mediaSource(label, track.receiver))
     const origin = this.origins.get(label)
     if (origin) store.setOrigin(origin)
     store.notifyAfterConnected()
     this.watch(store)
+  }
+
+  /** Why it is not there, where that is known; the robot's own word may follow. */
+  private trackMissing(store: MediaStreamStore): void {
+    const why = this.link?.missing(labelOf(store), this.isOriginal) ?? null
+    if (why === null) return this.host.lineMissing()
+    store.setState(noPicture(why, labelOf(store), this.arrived.get()))
   }
 
   private unbind(store: MediaStore): void {
@@ -176,6 +199,15 @@ export class MediaBindings {
     const isWanted = store.isKept.get() || ((this.isVisible || isHeard) && store.isWatched.get())
     if (isWanted !== watch.isOn && this.host.watch(label, isWanted)) watch.isOn = isWanted
   }
+}
+
+function noPicture(why: MissingTrack, label: string, arrived: readonly string[]): StoreState {
+  if (why === 'sdp.no_common_codec') return { phase: 'closed', code: why }
+  if (why === 'media.no_line') return { phase: 'closed', code: why, message: 'An original robot was asked for fewer pictures: reload the page to see this one' }
+  const nearest = nearestName(label, arrived)
+  const others = arrived.length === 0 ? 'it sends none' : `it sends: ${arrived.join(', ')}`
+  const guess = nearest === null ? '' : `; did you mean '${nearest}'?`
+  return { phase: 'closed', code: 'channel.unknown_label', message: `The robot sends no picture '${label}' (${others})${guess}` }
 }
 
 function labelOf(store: MediaStore): string {

@@ -1,7 +1,8 @@
-import { RobotStatus, type Catalogue, type Finding, type SignalingMessage } from '@mosaic/protocol'
+import { RobotStatus, type Catalogue, type DescribedConnector, type Finding, type SignalingMessage } from '@mosaic/protocol'
 import { browserPlatform } from './browserPlatform'
 import { readAbilities } from './check/browserFindings'
 import { checkConnection } from './check/checkConnection'
+import { writeConnectorConfig } from './described/connectorConfig'
 import { MosaicError } from './MosaicError'
 import type { Platform } from './Platform'
 import { Value, type Readable } from './Readable'
@@ -106,7 +107,20 @@ export class MosaicClient {
     const robots = await this.api.robots()
     if (session === null || session !== this.signedIn.get()) return
     this.list.set(robots)
+    for (const robot of robots) this.connections.get(robot.id)?.described(robot)
     this.socket.send('status.subscribe', { robotIds: robots.map(({ id }) => id) })
+  }
+
+  /**
+   * Say what a robot has that announces nothing (an original one); kept on the server, for everybody. It replaces what
+   * was said before. Throws `MosaicError`, `auth.forbidden` for those who may not operate the robot.
+   */
+  async describeRobot(robotId: string, connectors: readonly DescribedConnector[]): Promise<void> {
+    const connectorConfig = writeConnectorConfig(connectors)
+    await this.api.setConnectorConfig(robotId, connectorConfig)
+    const word = { connectorConfig, connectorConfigIsStored: connectorConfig !== null }
+    this.list.set(this.list.get().map((robot) => (robot.id === robotId ? { ...robot, ...word } : robot)))
+    this.connection(robotId).described(word)
   }
 
   /** Whether connections can be made from here at all; needs no robot. `found` hears of each finding as it comes. */
@@ -122,6 +136,8 @@ export class MosaicClient {
     const { platform, api, socket, sessionIds } = this
     const connection = new RobotConnection(robotId, { platform, api, socket, sessionIds })
     this.connections.set(robotId, connection)
+    const robot = this.list.get().find(({ id }) => id === robotId)
+    if (robot) connection.described(robot)
     return connection
   }
 

@@ -10,6 +10,7 @@ import { remoteAddressIn } from './NearPath'
 import { chosenPath, type ChosenPath } from './chosenPath'
 import { usableIceServers } from './iceServers'
 import type { Platform } from './Platform'
+import { rejectedMids } from './rejectedMids'
 import { RemoteCandidates } from './RemoteCandidates'
 import { plainCandidate } from './rtcWords'
 
@@ -31,6 +32,9 @@ export interface PeerLinkListener {
   trackArrived(label: string, stream: MediaStream, receiver: RTCRtpReceiver): void
 }
 
+/** Why a picture does not come: a reason code, or the robot has none of this name. */
+export type MissingTrack = 'sdp.no_common_codec' | 'media.no_line' | 'not-sent'
+
 export interface Offer {
   sdp: string
   /** Label of the wanted connector by the mid of its media line. */
@@ -45,6 +49,9 @@ export class PeerLink {
   private readonly connection: RTCPeerConnection
   private readonly labels = new Map<string, string>()
   private readonly voices = new Map<string, RTCRtpSender>()
+  private readonly rejected = new Set<string>()
+  private blindLines = 0
+  private blindTracks = 0
   private readonly candidates: RemoteCandidates
   private isAnswered = false
   private hasPath = false
@@ -77,6 +84,7 @@ export class PeerLink {
     const description = await this.connection.createOffer()
     await this.connection.setLocalDescription(description)
     for (const { line, transceiver } of transceivers) {
+      if (line.label === null) this.blindLines += 1
       if (transceiver.mid === null || line.label === null) continue
       this.labels.set(transceiver.mid, line.label)
       if (line.isTalk === true) this.voices.set(line.label, transceiver.sender)
@@ -89,12 +97,27 @@ export class PeerLink {
     if (this.isAnswered || this.isClosed) return
     this.isAnswered = true
     await this.connection.setRemoteDescription({ type: 'answer', sdp })
+    this.noteRejected(sdp)
     await this.candidates.answered()
   }
 
   /** The answer to a further offer, which added lines. */
   async acceptMore(sdp: string): Promise<void> {
-    if (!this.isClosed) await this.connection.setRemoteDescription({ type: 'answer', sdp })
+    if (this.isClosed) return
+    await this.connection.setRemoteDescription({ type: 'answer', sdp })
+    this.noteRejected(sdp)
+  }
+
+  /**
+   * Why there is no track for this label, now that the answer is here; null: it may still come. `isOriginal`: the robot
+   * sends all that it has, as far as there are lines for it, and never more on this connection.
+   */
+  missing(label: string, isOriginal: boolean): MissingTrack | null {
+    const mid = [...this.labels].find(([, one]) => one === label)?.[0]
+    if (mid !== undefined) return this.rejected.has(mid) ? 'sdp.no_common_codec' : null
+    if (!isOriginal) return null
+    if (this.rejected.size > 0) return 'sdp.no_common_codec'
+    return this.blindTracks >= this.blindLines ? 'media.no_line' : 'not-sent'
   }
 
   /** Whether a line was offered for this label. */
@@ -158,11 +181,16 @@ export class PeerLink {
     if (state === 'failed' || state === 'closed') this.listener.linkBroken(code)
   }
 
+  private noteRejected(sdp: string): void {
+    for (const mid of rejectedMids(sdp)) this.rejected.add(mid)
+  }
+
   private arrived({ track, streams, receiver, transceiver }: RTCTrackEvent): void {
     const [stream] = streams
     const asked = transceiver.mid === null ? undefined : this.labels.get(transceiver.mid)
     // Who answered without heeding our wish (an original robot) names the track by its stream.
     const label = asked ?? stream?.id
+    if (asked === undefined) this.blindTracks += 1
     if (label === undefined) return
     this.listener.trackArrived(label, stream ?? this.platform.newMediaStream(track), receiver)
   }

@@ -23,6 +23,12 @@ export interface ConnectionGrant {
   sessionId?: string
 }
 
+/** A tab of an original dashboard. */
+export interface DashboardTab {
+  id: string
+  name: string
+}
+
 /** What a robot is made or changed with. */
 export interface NewRobot {
   name: string
@@ -101,6 +107,21 @@ export class RestApi {
   /** Change a robot's name or description. */
   async updateRobot(robotId: string, robot: NewRobot): Promise<void> {
     await this.request('PUT', robotPath(robotId), robot)
+  }
+
+  /** Keep what people say of a robot that announces nothing; null forgets it. */
+  async setConnectorConfig(robotId: string, connectorConfig: string | null): Promise<void> {
+    await this.request('PUT', `${robotPath(robotId)}/connector-config`, { connectorConfig })
+  }
+
+  /** The tabs of original dashboards. */
+  dashboardTabs(): Promise<DashboardTab[]> {
+    return this.request<DashboardTab[]>('GET', '/api/v1/dashboard/tabs')
+  }
+
+  /** One of them; `widgets` is JSON in a string. */
+  dashboardTab(tabId: string): Promise<DashboardTab & { widgets: string }> {
+    return this.request('GET', `/api/v1/dashboard/tabs/${encodeURIComponent(tabId)}`)
   }
 
   /** Delete a robot; its token stops working. */

@@ -14,6 +14,8 @@ import { ConnectionRequest } from './ConnectionRequest'
 import { ConnectionTimeline, type Timeline } from './ConnectionTimeline'
 import { reasonIn } from './connectionWords'
 import type { ControlDesk } from './control/ControlDesk'
+import { readConnectorConfig } from './described/connectorConfig'
+import { describedCatalogue } from './described/describedCatalogue'
 import type { DeliveryWatch } from './delivery/DeliveryWatch'
 import { PeerAttempt } from './PeerAttempt'
 import type { PeerEffect, PeerEvent } from './peerEvents'
@@ -27,7 +29,7 @@ import type { SignalingSocket } from './SignalingSocket'
 import { SleepWatch, SLEPT_MS } from './SleepWatch'
 import type { StoreHost } from './StoreManager'
 import type { MosaicStore } from './stores/MosaicStore'
-import type { ConnectionState } from './types'
+import type { ConnectionState, RobotInfo } from './types'
 import { WakeTimer } from './WakeTimer'
 
 export interface ConnectionSurroundings {
@@ -51,6 +53,7 @@ export class RobotConnection implements StoreHost {
   private readonly sleep = new SleepWatch()
   private robotStatus: RobotStatus | null = null
   private attempt: PeerAttempt | null = null
+  private config: string | null = null
 
   /** Who commands the robot, its stop, its limits. */
   readonly control: ControlDesk
@@ -58,6 +61,10 @@ export class RobotConnection implements StoreHost {
   readonly state: Readable<ConnectionState> = this.status
   /** Short form from the server, full (with message schemas) once connected. */
   readonly catalogue: Readable<Catalogue | null>
+  /** True where the catalogue is people's word: the robot announces nothing itself. */
+  readonly isDescribed: Readable<boolean>
+  /** The labels of the pictures that the robot sends, also those that nobody asked for: an original one sends them all. */
+  readonly arrivedPictures: Readable<readonly string[]>
   /** Where this robot serves the same page itself, if this page is on its network; the present path first. */
   readonly near: Readable<readonly string[]>
   /** What happened when between the click and the first picture, of the newest attempt; null before one. */
@@ -79,8 +86,9 @@ export class RobotConnection implements StoreHost {
     const { platform, socket } = around
     this.timer = new WakeTimer(() => platform.now(), (lateMs) => this.woken(lateMs))
     this.request = new ConnectionRequest(robotId, around, {
-      knowsCatalogue: () => this.catalogue.get() !== null,
+      knowsCatalogue: () => this.conversation.known.isTold,
       announced: (catalogue) => this.announced(catalogue),
+      described: (robot) => this.described(robot),
       granted: (rtcConnectionId, iceServers) => this.begin(rtcConnectionId, iceServers),
       failed: (code, message) => this.handle({ type: 'broken', code, message }),
     })
@@ -93,6 +101,8 @@ export class RobotConnection implements StoreHost {
     const { conversation } = this
     this.control = conversation.control
     this.catalogue = conversation.known.value
+    this.isDescribed = conversation.known.described
+    this.arrivedPictures = conversation.stores.media.arrivedLabels
     this.near = conversation.nearPath.value
     this.delivery = conversation.delivery
     this.bulkLane = conversation.lane.state
@@ -141,6 +151,14 @@ export class RobotConnection implements StoreHost {
   /** Called by the client: the short catalogue from the server. A live robot's own word counts more. */
   announced(catalogue: Catalogue): void {
     this.conversation.known.announced(catalogue, this.session.phase === 'up')
+  }
+
+  /** Called by the client: the robot's row on the server, with what people say that it has. */
+  described({ connectorConfig = null, connectorConfigIsStored = true }: Pick<RobotInfo, 'connectorConfig' | 'connectorConfigIsStored'>): void {
+    const config = connectorConfigIsStored ? connectorConfig : null
+    if (config === this.config) return
+    this.config = config
+    this.conversation.known.describe(describedCatalogue(readConnectorConfig(config)))
   }
 
   private handle(event: PeerEvent): void {
@@ -235,7 +253,7 @@ export class RobotConnection implements StoreHost {
 
   private begin(rtcConnectionId: string, iceServers: readonly IceServer[]): void {
     const { platform, socket } = this.around
-    const options = { rtcConnectionId, iceServers, holdCandidates: this.catalogue.get() === null }
+    const options = { rtcConnectionId, iceServers, holdCandidates: !this.conversation.known.isTold }
     const { stores, control } = this.conversation
     this.attempt = new PeerAttempt(platform, socket, options, {
       happened: (event) => this.handle(event),

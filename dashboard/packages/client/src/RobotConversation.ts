@@ -53,9 +53,12 @@ export class RobotConversation {
       changed: (lost) => this.stores.laneChanged(lost),
     })
     this.stores = new StoreBindings(this.storesHost(), platform.isVisible())
-    this.control = new ControlDesk(deskSurroundings(platform, live, entryOf), () => this.stores.showBlocks())
+    this.control = new ControlDesk(
+      { ...deskSurroundings(platform, live, entryOf), sendOn: (label, text) => this.stores.sendOn(label, text) },
+      () => this.stores.showBlocks(),
+    )
     this.pictures = new PictureReporter(pictureSurroundings(platform, live))
-    this.known.value.subscribe(() => this.stores.setCatalogue(this.known.value.get()))
+    this.known.value.subscribe(() => this.catalogueChanged())
   }
 
   visibilityChanged(isVisible: boolean): void {
@@ -148,6 +151,12 @@ export class RobotConversation {
     this.stores.tellFailed(why)
   }
 
+  private catalogueChanged(): void {
+    const catalogue = this.known.value.get()
+    this.stores.setCatalogue(catalogue, this.known.described.get())
+    this.control.setDescribed(this.known.described.get() ? (catalogue?.entries ?? []) : null)
+  }
+
   private storesHost(): BindingHost {
     const { platform, live } = this.around
     return bindingHost(platform, live, {
@@ -165,6 +174,7 @@ export class RobotConversation {
   }
 
   private greeted(extensions: Record<string, number>): void {
+    this.known.greeted()
     this.control.greeted(extensions)
     this.streams.greeted(extensions)
     this.delivery.greeted(extensions)

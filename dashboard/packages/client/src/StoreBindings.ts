@@ -31,7 +31,8 @@ export class StoreBindings {
   private readonly partials = new ChannelPartials(() => this.host.now())
   private link: PeerLink | null = null
   private catalogue: Catalogue | null = null
-  private isOriginal = false
+  private isDescribed = false
+  private wasSilent = false
 
   constructor(
     private readonly host: BindingHost,
@@ -61,11 +62,20 @@ export class StoreBindings {
     binding.ports.release()
   }
 
-  /** The robot's connectors changed, or became known. */
-  setCatalogue(catalogue: Catalogue | null): void {
+  /** The robot's connectors changed, or became known. `isDescribed`: people said so of a robot that says nothing. */
+  setCatalogue(catalogue: Catalogue | null, isDescribed = false): void {
+    const wasOriginal = this.isOriginal
     this.catalogue = this.media.catalogue = catalogue
+    this.isDescribed = this.media.isDescribed = isDescribed
+    if (wasOriginal && !this.wasSilent && !isDescribed) for (const { ports } of this.bindings.values()) ports.close()
     this.bindAll()
     this.showBlocks()
+  }
+
+  /** Send it on this connector's channel; false where none is open, or it took nothing. */
+  sendOn(label: string, text: string): boolean {
+    const store = this.bindings.get(label)?.store
+    return store !== undefined && isSending(store) && store.state.get().phase === 'open' && store.sendData(text)
   }
 
   /** Who may send what may have changed. */
@@ -91,7 +101,7 @@ export class StoreBindings {
   /** There is a link: open the channels that are known to be needed. */
   setLink(link: PeerLink): void {
     this.link = link
-    this.isOriginal = false
+    this.wasSilent = false
     this.bindAll()
   }
 
@@ -103,9 +113,12 @@ export class StoreBindings {
 
   /** The robot is an original one: channels carry bare payloads, and every picture is sent anyway. */
   treatAsOriginal(): void {
-    this.isOriginal = true
+    const wasOriginal = this.isOriginal
+    this.wasSilent = true
+    this.media.robotIsOriginal()
     for (const binding of this.bindings.values()) {
-      binding.ports.close()
+      // Its channels are bare already, and it would not heed their labels a second time.
+      if (!wasOriginal) binding.ports.close()
       this.bind(binding)
     }
   }
@@ -171,18 +184,24 @@ export class StoreBindings {
     return stores.filter((store) => store.state.get().phase !== 'mismatch')
   }
 
+  /** A robot that is silent, or of which only people speak: channels carry bare payloads. */
+  private get isOriginal(): boolean {
+    return this.wasSilent || this.isDescribed
+  }
+
   private bindAll(): void {
     for (const binding of this.bindings.values()) this.bind(binding)
   }
 
   private bind({ store, ports }: Binding): void {
-    const plan = channelPlan(store.robotConnector, this.catalogue, this.isOriginal, store.bareChannels())
+    const { catalogue, isOriginal } = this
+    const plan = channelPlan(store.robotConnector, { catalogue, isOriginal, bare: store.bareChannels() })
     if (plan.type === 'mismatch') store.setState(plan.state)
     else if (plan.type === 'media' && !isMedia(store)) store.setState(NOT_MEDIA)
     else if (store.state.get().phase === 'mismatch') store.setState({ phase: 'waiting' })
     if (plan.type === 'mismatch') ports.close()
     if (plan.type === 'media' && isMedia(store)) this.media.bind(store)
-    else if (plan.type === 'channels' && this.link) ports.open(this.link, plan, this.isOriginal)
+    else if (plan.type === 'channels' && this.link) ports.open(this.link, plan, isOriginal)
   }
 
   private clearanceOf(store: MosaicStore): Clearance {

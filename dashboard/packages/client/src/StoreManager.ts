@@ -2,7 +2,10 @@ import type { CatalogueEntry, MosaicDataType } from '@mosaic/protocol'
 import { nowMs } from './clock'
 import { LingerCount } from './lingerCount'
 import { StoreClasses, type StoreClass, type StoreMatch } from './StoreClasses'
+import { BidirectionalStore } from './stores/BidirectionalStore'
 import type { MosaicStore } from './stores/MosaicStore'
+import { ReceivableStore } from './stores/ReceivableStore'
+import { SendableStore } from './stores/SendableStore'
 import type { RobotConnector } from './types'
 
 /** How long an unused store keeps its channel. */
@@ -51,13 +54,14 @@ export class StoreManager {
   getOrCreateStore<S extends MosaicStore>(connector: RobotConnector, Store: StoreClass<S>): S
   getOrCreateStore(connector: RobotConnector, Store?: StoreClass): MosaicStore {
     const key = keyOf(connector)
+    const host = this.hostOf(connector.robotId)
+    const Chosen = this.classes.classOf(connector, host.entryOf(connector.connectorId), Store)
+    this.dropUnfit(key, connector, Chosen)
     const existing = this.stores.get(key)
     const isFit = existing !== undefined && (Store === undefined || existing instanceof Store)
     if (existing !== undefined && Store !== undefined && !isFit) this.makeRoom(key, existing, Store)
     this.counts.retain(key)
     if (isFit) return existing
-    const host = this.hostOf(connector.robotId)
-    const Chosen = this.classes.classOf(connector, host.entryOf(connector.connectorId), Store)
     const store = new Chosen(connector)
     this.stores.set(key, store)
     host.addStore(store)
@@ -90,6 +94,12 @@ export class StoreManager {
     this.remove(key, existing)
   }
 
+  /** One that only lingers and can't do what is wanted now: its connector was described anew. */
+  private dropUnfit(key: string, connector: RobotConnector, Chosen: StoreClass): void {
+    const existing = this.stores.get(key)
+    if (existing !== undefined && !this.counts.isRetained(key) && !canServe(existing, connector, Chosen)) this.remove(key, existing)
+  }
+
   private remove(key: string, store: MosaicStore): void {
     this.stores.delete(key)
     this.hostOf(store.robotConnector.robotId).removeStore(store)
@@ -98,6 +108,14 @@ export class StoreManager {
 
 function keyOf(connector: RobotConnector): string {
   return JSON.stringify([connector.robotId, connector.connectorId])
+}
+
+/** A store for both ways serves one: an original robot would not heed its label a second time. */
+function canServe(store: MosaicStore, { dataType }: RobotConnector, Chosen: StoreClass): boolean {
+  // What is sent there are bytes, which a port for JSON would send as text.
+  if (dataType === 'byte-u2r' && store.robotConnector.dataType !== dataType) return false
+  const isBoth = store.constructor === BidirectionalStore
+  return store instanceof Chosen || (isBoth && (Chosen === ReceivableStore || Chosen === SendableStore))
 }
 
 function otherClass(existing: MosaicStore, Store: StoreClass): TypeError {

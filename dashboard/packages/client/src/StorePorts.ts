@@ -57,7 +57,8 @@ export class StorePorts {
 
   /** Open them, unless they are there already or shall wait. `isOriginal`: bare payloads. */
   open(link: ChannelCarrier, plan: Channels, isOriginal: boolean): void {
-    if (this.ports.length > 0) return
+    if (this.ports.length > 0 && this.areThose(plan)) return
+    if (this.ports.length > 0) this.close()
     const carrier = plan.delivery === 'bulk' && !isOriginal ? this.around.host.bulkCarrier(link) : link
     if (carrier === null) return
     this.carrier = carrier
@@ -86,6 +87,10 @@ export class StorePorts {
   release(): void {
     for (const port of this.ports) this.around.host.streams.released(port.label)
     this.close()
+  }
+
+  private areThose({ channels }: Channels): boolean {
+    return this.ports.length === channels.length && channels.every(({ label }) => this.has(label))
   }
 
   private port(channel: RTCDataChannel, { delivery }: Channels, dataType: MosaicDataType, stream: OutgoingStream | null): DataPort {

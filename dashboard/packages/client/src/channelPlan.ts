@@ -18,19 +18,24 @@ export const NOT_MEDIA: StoreState = {
   message: "this connector is a picture: give dataType 'media', or make the store once the catalogue is known",
 }
 
+/** What decides beside the connector. */
+export interface PlanSituation {
+  /** What the robot told, or people say of it. */
+  catalogue: Catalogue | null
+  /** It is an original one: channels carry bare payloads. */
+  isOriginal: boolean
+  /** The channels that the store wants of itself; none where it wants a picture. */
+  bare: readonly ChannelEntry[]
+}
+
 /**
  * With a catalogue that decides; without one an original robot is taken at the store's word: `bare` are the channels
  * that it wants, none where it wants a picture.
  */
-export function channelPlan(
-  connector: RobotConnector,
-  catalogue: Catalogue | null,
-  isOriginal: boolean,
-  bare: readonly ChannelEntry[],
-): ChannelPlan {
+export function channelPlan(connector: RobotConnector, { catalogue, isOriginal, bare }: PlanSituation): ChannelPlan {
   const { connectorId, dataType } = connector
   const isMedia = bare.length === 0
-  if (isOriginal) return isMedia ? { type: 'media' } : { type: 'channels', channels: bare, delivery: 'reliable' }
+  if (isOriginal) return originalPlan(connector, catalogue, bare)
   if (catalogue === null) return isMedia ? { type: 'media' } : { type: 'unknown' }
   const entry = catalogue.entries.find(({ label }) => label === connectorId)
   if (!entry) return { type: 'mismatch', state: missing(connectorId, catalogue) }
@@ -44,6 +49,15 @@ export function channelPlan(
   const own = bare.length > 1 ? bare : [{ label: connectorId, dataType: entry.dataType }]
   const channels = entry.channels.length > 0 ? entry.channels : own
   return { type: 'channels', channels, delivery: entry.delivery, mayWait: mayWait(entry) }
+}
+
+/** An original robot announces nothing: what people described of it counts where the store can take that. */
+function originalPlan({ connectorId, dataType }: RobotConnector, catalogue: Catalogue | null, bare: readonly ChannelEntry[]): ChannelPlan {
+  if (bare.length === 0) return { type: 'media' }
+  const entry = catalogue?.entries.find(({ label }) => label === connectorId)
+  const isTold = entry !== undefined && entry.dataType !== 'media' && entry.channels.length > 0
+  const isFit = isTold && isCompatible(dataType ?? wantedBy(bare) ?? entry.dataType, entry.dataType) && lackingChannel(entry, bare) === undefined
+  return { type: 'channels', channels: isFit ? entry.channels : bare, delivery: 'reliable' }
 }
 
 /** What the class of the store says; one that can do both ways takes what comes. */

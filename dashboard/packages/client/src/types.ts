@@ -74,7 +74,10 @@ export interface RobotInfo {
   status: RobotStatus
   authType: number
   organizationId: string
+  /** Its connectors, as original dashboards keep them: JSON in a string. */
   connectorConfig?: string | null
+  /** False: the server made it from what the robot announced. Absent from original servers, which only store it. */
+  connectorConfigIsStored?: boolean
   isOnline: boolean
   /** What this account may do with it; absent from original servers. */
   myRole?: Role

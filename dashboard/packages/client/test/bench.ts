@@ -33,18 +33,23 @@ export const CATALOGUE: Catalogue = {
 
 export interface BenchOptions {
   catalogue?: Catalogue | null
+  /** What people wrote down of a robot that announces nothing. */
+  connectorConfig?: string | null
 }
 
-export async function signedIn({ catalogue = CATALOGUE }: BenchOptions = {}): Promise<{
+export async function signedIn({ catalogue = CATALOGUE, connectorConfig = null }: BenchOptions = {}): Promise<{
   platform: FakePlatform
   client: MosaicClient
 }> {
   const platform = new FakePlatform()
+  const info = { ...INFO, connectorConfig, connectorConfigIsStored: connectorConfig !== null }
   let connections = 0
   Object.assign(platform.routes, {
     'POST /api/v1/account/login/access-token': () => ok({ accessToken: 'jwt', existingConnection: false }),
     'GET /api/v1/users/me': () => ok(USER),
-    'GET /api/v1/robots': () => ok({ data: [INFO], count: 1 }),
+    'GET /api/v1/robots': () => ok({ data: [info], count: 1 }),
+    [`GET /api/v1/robots/${ROBOT}`]: () => ok(info),
+    [`PUT /api/v1/robots/${ROBOT}/connector-config`]: (body: unknown) => ok(Object.assign(info, body)),
     [`GET /api/v1/robots/${ROBOT}/catalogue`]: () => ok(catalogue),
     'GET /api/v1/webrtc/ice-servers': () => [{ urls: 'turn.example.org:3478', username: 'u', credential: 'c' }],
     'POST /api/v1/webrtc/connection': () =>
@@ -75,11 +80,11 @@ export async function linked(options: BenchOptions = {}): Promise<{
 }
 
 /** Answer the newest offer and link. */
-export async function link(platform: FakePlatform): Promise<FakePeerConnection> {
+export async function link(platform: FakePlatform, sdpAnswer = 'answer-sdp'): Promise<FakePeerConnection> {
   await settle()
   const { peer, socket } = platform
   const offer = socket.sentOf('signaling.send_sdp_offer').at(-1) as { rtcConnectionId: string }
-  socket.says('signaling.send_sdp_answer', { rtcConnectionId: offer.rtcConnectionId, sdpAnswer: 'answer-sdp' })
+  socket.says('signaling.send_sdp_answer', { rtcConnectionId: offer.rtcConnectionId, sdpAnswer })
   await settle()
   peer.links()
   return peer

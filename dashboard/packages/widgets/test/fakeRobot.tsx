@@ -36,6 +36,7 @@ export class FakeDesk {
   readonly leases = new Value<Readonly<Record<string, LeaseView>>>({ motion: FREE })
   readonly stopState = new Value<StopView>(RUNNING)
   readonly limits = new Value<Readonly<Record<string, SafetyLimit>>>({})
+  readonly restable = new Value<readonly string[]>([])
   readonly said: unknown[][] = []
   journal: readonly JournalEntry[] = []
   clocksCompared = true
@@ -76,6 +77,11 @@ export class FakeDesk {
   clearStop(): Promise<ClearReport> {
     this.said.push(['clear'])
     return Promise.resolve(this.clearAnswer)
+  }
+
+  addRest(label: string): () => void {
+    this.restable.set([...this.restable.get(), label])
+    return () => this.restable.set(this.restable.get().filter((one) => one !== label))
   }
 
   toPageMs(robotUs: number): number | null {

@@ -1,5 +1,5 @@
-import { nearestName, type CatalogueEntry, type RobotSummary } from '@mosaic/client'
-import { useMosaicClient, useReadable, useRobotConnection, useRobots } from '@mosaic/react'
+import { nearestName, type CatalogueEntry, type RobotConnection, type RobotSummary } from '@mosaic/client'
+import { useControl, useMosaicClient, useReadable, useRobotConnection, useRobots } from '@mosaic/react'
 import { Button } from '@mantine/core'
 import {
   ControlFrame,
@@ -14,9 +14,10 @@ import {
   WidgetCard,
   widgets,
 } from '@mosaic/widgets'
-import { IconChevronLeft } from '@tabler/icons-react'
-import { useEffect, type CSSProperties } from 'react'
+import { IconChevronLeft, IconListDetails } from '@tabler/icons-react'
+import { lazy, Suspense, useEffect, useState, type CSSProperties } from 'react'
 import { Link, useParams } from 'react-router-dom'
+import { OriginalNotice } from '../describe/OriginalNotice'
 import { Shell } from '../shell/Shell'
 import { useTitle } from '../shell/useTitle'
 import { ConnectionBadge } from './ConnectionBadge'
@@ -29,6 +30,9 @@ import { useConnected } from './useConnected'
 import { useViewChoices, type ViewChoicesControl } from './useViewChoices'
 import { strayLabels } from './viewChoices'
 
+const NotDescribed = lazy(() => import('../describe/NotDescribed'))
+const DescribeDialog = lazy(() => import('../describe/DescribeDialog'))
+
 export function RobotPage() {
   const { robotId = '' } = useParams()
   // One robot's page never becomes another's: its stores, choices and connection end with it.
@@ -39,6 +43,7 @@ function OneRobot({ robotId }: { robotId: string }) {
   const robot = useRobot(robotId)
   const connection = useRobotConnection(robotId)
   const catalogue = useReadable(connection.catalogue)
+  const isDescribed = useReadable(connection.isDescribed)
   const views = useViewChoices(robotId)
   useConnected(connection, robot?.isOnline)
   useTitle(robot?.name ?? 'Robot')
@@ -65,11 +70,13 @@ function OneRobot({ robotId }: { robotId: string }) {
       }
     >
       <StoppedBanner robotId={robotId} />
+      <OriginalNotice robotId={robotId} />
       {catalogue === null ? (
-        <NoCatalogue connection={connection} />
+        <NoCatalogue connection={connection} robot={robot} />
       ) : (
         <Board robotId={robotId} entries={catalogue.entries} views={views} />
       )}
+      {isDescribed && robot !== undefined && <DescribeMore robot={robot} />}
       <ControlFrame robotId={robotId} />
     </Shell>
   )
@@ -164,13 +171,36 @@ function StrayChoice({ label, labels, views }: { label: string; labels: readonly
   )
 }
 
-function NoCatalogue({ connection }: { connection: ReturnType<typeof useRobotConnection> }) {
+interface NoCatalogueProps {
+  connection: RobotConnection
+  robot: RobotSummary | undefined
+}
+
+/** One of ours tells its connectors within a moment; an original one never does. */
+function NoCatalogue({ connection, robot }: NoCatalogueProps) {
   const { phase } = useReadable(connection.state)
-  if (phase !== 'connected') return <div className={classes.board} aria-busy={phase === 'connecting'} />
+  const { availability } = useControl(connection.robotId)
+  if (availability !== 'unavailable' || robot === undefined) {
+    return <div className={classes.board} aria-busy={phase === 'connecting' || phase === 'connected'} />
+  }
   return (
-    <Notice tone="warn" title="This robot does not say what it has">
-      It runs an original MOSAIC, which announces no catalogue.
-    </Notice>
+    <Suspense>
+      <NotDescribed robot={robot} />
+    </Suspense>
+  )
+}
+
+/** The way to the description of a robot that says nothing itself. */
+function DescribeMore({ robot }: { robot: RobotSummary }) {
+  const [isOpen, setIsOpen] = useState(false)
+  return (
+    <div className={classes.describe}>
+      <span>These connectors were described by people; the robot itself announces nothing.</span>
+      <Button size="compact-sm" variant="default" leftSection={<IconListDetails size={16} stroke={1.6} />} onClick={() => setIsOpen(true)}>
+        {robot.myRole === 'observer' ? 'See what it has' : 'Change what it has'}
+      </Button>
+      <Suspense>{isOpen && <DescribeDialog robot={robot} onClose={() => setIsOpen(false)} />}</Suspense>
+    </div>
   )
 }
 

@@ -15,9 +15,11 @@ import {
 import { Listeners, type Readable } from '../Readable'
 import { Answers } from './Answers'
 import { clearanceFor, resourceOf, type Clearance } from './clearance'
+import { driveOf } from '../described/describedCatalogue'
 import { DeskBoard } from './DeskBoard'
 import type { LeaseEffect } from './leaseEntry'
 import { LeaseTable, type LeaseEvent } from './leaseTable'
+import { Rests } from './Rests'
 import { StopSender } from './StopSender'
 import {
   whyOf,
@@ -44,6 +46,8 @@ export interface DeskSurroundings {
   /** A moment of the robot's clock on this page's; null while they have not been compared. */
   readonly toPageMs: (robotUs: number) => number | null
   readonly entryOf: (label: string) => CatalogueEntry | null
+  /** On a connector's channel; false where none is open, or it took nothing. */
+  readonly sendOn: (label: string, text: string) => boolean
 }
 
 const MOTION = 'motion'
@@ -65,6 +69,9 @@ export class ControlDesk {
   private endTicks: (() => void) | null = null
   /** And the robot has not told since that it may move again. */
   private hasSaidStop = false
+  /** Of the drives that people described; null: the robot tells its connectors itself. */
+  private endDescribed: (() => void)[] | null = null
+  private readonly rests: Rests
 
   /** Whether the robot knows leases and the stop at all. */
   readonly availability: Readable<Availability> = this.board.availability
@@ -78,6 +85,8 @@ export class ControlDesk {
   readonly stopState: Readable<StopView> = this.board.stop
   /** By connector label, for what this page commands: how much of the speed is left, and why. */
   readonly limits: Readable<Readonly<Record<string, SafetyLimit>>> = this.board.limits
+  /** Where the robot knows no stop: the connectors that `stop` sends zeros to instead. */
+  readonly restable: Readable<readonly string[]>
   /** What happens once: granted, denied, lost, somebody asks, stopped, cleared. */
   readonly events = { subscribe: (listener: (event: ControlEvent) => void): (() => void) => this.told.add(listener) }
 
@@ -86,6 +95,8 @@ export class ControlDesk {
     private readonly around: DeskSurroundings,
     private readonly changed: () => void = () => {},
   ) {
+    this.rests = new Rests((label, text) => around.sendOn(label, text))
+    this.restable = this.rests.labels
     this.stops = new StopSender({ ...around, sendOnControl: (stop) => around.send('stop', stop) })
     this.stops.report.subscribe(() => this.board.showMyStop(this.stops.report.get()))
     this.answers = new Answers({
@@ -116,11 +127,21 @@ export class ControlDesk {
 
   /**
    * Stop the robot; it stays stopped until `clearStop`. Sent before this returns and repeated until the robot has it,
-   * over a reconnect too. Never rejects. This is no certified emergency stop.
+   * over a reconnect too. A robot that knows no stop is sent the zeros of its drives, and the report says of which.
+   * Never rejects. This is no certified emergency stop.
    */
   stop(reason = ''): Promise<StopReport> {
-    this.hasSaidStop = this.availability.get() !== 'unavailable'
-    return this.stops.say(cut(reason), this.hasSaidStop)
+    const isUnavailable = this.availability.get() === 'unavailable'
+    // While a described robot has not shown that it knows a stop, it gets both.
+    const isDoubtful = this.availability.get() === 'unknown' && this.endDescribed !== null
+    const zeros = isUnavailable || isDoubtful ? this.rests.sendAll() : null
+    this.hasSaidStop = !isUnavailable
+    return this.stops.say(cut(reason), isUnavailable ? zeros : null)
+  }
+
+  /** What makes a connector stand, for a robot that knows no stop; the result takes it away again. */
+  addRest(label: string, zero: object): () => void {
+    return this.rests.add(label, zero)
   }
 
   /** Let commands act again: the deliberate act of somebody who holds a lease, or of a supervisor. Never rejects. */
@@ -169,8 +190,15 @@ export class ControlDesk {
   /** Called by the connection: the robot is an original one. */
   original(): void {
     this.board.availability.set('unavailable')
-    this.stops.abandon('unavailable')
+    // What was said while nobody knew is said again in the way that this robot understands.
+    if (this.stops.isSaying) this.stops.abandon('unavailable', this.rests.sendAll())
     this.changed()
+  }
+
+  /** Called by the connection: what people describe of a robot that tells nothing itself; null: it tells. */
+  setDescribed(entries: readonly CatalogueEntry[] | null): void {
+    for (const end of this.endDescribed ?? []) end()
+    this.endDescribed = entries && entries.flatMap((entry) => this.restOf(entry))
   }
 
   /** Called by the connection: its channels are open. */
@@ -224,6 +252,11 @@ export class ControlDesk {
       default:
         return
     }
+  }
+
+  private restOf(entry: CatalogueEntry): (() => void)[] {
+    const drive = driveOf(entry)
+    return drive === null ? [] : [this.addRest(entry.label, drive.zero)]
   }
 
   // Of a connector's message: that is the store's business. Of a question: there is only one at a time of each.

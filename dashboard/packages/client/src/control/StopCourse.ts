@@ -1,6 +1,6 @@
 /** One stop, from being said until the robot stands still, purely: when to say it again, and how long everything took. */
 import { STOP_REPEAT_MS, type StopAck } from '@mosaic/protocol'
-import type { StopReport } from './views'
+import type { StopReport, ZerosReport } from './views'
 
 /** How long an acknowledged stop is repeated to learn when the safe actions have returned. */
 export const SAFE_PATIENCE_MS = 2000
@@ -61,7 +61,8 @@ export class StopCourse {
   }
 
   /** Nobody is there to hear it. */
-  abandoned(phase: 'unconfirmed' | 'unavailable'): void {
-    if (this.progress.phase === 'sending') this.progress = { ...this.progress, phase }
+  abandoned(phase: 'unconfirmed' | 'unavailable', zeros?: ZerosReport): void {
+    if (this.progress.phase !== 'sending') return
+    this.progress = { ...this.progress, phase, ...(zeros === undefined ? {} : { zeros }) }
   }
 }

@@ -2,7 +2,7 @@ import { STOP_REPEAT_MS, type Stop, type StopAck } from '@mosaic/protocol'
 import { randomId } from '../randomId'
 import { Value, type Readable } from '../Readable'
 import { StopCourse } from './StopCourse'
-import type { StopReport } from './views'
+import type { StopReport, ZerosReport } from './views'
 
 export interface StopSurroundings {
   readonly now: () => number
@@ -28,15 +28,15 @@ export class StopSender {
 
   constructor(private readonly around: StopSurroundings) {}
 
-  /** Say stop; while one is being said this adds a copy to it. `isUnderstood` false: an original robot. */
-  say(reason: string, isUnderstood: boolean): Promise<StopReport> {
+  /** Say stop; while one is being said this adds a copy to it. `zeros`: a robot that knows none was sent these instead. */
+  say(reason: string, zeros: ZerosReport | null): Promise<StopReport> {
     const now = this.around.now()
     const isNew = this.course === null || this.outcome === null
     const course = isNew ? new StopCourse(randomId(), reason, now) : this.course
     this.course = course
     const { promise } = (this.outcome ??= resolvable())
     this.send(true)
-    if (!isUnderstood) this.abandon('unavailable')
+    if (zeros !== null) this.abandon('unavailable', zeros)
     else if (!this.around.isComing()) this.abandon('unconfirmed')
     else if (this.course === course) this.endTicks ??= this.around.every(STOP_REPEAT_MS, () => this.tick())
     this.publish()
@@ -54,9 +54,14 @@ export class StopSender {
     this.publish()
   }
 
+  /** True while it waits for the robot's answer. */
+  get isSaying(): boolean {
+    return this.course !== null && !this.course.isAcknowledged
+  }
+
   /** Nobody will hear it any more. */
-  abandon(phase: 'unconfirmed' | 'unavailable'): void {
-    this.course?.abandoned(phase)
+  abandon(phase: 'unconfirmed' | 'unavailable', zeros?: ZerosReport): void {
+    this.course?.abandoned(phase, zeros)
     this.publish()
   }
 

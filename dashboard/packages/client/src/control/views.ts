@@ -56,6 +56,14 @@ export interface StopReport {
   receivedMs: number | null
   /** Until the robot's last safe action had returned. */
   safeMs: number | null
+  /** With `unavailable`: what was sent in its place. */
+  zeros?: ZerosReport
+}
+
+/** Zeros for a robot that knows no stop, by connector: what left the page, and what did not because no channel took it. */
+export interface ZerosReport {
+  sent: readonly string[]
+  unsent: readonly string[]
 }
 
 /** Whether the robot is stopped, and how my own last stop went. */

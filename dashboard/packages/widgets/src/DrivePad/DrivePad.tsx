@@ -1,5 +1,5 @@
 import { ActionIcon, Slider, Tooltip } from '@mantine/core'
-import { reasonOf, type Refusal } from '@mosaic/client'
+import { driveOf, reasonOf, type DriveCommand, type Refusal } from '@mosaic/client'
 import { useLimits, useReadable } from '@mosaic/react'
 import { IconAlertTriangle, IconChevronDown, IconChevronLeft, IconChevronRight, IconChevronUp, IconDeviceGamepad2 } from '@tabler/icons-react'
 import { lazy, Suspense, useEffect, useId, useRef, useState, useSyncExternalStore, type PointerEvent, type RefObject } from 'react'
@@ -8,6 +8,7 @@ import { gamepadHint } from '../gamepad/gamepadHint'
 import { pageGamepads } from '../gamepad/GamepadSource'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { refuses } from '../stores/storeKinds'
+import { velocityText } from './driveCommand'
 import { INITIAL_DRIVE, MIN_SPEED } from './driveControl'
 import { askedStick, limitsOf, twistOf, type DriveLimits } from './driveTwist'
 import classes from './DrivePad.module.css'
@@ -24,6 +25,7 @@ const REFUSAL_SHOWN_MS = 4000
 /** Drives the robot while it is held: by pointer, touch, WASD, arrow keys or gamepad. */
 export function DrivePad({ robotId, entry, store }: WidgetProps) {
   const limits = limitsOf(entry.safety)
+  const drive = driveOf(entry)
   const { session, permit } = useDriveSession({ robotId, entry, store, limits })
   const status = driveStatusWith(useDriveStatus(session), permit)
   const refusal = useRecentRefusal(store)
@@ -33,9 +35,9 @@ export function DrivePad({ robotId, entry, store }: WidgetProps) {
   return (
     <div className={classes.root} data-limit={limit?.tone ?? 'none'} data-permit={permit.permit}>
       <div className={classes.wide}>
-        <Pad session={session} limits={limits} tone={status.tone} readout={readout} describedBy={describedBy} />
+        <Pad session={session} {...{ drive, limits, readout, describedBy }} tone={status.tone} />
         <div className={classes.foot}>
-          <Speed session={session} limits={limits} limit={limit} />
+          <Speed session={session} {...{ drive, limits, limit }} />
           <div className={classes.readout}>
             <span ref={readout} data-testid="velocity" />
             <GamepadButton />
@@ -48,6 +50,11 @@ export function DrivePad({ robotId, entry, store }: WidgetProps) {
           >
             {refusal === null ? status.text : refusalText(refusal)}
           </div>
+          {entry.safety === undefined && (
+            <div className={classes.note} id={`${describedBy}-note`}>
+              Nothing is known to stop this robot by itself: if the connection breaks, it may go on as last told.
+            </div>
+          )}
           <div className={classes.hint} id={describedBy}>
             <Hint />
           </div>
@@ -87,19 +94,20 @@ function GamepadButton() {
 
 interface PadProps {
   session: DriveSession | null
+  drive: DriveCommand | null
   limits: DriveLimits
   tone: DriveStatus['tone']
   readout: RefObject<HTMLSpanElement | null>
   describedBy: string
 }
 
-function Pad({ session, limits, tone, readout, describedBy }: PadProps) {
+function Pad({ session, drive, limits, tone, readout, describedBy }: PadProps) {
   const thumb = useRef<HTMLDivElement>(null)
   useEffect(() => {
-    const paint = () => paintDrive(session, limits, thumb.current, readout.current)
+    const paint = () => paintDrive(session, { drive, limits }, thumb.current, readout.current)
     paint()
     return session?.subscribe(paint)
-  }, [session, limits, readout])
+  }, [session, drive, limits, readout])
   return (
     <div
       className={classes.pad}
@@ -108,7 +116,7 @@ function Pad({ session, limits, tone, readout, describedBy }: PadProps) {
       role="application"
       aria-roledescription="drive pad"
       aria-label="Drive pad"
-      aria-describedby={describedBy}
+      aria-describedby={`${describedBy} ${describedBy}-note`}
       aria-disabled={tone === 'waiting'}
       tabIndex={0}
       {...pointerHandlers(session)}
@@ -145,7 +153,7 @@ function pointerHandlers(session: DriveSession | null) {
 /** Moves the thumb and writes the velocity, past React: a pointer moves more often than a page should render. */
 function paintDrive(
   session: DriveSession | null,
-  limits: DriveLimits,
+  { drive, limits }: { drive: DriveCommand | null; limits: DriveLimits },
   thumb: HTMLElement | null,
   readout: HTMLElement | null,
 ): void {
@@ -158,14 +166,22 @@ function paintDrive(
   }
   if (readout !== null) {
     const { linear, angular } = twistOf(state, limits)
-    readout.textContent = `${linear.x.toFixed(2)} m/s · ${angular.z.toFixed(2)} rad/s`
+    readout.textContent = velocityText(linear.x, angular.z, drive, limits)
   }
 }
 
-function Speed({ session, limits, limit }: { session: DriveSession | null; limits: DriveLimits; limit: LimitText | null }) {
+interface SpeedProps {
+  session: DriveSession | null
+  drive: DriveCommand | null
+  limits: DriveLimits
+  limit: LimitText | null
+}
+
+function Speed({ session, drive, limits, limit }: SpeedProps) {
   const [percent, setPercent] = useState(INITIAL_DRIVE.speed * 100)
   useEffect(() => session?.setSpeed(percent / 100), [session, percent])
-  const atMost = `${((limits.maxLinearMps * percent) / 100).toFixed(2)} m/s · ${((limits.maxAngularRadps * percent) / 100).toFixed(2)} rad/s`
+  const share = percent / 100
+  const atMost = velocityText(limits.maxLinearMps * share, limits.maxAngularRadps * share, drive, limits)
   return (
     <div>
       {limit !== null && (
@@ -201,7 +217,7 @@ function useDriveStatus(session: DriveSession | null): DriveStatus {
   return useSyncExternalStore(session?.subscribe ?? NOBODY, () => session?.status ?? WAITING)
 }
 
-const WAITING = driveStatus(INITIAL_DRIVE, false)
+const WAITING = driveStatus(INITIAL_DRIVE)
 
 function useRecentRefusal(store: WidgetProps['store']): Refusal | null {
   const last = useReadable(refuses(store) ? store.lastRefusal : NO_REFUSAL)

@@ -13,6 +13,8 @@ export interface DriveSessionOptions {
   /** Whose base it drives: a stop of that robot ends the hold here. */
   robotId?: string
   limits: DriveLimits
+  /** False: nothing is known that stops the robot when it is told nothing more. */
+  stopsItself?: boolean
   /** Returns false where the channel did not take the command. */
   send: (twist: Twist) => boolean
   /** A touch while nobody commands: ask for the lease. */
@@ -39,7 +41,7 @@ export class DriveSession {
   private state: DriveState = INITIAL_DRIVE
   private endTicks: (() => void) | null = null
   private notAccepted = false
-  private said = driveStatus(INITIAL_DRIVE, false)
+  private said = driveStatus(INITIAL_DRIVE)
   private readonly listeners = new Set<() => void>()
   private readonly page: Window
   private readonly gamepads: GamepadSource
@@ -115,7 +117,8 @@ export class DriveSession {
   }
 
   private tell(): void {
-    const status = driveStatus(this.state, this.notAccepted)
+    const { notAccepted: isBlocked } = this
+    const status = driveStatus(this.state, { isBlocked, stopsItself: this.options.stopsItself ?? true })
     if (status.text !== this.said.text || status.tone !== this.said.tone) this.said = status
     for (const listener of [...this.listeners]) listener()
   }

@@ -28,12 +28,28 @@ const STOPPED: Record<StopReason, string> = {
   'not-granted': 'Nothing was sent: control was not granted',
 }
 
-export function driveStatus(state: DriveState, isBlocked: boolean): DriveStatus {
-  if (!state.enabled) return { tone: 'waiting', text: state.stoppedBy === 'disconnected' ? STOPPED.disconnected : 'Waiting for the robot' }
+export interface DriveCircumstances {
+  /** The channel did not take the last command. */
+  isBlocked?: boolean
+  /** The robot makes itself safe when it is told nothing more. */
+  stopsItself?: boolean
+}
+
+const GOES_ON = 'The connection was lost, and nothing is known to stop this robot: it may go on as last told'
+const ZEROS_SENT = 'Zeros sent; not confirmed'
+const NO_ZERO = 'Not stopped: the link did not take the zero'
+
+export function driveStatus(state: DriveState, { isBlocked = false, stopsItself = true }: DriveCircumstances = {}): DriveStatus {
+  if (!state.enabled && state.stoppedBy === 'disconnected') {
+    return stopsItself ? { tone: 'waiting', text: STOPPED.disconnected } : { tone: 'blocked', text: GOES_ON }
+  }
+  if (!state.enabled) return { tone: 'waiting', text: 'Waiting for the robot' }
   if (state.askedMs !== null) return { tone: 'waiting', text: 'Asking for control …' }
   if (isHeld(state) && isBlocked) return { tone: 'blocked', text: 'The link does not take commands' }
   if (isHeld(state)) return { tone: 'driving', text: 'Driving' }
   const stopped = state.stoppedBy
+  if (stopped !== null && isBlocked && !stopsItself) return { tone: 'blocked', text: NO_ZERO }
+  if (stopped === 'stop-button' && !stopsItself) return { tone: 'stopped', text: ZEROS_SENT }
   return stopped === null || stopped === 'released'
     ? { tone: 'idle', text: 'Ready' }
     : { tone: 'stopped', text: STOPPED[stopped] }

@@ -1,11 +1,12 @@
 /** One `DriveSession` per mounted pad; it follows the store, the lease and the stop, and ends with the pad. */
-import { resourceOf, type CatalogueEntry, type Ticks } from '@mosaic/client'
+import { driveOf, resourceOf, type CatalogueEntry, type Ticks } from '@mosaic/client'
 import { useControl, useReadable, useStop } from '@mosaic/react'
 import { useEffect, useEffectEvent, useState } from 'react'
 import { useStopRobot } from '../control/useStopRobot'
 import type { AnyStore } from '../stores/storeKinds'
 import { sends } from '../stores/storeKinds'
-import type { DriveLimits } from './driveTwist'
+import { commandOf } from './driveCommand'
+import { ZERO_TWIST, type DriveLimits, type Twist } from './driveTwist'
 import { drivePermit, type PermitView } from './drivePermit'
 import { DriveSession } from './DriveSession'
 
@@ -26,11 +27,17 @@ export function useDriveSession({ robotId, entry, store, limits, ticks }: DriveS
   const takeLease = useEffectEvent(() => void desk.requestLease(resourceOf(entry) ?? undefined))
   const stopAsked = useEffectEvent(() => void stopRobot('stop button of the gamepad'))
   const { maxLinearMps, maxAngularRadps } = limits
+  const drive = driveOf(entry)
+  // Every robot that tells its connectors tells its limits with them.
+  const stopsItself = entry.safety !== undefined
+  const asCommand = useEffectEvent((twist: Twist) => JSON.stringify(commandOf(twist, drive, limits)))
+  useEffect(() => desk.addRest(entry.label, drive?.zero ?? ZERO_TWIST), [desk, entry.label, drive])
   useEffect(() => {
     const made = new DriveSession({
       robotId,
       limits: { maxLinearMps, maxAngularRadps },
-      send: (twist) => sends(store) && store.sendData(JSON.stringify(twist)),
+      send: (twist) => sends(store) && store.sendData(asCommand(twist)),
+      stopsItself,
       takeLease: () => takeLease(),
       stopRobot: () => stopAsked(),
       ...(ticks === undefined ? {} : { ticks }),
@@ -42,7 +49,7 @@ export function useDriveSession({ robotId, entry, store, limits, ticks }: DriveS
       made.dispose()
       setSession(null)
     }
-  }, [robotId, store, maxLinearMps, maxAngularRadps, ticks])
+  }, [robotId, store, maxLinearMps, maxAngularRadps, ticks, stopsItself])
   // First the permit: an open channel alone must not drive.
   useEffect(() => session?.setPermit(permit.permit, permit.reason), [session, permit.permit, permit.reason])
   useEffect(() => session?.setOpen(isOpen), [session, isOpen])

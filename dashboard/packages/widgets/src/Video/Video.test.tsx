@@ -134,6 +134,17 @@ test('the store hears of every displayed picture, and its age stands over it', (
   expect(screen.getByTestId('picture-facts').textContent).toContain('42 ms old')
 })
 
+test('a camera that was refused says why, in the robot’s words where there are some', () => {
+  shown()
+  act(() => store.state.set({ phase: 'closed', code: 'sdp.no_common_codec' }))
+  expect(screen.getByText('Operator and robot share no codec for one of the media lines.')).toBeTruthy()
+  expect(screen.getByText(/sdp\.no_common_codec/)).toBeTruthy()
+  act(() => store.state.set({ phase: 'closed', code: 'media.no_encoder', message: 'no VP9 here' }))
+  expect(screen.getByText('no VP9 here')).toBeTruthy()
+  act(() => store.state.set({ phase: 'waiting' }))
+  expect(screen.getByText('No picture')).toBeTruthy()
+})
+
 test('a camera that shows nothing says why, until a picture comes', async () => {
   vi.useFakeTimers()
   act(() => store.mediaStream.set(new MediaStream()))

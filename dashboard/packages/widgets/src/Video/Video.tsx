@@ -1,4 +1,4 @@
-import { reasonOf } from '@mosaic/client'
+import { reasonOf, type StoreState } from '@mosaic/client'
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { useEffect, useEffectEvent, useRef, useState } from 'react'
 import { ControlFrame } from '../control/ControlFrame'
@@ -45,7 +45,8 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
   const isFullscreen = useFullscreen(root)
   const { state, facts, alarm } = usePlayer({ store, robotId, video, stream, log, last, showsDetails: choices.showsDetails })
   const kept = useKeptPicture(store, last, state)
-  const isAway = useReadable(store.state).phase === 'reconnecting'
+  const storeState = useReadable(store.state)
+  const isAway = storeState.phase === 'reconnecting'
   const missing = useFirstFrame(store, stream, state)
   useEffect(() => store.setBufferTarget(bufferTargetMs(choices.buffering)), [store, choices.buffering])
   const saveSnapshot = async () => {
@@ -60,7 +61,7 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
     <div ref={root} className={classes.root} data-state={isAway ? 'reconnecting' : state} data-testid="video">
       <video ref={video} className={classes.video} autoPlay muted playsInline aria-label={`Picture of ${entry.label}`} />
       {kept !== null && <KeptCanvas label={entry.label} canvas={kept} />}
-      {state === 'none' && !(isAway && kept !== null) && <NoPicture hasStream={stream !== null} isOnScreen={isOnScreen} code={missing} />}
+      {state === 'none' && !(isAway && kept !== null) && <NoPicture {...{ isOnScreen, storeState }} hasStream={stream !== null} code={missing} />}
       <div ref={alarm} className={classes.alarm} role="alert" />
       <div ref={facts} className={classes.facts} data-details={choices.showsDetails} data-testid="picture-facts" />
       {isFullscreen && <ControlOverPicture robotId={robotId} />}
@@ -110,16 +111,18 @@ function ControlOverPicture({ robotId }: { robotId: string }) {
 interface NoPictureProps {
   hasStream: boolean
   isOnScreen: boolean
-  /** Why there is none, where that is known. */
+  /** Why there is none although there is a track, where that is known. */
   code: string | null
+  storeState: StoreState
 }
 
-function NoPicture({ hasStream, isOnScreen, code }: NoPictureProps) {
-  if (code !== null) {
+function NoPicture({ hasStream, isOnScreen, code: missing, storeState }: NoPictureProps) {
+  const code = missing ?? (storeState.phase === 'closed' ? storeState.code : undefined)
+  if (code !== undefined) {
     const { sentence, cure } = reasonOf(code)
     return (
       <div className={classes.empty} data-code={code}>
-        <Notice tone="bad" title={sentence}>
+        <Notice tone="bad" title={(missing === null ? storeState.message : undefined) ?? sentence}>
           {cure} ({code})
         </Notice>
       </div>

@@ -1,9 +1,9 @@
 import { Tooltip } from '@mantine/core'
-import { useControl, useStop } from '@mosaic/react'
+import { useControl, useReadable, useStop } from '@mosaic/react'
 import { IconHandStop } from '@tabler/icons-react'
 import type { PointerEvent } from 'react'
 import classes from './control.module.css'
-import { NOT_CERTIFIED } from './controlText'
+import { NOT_CERTIFIED, stopHint } from './controlText'
 import { STOP_KEY_TEXT } from './stopKey'
 import { useStopKey } from './useStopKey'
 import { useStopRobot } from './useStopRobot'
@@ -16,21 +16,24 @@ export interface StopButtonProps {
 
 /** Stops the robot, for everybody, at once: at the touch, not at its end. Anybody who is connected may. */
 export function StopButton({ robotId, hasKey = true }: StopButtonProps) {
-  const { availability } = useControl(robotId)
+  const { availability, desk } = useControl(robotId)
+  const restable = useReadable(desk.restable)
   const { isStopped, mine } = useStop(robotId)
   const stopRobot = useStopRobot(robotId)
   const stop = () => void stopRobot()
   useStopKey(stop, hasKey)
-  const state = mine?.phase === 'sending' ? 'stopping' : isStopped ? 'stopped' : 'ready'
-  const what = availability === 'unavailable' ? 'Sends zeros to the drive: this robot knows no stop.' : 'The robot stands still until somebody clears it.'
+  const hasNone = availability === 'unavailable' && restable.length === 0
+  const state = mine?.phase === 'sending' ? 'stopping' : isStopped ? 'stopped' : hasNone ? 'none' : 'ready'
+  const what = stopHint(availability, restable)
   return (
-    <Tooltip multiline w={260} label={<StopHint what={what} />} openDelay={300}>
+    <Tooltip multiline w={260} label={<StopHint what={what} hasNone={hasNone} />} openDelay={300}>
       <button
         type="button"
         className={classes.stop}
         data-state={state}
         data-testid="stop"
         aria-label="Stop the robot"
+        aria-description={availability === 'unavailable' ? what : undefined}
         aria-keyshortcuts="Escape Escape"
         onPointerDown={(event) => isPrimary(event) && stop()}
         // A keyboard or a screen reader: no pointer came before.
@@ -47,9 +50,10 @@ export function StopButton({ robotId, hasKey = true }: StopButtonProps) {
   )
 }
 
-const WORDS = { ready: 'Stop', stopping: 'Stopping…', stopped: 'Stopped' }
+const WORDS = { ready: 'Stop', stopping: 'Stopping…', stopped: 'Stopped', none: 'No stop' }
 
-function StopHint({ what }: { what: string }) {
+function StopHint({ what, hasNone }: { what: string; hasNone: boolean }) {
+  if (hasNone) return <span>{what}</span>
   return (
     <span>
       <strong>Stop</strong>: press Escape twice, or hold it. {what} {NOT_CERTIFIED}

@@ -26,16 +26,18 @@ export function StoppedBanner({ robotId }: { robotId: string }) {
     )
   }
   if (mine === null || mine.id === dismissed || (mine.phase !== 'unconfirmed' && mine.phase !== 'unavailable')) return null
-  const isLost = mine.phase === 'unconfirmed'
+  const isUnsent = mine.phase === 'unavailable' && (mine.zeros?.sent.length ?? 0) === 0
+  const isBad = mine.phase === 'unconfirmed' || isUnsent || (mine.zeros?.unsent.length ?? 0) > 0
   return (
-    <Banner
-      tone={isLost ? 'stopped' : 'zeros'}
-      title={stopReportText(mine)}
-      text={isLost ? 'The connection ended before its answer. Stop it at the robot if you can’t see that it stands.' : 'Look at it: nothing here can confirm that it stands.'}
-    >
+    <Banner tone={isBad ? 'stopped' : 'zeros'} title={stopReportText(mine)} text={whatNow(mine.phase, isUnsent)} isOnTheWay={!isUnsent}>
       <CloseButton aria-label="Hide this" c="inherit" onClick={() => setDismissed(mine.id)} />
     </Banner>
   )
+}
+
+function whatNow(phase: StopReport['phase'], isUnsent: boolean): string {
+  if (phase === 'unconfirmed') return 'The connection ended before its answer. Stop it at the robot if you can’t see that it stands.'
+  return isUnsent ? 'Stop it at the robot.' : 'Look at it: nothing here can confirm that it stands.'
 }
 
 interface BannerProps {
@@ -44,10 +46,12 @@ interface BannerProps {
   text: string
   /** What changes by the minute: shown, but not read out each time. */
   note?: string | undefined
+  /** False: nothing was sent. */
+  isOnTheWay?: boolean
   children: ReactNode
 }
 
-function Banner({ tone, title, text, note = '', children }: BannerProps) {
+function Banner({ tone, title, text, note = '', isOnTheWay = true, children }: BannerProps) {
   const Icon = tone === 'stopped' ? IconAlertOctagon : IconAlertTriangle
   return (
     <section className={classes.banner} data-tone={tone} aria-label="Stop" data-testid="stopped-banner">
@@ -58,7 +62,7 @@ function Banner({ tone, title, text, note = '', children }: BannerProps) {
         </div>
         <small>
           {note === '' ? '' : `${note}. `}
-          {NOT_CERTIFIED}
+          {isOnTheWay ? NOT_CERTIFIED : ''}
         </small>
       </div>
       {children}

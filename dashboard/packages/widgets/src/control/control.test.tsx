@@ -181,12 +181,39 @@ describe('the banner of a stopped robot', () => {
   })
 })
 
-test('a robot that knows no stop is said to have been sent zeros, and nothing more', () => {
-  desk().availability.set('unavailable')
-  show(<StoppedBanner robotId="r" />)
-  act(() => desk().stopState.set({ isStopped: false, by: '', reason: '', mine: { ...SENDING, phase: 'unavailable' } }))
-  expect(screen.getByTestId('stopped-banner').dataset['tone']).toBe('zeros')
-  expect(screen.getByRole('alert').textContent).toContain('nothing here can confirm that it stands')
+describe('of a robot that knows no stop', () => {
+  const report = (zeros: { sent: string[]; unsent: string[] }) => {
+    desk().availability.set('unavailable')
+    show(<StoppedBanner robotId="r" />)
+    act(() => desk().stopState.set({ isStopped: false, by: '', reason: '', mine: { ...SENDING, phase: 'unavailable', zeros } }))
+    return screen.getByTestId('stopped-banner')
+  }
+
+  test('zeros that left are said, and nothing more', () => {
+    const banner = report({ sent: ['cmd_vel'], unsent: [] })
+    expect(banner.dataset['tone']).toBe('zeros')
+    expect(screen.getByRole('alert').textContent).toContain('zeros were sent to ‘cmd_vel’')
+    expect(screen.getByRole('alert').textContent).toContain('nothing here can confirm that it stands')
+  })
+
+  test('zeros that did not leave are never said to have', () => {
+    const banner = report({ sent: [], unsent: [] })
+    expect(banner.dataset['tone']).toBe('stopped')
+    expect(banner.textContent).toContain('nothing was sent')
+    expect(banner.textContent).toContain('Stop it at the robot')
+    expect(banner.textContent).not.toContain('travels over the network')
+  })
+
+  test('the button says what it can do, and what it can’t', () => {
+    desk().availability.set('unavailable')
+    show(<StopButton robotId="r" />)
+    const button = screen.getByRole('button', { name: 'Stop the robot' })
+    expect(button.textContent).toContain('No stop')
+    expect(button.getAttribute('aria-description')).toContain('can’t stop it')
+    act(() => desk().restable.set(['cmd_vel']))
+    expect(button.textContent).toContain('Stop')
+    expect(button.getAttribute('aria-description')).toContain('its drive (cmd_vel) is sent zeros')
+  })
 })
 
 describe('the lease button', () => {

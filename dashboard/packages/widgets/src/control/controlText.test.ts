@@ -12,7 +12,10 @@ describe('a stop', () => {
     [{ phase: 'safe', acknowledgedMs: 8.26 }, 'Stopped, confirmed after 8.3 ms'],
     [{ phase: 'acknowledged', acknowledgedMs: 21 }, 'The robot has your stop after 21 ms; its safe action is still running'],
     [{ phase: 'unconfirmed' }, 'The robot did not confirm the stop'],
-    [{ phase: 'unavailable' }, 'This robot knows no stop; its drive was sent zeros instead'],
+    [{ phase: 'unavailable' }, 'Not stopped: this robot knows no stop, and no drive of it is known here: nothing was sent'],
+    [{ phase: 'unavailable', zeros: { sent: [], unsent: ['cmd_vel'] } }, 'Not stopped: this robot knows no stop; nothing was sent to ‘cmd_vel’, whose channel is not open'],
+    [{ phase: 'unavailable', zeros: { sent: ['cmd_vel'], unsent: [] } }, 'This robot knows no stop; zeros were sent to ‘cmd_vel’'],
+    [{ phase: 'unavailable', zeros: { sent: ['base'], unsent: ['arm'] } }, 'This robot knows no stop; zeros were sent to ‘base’; nothing was sent to ‘arm’, whose channel is not open'],
   ])('%j reads “%s”', (change, text) => expect(stopReportText({ ...SENDING, ...change })).toBe(text))
 
   test('a measured time never hides that the robot only has it', () => {

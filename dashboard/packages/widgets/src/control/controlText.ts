@@ -1,5 +1,5 @@
 /** What the page says about who commands, about the stop, and about what limits the speed: pure, in whole sentences. */
-import { reasonOf, type LeaseView, type PeerView, type Role, type SafetyLimit, type StopReport } from '@mosaic/client'
+import { reasonOf, type Availability, type LeaseView, type PeerView, type Role, type SafetyLimit, type StopReport, type ZerosReport } from '@mosaic/client'
 
 export const NOT_CERTIFIED = 'This stop travels over the network. It is not a certified emergency stop.'
 
@@ -28,7 +28,7 @@ export function formattedMs(ms: number): string {
 }
 
 /** How far the stop has come that was pressed on this page. */
-export function stopReportText({ phase, safeMs, acknowledgedMs }: Omit<StopReport, 'id' | 'reason' | 'copies' | 'receivedMs'>): string {
+export function stopReportText({ phase, safeMs, acknowledgedMs, zeros }: Omit<StopReport, 'id' | 'reason' | 'copies' | 'receivedMs'>): string {
   const afterMs = safeMs ?? acknowledgedMs
   const measured = afterMs === null ? '' : formattedMs(afterMs)
   switch (phase) {
@@ -41,8 +41,23 @@ export function stopReportText({ phase, safeMs, acknowledgedMs }: Omit<StopRepor
     case 'unconfirmed':
       return 'The robot did not confirm the stop'
     case 'unavailable':
-      return 'This robot knows no stop; its drive was sent zeros instead'
+      return zerosText(zeros)
   }
+}
+
+/** What was done in place of a stop; only what left the page counts. */
+function zerosText({ sent, unsent }: ZerosReport = { sent: [], unsent: [] }): string {
+  const named = (labels: readonly string[]) => labels.map((label) => `‘${label}’`).join(', ')
+  const missed = unsent.length === 0 ? '' : `; nothing was sent to ${named(unsent)}, whose channel is not open`
+  if (sent.length > 0) return `This robot knows no stop; zeros were sent to ${named(sent)}${missed}`
+  return `Not stopped: this robot knows no stop${unsent.length === 0 ? ', and no drive of it is known here: nothing was sent' : missed}`
+}
+
+/** What the stop button does. `restable`: the connectors that get zeros where the robot knows no stop. */
+export function stopHint(availability: Availability, restable: readonly string[]): string {
+  if (availability !== 'unavailable') return 'The robot stands still until somebody clears it.'
+  if (restable.length === 0) return 'This robot has no stop, and no drive of it is known here: this button can’t stop it.'
+  return `This robot knows no stop: its drive (${restable.join(', ')}) is sent zeros, and it moves again with the next command.`
 }
 
 /** `Since 14:03:07, for 2 min`; empty while it is not known. */

@@ -1,0 +1,45 @@
+import { Value, type Readable } from '../Readable'
+import type { ZerosReport } from './views'
+
+/**
+ * What makes connectors of a robot stand that knows no stop: a message each, the zeros of its drive. What is said of
+ * them is what left the page, nothing else.
+ */
+export class Rests {
+  private readonly messages = new Map<string, { text: string }[]>()
+  private readonly known = new Value<readonly string[]>([])
+
+  /** The connectors that can be asked to stand. */
+  readonly labels: Readable<readonly string[]> = this.known
+
+  /** `send`: true where the channel is open and took it. */
+  constructor(private readonly send: (label: string, text: string) => boolean) {}
+
+  /** The result takes it away again. */
+  add(label: string, zero: object): () => void {
+    const message = { text: JSON.stringify(zero) }
+    this.messages.set(label, [...(this.messages.get(label) ?? []), message])
+    this.show()
+    return () => {
+      const left = (this.messages.get(label) ?? []).filter((one) => one !== message)
+      if (left.length > 0) this.messages.set(label, left)
+      else this.messages.delete(label)
+      this.show()
+    }
+  }
+
+  sendAll(): ZerosReport {
+    const sent: string[] = []
+    const unsent: string[] = []
+    for (const [label, [message]] of this.messages) {
+      const isSent = message !== undefined && this.send(label, message.text)
+      ;(isSent ? sent : unsent).push(label)
+    }
+    return { sent, unsent }
+  }
+
+  private show(): void {
+    const labels = [...this.messages.keys()]
+    if (labels.join('\n') !== this.known.get().join('\n')) this.known.set(labels)
+  }
+}

@@ -1,0 +1,160 @@
+"""A person in Chromium at an original robot: it announces nothing, is described once, then driven like any other."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+sys.path.insert(0, str(Path(__file__).parent))
+from original_robot import OriginalRobot
+
+pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
+
+YAML = """\
+server:
+  ws_url: wss://mosaic.example.org
+  auth: { type: simple-token, robot_id: 7d1c2f6e, params: { token: a-secret-word } }
+  webrtc: { ice_servers: [] }
+connectors:
+  - { type: opencv-sender-camera, label: front, params: { fps: 15 } }
+  - { type: ros2-receiver-geometry-Twist, label: cmd_vel, params: { topic_name: /cmd_vel } }
+  - { type: turtlebot-sender-laser-scan, label: scan }
+  - { type: connection-check, label: L }
+  - { type: acme-sender-engine, label: engine }
+"""
+ZERO = {"linear": {"x": 0, "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": 0}}
+
+
+def scan() -> str:
+    ranges = [1 + 0.5 * math.sin(index / 10) for index in range(90)]
+    head = {"angle_min": 0, "angle_max": 6.28, "angle_increment": 0.07, "range_min": 0.12, "range_max": 3.5}
+    return json.dumps({**head, "ranges": ranges, "intensities": []}, indent="\t")
+
+
+@pytest.fixture
+def original(server: Any, seed: Any) -> Iterator[OriginalRobot]:
+    robot = OriginalRobot(
+        server.url,
+        seed.robot_id,
+        seed.robot_token,
+        cameras=("front",),
+        senders={"scan": scan, "engine": lambda: json.dumps({"rpm": 1200, "temperature_c": 71.5})},
+        receivers=("cmd_vel",),
+    )
+    robot.start()
+    yield robot
+    robot.stop()
+
+
+@pytest.fixture
+def page(browser: Browser, original: OriginalRobot, sign_in: Callable[[Page], None]) -> Iterator[Page]:
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    page.set_default_timeout(20_000)
+    sign_in(page)
+    yield page
+    context.close()
+
+
+def card(page: Page, label: str) -> Locator:
+    return page.locator(f"[data-label={label}]")
+
+
+def open_robot(page: Page, server: Any, seed: Any) -> None:
+    page.goto(f"{server.url}/robots/{seed.robot_id}")
+    page.get_by_text("Connected", exact=True).wait_for()
+
+
+def shot(page: Page, name: str, tmp_path: Path) -> None:
+    page.screenshot(path=str(Path(os.environ.get("MOSAIC_SCREENSHOTS", str(tmp_path))) / f"{name}.png"))
+
+
+def test_an_original_robot_is_described_by_its_yaml_file_and_then_driven_and_watched(
+    page: Page, original: OriginalRobot, server: Any, seed: Any, wait_for: Callable[..., float], tmp_path: Path
+) -> None:
+    open_robot(page, server, seed)
+    page.get_by_role("heading", name="This robot does not say what it has").wait_for()
+    shot(page, "not-described", tmp_path)
+    stop = page.get_by_role("button", name="Stop the robot")
+    expect(stop).to_contain_text("No stop")
+    stop.click()
+    expect(page.get_by_test_id("stopped-banner")).to_contain_text("nothing was sent")
+    assert original.heard == []
+
+    page.get_by_label("The robot’s YAML file").fill(YAML)
+    expect(page.get_by_role("list", name="Connectors in the file").get_by_role("listitem")).to_have_count(5)
+    shot(page, "yaml-read", tmp_path)
+    page.get_by_role("button", name="Add 5 connectors").click()
+    page.get_by_role("application", name="Drive pad").wait_for()
+    see_all(page)
+    shot(page, "described", tmp_path)
+
+    page.reload()
+    page.get_by_text("Connected", exact=True).wait_for()
+    see_all(page)
+    drive(page, original, wait_for)
+
+    seen = len(original.commands("cmd_vel"))
+    page.get_by_role("button", name="Stop the robot").click()
+    expect(page.get_by_test_id("stopped-banner")).to_contain_text("zeros were sent to ‘cmd_vel’")
+    wait_for(lambda: len(original.commands("cmd_vel")) > seen, "zeros arrive")
+    assert set(map(json.dumps, original.commands("cmd_vel")[seen:])) == {json.dumps(ZERO)}
+    shot(page, "stopped", tmp_path)
+    stored = page.evaluate("() => Object.values(localStorage).join()")
+    assert "a-secret-word" not in stored
+
+
+def see_all(page: Page) -> None:
+    """Picture, values and the echo are really there."""
+    page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")
+    expect(card(page, "engine")).to_contain_text("71.5")
+    expect(card(page, "L").get_by_test_id("round-trip-now")).to_have_text(re.compile(r"[0-9]"))
+    expect(card(page, "scan")).to_have_attribute("aria-label", "scan: Laser scan")
+
+
+def drive(page: Page, original: OriginalRobot, wait_for: Callable[..., float]) -> None:
+    page.keyboard.down("w")
+    wait_for(lambda: len(original.commands("cmd_vel")) > 3, "commands arrive")
+    assert original.commands("cmd_vel")[0]["linear"]["x"] > 0
+    page.keyboard.up("w")
+    wait_for(lambda: original.commands("cmd_vel")[-1] == ZERO, "a zero ends the drive")
+    # For a second the zero is repeated; then the pad is silent.
+    wait_for(lambda: original.commands("cmd_vel")[-19:] == [ZERO] * 19, "the zeros are repeated")
+
+
+def forget_description(server: Any, seed: Any) -> None:
+    with httpx.Client(base_url=server.url) as http:
+        account = {"username": seed.email, "password": seed.password}
+        answer = http.post("/api/v1/account/login/access-token", json=account).json()
+        http.headers["Authorization"] = f"Bearer {answer['resultData']['accessToken']}"
+        path = f"/api/v1/robots/{seed.robot_id}/connector-config"
+        assert http.put(path, json={"connectorConfig": None}).is_success
+
+
+def test_a_label_that_nobody_knows_is_tried_and_found_out(page: Page, server: Any, seed: Any, tmp_path: Path) -> None:
+    forget_description(server, seed)
+    open_robot(page, server, seed)
+    page.get_by_role("heading", name="This robot does not say what it has").wait_for()
+    expect(page.get_by_role("list", name="Found connectors")).to_contain_text("front")
+    form = page.get_by_role("form", name="Describe a connector by hand")
+    form.get_by_label("Label").fill("engine")
+    form.get_by_role("button", name="Try this label").click()
+    expect(form.get_by_role("status")).to_contain_text("JSON from the robot")
+    expect(form.get_by_role("status")).to_contain_text("71.5")
+    shot(page, "tried", tmp_path)
+    form.get_by_role("button", name="Add", exact=True).click()
+    expect(card(page, "engine")).to_contain_text("71.5")
+    page.get_by_role("button", name="Change what it has").click()
+    page.get_by_role("button", name="Add front").click()
+    page.keyboard.press("Escape")
+    page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")
