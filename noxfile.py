@@ -106,7 +106,7 @@ def demo(session: nox.Session) -> None:
 def _test(session: nox.Session, marks: str, *options: str) -> None:
     """What fails is run once more, in a new process and with nothing beside it: real networks, browsers and clocks on
     a machine with other work miss a time-out now and then. What then passes is named, and still wants to be mended."""
-    pytest = (PYTHON, "-m", "pytest", "-m", marks)
+    pytest = (PYTHON, "-m", "pytest", "--pairs", "-m", marks)
     try:
         session.run(*pytest, *options, external=True)
     except CommandFailed:

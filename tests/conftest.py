@@ -13,12 +13,25 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Playwright
+
 MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main"]
 START_S = 30.0
+QUIET = [
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
 
 
 @dataclass
@@ -218,3 +231,24 @@ def chromium() -> str:
     if found is None:
         pytest.skip("no Chromium: apt install chromium, or name one in MOSAIC_CHROMIUM")
     return found
+
+
+@pytest.fixture(scope="session")
+def quiet_words() -> list[str]:
+    """What a Chromium of ours is started with: no window, no graphics card, no talk with its maker."""
+    return QUIET
+
+
+@pytest.fixture(scope="session")
+def playwright(chromium: str) -> Iterator[Playwright]:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def browser(playwright: Playwright, chromium: str) -> Iterator[Browser]:
+    running = playwright.chromium.launch(executable_path=chromium, args=QUIET)
+    yield running
+    running.close()

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, Playwright, expect, sync_playwright
+from playwright.sync_api import Browser, Locator, Page, Playwright, expect
 
 from mosaic_core.operator import MessageInfo, MosaicOperator
 
@@ -31,16 +31,6 @@ CONNECTORS = """\
   - { type: cmd-vel, label: cmd_vel, params: { drive: { type: sim } }, safety: { timeout_s: 0.3 } }
   - { type: connection-check, label: link }
 """
-QUIET = [
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 REST_M = 0.002
 """Less way than this between two looks counts as standing."""
 
@@ -134,19 +124,6 @@ def observer(server: Any, seed: Any, robot: Any, wait_for: Callable[..., float])
     wait_for(lambda: watching.is_watching, "the observer sees the pose")
     yield watching
     watching.stop()
-
-
-@pytest.fixture(scope="session")
-def playwright(chromium: str) -> Iterator[Playwright]:
-    with sync_playwright() as running:
-        yield running
-
-
-@pytest.fixture(scope="session")
-def browser(playwright: Playwright, chromium: str) -> Iterator[Browser]:
-    running = playwright.chromium.launch(executable_path=chromium, args=QUIET)
-    yield running
-    running.close()
 
 
 @dataclass
@@ -278,11 +255,13 @@ class OwnBrowser:
 
 
 @pytest.fixture
-def own_browser(playwright: Playwright, chromium: str, tmp_path: Path, wait_for: Any) -> Iterator[OwnBrowser]:
+def own_browser(
+    playwright: Playwright, chromium: str, quiet_words: list[str], tmp_path: Path, wait_for: Any
+) -> Iterator[OwnBrowser]:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
-    words = [chromium, *QUIET, f"--user-data-dir={tmp_path}", f"--remote-debugging-port={port}", "about:blank"]
+    words = [chromium, *quiet_words, f"--user-data-dir={tmp_path}", f"--remote-debugging-port={port}", "about:blank"]
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
 
     def listens() -> bool:

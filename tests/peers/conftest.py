@@ -18,13 +18,13 @@ if str(HERE) not in sys.path:
 
 from independent.aiortc_operator import Page  # noqa: E402
 from independent.aiortc_robot import C1Robot, C2Robot  # noqa: E402
-from independent.javascript import NodeHost  # noqa: E402
+from independent.javascript import ChromiumHost, NodeHost  # noqa: E402
 from independent.wire import Rest, until  # noqa: E402
 
 T = TypeVar("T")
 PACKAGES = HERE.parents[1] / "dashboard"
 OUR_CONNECTORS = """\
-  - { type: sim-camera, label: front, params: { fps: 15 } }
+  - { type: test-pattern, label: front, params: { width: 320, height: 240, fps: 15 } }
   - { type: sim-pose, label: pose, params: { period_s: 0.05 } }
   - { type: cmd-vel, label: cmd_vel, params: { drive: { type: sim } }, safety: { timeout_s: 0.5 } }
   - { type: connection-check, label: link }
@@ -82,6 +82,12 @@ def libdatachannel() -> Iterator[NodeHost]:
     host = NodeHost(node, PACKAGES)
     yield host
     host.close()
+
+
+@pytest.fixture(scope="session")
+def chromium_host() -> type[ChromiumHost]:
+    """`chromium_host(page, url)`: a browser's page in which peers can be made."""
+    return ChromiumHost
 
 
 def in_thread(scene: Coroutine[Any, Any, T]) -> T:

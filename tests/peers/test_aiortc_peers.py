@@ -144,7 +144,7 @@ def test_an_original_robot_is_called_again_and_answers_pings(pair: Any, page: An
                     call = await tab.call(robot.robot_id, ("pose",))
                     await until(lambda: call.objects("pose"), "a pose")  # noqa: B023
                     await call.hang_up()
-                    await until(lambda: robot.state == 0, "the robot is free")  # noqa: B023
+                    await until(lambda: robot.state == 0, "the robot is free")
                 await until(lambda: robot.pings, "a ping of the server", 30)
                 await until(lambda: tab.pings, "a ping of the page", 30)
             await until(lambda: tab.statuses(robot.robot_id)[-1] == 5, "the page hears that it went")

@@ -134,9 +134,7 @@ class C2Robot(Wire):
             bare.append(re.sub(r"^a=msid:.*?\r?$", f"a=msid:{label} {label}", section, flags=re.MULTILINE))
         first, *rest = found
         await self._trickle(first)
-        await self.say(
-            "signaling.send_sdp_answer", {"rtcConnectionId": self.connection_id, "sdpAnswer": "".join(bare)}
-        )
+        await self.say("signaling.send_sdp_answer", {"rtcConnectionId": self.connection_id, "sdpAnswer": "".join(bare)})
         for candidate in rest:
             await self._trickle(candidate)
 

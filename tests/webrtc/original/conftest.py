@@ -418,8 +418,12 @@ async def original_site(
 
 
 @pytest.fixture
-def original_robot(tmp_path: Path) -> Any:
-    """``async with original_robot(connectors_yaml) as site``: our robot on an original server."""
+def original_robot(
+    tmp_path: Path, request: pytest.FixtureRequest, record_property: Callable[[str, object], None]
+) -> Any:
+    """``async with original_robot(connectors_yaml) as site``: our robot on an original server; a pair of the table."""
+    name = request.node.originalname.removeprefix("test_").replace("_", " ")
+    record_property("pair", f"our robot | original server and page (S2), strict to the letter | {name}")
     return lambda connectors, **more: original_site(tmp_path, connectors, **more)
 
 
