@@ -43,18 +43,24 @@ def page(server: Any, seed: Any) -> Callable[[], Page]:
 
 
 @pytest.fixture
-def new_robot(server: Any, seed: Any) -> Callable[..., tuple[str, str]]:
-    """`new_robot(name)`: id and token of a further robot, made as the original page makes it."""
+def rest_of(server: Any, seed: Any) -> Callable[[Callable[[Rest], Coroutine[Any, Any, T]]], T]:
+    """`rest_of(calls)` → what `calls(rest)` gives, with the REST routes as the original page uses them."""
 
-    async def made(name: str, with_token: bool) -> tuple[str, str]:
+    async def signed_in(calls: Callable[[Rest], Coroutine[Any, Any, T]]) -> T:
         rest = Rest(server.url)
-        await rest.log_in(seed.email, seed.password)
         try:
-            return await rest.add_robot(name, with_token=with_token)
+            await rest.log_in(seed.email, seed.password)
+            return await calls(rest)
         finally:
             await rest.close()
 
-    return lambda name, *, with_token=True: in_thread(made(name, with_token))
+    return lambda calls: in_thread(signed_in(calls))
+
+
+@pytest.fixture
+def new_robot(rest_of: Any) -> Callable[..., tuple[str, str]]:
+    """`new_robot(name)`: id and token of a further robot, made as the original page makes it."""
+    return lambda name, *, with_token=True: rest_of(lambda rest: rest.add_robot(name, with_token=with_token))
 
 
 @pytest.fixture
