@@ -28,6 +28,7 @@ OUR_CONNECTORS = """\
   - { type: sim-pose, label: pose, params: { period_s: 0.05 } }
   - { type: cmd-vel, label: cmd_vel, params: { drive: { type: sim } }, safety: { timeout_s: 0.5 } }
   - { type: connection-check, label: link }
+  - { type: sim-point-cloud, label: cloud, params: { rate_hz: 2, columns: 240 } }
 """
 
 
