@@ -65,7 +65,7 @@ class CloudStore:
             assert all(fields_of(field)[3][0] == FLOAT32 for field in found[16])
             self._meta, self._chunks = found, {}
         elif self._meta and found[2] == self._meta[2]:
-            self._chunks[found.get(3, [0])[0]] = found[5][0]
+            self._chunks[found.get(3, [0])[0]] = found.get(5, [b""])[0]  # proto3 leaves defaults out
             if len(self._chunks) >= self._meta.get(15, [0])[0] - 1:
                 self._finish()
 
