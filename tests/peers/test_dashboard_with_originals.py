@@ -27,6 +27,7 @@ connectors:
   - { type: ros2-sender-geometry-Pose, label: pose, params: { topic_name: /pose } }
   - { type: ros2-receiver-geometry-Twist, label: cmd_vel, params: { topic_name: /cmd_vel } }
   - { type: connection-check, label: link }
+  - { type: ros2-sender-sensor-PointCloud2, label: cloud, params: { topic_name: /points, parallel_num: 1 } }
 """
 CONNECTOR_CONFIG = {
     "connectors": [
@@ -121,14 +122,15 @@ def drives(page: Page, twists: Callable[[], list[Any]], wait_for: Callable[..., 
 def test_an_original_robot_is_described_from_its_file_and_then_as_good_as_ours(
     pair: Any, person: Page, server: Any, c2_robot: Any, wait_for: Any
 ) -> None:
-    pair(OURS, "original robot (C2) on aiortc", "described from its YAML file; picture, data, driving, stop, check")
+    pair(OURS, "original robot (C2) on aiortc", "described from its YAML file; picture, data, cloud, driving, stop")
     with alive(c2_robot(cameras=("front",))) as robot:
         person.goto(f"{server.url}/robots/{robot.robot_id}")
         person.get_by_label("The robot’s YAML file").fill(ROBOT_FILE)
         photographed(person, "describe")
-        person.get_by_role("button", name="Add 4 connectors").click()
+        person.get_by_role("button", name="Add 5 connectors").click()
         sees_the_picture_move(person)
         sees_data(person)
+        expect(card(person, "cloud")).to_contain_text(re.compile(r"2[\s.,]?500"))
         drives(person, lambda: robot.twists, wait_for)
         photographed(person, "original-robot")
         person.goto(f"{server.url}/robots/{robot.robot_id}")  # kept: the second visit asks nothing

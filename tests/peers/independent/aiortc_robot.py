@@ -6,6 +6,7 @@ import asyncio
 import json
 import re
 import time
+import uuid
 from collections.abc import Callable
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from aiortc import RTCDataChannel, RTCPeerConnection, RTCSessionDescription, VideoStreamTrack
 from aiortc.sdp import candidate_from_sdp
 from av import VideoFrame
+from independent.point_cloud import messages_of
 from independent.wire import Wire
 
 READY, CONNECTING, CONNECTED, DISCONNECTING, DISCONNECTED = 0, 1, 2, 3, 5
@@ -39,7 +41,7 @@ class MovingSquare(VideoStreamTrack):
 
 
 class C2Robot(Wire):
-    """`pose` (sender), `cmd_vel` (Twist receiver), `link` (connection check) and cameras by label."""
+    """`pose` and `cloud` (senders), `cmd_vel` (Twist receiver), `link` (connection check) and cameras by label."""
 
     def __init__(self, url: str, robot_id: str, token: str = "", cameras: tuple[str, ...] = ()) -> None:
         super().__init__(url, "/ws/robot")
@@ -55,7 +57,8 @@ class C2Robot(Wire):
         self.is_authorized = asyncio.Event()
         self.connection_id = ""
         self.pc: RTCPeerConnection | None = None
-        self._posing: asyncio.Task[None] | None = None
+        self._sending: list[asyncio.Task[None]] = []
+        self._senders = {"pose": self._pose, "cloud-0": self._cloud}
 
     async def __aenter__(self) -> C2Robot:
         await self.open()
@@ -165,9 +168,9 @@ class C2Robot(Wire):
 
     async def _end_peer(self) -> None:
         pc, self.pc = self.pc, None
-        if self._posing is not None:
-            self._posing.cancel()
-            self._posing = None
+        for task in self._sending:
+            task.cancel()
+        self._sending.clear()
         self.channels.clear()
         if pc is not None:
             await pc.close()
@@ -180,6 +183,7 @@ class C2Robot(Wire):
             "cmd_vel": self._twist,
             "link-receiver": self._echo,
             "link-sender": lambda _: None,
+            "cloud-0": lambda _: None,
         }
         self.protocols[channel.label] = channel.protocol
         if channel.label not in handlers or channel.label in self.channels:
@@ -187,8 +191,8 @@ class C2Robot(Wire):
             return
         self.channels[channel.label] = channel
         channel.on("message", handlers[channel.label])
-        if channel.label == "pose":
-            self._posing = asyncio.create_task(self._pose(channel))
+        if channel.label in self._senders:
+            self._sending.append(asyncio.create_task(self._senders[channel.label](channel)))
 
     async def _pose(self, channel: RTCDataChannel) -> None:
         while channel.readyState == "open":
@@ -197,6 +201,14 @@ class C2Robot(Wire):
             pose = {"position": position, "orientation": orientation, "timestamp": time.time_ns() // 1000}
             channel.send(json.dumps(pose, indent="\t"))  # over many lines, as the original's writer does
             await asyncio.sleep(0.1)
+
+    async def _cloud(self, channel: RTCDataChannel) -> None:
+        turn = np.linspace(0, 2 * np.pi, 2500, dtype=np.float32)
+        ring = np.stack([3 * np.cos(turn), 3 * np.sin(turn), np.sin(5 * turn), turn], axis=1)
+        while channel.readyState == "open":
+            for message in messages_of(ring, str(uuid.uuid4()), 1000):
+                channel.send(message)
+            await asyncio.sleep(0.3)
 
     def _twist(self, message: str | bytes) -> None:
         self.twist_texts.append(message)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -46,6 +47,48 @@ def _varint(message: bytes, at: int) -> tuple[int, int]:
         at, shift = at + 1, shift + 7
         if byte < 0x80:
             return value, at
+
+
+def _tag(number: int, kind: int) -> bytes:
+    return _number(number << 3 | kind)
+
+
+def _number(value: int) -> bytes:
+    out = bytearray()
+    while value > 0x7F:
+        out.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes([*out, value])
+
+
+def _part(number: int, value: int | float | bytes) -> bytes:
+    if isinstance(value, bytes):
+        return _tag(number, 2) + _number(len(value)) + value
+    if isinstance(value, float):
+        return _tag(number, 1) + struct.pack("<d", value)
+    return _tag(number, 0) + _number(value)
+
+
+def messages_of(points: np.ndarray[Any, Any], frame: str, chunk_points: int) -> list[bytes]:
+    """A cloud (n, 4) as the original robot's newer sensor package sends it: a Meta and its Chunks."""
+    head = _part(1, time.time() * 1e6) + _part(2, frame.encode())
+    box = [float(bound) for axis in range(3) for bound in (points[:, axis].min(), points[:, axis].max())]
+    count = len(points) // chunk_points  # one less than the chunks that follow, where there is a remainder
+    sizes = _part(3, 1) + _part(4, len(points)) + _part(6, 16) + _part(7, 16 * len(points)) + _part(8, 1)
+    bounds = b"".join(_part(number, bound) for number, bound in enumerate(box, start=9))
+    fields = [
+        _part(1, name.encode()) + _part(2, 4 * index) + _part(3, FLOAT32) + _part(4, 1)
+        for index, name in enumerate(("x", "y", "z", "intensity"))
+    ]
+    meta = head + sizes + bounds + _part(15, count) + b"".join(_part(16, field) for field in fields)
+    chunks = [points[at : at + chunk_points] for at in range(0, len(points), chunk_points)]
+    return [
+        meta,
+        *(
+            head + _part(3, index) + _part(4, len(chunk)) + _part(5, chunk.astype("<f4").tobytes())
+            for index, chunk in enumerate(chunks)
+        ),
+    ]
 
 
 class CloudStore:

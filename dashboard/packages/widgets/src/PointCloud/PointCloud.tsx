@@ -10,7 +10,8 @@ import { CloudDecoder } from './CloudDecoder'
 import type { ColourMode } from './CloudRenderer'
 import { factsText, Rate } from './cloudText'
 import { CloudView } from './CloudView'
-import type { PointCloud as Cloud } from './compactCloud'
+import { isCompact, type PointCloud as Cloud } from './compactCloud'
+import { OriginalClouds } from './originalCloud'
 import classes from './PointCloud.module.css'
 
 const NAMES: Record<ColourMode, string> = { height: 'Height', distance: 'Distance', intensity: 'Intensity', rgb: 'Colour' }
@@ -26,7 +27,7 @@ interface Arrival {
 export function PointCloud({ entry, store }: WidgetProps) {
   const canvas = useRef<HTMLCanvasElement>(null)
   const foot = useRef<HTMLDivElement>(null)
-  const parts = useRef<{ view: CloudView; decoder: CloudDecoder<Arrival>; rate: Rate } | null>(null)
+  const parts = useRef<{ view: CloudView; read: (data: ArrayBuffer, info: MessageInfo | undefined) => void; rate: Rate } | null>(null)
   const [phase, setPhase] = useState<Phase>('none')
   const [isDrawable, setIsDrawable] = useState(true)
   const [columns, setColumns] = useState('')
@@ -46,7 +47,20 @@ export function PointCloud({ entry, store }: WidgetProps) {
       if (foot.current !== null) foot.current.textContent = factsText({ ...factsOf(cloud, arrival), rateHz: rate.rateHz })
     }
     const decoder = new CloudDecoder<Arrival>(onCloud, () => setPhase('unreadable'))
-    parts.current = { view, decoder, rate }
+    const originals = new OriginalClouds()
+    const gather = (data: ArrayBuffer, info: MessageInfo | undefined) => {
+      try {
+        const cloud = originals.take(data)
+        if (cloud !== null) onCloud(cloud, { info, bytes: originals.sizeBytes })
+      } catch {
+        setPhase('unreadable')
+      }
+    }
+    const read = (data: ArrayBuffer, info: MessageInfo | undefined) => {
+      if (isCompact(data)) decoder.take(data, { info, bytes: data.byteLength })
+      else gather(data, info)
+    }
+    parts.current = { view, read, rate }
     return () => {
       parts.current = null
       decoder.dispose()
@@ -59,7 +73,7 @@ export function PointCloud({ entry, store }: WidgetProps) {
   const take = (data: ArrayBuffer, info?: MessageInfo) => {
     if (parts.current === null) return
     if (info?.latched !== true) parts.current.rate.note(info?.receivedAtMs ?? performance.now())
-    if (!document.hidden) parts.current.decoder.take(data, { info, bytes: data.byteLength })
+    if (!document.hidden) parts.current.read(data, info)
   }
   useEveryMessage(store, take)
 
@@ -67,7 +81,7 @@ export function PointCloud({ entry, store }: WidgetProps) {
     // Clouds are not decoded for a page that nobody sees: the newest is made up for.
     const onVisible = () => {
       const latest = !document.hidden && receives(store) ? store.latest : null
-      if (latest !== null) parts.current?.decoder.take(latest.data, { info: latest.info, bytes: latest.data.byteLength })
+      if (latest !== null) parts.current?.read(latest.data, latest.info)
     }
     document.addEventListener('visibilitychange', onVisible)
     return () => document.removeEventListener('visibilitychange', onVisible)

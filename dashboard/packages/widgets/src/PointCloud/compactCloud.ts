@@ -39,6 +39,10 @@ export function announcedPoints(data: ArrayBuffer): number {
   return data.byteLength < HEADER_BYTES ? 0 : new DataView(data).getUint32(8)
 }
 
+export function isCompact(data: ArrayBuffer): boolean {
+  return data.byteLength >= 4 && new DataView(data).getUint32(0) === MAGIC
+}
+
 export async function decodeCloud(data: ArrayBuffer): Promise<PointCloud> {
   const header = headerOf(data)
   const size = header.planes * header.count
