@@ -133,6 +133,8 @@ def test_an_original_robot_is_described_from_its_file_and_then_as_good_as_ours(
         expect(card(person, "cloud")).to_contain_text(re.compile(r"2[\s.,]?500"))
         drives(person, lambda: robot.twists, wait_for)
         photographed(person, "original-robot")
+        card(person, "cloud").scroll_into_view_if_needed()
+        photographed(person, "original-cloud")
         person.goto(f"{server.url}/robots/{robot.robot_id}")  # kept: the second visit asks nothing
         sees_the_picture_move(person)
         sees_data(person)
