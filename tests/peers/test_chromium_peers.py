@@ -81,7 +81,6 @@ def test_an_original_page_in_chromium_sees_and_drives_our_robot(
     tab("waitReady", seed.robot_id)
 
 
-@PENDING
 def test_an_original_page_with_an_rsa_certificate_connects_to_our_robot(
     pair: Any, tab: Any, seed: Any, our_robot: Any, wait_for: Any
 ) -> None:

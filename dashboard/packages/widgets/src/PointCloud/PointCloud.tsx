@@ -49,8 +49,10 @@ export function PointCloud({ entry, store }: WidgetProps) {
     const decoder = new CloudDecoder<Arrival>(onCloud, () => setPhase('unreadable'))
     const originals = new OriginalClouds()
     const gather = (data: ArrayBuffer, info: MessageInfo | undefined) => {
+      const { begun } = originals
       try {
         const cloud = originals.take(data)
+        if (originals.begun > begun) rate.note(performance.now())
         if (cloud !== null) onCloud(cloud, { info, bytes: originals.sizeBytes })
       } catch {
         setPhase('unreadable')
@@ -72,7 +74,7 @@ export function PointCloud({ entry, store }: WidgetProps) {
 
   const take = (data: ArrayBuffer, info?: MessageInfo) => {
     if (parts.current === null) return
-    if (info?.latched !== true) parts.current.rate.note(info?.receivedAtMs ?? performance.now())
+    if (info?.latched !== true && isCompact(data)) parts.current.rate.note(info?.receivedAtMs ?? performance.now())
     if (!document.hidden) parts.current.read(data, info)
   }
   useEveryMessage(store, take)

@@ -25,6 +25,8 @@ interface Meta {
 
 /** Takes the messages of one connector, whichever of its channels they came on. */
 export class OriginalClouds {
+  /** How many clouds began. */
+  begun = 0
   /** Of the messages of the newest cloud so far. */
   sizeBytes = 0
   private meta: Meta | null = null
@@ -36,6 +38,7 @@ export class OriginalClouds {
     if (fields.bytes(META.pointFields).length > 0 || fields.bytes(META.chunkCount).length > 0) {
       this.meta = metaOf(fields)
       this.chunks.clear()
+      this.begun++
       this.sizeBytes = data.byteLength
       return null
     }
