@@ -25,7 +25,6 @@ from mosaic_core.words.signaling import RobotStatus
 
 pytestmark = [pytest.mark.webrtc, pytest.mark.timeout(90)]
 
-PENDING = pytest.mark.xfail(strict=False, reason="what mends it is not in this tree yet")
 PAGE, C2, C1 = "original page on aiortc", "original robot (C2) on aiortc", "original robot (C1)"
 ROBOT, SERVER, OPERATOR = "our robot", "our server", "our Python operator"
 FORWARD = json.dumps({"linear": {"x": 0.3, "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": 0.1}})
@@ -96,7 +95,6 @@ def test_an_original_page_gathers_our_point_cloud(pair: Any, page: Any, seed: An
     asyncio.run(scene())
 
 
-@PENDING
 @pytest.mark.parametrize("labels", [("pose",), ()], ids=["with_data", "pictures_alone"])
 def test_an_original_page_sees_the_first_picture_at_once(
     pair: Any, page: Any, seed: Any, our_robot: Any, labels: tuple[str, ...]
@@ -114,7 +112,6 @@ def test_an_original_page_sees_the_first_picture_at_once(
     asyncio.run(scene())
 
 
-@PENDING
 def test_an_original_page_shows_our_robot_from_its_connector_config(
     pair: Any, page: Any, seed: Any, our_robot: Any, until: Any
 ) -> None:

@@ -21,7 +21,6 @@ from mosaic_core.operator import (
 from mosaic_core.words.data_type import MosaicDataType
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(90)]
-PENDING = pytest.mark.xfail(strict=False, reason="what mends it is not in this tree yet")
 FORWARD = json.dumps({"linear": {"x": 0.3, "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": 0.1}})
 PAGE, PLAIN = "original page in Chromium", ["pose", "cmd_vel", "link-sender", "link-receiver"]
 
@@ -91,7 +90,6 @@ def test_an_original_page_with_an_rsa_certificate_connects_to_our_robot(
     assert tab("motion", call) > 0
 
 
-@PENDING
 def test_an_original_page_that_knows_vp9_alone_is_told_and_gets_the_data(
     pair: Any, tab: Any, seed: Any, our_robot: Any, wait_for: Any
 ) -> None:

@@ -9,8 +9,7 @@ from uuid import UUID
 
 import pytest
 
-PENDING = pytest.mark.xfail(strict=False, reason="what mends it is not in this tree yet")
-pytestmark = [pytest.mark.webrtc, pytest.mark.timeout(60), PENDING]
+pytestmark = [pytest.mark.webrtc, pytest.mark.timeout(60)]
 
 USER = {"id": str, "email": str, "isActive": bool, "isOrganizationAdmin": bool, "fullName": str}
 STAMPS = ("createdAt", "updatedAt")

@@ -150,7 +150,7 @@ async def film(stream: Any) -> None:
 def test_our_operator_gets_data_and_a_picture_of_a_robot_with_an_rsa_certificate(
     role: str, side: Callable[[], Any], record_property: Callable[[str, object], None]
 ) -> None:
-    record_property("pair", f"our operator ↔ aiortc robot with an RSA certificate, DTLS {role}: data, VP8")
+    record_property("pair", f"our Python operator ↔ aiortc robot with an RSA certificate, DTLS {role}: data, VP8")
 
     async def run() -> None:
         ours, peer = side(), RsaPeer()

@@ -52,7 +52,7 @@ def test_a_browser_without_our_codecs_gets_a_refused_line_and_its_data(
 
     asyncio.run(scene())
     record_property(
-        "pair", f"robot ↔ raw page in Chromium: a line that offers {codec} alone is refused, the rest works"
+        "pair", f"our robot ↔ raw page in Chromium: a line that offers {codec} alone is refused, the rest works"
     )
 
 
@@ -69,4 +69,4 @@ def test_a_browser_that_offers_nothing_else_is_told_so_and_the_robot_is_free_aga
             assert [line for line in site.log if "front" in line and "VP9" in line]
 
     asyncio.run(scene())
-    record_property("pair", "robot ↔ raw page in Chromium: VP9 alone and no data is answered with a refused line")
+    record_property("pair", "our robot ↔ raw page in Chromium: VP9 alone and no data is answered with a refused line")

@@ -37,4 +37,6 @@ def test_a_burst_of_echoes_is_delivered_or_counted(
             await site.is_alive()
 
     asyncio.run(scene())
-    record_property("pair", f"robot ↔ operator on aiortc alone: {BURST} echoes of {size} bytes, delivered or counted")
+    record_property(
+        "pair", f"our robot ↔ operator on aiortc alone: {BURST} echoes of {size} bytes, delivered or counted"
+    )

@@ -40,4 +40,4 @@ def test_the_first_picture_does_not_wait_for_a_hello(
             assert took_s < BOUND_S
 
     asyncio.run(scene())
-    record_property("pair", f"robot ↔ operator on aiortc alone: the first picture at once, {what}")
+    record_property("pair", f"our robot ↔ operator on aiortc alone: the first picture at once, {what}")

@@ -36,7 +36,7 @@ def test_a_camera_that_is_asked_for_later_comes_on_the_live_connection(
             await site.server.sees(0, 1, 2)
 
     asyncio.run(scene())
-    record_property("pair", "robot ↔ raw page in Chromium: a second offer adds a camera to the live connection")
+    record_property("pair", "our robot ↔ raw page in Chromium: a second offer adds a camera to the live connection")
 
 
 def test_data_channels_that_are_asked_for_later_come_too(
@@ -53,7 +53,7 @@ def test_data_channels_that_are_asked_for_later_come_too(
             await site.server.sees(0, 1, 2)
 
     asyncio.run(scene())
-    record_property("pair", "robot ↔ raw page in Chromium: a second offer adds data channels to pictures")
+    record_property("pair", "our robot ↔ raw page in Chromium: a second offer adds data channels to pictures")
 
 
 def test_an_ice_restart_is_refused_and_the_connection_lives(
@@ -72,5 +72,5 @@ def test_an_ice_restart_is_refused_and_the_connection_lives(
 
     asyncio.run(scene())
     record_property(
-        "pair", "robot ↔ raw page in Chromium: a second offer with an ICE restart is refused, the peer lives"
+        "pair", "our robot ↔ raw page in Chromium: a second offer with an ICE restart is refused, the peer lives"
     )

@@ -171,7 +171,7 @@ def test_gstreamer_as_an_operator_of_our_robot(
     codec: str, bundle: str, version: str, original_robot: Any, record_property: Callable[[str, object], None]
 ) -> None:
     """Also with a transport for each line, which is its default."""
-    pair = f"our robot ↔ GStreamer {version} operator (RSA, bundle-policy {bundle}): data both ways, {codec}"
+    pair = f"our robot ↔ GStreamer operator (RSA, bundle-policy {bundle}): data both ways, {codec}"
     record_property("pair", pair)
 
     async def scene() -> None:
@@ -241,7 +241,7 @@ class OriginalRobot:
 def test_gstreamer_as_a_robot_for_our_operator(
     codec: str, version: str, server: Any, seed: Any, record_property: Callable[[str, object], None]
 ) -> None:
-    record_property("pair", f"our operator and server ↔ GStreamer {version} robot (RSA): data both ways, {codec}")
+    record_property("pair", f"our Python operator and server ↔ GStreamer robot (RSA): data both ways, {codec}")
 
     async def scene() -> None:
         async with gstreamer("robot", codec, "max-bundle") as peer, called(peer, server, seed) as operator:

@@ -37,7 +37,7 @@ def test_an_operator_whose_network_is_gone_is_lost_within_the_bound(
             await until(lambda: [line for line in site.log if f"{page.id} left (peer.lost)" in line], "the true code")
 
     asyncio.run(scene())
-    record_property("pair", "robot ↔ operator on aiortc alone: one that vanished frees the robot within 16 s")
+    record_property("pair", "our robot ↔ operator on aiortc alone: one that vanished frees the robot within 16 s")
 
 
 def test_a_silent_operator_and_one_whose_network_stalls_are_kept(
@@ -74,5 +74,5 @@ def test_a_silent_operator_and_one_whose_network_stalls_are_kept(
 
     asyncio.run(both())
     record_property(
-        "pair", "robot ↔ operator on aiortc alone: silent for long, or stalled for 10 s, it stays connected"
+        "pair", "our robot ↔ operator on aiortc alone: silent for long, or stalled for 10 s, it stays connected"
     )
