@@ -15,8 +15,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
-PENDING = pytest.mark.xfail(strict=False, reason="what mends it is not in this tree yet")
-pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120), PENDING]
+pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
 
 OURS = "our dashboard"
 PICTURES = os.environ.get("MOSAIC_E2E_PICTURES")
