@@ -31,7 +31,7 @@ from processes.other_end import other_end
 from rich.console import Console
 from rich.table import Table
 
-from mosaic_core.adapters.event_loop import run_event_loop
+from mosaic_core.adapters.machine.event_loop import run_event_loop
 from mosaic_core.operator import MosaicOperator, RobotConnection
 from mosaic_core.testing.distributions import write_distribution
 from mosaic_core.words.signaling import RobotStatus

@@ -25,15 +25,15 @@ from processes.mosaic import listening_port, run_mosaic, running
 from rich.console import Console
 from rich.table import Table
 
-from mosaic_core.adapters.aiortc_offerer import aiortc_offerer
-from mosaic_core.adapters.event_loop import run_event_loop
-from mosaic_core.machines.impaired_link import LinkProfile
+from mosaic_core.adapters.machine.event_loop import run_event_loop
+from mosaic_core.adapters.peers.aiortc_offerer import aiortc_offerer
+from mosaic_core.laboratory.impaired_offerer import impaired_operator
+from mosaic_core.laboratory.impaired_path import ImpairedPath
+from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 from mosaic_core.operator import MosaicOperator
 from mosaic_core.operator.mosaic_operator import LOGIN_ROUTE
-from mosaic_core.operator.rest_api import log_in
+from mosaic_core.operator.signaling.rest_api import log_in
 from mosaic_core.testing.distributions import write_distribution
-from mosaic_core.testing.impaired_offerer import impaired_operator
-from mosaic_core.testing.impaired_path import ImpairedPath
 from mosaic_core.words.signaling import RobotStatus
 
 START_S = 30.0

@@ -15,8 +15,8 @@ from pydantic import BaseModel
 
 from mosaic_core.cli.main import app
 from mosaic_core.contract import hooks
-from mosaic_core.runtime.metrics_text import METRICS
-from mosaic_core.runtime.resolver import ConnectorResolver
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.observation.metrics_text import METRICS
 from mosaic_core.words.codes import CLOSE_REASONS, REASONS
 from mosaic_core.words.config import RobotConfig
 from mosaic_core.words.control import CONTROL_MESSAGES

@@ -36,16 +36,16 @@ from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import ConfigError, MosaicError, PluginError
 
 if TYPE_CHECKING:
-    from mosaic_core.runtime.auto_configurer import AutoConfigurer
-    from mosaic_core.runtime.resolver import ConnectorResolver
+    from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+    from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
 __version__ = "0.1.0"
 
 AMediaTrackHandler = MediaTrackHandler  # the name in MOSAIC's own documentation
 
 _LAZY = {
-    "AutoConfigurer": "mosaic_core.runtime.auto_configurer",
-    "ConnectorResolver": "mosaic_core.runtime.resolver",
+    "AutoConfigurer": "mosaic_core.runtime.configuration.auto_configurer",
+    "ConnectorResolver": "mosaic_core.runtime.configuration.resolver",
 }
 """Where those names are that plugins rarely need: loaded when asked for, since they read YAML and look for plugins."""
 

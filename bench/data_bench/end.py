@@ -9,7 +9,7 @@ import time
 from typing import Any
 
 from data_bench.stacks import STACKS, Stack
-from mosaic_core.adapters.event_loop import run_event_loop
+from mosaic_core.adapters.machine.event_loop import run_event_loop
 
 AT_ONCE = 32
 """Messages after which a flooding sender lets the others on its loop work."""

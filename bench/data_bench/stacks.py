@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 if TYPE_CHECKING:
-    from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
-    from mosaic_core.adapters.aiortc_offerer import AiortcOfferer
+    from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
+    from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 
 LABEL = "data"
 MOST_BUFFERED_BYTES = 1024 * 1024
@@ -93,7 +93,7 @@ class Ours:
     """Our adapters, and the send queue that every peer of a robot has."""
 
     def __init__(self) -> None:
-        from mosaic_core.runtime.send_queue import SendQueue
+        from mosaic_core.runtime.delivery.send_queue import SendQueue
 
         self.received: Callable[[bytes], None] = lambda data: None
         self._is_open, self._room = asyncio.Event(), asyncio.Event()
@@ -101,14 +101,14 @@ class Ours:
         self._peer: AiortcOfferer | AiortcAnswerer | None = None
 
     async def offer(self) -> str:
-        from mosaic_core.adapters.aiortc_offerer import AiortcOfferer
+        from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 
         self._peer = peer = AiortcOfferer(self, ())
         self.channel_opened(peer.create_channel(LABEL))
         return (await peer.offer())[0]
 
     async def answer(self, sdp: str) -> str:
-        from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
+        from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
 
         self._peer = peer = AiortcAnswerer(self, ())  # type: ignore[arg-type] # nobody speaks of media here
         return await peer.answer(sdp, (), None)
@@ -120,7 +120,7 @@ class Ours:
         await self._is_open.wait()
 
     def send(self, data: bytes) -> bool:
-        from mosaic_core.machines.send_scheduler import Offered, QueuedMessage
+        from mosaic_core.machines.delivery.send_scheduler import Offered, QueuedMessage
 
         if self._queue.offer(QueuedMessage(LABEL, iter((data,)), len(data))) is Offered.REFUSED:
             self._room.clear()
@@ -142,7 +142,7 @@ class Ours:
     def track_arrived(self, label: str, video: Any) -> None: ...
 
     def channel_opened(self, channel: Any) -> None:
-        from mosaic_core.machines.send_scheduler import Lane
+        from mosaic_core.machines.delivery.send_scheduler import Lane
 
         def opened() -> None:
             self._queue.open(channel, Lane.RELIABLE)

@@ -22,7 +22,7 @@ from glass_bench.figures import (
 from glass_bench.page import take_displayed
 from glass_bench.senders import SenderProcess, Shot, Way
 from glass_bench.sessions import Session, session
-from mosaic_core.machines.impaired_link import LinkProfile
+from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 
 SIZE = (1280, 720)
 DELAY_MS, QUEUE_MS = 25.0, 500.0

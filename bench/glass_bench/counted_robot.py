@@ -13,9 +13,9 @@ import sys
 import threading
 from pathlib import Path
 
-from mosaic_core.adapters.event_loop import run_event_loop
-from mosaic_core.cli.run_command import make_robot
-from mosaic_core.runtime.auto_configurer import AutoConfigurer
+from mosaic_core.adapters.machine.event_loop import run_event_loop
+from mosaic_core.cli.robot.run_command import make_robot
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 
 PERIOD_S = 0.25
 GARBAGE_EVERY = 8

@@ -8,7 +8,7 @@ from typing import Any
 from video_bench.gstreamer import answered, binding, encoded, push, sent, vp8_of
 from video_bench.scene import Image
 
-from mosaic_core.machines.rung_ladder import default_ceiling_bps
+from mosaic_core.machines.media.rung_ladder import default_ceiling_bps
 
 
 class GStreamerSender:

@@ -15,7 +15,7 @@ from video_bench.plain_aiortc import NewestPicture, PlainAnswerer
 from video_bench.scene import Image
 
 from glass_bench.film import Content, Film, painter
-from mosaic_core.machines.impaired_link import LinkProfile
+from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 
 PATIENCE_S = 30.0
 
@@ -103,7 +103,7 @@ class Sender(Protocol):
 
 
 def serve(pipe: Connection, shot: Shot) -> None:
-    from mosaic_core.adapters.event_loop import run_event_loop
+    from mosaic_core.adapters.machine.event_loop import run_event_loop
 
     run_event_loop(_served(pipe, shot))
 
@@ -114,7 +114,7 @@ async def _served(pipe: Connection, shot: Shot) -> None:
         become: Callable[[LinkProfile], None] = lambda _: None  # noqa: E731
         path = None
         if shot.network is not None:
-            from mosaic_core.testing.impaired_path import ImpairedPath
+            from mosaic_core.laboratory.impaired_path import ImpairedPath
 
             path = stack.enter_context(ImpairedPath(shot.network))
             become = path.become
@@ -177,10 +177,10 @@ class OurSender:
 
     def __init__(self, codec: str, path: Any) -> None:
         from mosaic_core import EncodingParams
-        from mosaic_core.adapters.aiortc_answerer import aiortc_answerer
-        from mosaic_core.adapters.shared_video import SharedVideo
-        from mosaic_core.runtime.counters import ConnectorCounters
-        from mosaic_core.testing.impaired_answerer import impaired
+        from mosaic_core.adapters.peers.aiortc_answerer import aiortc_answerer
+        from mosaic_core.adapters.video.shared_video import SharedVideo
+        from mosaic_core.laboratory.impaired_answerer import impaired
+        from mosaic_core.runtime.observation.counters import ConnectorCounters
 
         self._stream = SharedVideo("front", EncodingParams.model_validate({"codec": codec}), ConnectorCounters())
         make = aiortc_answerer if path is None else impaired(aiortc_answerer, path)
@@ -199,7 +199,7 @@ class AiortcSender:
     """aiortc as its examples use it: an encoder per peer, its own bit rates."""
 
     def __init__(self, codec: str, path: Any) -> None:
-        from mosaic_core.testing.impaired_answerer import impaired
+        from mosaic_core.laboratory.impaired_answerer import impaired
 
         newest = NewestPicture()
 

@@ -11,9 +11,9 @@ from typing import Any, cast
 import av
 import numpy as np
 
-from mosaic_core.adapters.encoder_choice import KINDS
-from mosaic_core.adapters.picture import own_frame, prepared_picture
-from mosaic_core.adapters.video_encoder import encoder_options
+from mosaic_core.adapters.video.encoder_choice import KINDS
+from mosaic_core.adapters.video.picture import own_frame, prepared_picture
+from mosaic_core.adapters.video.video_encoder import encoder_options
 from video_bench.scene import Image
 
 FPS = 30

@@ -81,7 +81,7 @@ def _received(orders: Connection) -> Any:
 
 
 def _robot(viewers_pipe: Connection, orders: Connection, way: Way, codec: str, size: tuple[int, int], n: int) -> None:
-    from mosaic_core.adapters.event_loop import run_event_loop
+    from mosaic_core.adapters.machine.event_loop import run_event_loop
 
     run_event_loop(_side(viewers_pipe, orders, way, codec, scene(*size), n))
 
@@ -153,9 +153,9 @@ class _Listener:
 
 async def _ours(pipe: Connection, orders: Connection, codec: str, pictures: list[Image], n: int) -> None:
     from mosaic_core import EncodingParams
-    from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
-    from mosaic_core.adapters.shared_video import SharedVideo
-    from mosaic_core.runtime.counters import ConnectorCounters
+    from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
+    from mosaic_core.adapters.video.shared_video import SharedVideo
+    from mosaic_core.runtime.observation.counters import ConnectorCounters
 
     encoding = EncodingParams(codec=codec, rungs=1, max_bitrate_bps=BITRATE_BPS, min_bitrate_bps=BITRATE_BPS)
     stream = SharedVideo("front", encoding, ConnectorCounters())

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import av
 
-from mosaic_core.adapters.picture import own_frame, prepared_picture
+from mosaic_core.adapters.video.picture import own_frame, prepared_picture
 from video_bench.scene import Image
 
 

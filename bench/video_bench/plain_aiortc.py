@@ -11,7 +11,7 @@ import av
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription, VideoStreamTrack
 
 from mosaic_core.adapters.aiortc_private import RtpOriginLearner, prefer_codecs
-from mosaic_core.runtime.transport import AnswererListener
+from mosaic_core.runtime.transport.transport import AnswererListener
 from mosaic_core.words.signaling import IceCandidate
 from video_bench.scene import Image
 

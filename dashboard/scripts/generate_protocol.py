@@ -18,7 +18,8 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from mosaic_core.machines import framing, reassembly
+from mosaic_core.machines.delivery import framing
+from mosaic_core.machines.delivery import reassembly
 from mosaic_core.words import codes, control, data_type, signaling
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
 from mosaic_core.words.described import DescribedConnector

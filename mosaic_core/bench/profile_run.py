@@ -11,12 +11,12 @@ from mosaic_core.bench.figures import Figures, figures
 from mosaic_core.bench.robot_process import RobotProcess, serve_lines
 from mosaic_core.bench.scene import CAMERA, COMMANDS, VALUES
 from mosaic_core.bench.watching import Watcher
-from mosaic_core.machines.impaired_link import LinkProfile
-from mosaic_core.machines.nat import NatKind
+from mosaic_core.laboratory.joining import ROBOT_ID
+from mosaic_core.laboratory.memory_server import BASE_URL, MemoryServer
+from mosaic_core.laboratory.networks import WebRtcNetwork
+from mosaic_core.machines.laboratory.impaired_link import LinkProfile
+from mosaic_core.machines.laboratory.nat import NatKind
 from mosaic_core.operator import MosaicOperator, RobotConnection
-from mosaic_core.testing.joining import ROBOT_ID
-from mosaic_core.testing.memory_server import BASE_URL, MemoryServer
-from mosaic_core.testing.networks import WebRtcNetwork
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.signaling import RobotStatus
 

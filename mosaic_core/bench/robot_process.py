@@ -10,7 +10,7 @@ from typing import Self
 
 from mosaic_core.bench.line_socket import LINE_BYTES, LineSocket
 from mosaic_core.bench.robot_side import run_robot
-from mosaic_core.testing.memory_server import MemoryServer, MemorySocket
+from mosaic_core.laboratory.memory_server import MemoryServer, MemorySocket
 
 HOST = "127.0.0.1"
 _END_S = 5.0

@@ -11,16 +11,16 @@ from multiprocessing.connection import Connection
 
 from mosaic_core.bench.line_socket import LINE_BYTES, LineSocket
 from mosaic_core.bench.scene import MAX_OBEYED, Obeyed, scene
-from mosaic_core.runtime.auto_configurer import AutoConfigurer
-from mosaic_core.runtime.hook_calls import hook_plugins
-from mosaic_core.runtime.resolver import ConnectorResolver
+from mosaic_core.laboratory.joining import checked_config
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+from mosaic_core.runtime.configuration.hook_calls import hook_plugins
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.robot import Robot
-from mosaic_core.testing.joining import checked_config
 
 
 def run_robot(host: str, port: int, pipe: Connection) -> None:
     """Until the pipe closes; each word on it is answered with the commands that came since the last."""
-    from mosaic_core.adapters.event_loop import run_event_loop
+    from mosaic_core.adapters.machine.event_loop import run_event_loop
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever started us ends us
     run_event_loop(_run(host, port, pipe))
@@ -44,9 +44,9 @@ async def _run(host: str, port: int, pipe: Connection) -> None:
 
 
 def _robot(host: str, port: int, obeyed: Obeyed) -> Robot:
-    from mosaic_core.adapters.aiortc_answerer import aiortc_answerer
-    from mosaic_core.adapters.shared_sound import SharedSound
-    from mosaic_core.adapters.shared_video import SharedVideo
+    from mosaic_core.adapters.peers.aiortc_answerer import aiortc_answerer
+    from mosaic_core.adapters.sound.shared_sound import SharedSound
+    from mosaic_core.adapters.video.shared_video import SharedVideo
 
     async def connect(url: str) -> LineSocket:
         return LineSocket(*await asyncio.open_connection(host, port, limit=LINE_BYTES))

@@ -15,7 +15,7 @@ from mosaic_core.contract.configurer import DataChannelConfigurer, MediaTrackCon
 from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSendable, MediaTrackHandler
 from mosaic_core.contract.media import Captured
 from mosaic_core.contract.params import Message, NoParams
-from mosaic_core.testing.joining import ConnectorEntry, connector
+from mosaic_core.laboratory.joining import ConnectorEntry, connector
 from mosaic_core.words.data_type import Delivery
 
 CAMERA, COMMANDS, VALUES = "front", "command", "pose"

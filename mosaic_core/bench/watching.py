@@ -12,7 +12,7 @@ from mosaic_core.bench.figures import Seen
 from mosaic_core.bench.robot_process import RobotProcess
 from mosaic_core.bench.scene import CAMERA, COMMANDS
 from mosaic_core.bench.time_stripe import read_age_ms
-from mosaic_core.machines.impaired_link import ImpairedLink
+from mosaic_core.machines.laboratory.impaired_link import ImpairedLink
 from mosaic_core.operator import RobotConnection
 
 COMMAND_PERIOD_S = 0.02

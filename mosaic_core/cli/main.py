@@ -11,19 +11,14 @@ from typing import Annotated
 import typer
 
 from mosaic_core import __version__
-from mosaic_core.cli import (
-    bench_command,
-    config_commands,
-    connectors_commands,
-    control_commands,
-    doctor_commands,
-    safety_commands,
-)
-from mosaic_core.cli.error_report import FAILED, FINE, USAGE, as_json, exit_code_of, report, report_problems
-from mosaic_core.cli.log_output import LogFormat, LogLevel
-from mosaic_core.cli.metrics_option import metrics_address
+from mosaic_core.cli.configuration import config_commands, connectors_commands
+from mosaic_core.cli.diagnosis import bench_command, doctor_commands, safety_commands
+from mosaic_core.cli.operator import control_commands
 from mosaic_core.cli.plugin_commands import GroupWithPlugins
-from mosaic_core.cli.serve_option import CommandWithServe, wish_of
+from mosaic_core.cli.robot.metrics_option import metrics_address
+from mosaic_core.cli.robot.serve_option import CommandWithServe, wish_of
+from mosaic_core.cli.terminal.error_report import FAILED, FINE, USAGE, as_json, exit_code_of, report, report_problems
+from mosaic_core.cli.terminal.log_output import LogFormat, LogLevel
 from mosaic_core.words.errors import ConfigError, MosaicError, Problem
 from mosaic_core.words.lan import DEFAULT_ADDRESS
 
@@ -86,7 +81,7 @@ def run(
     log_level: Annotated[LogLevel, typer.Option(help="The least severe lines to show.")] = LogLevel.INFO,
 ) -> None:
     """Run a robot: connect its connectors to operators until SIGINT (Ctrl+C) or SIGTERM."""
-    from mosaic_core.cli.run_command import run_robot
+    from mosaic_core.cli.robot.run_command import run_robot
 
     lan = wish_of(serve, name, tls_cert, tls_key)
     address = metrics_address(metrics, is_public=metrics_public) if metrics is not None else None
@@ -103,8 +98,8 @@ def validate(
     ] = False,
 ) -> None:
     """Check a robot's YAML file: every mistake at once. Starts nothing and opens no device."""
-    from mosaic_core.runtime.auto_configurer import AutoConfigurer
-    from mosaic_core.runtime.config_loader import validate_file
+    from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+    from mosaic_core.runtime.configuration.config_loader import validate_file
 
     leases: Mapping[str, Sequence[str]] = {}
     try:

@@ -15,7 +15,7 @@ from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, Unbou
 from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
 from mosaic_core.contract.sound import Sound, SoundEncoding
-from mosaic_core.machines.framing import PayloadKind
+from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.wire_model import to_json

@@ -10,7 +10,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
-from mosaic_core.machines.framing import PayloadKind
+from mosaic_core.machines.delivery.framing import PayloadKind
 
 if TYPE_CHECKING:
     from mosaic_core.contract.media import Picture

@@ -12,8 +12,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from mosaic_core.contract.checks import CHECKS_GROUP, CheckContext, NamedConnector
-from mosaic_core.runtime.config_loader import CheckedConnector, validate_file
-from mosaic_core.runtime.yaml_document import YamlDocument
+from mosaic_core.runtime.configuration.config_loader import CheckedConnector, validate_file
+from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.config import ServerConfig
 from mosaic_core.words.errors import ConfigError, Problem
 from mosaic_core.words.finding import Finding, failed, passed, warned

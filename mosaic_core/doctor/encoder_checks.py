@@ -17,7 +17,7 @@ async def encoder_checks() -> AsyncIterator[Finding]:
 
 
 def _chosen(codec: str) -> Finding:
-    from mosaic_core.adapters.encoder_choice import EncoderUnavailable, chosen_kind
+    from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable, chosen_kind
 
     check = f"video.{codec.lower()}"
     try:

@@ -10,11 +10,11 @@ import asyncio
 from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 
-from mosaic_core.adapters.host_interfaces import all_addresses, host_addresses
-from mosaic_core.adapters.stun_probe import StunSurvey, stun_survey
-from mosaic_core.adapters.turn_probe import TurnAnswer, turn_probe
-from mosaic_core.machines.host_addresses import addresses_verdict
-from mosaic_core.machines.nat_kind import NatVerdict, nat_verdict
+from mosaic_core.adapters.diagnosis.stun_probe import StunSurvey, stun_survey
+from mosaic_core.adapters.diagnosis.turn_probe import TurnAnswer, turn_probe
+from mosaic_core.adapters.machine.host_interfaces import all_addresses, host_addresses
+from mosaic_core.machines.diagnosis.host_addresses import addresses_verdict
+from mosaic_core.machines.diagnosis.nat_kind import NatVerdict, nat_verdict
 from mosaic_core.words.finding import OK, Finding, failed, passed, skipped, warned
 from mosaic_core.words.ice import IceServer, IceUrl, parse_ice_url
 

@@ -9,7 +9,7 @@ from importlib.metadata import Distribution, EntryPoint, distributions, entry_po
 
 from mosaic_core import __version__
 from mosaic_core.contract.checks import CHECKS_GROUP
-from mosaic_core.runtime.resolver import ConnectorResolver
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.finding import Finding, failed, passed, warned
 

@@ -84,7 +84,7 @@ def _real_time() -> Finding:
     """Tried on a thread that ends at once: the priority is the thread's alone."""
     if sys.platform != "linux":
         return skipped("machine.realtime", "Only Linux has real-time priorities for us.")
-    from mosaic_core.runtime.thread_priority import run_first
+    from mosaic_core.runtime.threads.thread_priority import run_first
 
     allowed: list[bool] = []
     thread = threading.Thread(target=lambda: allowed.append(run_first()), name="priority check")

@@ -12,9 +12,9 @@ import time
 from dataclasses import dataclass
 from typing import Protocol
 
-from mosaic_core.machines.path_trial import PIECE_BYTES, PathTrial
+from mosaic_core.machines.diagnosis.path_trial import PIECE_BYTES, PathTrial
 from mosaic_core.operator import ReceivableStore, RobotConnection, SendableStore
-from mosaic_core.runtime.transport import Channel
+from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.data_type import Direction, MosaicDataType
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.original_types import CONNECTION_CHECK

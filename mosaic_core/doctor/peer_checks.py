@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 
-from mosaic_core.adapters.peer_trial import TrialResult, peer_trial
+from mosaic_core.adapters.diagnosis.peer_trial import TrialResult, peer_trial
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.finding import Finding, failed, passed, warned
 from mosaic_core.words.ice import IceServer

@@ -19,11 +19,11 @@ import httpx
 from pydantic import TypeAdapter, ValidationError
 
 from mosaic_core import __version__
-from mosaic_core.adapters.server_probe import reached, resolved, secured
-from mosaic_core.adapters.websocket import open_websocket
+from mosaic_core.adapters.diagnosis.server_probe import reached, resolved, secured
+from mosaic_core.adapters.signaling.websocket import open_websocket
 from mosaic_core.doctor.issued_ice_servers import NO_ROBOT, NOT_ASKED, Issued, IssuedIceServers
-from mosaic_core.machines.certificate_term import days_left, ends_soon
-from mosaic_core.machines.clock_skew import clock_skew
+from mosaic_core.machines.diagnosis.certificate_term import days_left, ends_soon
+from mosaic_core.machines.timing.clock_skew import clock_skew
 from mosaic_core.words.config import AuthConfig
 from mosaic_core.words.errors import SignalingError, WireError
 from mosaic_core.words.finding import Finding, failed, passed, skipped, warned

@@ -11,7 +11,7 @@ from mosaic_core.drill.commands import Command, at
 from mosaic_core.drill.findings import Failed
 from mosaic_core.drill.recorder import Act
 from mosaic_core.drill.rig import DrillOperator, Rig, Subject, until
-from mosaic_core.machines.framing import SEQ_MODULUS, Frame, encode_frame
+from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, encode_frame
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import ConnectionFailed

@@ -12,9 +12,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused, message_type_of
-from mosaic_core.machines.framing import PayloadKind
-from mosaic_core.runtime.payload import PayloadReader
-from mosaic_core.runtime.receiver_safety import ReceiverSafety
+from mosaic_core.machines.delivery.framing import PayloadKind
+from mosaic_core.runtime.commands.payload import PayloadReader
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.words.limits import FieldLimit
 
 GENTLE = 0.1

@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Collection, Mapp
 from mosaic_core.drill import silence, strangers
 from mosaic_core.drill.findings import Failed, Finding, NotExercised, Passed
 from mosaic_core.drill.rig import Rig, Subject, rig_of
-from mosaic_core.runtime.auto_configurer import Configured
+from mosaic_core.runtime.configuration.auto_configurer import Configured
 from mosaic_core.words.errors import MosaicError
 
 Exercise = Callable[[Rig, Subject], Awaitable[Passed]]

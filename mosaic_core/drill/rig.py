@@ -14,17 +14,17 @@ from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler
 from mosaic_core.drill.commands import Command, NoCommand, moving_command
 from mosaic_core.drill.recorder import Recorder, watched
+from mosaic_core.laboratory.memory_ends import memory_picture
+from mosaic_core.laboratory.memory_network import MemoryLink, MemoryNetwork
+from mosaic_core.laboratory.memory_server import BASE_URL, MemoryServer
 from mosaic_core.operator import MosaicOperator, RobotConnection
-from mosaic_core.runtime.auto_configurer import Configured
-from mosaic_core.runtime.connector import Connector
-from mosaic_core.runtime.hook_calls import hook_plugins
-from mosaic_core.runtime.operator_transport import OffererListener
-from mosaic_core.runtime.plain_stream import plain_streams
-from mosaic_core.runtime.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.configuration.auto_configurer import Configured
+from mosaic_core.runtime.configuration.connector import Connector
+from mosaic_core.runtime.configuration.hook_calls import hook_plugins
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.media.plain_stream import plain_streams
 from mosaic_core.runtime.robot import Robot
-from mosaic_core.testing.memory_ends import memory_picture
-from mosaic_core.testing.memory_network import MemoryLink, MemoryNetwork
-from mosaic_core.testing.memory_server import BASE_URL, MemoryServer
+from mosaic_core.runtime.transport.operator_transport import OffererListener
 from mosaic_core.words.config import AuthConfig, RobotConfig, ServerConfig
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.ice import IceServer

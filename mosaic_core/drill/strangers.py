@@ -11,7 +11,7 @@ from mosaic_core.drill.commands import at
 from mosaic_core.drill.findings import Failed, NotExercised, Passed, in_time
 from mosaic_core.drill.rig import Rig, Subject, until
 from mosaic_core.drill.silence import AT_ONCE_S, WAIT_S
-from mosaic_core.machines.framing import PayloadKind
+from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.operator import LeaseDenied
 from mosaic_core.words.control import CONTROL_LABEL, STOP_LABEL
 

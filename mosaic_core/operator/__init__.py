@@ -11,23 +11,23 @@
 Importing it loads no WebRTC; the first :meth:`MosaicOperator.connect` does.
 """
 
-from mosaic_core.machines.operator_control import LeaseView
-from mosaic_core.machines.stop_call import StopReport
-from mosaic_core.operator.channel_port import MessageInfo, Received
-from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
-from mosaic_core.operator.control_desk import ControlDesk
-from mosaic_core.operator.lease import Lease, LeaseDenied, LeaseLost
-from mosaic_core.operator.media_store import MediaStreamStore
+from mosaic_core.machines.control.operator_control import LeaseView
+from mosaic_core.machines.control.stop_call import StopReport
+from mosaic_core.operator.control.control_desk import ControlDesk
+from mosaic_core.operator.control.lease import Lease, LeaseDenied, LeaseLost
+from mosaic_core.operator.control.original_drives import ZerosReport
+from mosaic_core.operator.delivery.channel_port import MessageInfo, Received
 from mosaic_core.operator.mosaic_operator import MosaicOperator
-from mosaic_core.operator.mosaic_store import MosaicStore, StoreState
-from mosaic_core.operator.original_drives import ZerosReport
-from mosaic_core.operator.rest_api import RobotSummary
 from mosaic_core.operator.robot_connection import RobotConnection
-from mosaic_core.operator.robot_connector import RobotConnector
-from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
-from mosaic_core.operator.store_manager import StoreManager
-from mosaic_core.operator.store_plan import UnknownLabel
-from mosaic_core.operator.stores import BidirectionalStore, ReceivableStore, SendableStore
+from mosaic_core.operator.signaling.rest_api import RobotSummary
+from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
+from mosaic_core.operator.stores.media_store import MediaStreamStore
+from mosaic_core.operator.stores.mosaic_store import MosaicStore, StoreState
+from mosaic_core.operator.stores.robot_connector import RobotConnector
+from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
+from mosaic_core.operator.stores.store_manager import StoreManager
+from mosaic_core.operator.stores.store_plan import UnknownLabel
+from mosaic_core.operator.stores.stores import BidirectionalStore, ReceivableStore, SendableStore
 from mosaic_core.words.described import DescribedConnector
 
 __all__ = [

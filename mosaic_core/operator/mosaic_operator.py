@@ -11,20 +11,20 @@ from typing import Self
 
 import httpx
 
-from mosaic_core.machines.connection_timeline import ConnectionTimeline
-from mosaic_core.machines.network_change import NetworkChange
-from mosaic_core.operator.channel_port import now_us
-from mosaic_core.operator.mosaic_store import MosaicStore
-from mosaic_core.operator.peer_link import ConnectionPlan
+from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
+from mosaic_core.machines.peers.network_change import NetworkChange
+from mosaic_core.operator.delivery.channel_port import now_us
+from mosaic_core.operator.peers.peer_link import ConnectionPlan
 from mosaic_core.operator.reconnection import Keeper
-from mosaic_core.operator.rest_api import RestApi, RobotSummary, log_in
 from mosaic_core.operator.robot_connection import RobotConnection
-from mosaic_core.operator.robot_connector import RobotConnector
-from mosaic_core.operator.signaling_link import SignalingLink
-from mosaic_core.operator.store_manager import StoreManager
-from mosaic_core.operator.store_plan import Known, media_labels_of
-from mosaic_core.runtime.operator_transport import OffererFactory
-from mosaic_core.runtime.transport import NetworkWatcher, SocketConnector
+from mosaic_core.operator.signaling.rest_api import RestApi, RobotSummary, log_in
+from mosaic_core.operator.signaling.signaling_link import SignalingLink
+from mosaic_core.operator.stores.mosaic_store import MosaicStore
+from mosaic_core.operator.stores.robot_connector import RobotConnector
+from mosaic_core.operator.stores.store_manager import StoreManager
+from mosaic_core.operator.stores.store_plan import Known, media_labels_of
+from mosaic_core.runtime.transport.operator_transport import OffererFactory
+from mosaic_core.runtime.transport.transport import NetworkWatcher, SocketConnector
 from mosaic_core.words import signaling
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
@@ -323,7 +323,7 @@ class MosaicOperator:
                 connection.hear(close)
 
     def _aiortc_offerer(self) -> OffererFactory:
-        from mosaic_core.adapters.aiortc_offerer import aiortc_offerer
+        from mosaic_core.adapters.peers.aiortc_offerer import aiortc_offerer
 
         return partial(aiortc_offerer, relay_only=self.ice_transport_policy == "relay")
 
@@ -353,12 +353,12 @@ class MosaicOperator:
 
 
 def _default_watch() -> NetworkWatcher:
-    from mosaic_core.adapters.network_watch import watch_network
+    from mosaic_core.adapters.machine.network_watch import watch_network
 
     return watch_network
 
 
 def _default_socket() -> SocketConnector:
-    from mosaic_core.adapters.websocket import open_websocket
+    from mosaic_core.adapters.signaling.websocket import open_websocket
 
     return open_websocket

@@ -10,7 +10,7 @@ import random
 import time
 from collections.abc import Awaitable, Callable
 
-from mosaic_core.machines.backoff import Backoff, BackoffPolicy
+from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.words.errors import AuthError, ConnectionFailed, MosaicError
 

@@ -7,28 +7,28 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Literal, TypeVar
 
-from mosaic_core.machines.connection_timeline import ConnectionTimeline
-from mosaic_core.machines.operator_lane import LaneState
-from mosaic_core.operator.bulk_lane import BulkLane, LaneOwner
-from mosaic_core.operator.connection_checking_store import ConnectionCheckingStore
-from mosaic_core.operator.control_desk import ControlDesk
-from mosaic_core.operator.control_port import ControlPort
-from mosaic_core.operator.delivery_watcher import DeliveryWatcher
-from mosaic_core.operator.media_store import MediaStreamStore
-from mosaic_core.operator.more_lines import MoreLines
-from mosaic_core.operator.mosaic_store import MosaicStore
-from mosaic_core.operator.original_drives import ZerosReport, send_zeros
-from mosaic_core.operator.peer_link import ConnectionPlan, PeerLink
-from mosaic_core.operator.picture_reports import PictureReports
-from mosaic_core.operator.robot_connector import RobotConnector
-from mosaic_core.operator.session_streams import SessionStreams
-from mosaic_core.operator.sound_stores import SoundStore, VoiceStore
-from mosaic_core.operator.store_links import StoreLinks, Surroundings
-from mosaic_core.operator.store_manager import StoreManager
-from mosaic_core.operator.store_plan import Known
-from mosaic_core.operator.stores import BidirectionalStore, ReceivableStore, SendableStore
-from mosaic_core.runtime.operator_transport import IncomingVideo, Offerer, OffererFactory
-from mosaic_core.runtime.transport import Channel
+from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
+from mosaic_core.machines.peers.operator_lane import LaneState
+from mosaic_core.operator.control.control_desk import ControlDesk
+from mosaic_core.operator.control.control_port import ControlPort
+from mosaic_core.operator.control.original_drives import ZerosReport, send_zeros
+from mosaic_core.operator.control.picture_reports import PictureReports
+from mosaic_core.operator.delivery.delivery_watcher import DeliveryWatcher
+from mosaic_core.operator.delivery.session_streams import SessionStreams
+from mosaic_core.operator.peers.bulk_lane import BulkLane, LaneOwner
+from mosaic_core.operator.peers.more_lines import MoreLines
+from mosaic_core.operator.peers.peer_link import ConnectionPlan, PeerLink
+from mosaic_core.operator.peers.store_links import StoreLinks, Surroundings
+from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
+from mosaic_core.operator.stores.media_store import MediaStreamStore
+from mosaic_core.operator.stores.mosaic_store import MosaicStore
+from mosaic_core.operator.stores.robot_connector import RobotConnector
+from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
+from mosaic_core.operator.stores.store_manager import StoreManager
+from mosaic_core.operator.stores.store_plan import Known
+from mosaic_core.operator.stores.stores import BidirectionalStore, ReceivableStore, SendableStore
+from mosaic_core.runtime.transport.operator_transport import IncomingVideo, Offerer, OffererFactory
+from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words import control
 from mosaic_core.words.codes import REASONS, reason
 from mosaic_core.words.data_type import MosaicDataType

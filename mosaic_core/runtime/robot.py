@@ -12,25 +12,30 @@ import pluggy
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.host import Sender
-from mosaic_core.machines import signaling_events as session
-from mosaic_core.machines.network_change import NetworkChange
-from mosaic_core.machines.peer_admission import AddCandidate, RefusePeer, RenegotiatePeer, StartPeer, StopPeer
-from mosaic_core.runtime.connector import Connector
-from mosaic_core.runtime.counters import PeerSnapshot, RobotSnapshot, ServerSnapshot
-from mosaic_core.runtime.delivery_reports import DeliveryReports
-from mosaic_core.runtime.handler_runs import HandlerRuns
-from mosaic_core.runtime.hook_calls import call_hook
-from mosaic_core.runtime.link_watch import LinkWatch
-from mosaic_core.runtime.near_path import NearPath
-from mosaic_core.runtime.peer import OperatorPeer
-from mosaic_core.runtime.plain_stream import plain_sound
-from mosaic_core.runtime.receiver import Outcome
-from mosaic_core.runtime.robot_control import RobotControl
-from mosaic_core.runtime.server_link import FLEET, LAN, KnownServer, ServerLink, best_state
-from mosaic_core.runtime.sessions import SessionBook
-from mosaic_core.runtime.site import Site
-from mosaic_core.runtime.sound_transport import SoundStreamFactory
-from mosaic_core.runtime.transport import AnswererFactory, NetworkWatcher, PictureStreamFactory, SocketConnector
+from mosaic_core.machines.peers.network_change import NetworkChange
+from mosaic_core.machines.signaling import signaling_events as session
+from mosaic_core.machines.signaling.peer_admission import AddCandidate, RefusePeer, RenegotiatePeer, StartPeer, StopPeer
+from mosaic_core.runtime.commands.link_watch import LinkWatch
+from mosaic_core.runtime.configuration.connector import Connector
+from mosaic_core.runtime.configuration.hook_calls import call_hook
+from mosaic_core.runtime.control.robot_control import RobotControl
+from mosaic_core.runtime.delivery.sessions import SessionBook
+from mosaic_core.runtime.handlers.handler_runs import HandlerRuns
+from mosaic_core.runtime.handlers.receiver import Outcome
+from mosaic_core.runtime.media.plain_stream import plain_sound
+from mosaic_core.runtime.observation.counters import PeerSnapshot, RobotSnapshot, ServerSnapshot
+from mosaic_core.runtime.observation.delivery_reports import DeliveryReports
+from mosaic_core.runtime.peers.near_path import NearPath
+from mosaic_core.runtime.peers.peer import OperatorPeer
+from mosaic_core.runtime.peers.site import Site
+from mosaic_core.runtime.signaling.server_link import FLEET, LAN, KnownServer, ServerLink, best_state
+from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
+from mosaic_core.runtime.transport.transport import (
+    AnswererFactory,
+    NetworkWatcher,
+    PictureStreamFactory,
+    SocketConnector,
+)
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import reason
 from mosaic_core.words.config import RobotConfig

@@ -26,7 +26,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mosaic_core.machines.impaired_link import LinkProfile
+    from mosaic_core.laboratory.joining import Joined, connector, joined, until
+    from mosaic_core.laboratory.memory_ends import MemoryFrame
+    from mosaic_core.laboratory.memory_network import MemoryNetwork
+    from mosaic_core.laboratory.networks import Network, WebRtcNetwork
+    from mosaic_core.machines.laboratory.impaired_link import LinkProfile
     from mosaic_core.testing.building import build
     from mosaic_core.testing.collecting import collect, take_frames, take_sounds
     from mosaic_core.testing.fake_hosts import FakeClock, FakeHost, fake_host
@@ -45,48 +49,44 @@ if TYPE_CHECKING:
         Stopped,
     )
     from mosaic_core.testing.feeding import feed
-    from mosaic_core.testing.joining import Joined, connector, joined, until
-    from mosaic_core.testing.memory_ends import MemoryFrame
-    from mosaic_core.testing.memory_network import MemoryNetwork
-    from mosaic_core.testing.networks import Network, WebRtcNetwork
 
 _HOME = {
-    "build": "building",
-    "collect": "collecting",
-    "take_frames": "collecting",
-    "take_sounds": "collecting",
-    "FakeClock": "fake_hosts",
-    "FakeHost": "fake_hosts",
-    "fake_host": "fake_hosts",
-    "ANOTHER_OPERATOR": "feed_steps",
-    "OPERATOR": "feed_steps",
-    "Cleared": "feed_steps",
-    "Fed": "feed_steps",
-    "From": "feed_steps",
-    "Leaves": "feed_steps",
-    "LosesLease": "feed_steps",
-    "MadeSafe": "feed_steps",
-    "RefusedMessage": "feed_steps",
-    "Silence": "feed_steps",
-    "SlowedTo": "feed_steps",
-    "Stopped": "feed_steps",
-    "feed": "feeding",
-    "Joined": "joining",
-    "connector": "joining",
-    "joined": "joining",
-    "until": "joining",
-    "MemoryFrame": "memory_ends",
-    "MemoryNetwork": "memory_network",
-    "LinkProfile": "networks",
-    "Network": "networks",
-    "WebRtcNetwork": "networks",
+    "build": "testing.building",
+    "collect": "testing.collecting",
+    "take_frames": "testing.collecting",
+    "take_sounds": "testing.collecting",
+    "FakeClock": "testing.fake_hosts",
+    "FakeHost": "testing.fake_hosts",
+    "fake_host": "testing.fake_hosts",
+    "ANOTHER_OPERATOR": "testing.feed_steps",
+    "OPERATOR": "testing.feed_steps",
+    "Cleared": "testing.feed_steps",
+    "Fed": "testing.feed_steps",
+    "From": "testing.feed_steps",
+    "Leaves": "testing.feed_steps",
+    "LosesLease": "testing.feed_steps",
+    "MadeSafe": "testing.feed_steps",
+    "RefusedMessage": "testing.feed_steps",
+    "Silence": "testing.feed_steps",
+    "SlowedTo": "testing.feed_steps",
+    "Stopped": "testing.feed_steps",
+    "feed": "testing.feeding",
+    "Joined": "laboratory.joining",
+    "connector": "laboratory.joining",
+    "joined": "laboratory.joining",
+    "until": "laboratory.joining",
+    "MemoryFrame": "laboratory.memory_ends",
+    "MemoryNetwork": "laboratory.memory_network",
+    "LinkProfile": "laboratory.networks",
+    "Network": "laboratory.networks",
+    "WebRtcNetwork": "laboratory.networks",
 }
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    return getattr(import_module(f"mosaic_core.{_HOME[name]}"), name)
 
 
 __all__ = [

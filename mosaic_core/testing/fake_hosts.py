@@ -14,8 +14,8 @@ from mosaic_core.contract.host import Loss, Outgoing
 from mosaic_core.contract.media import Picture
 from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
 from mosaic_core.contract.sound import Sound
-from mosaic_core.machines.framing import PayloadKind
-from mosaic_core.runtime.receiver_safety import ReceiverSafety
+from mosaic_core.machines.delivery.framing import PayloadKind
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
 Tapped = TypeVar("Tapped", TappedPicture, TappedImage)
 

@@ -14,12 +14,12 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
-from mosaic_core.machines.rate_gate import RateGate
-from mosaic_core.machines.watchdog import Watchdog
-from mosaic_core.runtime.command_shaper import Command, CommandShaper
-from mosaic_core.runtime.receiver import ZERO_PERIOD_S, _takes_sender
-from mosaic_core.runtime.receiver_safety import ReceiverSafety
-from mosaic_core.runtime.safety_watch import ZEROS_FOR_S
+from mosaic_core.machines.commands.watchdog import Watchdog
+from mosaic_core.machines.timing.rate_gate import RateGate
+from mosaic_core.runtime.commands.command_shaper import Command, CommandShaper
+from mosaic_core.runtime.commands.safety_watch import ZEROS_FOR_S
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.handlers.receiver import ZERO_PERIOD_S, _takes_sender
 from mosaic_core.testing.fake_hosts import FakeHost, fake_host
 from mosaic_core.testing.feed_steps import (
     OPERATOR,

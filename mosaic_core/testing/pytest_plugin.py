@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Protocol
 import pytest
 
 if TYPE_CHECKING:
-    from mosaic_core.machines.impaired_link import LinkProfile
-    from mosaic_core.machines.nat import NatKind
+    from mosaic_core.laboratory.networks import Network
+    from mosaic_core.machines.laboratory.impaired_link import LinkProfile
+    from mosaic_core.machines.laboratory.nat import NatKind
     from mosaic_core.testing.fake_hosts import FakeClock
-    from mosaic_core.testing.networks import Network
 
 
 class InstallDistribution(Protocol):
@@ -98,10 +98,10 @@ def impaired_network() -> Iterator[ImpairedNetwork]:
             if in_memory:
                 if nat is not None:
                     raise ValueError("there is no NAT in memory; leave in_memory out")
-                from mosaic_core.testing.memory_network import MemoryNetwork
+                from mosaic_core.laboratory.memory_network import MemoryNetwork
 
                 return MemoryNetwork(profile, seed=seed)
-            from mosaic_core.testing.networks import WebRtcNetwork
+            from mosaic_core.laboratory.networks import WebRtcNetwork
 
             return stack.enter_context(WebRtcNetwork(profile, nat=nat, with_relay=with_relay, seed=seed))
 

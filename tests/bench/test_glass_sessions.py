@@ -20,7 +20,7 @@ from playwright.async_api import async_playwright
 
 from mosaic_camera.marks import TICK_S, Marks, read_marks
 from mosaic_camera.pattern import PatternPainter
-from mosaic_core.machines.impaired_link import LinkProfile
+from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
 DELAY_MS = 150.0

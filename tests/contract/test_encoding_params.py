@@ -7,10 +7,10 @@ from typing import get_args
 import pytest
 
 from mosaic_core import EncodingParams
-from mosaic_core.adapters.encoder_choice import KINDS
+from mosaic_core.adapters.video.encoder_choice import KINDS
 from mosaic_core.contract.media import Encoder
-from mosaic_core.runtime.config_problems import validated
-from mosaic_core.runtime.yaml_document import parse_yaml
+from mosaic_core.runtime.configuration.config_problems import validated
+from mosaic_core.runtime.configuration.yaml_document import parse_yaml
 
 
 def problems_of(yaml: str) -> list[str]:

@@ -23,7 +23,7 @@ from mosaic_core import (
 )
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.host import Outgoing, Sender
-from mosaic_core.machines.framing import PayloadKind
+from mosaic_core.machines.delivery.framing import PayloadKind
 
 
 class Reading(Message):

@@ -12,12 +12,12 @@ from typing import Any, TypeVar
 
 import pytest
 
-from mosaic_core.adapters import address_race
-from mosaic_core.adapters.peer_trial import peer_trial
-from mosaic_core.adapters.stun_probe import stun_survey
-from mosaic_core.adapters.turn_probe import TurnAnswer, turn_probe
+from mosaic_core.adapters.diagnosis.peer_trial import peer_trial
+from mosaic_core.adapters.diagnosis.stun_probe import stun_survey
+from mosaic_core.adapters.diagnosis.turn_probe import TurnAnswer, turn_probe
+from mosaic_core.adapters.signaling import address_race
 from mosaic_core.doctor.ice_checks import ice_checks, relay_findings
-from mosaic_core.machines.nat_kind import nat_verdict
+from mosaic_core.machines.diagnosis.nat_kind import nat_verdict
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.finding import Finding
 from mosaic_core.words.ice import IceServer, parse_ice_url

@@ -10,8 +10,8 @@ import pytest
 from mosaic_core.doctor import path_trials
 from mosaic_core.doctor.path_trials import MeasuredPath, measured_path
 from mosaic_core.doctor.peer_checks import WANTED_PATH_BPS, Speed, speed_finding
-from mosaic_core.machines.impaired_link import LinkProfile
-from mosaic_core.runtime.connection_check import ConnectionCheckConfigurer
+from mosaic_core.machines.laboratory.impaired_link import LinkProfile
+from mosaic_core.runtime.handlers.connection_check import ConnectionCheckConfigurer
 from mosaic_core.testing import connector, joined
 
 SLOW = LinkProfile("slow", delay_ms=20, rate_mbps=1)

@@ -9,18 +9,18 @@ import random
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from mosaic_core.machines.arrival_report import ArrivalReport
-from mosaic_core.machines.impaired_link import ImpairedLink, LinkProfile
-from mosaic_core.machines.key_frame_requests import KeyFrameRequests
-from mosaic_core.machines.missing_packets import MissingPackets
-from mosaic_core.machines.packet_copies import PacketCopies
-from mosaic_core.machines.packet_pacer import PacketPacer
-from mosaic_core.machines.path_rate import PathRate
-from mosaic_core.machines.path_watch import PathWatch
-from mosaic_core.machines.rate_control import START_BPS, ReceiverReport
-from mosaic_core.machines.retransmissions import Retransmissions
-from mosaic_core.machines.rung_choice import RungChoice
-from mosaic_core.machines.rung_ladder import ladder
+from mosaic_core.machines.congestion.arrival_report import ArrivalReport
+from mosaic_core.machines.congestion.missing_packets import MissingPackets
+from mosaic_core.machines.congestion.packet_copies import PacketCopies
+from mosaic_core.machines.congestion.packet_pacer import PacketPacer
+from mosaic_core.machines.congestion.path_rate import PathRate
+from mosaic_core.machines.congestion.path_watch import PathWatch
+from mosaic_core.machines.congestion.rate_control import START_BPS, ReceiverReport
+from mosaic_core.machines.congestion.retransmissions import Retransmissions
+from mosaic_core.machines.laboratory.impaired_link import ImpairedLink, LinkProfile
+from mosaic_core.machines.media.key_frame_requests import KeyFrameRequests
+from mosaic_core.machines.media.rung_choice import RungChoice
+from mosaic_core.machines.media.rung_ladder import ladder
 
 FPS, DELAY_MS = 30, 25.0
 ROUND_TRIP_S = 2 * DELAY_MS / 1e3

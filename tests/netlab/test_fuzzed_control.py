@@ -16,8 +16,8 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.adapters.aiortc_offerer import aiortc_offerer
-from mosaic_core.machines.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
+from mosaic_core.adapters.peers.aiortc_offerer import aiortc_offerer
+from mosaic_core.machines.delivery.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
 from mosaic_core.words.control import CONTROL_LABEL, STOP_LABEL
 
 pytestmark = [pytest.mark.netlab, pytest.mark.timeout(120)]

@@ -11,7 +11,7 @@ import pytest
 from laboratory.ipv6 import V4, SixSite, run_six_site
 from laboratory.nats import command
 
-from mosaic_core.machines.chosen_path import ChosenPath
+from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.operator import MosaicOperator
 
 pytestmark = [pytest.mark.netlab, pytest.mark.timeout(120)]

@@ -21,8 +21,8 @@ from laboratory.fleet import Fleet
 from laboratory.nats import OPERATOR_WAN, ROBOT_WAN, NatLab
 from laboratory.turn_server import DEAD, SECRET, TURN_IP, URLS, Coturn
 
-from mosaic_core.adapters.aiortc_answerer import aiortc_answerer
-from mosaic_core.adapters.aiortc_offerer import aiortc_offerer
+from mosaic_core.adapters.peers.aiortc_answerer import aiortc_answerer
+from mosaic_core.adapters.peers.aiortc_offerer import aiortc_offerer
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer, IceTransportPolicy
 from mosaic_server.security.turn_credentials import turn_credential

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import httpx
 import pytest
 
-from mosaic_core.machines.framing import Frame, FrameReader, PayloadKind, encode_frame
+from mosaic_core.machines.delivery.framing import Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.operator import MosaicOperator
 from mosaic_core.words import control, signaling
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry

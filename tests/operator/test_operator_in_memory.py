@@ -18,7 +18,7 @@ from mosaic_core.operator import (
     SendableStore,
     UnknownLabel,
 )
-from mosaic_core.operator.rest_api import log_in
+from mosaic_core.operator.signaling.rest_api import log_in
 from mosaic_core.words import control, signaling
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import AuthError, ConnectionFailed, SignalingError

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.machines import operator_peer
+from mosaic_core.machines.peers import operator_peer
 from mosaic_core.operator import (
     ConnectionCheckingStore,
     MediaStreamStore,

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mosaic_core import DataChannelConfigurer, DataChannelJsonReceivable, DataChannelSendable, Message, NoParams
+from mosaic_core.laboratory.memory_impairment import LatePictures, MemoryImpairment, MessageFlow
 from mosaic_core.testing import LinkProfile, connector, joined, until
-from mosaic_core.testing.memory_impairment import LatePictures, MemoryImpairment, MessageFlow
 from mosaic_core.words.data_type import Delivery
 
 

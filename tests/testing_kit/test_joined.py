@@ -23,7 +23,7 @@ from mosaic_core import (
     Params,
     Sender,
 )
-from mosaic_core.runtime.connection_check import ConnectionCheckConfigurer
+from mosaic_core.runtime.handlers.connection_check import ConnectionCheckConfigurer
 from mosaic_core.testing import MemoryFrame, connector, joined, until
 from mosaic_core.words.errors import ConfigError
 

@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
-from mosaic_core.adapters.aiortc_offerer import AiortcOfferer
-from mosaic_core.adapters.shared_video import SharedVideo
+from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
+from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
+from mosaic_core.adapters.video.shared_video import SharedVideo
 from mosaic_core.contract.media import EncodingParams
-from mosaic_core.runtime.counters import ConnectorCounters
-from mosaic_core.runtime.transport import Channel, PictureFeed
+from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.transport.transport import Channel, PictureFeed
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from mosaic_core import Captured, EncodingParams
-from mosaic_core.adapters.shared_video import SharedVideo
-from mosaic_core.machines.path_rate import PathRate
-from mosaic_core.machines.path_watch import PathSeen
-from mosaic_core.machines.rate_control import START_BPS, Feedback
-from mosaic_core.runtime.counters import ConnectorCounters
+from mosaic_core.adapters.video.shared_video import SharedVideo
+from mosaic_core.machines.congestion.path_rate import PathRate
+from mosaic_core.machines.congestion.path_watch import PathSeen
+from mosaic_core.machines.congestion.rate_control import START_BPS, Feedback
+from mosaic_core.runtime.observation.counters import ConnectorCounters
 
 pytestmark = pytest.mark.webrtc
 WAIT_S = 15.0

@@ -18,11 +18,11 @@ from mosaic_core import (
     Sound,
     SoundEncoding,
 )
-from mosaic_core.adapters.shared_sound import MAX_WAITING, SharedSound, SoundFeed
-from mosaic_core.runtime.counters import ConnectorCounters
-from mosaic_core.runtime.failures import Failures
-from mosaic_core.runtime.sound_transport import SoundLabels
-from mosaic_core.runtime.talk_hub import TalkHub
+from mosaic_core.adapters.sound.shared_sound import MAX_WAITING, SharedSound, SoundFeed
+from mosaic_core.runtime.media.talk_hub import TalkHub
+from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.runtime.transport.sound_transport import SoundLabels
 
 pytestmark = pytest.mark.webrtc
 WAIT_S = 15.0

@@ -11,10 +11,10 @@ from typing import Any, ClassVar
 import pytest
 
 from mosaic_core import DataChannelBidirectional, DataChannelConfigurer, DataChannelSendable, NoParams
-from mosaic_core.adapters.aiortc_offerer import aiortc_offerer
+from mosaic_core.adapters.peers.aiortc_offerer import aiortc_offerer
 from mosaic_core.contract.handler import Runs
+from mosaic_core.laboratory.networks import WebRtcNetwork
 from mosaic_core.testing import connector, joined, until
-from mosaic_core.testing.networks import WebRtcNetwork
 
 pytestmark = pytest.mark.webrtc
 MAP = bytes(range(256)) * 4096
@@ -94,7 +94,7 @@ def test_bulk_arrives_whole_over_the_lane_and_over_the_main_connection_when_it_i
 
 
 def test_lanes_that_come_and_go_leave_no_task_and_no_socket(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mosaic_core.machines.robot_lane.MAX_OFFERS_HZ", 1000.0)
+    monkeypatch.setattr("mosaic_core.machines.peers.robot_lane.MAX_OFFERS_HZ", 1000.0)
 
     async def scenario(link: Any) -> None:
         async def once() -> None:

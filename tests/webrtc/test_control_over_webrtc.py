@@ -12,9 +12,9 @@ import pytest
 from mosaic_core import DataChannelJsonReceivable
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.params import NoParams
-from mosaic_core.operator.lease import LeaseDenied
+from mosaic_core.laboratory.networks import WebRtcNetwork
+from mosaic_core.operator.control.lease import LeaseDenied
 from mosaic_core.testing import connector, joined, until
-from mosaic_core.testing.networks import WebRtcNetwork
 from mosaic_core.words.data_type import Delivery
 
 pytestmark = pytest.mark.webrtc

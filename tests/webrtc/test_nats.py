@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from mosaic_core import DataChannelConfigurer, DataChannelSendable, Message, NoParams
-from mosaic_core.machines.nat import NatKind
+from mosaic_core.machines.laboratory.nat import NatKind
 from mosaic_core.testing import connector, joined
 from mosaic_core.words.errors import ConnectionFailed
 
@@ -70,7 +70,7 @@ def test_behind_symmetric_nats_they_meet_at_the_relay(impaired_network: Any) -> 
 def test_without_a_relay_they_cannot_meet_and_the_code_says_so(
     impaired_network: Any, robot: NatKind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from mosaic_core.testing import joining
+    from mosaic_core.laboratory import joining
 
     monkeypatch.setattr(joining, "PATIENCE_S", 3.0)
     with pytest.raises(ConnectionFailed) as failed:

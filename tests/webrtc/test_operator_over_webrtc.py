@@ -13,13 +13,13 @@ import httpx
 import numpy as np
 import pytest
 
-from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
-from mosaic_core.adapters.shared_video import SharedVideo
+from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
+from mosaic_core.adapters.video.shared_video import SharedVideo
 from mosaic_core.contract.media import EncodingParams
-from mosaic_core.machines.framing import Frame, FrameReader, PayloadKind, encode_frame
+from mosaic_core.machines.delivery.framing import Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.operator import MosaicOperator
-from mosaic_core.runtime.counters import ConnectorCounters
-from mosaic_core.runtime.transport import PictureFeed
+from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.transport.transport import PictureFeed
 from mosaic_core.words import control, signaling
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
 from mosaic_core.words.data_type import Delivery, Kind, MosaicDataType

@@ -10,22 +10,22 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
+from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
 from mosaic_core.contract.host import Outgoing
-from mosaic_core.machines.command_gate import ArrivalBaseline
-from mosaic_core.machines.delivery_terms import terms_of
-from mosaic_core.machines.framing import Frame, PayloadKind
-from mosaic_core.machines.impaired_link import LinkProfile
-from mosaic_core.machines.send_scheduler import HIGH_WATER_BYTES, Offered
-from mosaic_core.operator.channel_port import ChannelPort
-from mosaic_core.operator.store_counters import StoreCounters
-from mosaic_core.runtime.channel_link import ChannelLink
-from mosaic_core.runtime.counters import ConnectorCounters
-from mosaic_core.runtime.outbox import Outbox
-from mosaic_core.runtime.send_queue import SendQueue
-from mosaic_core.runtime.transport import Channel
-from mosaic_core.testing.impaired_answerer import impaired
-from mosaic_core.testing.impaired_path import ImpairedPath
+from mosaic_core.laboratory.impaired_answerer import impaired
+from mosaic_core.laboratory.impaired_path import ImpairedPath
+from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.delivery.delivery_terms import terms_of
+from mosaic_core.machines.delivery.framing import Frame, PayloadKind
+from mosaic_core.machines.delivery.send_scheduler import HIGH_WATER_BYTES, Offered
+from mosaic_core.machines.laboratory.impaired_link import LinkProfile
+from mosaic_core.operator.delivery.channel_port import ChannelPort
+from mosaic_core.operator.delivery.store_counters import StoreCounters
+from mosaic_core.runtime.delivery.channel_link import ChannelLink
+from mosaic_core.runtime.delivery.outbox import Outbox
+from mosaic_core.runtime.delivery.send_queue import SendQueue
+from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.adapters import aiortc_answerer, aiortc_offerer
+from mosaic_core.adapters.peers import aiortc_answerer, aiortc_offerer
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 

@@ -17,8 +17,8 @@ from aiortc.sdp import candidate_from_sdp
 from cryptography.hazmat.primitives.asymmetric import rsa
 from OpenSSL import SSL
 
-from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
-from mosaic_core.adapters.aiortc_offerer import AiortcOfferer
+from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
+from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 from mosaic_core.words.signaling import IceCandidate
 
 pytestmark = pytest.mark.webrtc

@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 
 from mosaic_core import Captured, EncodingParams
-from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
-from mosaic_core.adapters.rung_orders import PASSED_ON
-from mosaic_core.adapters.shared_video import SharedVideo
-from mosaic_core.machines.impaired_link import LinkProfile
-from mosaic_core.runtime.counters import ConnectorCounters
-from mosaic_core.testing.impaired_answerer import impaired
-from mosaic_core.testing.impaired_path import ImpairedPath
+from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
+from mosaic_core.adapters.video.rung_orders import PASSED_ON
+from mosaic_core.adapters.video.shared_video import SharedVideo
+from mosaic_core.laboratory.impaired_answerer import impaired
+from mosaic_core.laboratory.impaired_path import ImpairedPath
+from mosaic_core.machines.laboratory.impaired_link import LinkProfile
+from mosaic_core.runtime.observation.counters import ConnectorCounters
 
 pytestmark = pytest.mark.webrtc
 WAIT_S = 20.0

@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.adapters.aiortc_answerer import AiortcAnswerer
-from mosaic_core.machines.impaired_link import LinkProfile
-from mosaic_core.machines.send_scheduler import HIGH_WATER_BYTES
-from mosaic_core.runtime.transport import Channel
-from mosaic_core.testing.impaired_answerer import impaired
-from mosaic_core.testing.impaired_path import ImpairedPath
+from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
+from mosaic_core.laboratory.impaired_answerer import impaired
+from mosaic_core.laboratory.impaired_path import ImpairedPath
+from mosaic_core.machines.delivery.send_scheduler import HIGH_WATER_BYTES
+from mosaic_core.machines.laboratory.impaired_link import LinkProfile
+from mosaic_core.runtime.transport.transport import Channel
 
 pytestmark = pytest.mark.webrtc
 WAIT_S = 15.0

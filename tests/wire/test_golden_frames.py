@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.machines.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
+from mosaic_core.machines.delivery.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
 from mosaic_core.words.errors import WireError
 
 GOLDEN = json.loads((Path(__file__).parent / "frames.json").read_text())

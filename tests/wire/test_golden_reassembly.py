@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.machines.framing import FrameReader
-from mosaic_core.machines.reassembly import PARTIALS_BYTES, Partials
+from mosaic_core.machines.delivery.framing import FrameReader
+from mosaic_core.machines.delivery.reassembly import PARTIALS_BYTES, Partials
 from mosaic_core.words.errors import WireError
 
 GOLDEN = json.loads((Path(__file__).parent / "reassembly.json").read_text())

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.machines.resume import ResumeLimits, ResumeReceiver, ResumeSender
+from mosaic_core.machines.delivery.resume import ResumeLimits, ResumeReceiver, ResumeSender
 
 GOLDEN = json.loads((Path(__file__).parent / "resume.json").read_text())
 

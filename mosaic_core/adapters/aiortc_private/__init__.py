@@ -1,30 +1,30 @@
 """The one place that touches names which aiortc and aioice keep to themselves; one contract test holds each.
 
 Those tests fail loudly when a new version changes one of them. Most are in
-``tests/adapters/test_aiortc_private_names.py``; those of ``dtls``, ``fair_turns``, ``prompt_pictures``, ``quick_sctp``,
+``tests/adapters/aiortc_private/test_aiortc_private_names.py``; those of ``dtls``, ``fair_turns``, ``prompt_pictures``, ``quick_sctp``,
 ``repeats`` and ``reporting`` stand in their own files there. ``tests/architecture/test_aiortc_private_use.py`` sees
 that no other module uses such a name, and that each used here has its test.
 """
 
 from aiortc.sdp import MediaDescription, SessionDescription, candidate_from_sdp, candidate_to_sdp
 
-from mosaic_core.adapters.aiortc_private.arrivals import PacketNumbers, agree_on_arrivals, sequence_number_of
-from mosaic_core.adapters.aiortc_private.codecs import has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.dtls import speak_dtls_with_everyone
-from mosaic_core.adapters.aiortc_private.fair_turns import take_turns
-from mosaic_core.adapters.aiortc_private.gathering import (
+from mosaic_core.adapters.aiortc_private.ice.fair_turns import take_turns
+from mosaic_core.adapters.aiortc_private.ice.gathering import (
     EarlyGathering,
     ice_transports,
     transports_by_mid,
     widen_udp_buffer,
 )
-from mosaic_core.adapters.aiortc_private.kept_lines import KeptLines
-from mosaic_core.adapters.aiortc_private.liveness import watch_liveness
-from mosaic_core.adapters.aiortc_private.pacing import PacedTransport
-from mosaic_core.adapters.aiortc_private.paths import chosen_path
-from mosaic_core.adapters.aiortc_private.quick_sctp import quicken
-from mosaic_core.adapters.aiortc_private.sctp import SctpQueue
-from mosaic_core.adapters.aiortc_private.senders import RtpOriginLearner, SenderFeedback, name_stream, ssrc_of
+from mosaic_core.adapters.aiortc_private.ice.liveness import watch_liveness
+from mosaic_core.adapters.aiortc_private.ice.paths import chosen_path
+from mosaic_core.adapters.aiortc_private.rtp.arrivals import PacketNumbers, agree_on_arrivals, sequence_number_of
+from mosaic_core.adapters.aiortc_private.rtp.codecs import has_common_codec, prefer_codecs, sent_codec
+from mosaic_core.adapters.aiortc_private.rtp.kept_lines import KeptLines
+from mosaic_core.adapters.aiortc_private.rtp.pacing import PacedTransport
+from mosaic_core.adapters.aiortc_private.rtp.senders import RtpOriginLearner, SenderFeedback, name_stream, ssrc_of
+from mosaic_core.adapters.aiortc_private.sctp.quick_sctp import quicken
+from mosaic_core.adapters.aiortc_private.sctp.sctp import SctpQueue
 
 __all__ = [
     "EarlyGathering",

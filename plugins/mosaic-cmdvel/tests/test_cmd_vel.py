@@ -15,7 +15,7 @@ from mosaic_cmdvel.twist_message import TwistMessage
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.host import Sender
-from mosaic_core.runtime.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.testing import Leaves, Silence, build, fake_host, feed
 from mosaic_core.words.data_type import Delivery, MosaicDataType
 from mosaic_core.words.errors import ConfigError

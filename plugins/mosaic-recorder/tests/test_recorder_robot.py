@@ -20,9 +20,10 @@ import pytest
 from mosaic_camera.marks import draw_marks
 from mosaic_camera.pattern import TestPatternConfigurer
 from mosaic_core import Captured, MediaTrackConfigurer, MediaTrackHandler, NoParams
-from mosaic_core.adapters.shared_video import SharedVideo
-from mosaic_core.runtime import media_tap
-from mosaic_core.testing import Joined, connector, joined, joining, memory_network
+from mosaic_core.adapters.video.shared_video import SharedVideo
+from mosaic_core.laboratory import joining, memory_network
+from mosaic_core.runtime.media import media_tap
+from mosaic_core.testing import Joined, connector, joined
 from mosaic_recorder.movie_file import MovieFile
 from mosaic_recorder.recorder import RecorderConfigurer
 
@@ -319,7 +320,7 @@ def test_a_robot_that_stops_finishes_its_files(studio: Any, tmp_path: Path) -> N
 ROBOT = """
 import asyncio, runpy, sys
 from pathlib import Path
-from mosaic_core.adapters.shared_video import SharedVideo
+from mosaic_core.adapters.video.shared_video import SharedVideo
 from mosaic_core.testing import joined, memory_network
 memory_network.plain_streams = lambda prepare: SharedVideo
 tests = runpy.run_path(sys.argv[1])

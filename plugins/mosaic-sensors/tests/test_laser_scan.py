@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.framing import PayloadKind
+from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.testing import FakeHost, build, fake_host
 from mosaic_core.words.data_type import Delivery, MosaicDataType
 from mosaic_core.words.errors import ConfigError, WireError

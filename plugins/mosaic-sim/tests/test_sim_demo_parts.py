@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from mosaic_core.runtime.child_process import STOP_PATIENCE_S, end_all
-from mosaic_core.runtime.config_loader import validate_file
+from mosaic_core.runtime.configuration.config_loader import validate_file
+from mosaic_core.runtime.lan.child_process import STOP_PATIENCE_S, end_all
 from mosaic_sim.demo import browser, checks
 from mosaic_sim.demo.child import Child
 from mosaic_sim.demo.errors import DemoFailed

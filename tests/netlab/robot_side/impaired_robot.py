@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from mosaic_core.adapters import aiortc_answerer as adapter
-from mosaic_core.cli.log_output import LogFormat, LogLevel
-from mosaic_core.cli.run_command import run_robot
-from mosaic_core.testing.impaired_answerer import impaired
-from mosaic_core.testing.impaired_path import ImpairedPath
+from mosaic_core.adapters.peers import aiortc_answerer as adapter
+from mosaic_core.cli.robot.run_command import run_robot
+from mosaic_core.cli.terminal.log_output import LogFormat, LogLevel
+from mosaic_core.laboratory.impaired_answerer import impaired
+from mosaic_core.laboratory.impaired_path import ImpairedPath
 
 if __name__ == "__main__":
     with ImpairedPath(sys.argv[2]) as path:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.machines.consent import LOST_AFTER_S
+from mosaic_core.machines.peers.consent import LOST_AFTER_S
 
 pytestmark = pytest.mark.webrtc
 

@@ -2,11 +2,11 @@
 import type { CatalogueEntry } from '@mosaic/protocol'
 import type { DeskSurroundings } from './control/ControlDesk'
 import type { PictureSurroundings } from './control/PictureReporter'
-import type { PeerAttempt } from './PeerAttempt'
-import type { Platform } from './Platform'
-import { receiverSource } from './receiverSource'
-import type { BindingHost } from './StoreBindings'
-import type { ConnectionPhase } from './types'
+import type { PeerAttempt } from './peers/PeerAttempt'
+import type { Platform } from './platform/Platform'
+import { receiverSource } from './bindings/receiverSource'
+import type { BindingHost } from './bindings/StoreBindings'
+import type { ConnectionPhase } from './words/types'
 
 export interface Live {
   readonly attempt: () => PeerAttempt | null

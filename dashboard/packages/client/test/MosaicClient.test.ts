@@ -1,7 +1,7 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
-import { MosaicClient, MosaicError, type RobotSummary } from '../src'
-import { RestApi } from '../src/RestApi'
-import { SessionIds } from '../src/SessionIds'
+import { MosaicClient, MosaicError, type RobotSummary } from '../src/index'
+import { RestApi } from '../src/signaling/RestApi'
+import { SessionIds } from '../src/signaling/SessionIds'
 import { CATALOGUE, greeted, ROBOT, settle, signedIn } from './bench'
 import { FakePlatform, FakeStorage, ok, Refused } from './fakes'
 

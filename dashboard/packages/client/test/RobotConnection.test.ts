@@ -6,7 +6,7 @@ import {
   type MediaStreamStore,
   type MessageInfo,
   type ReceivableStore,
-} from '../src'
+} from '../src/index'
 import { CATALOGUE, entry, greet, greeted, link, linked, live, ROBOT, settle, signedIn } from './bench'
 import { Refused, type FakePeerConnection, type FakePlatform } from './fakes'
 

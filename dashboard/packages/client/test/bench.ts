@@ -1,7 +1,7 @@
 /** A signed-in client with one robot, ready to be moved. */
 import type { Catalogue, CatalogueEntry } from '@mosaic/protocol'
 import { vi } from 'vitest'
-import { MosaicClient } from '../src'
+import { MosaicClient } from '../src/index'
 import { FakePlatform, ok, type FakePeerConnection } from './fakes'
 
 export const ROBOT = 'robot-1'

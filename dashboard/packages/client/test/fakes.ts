@@ -1,7 +1,7 @@
 /** Stand-ins for the browser: a server that a test scripts, peer connections that a test moves. */
 import { CHANNEL_PROTOCOL, controlText, encodeFrame, FrameReader, PayloadKind, type ControlMessages } from '@mosaic/protocol'
-import type { Platform } from '../src/Platform'
-import { timerTicks } from '../src/Ticks'
+import type { Platform } from '../src/platform/Platform'
+import { timerTicks } from '../src/timing/Ticks'
 
 type Handler<E> = ((event: E) => void) | null
 

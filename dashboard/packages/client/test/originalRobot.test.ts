@@ -1,7 +1,7 @@
 /** An original robot, which announces nothing: people described it. */
 import type { DescribedConnector } from '@mosaic/protocol'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
-import { ConnectionCheckingStore, MediaStreamStore, type BidirectionalStore, type ReceivableStore, type SendableStore } from '../src'
+import { ConnectionCheckingStore, MediaStreamStore, type BidirectionalStore, type ReceivableStore, type SendableStore } from '../src/index'
 import type { FakeDataChannel } from './fakes'
 import { greet, link, linked, ROBOT, settle, signedIn } from './bench'
 

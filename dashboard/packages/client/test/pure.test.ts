@@ -1,11 +1,11 @@
 import fc from 'fast-check'
 import { describe, expect, test, vi } from 'vitest'
-import { backoffDelayMs } from '../src/backoff'
-import { ClockOffset } from '../src/ClockOffset'
-import { LingerCount } from '../src/lingerCount'
-import { editDistance, nearestName } from '../src/nearestName'
-import { randomId } from '../src/randomId'
-import { Listeners, Value } from '../src/Readable'
+import { backoffDelayMs } from '../src/timing/backoff'
+import { ClockOffset } from '../src/timing/ClockOffset'
+import { LingerCount } from '../src/stores/lingerCount'
+import { editDistance, nearestName } from '../src/words/nearestName'
+import { randomId } from '../src/platform/randomId'
+import { Listeners, Value } from '../src/platform/Readable'
 
 describe('backoffDelayMs', () => {
   const options = { baseMs: 500, maxMs: 10_000 }

@@ -1,6 +1,6 @@
 /**
  * The frame around every message on a data channel whose DCEP protocol is `mosaic.1`: the twin of
- * `mosaic_core/machines/framing.py`, proved by the golden bytes of `tests/wire/frames.json`.
+ * `mosaic_core/machines/delivery/framing.py`, proved by the golden bytes of `tests/wire/frames.json`.
  */
 import {
   CHUNK_HEADER_BYTES,

@@ -1,6 +1,6 @@
 /**
  * Chunks become messages again; what never completes is forgotten in time, within a bound over all channels of a peer.
- * The twin of `mosaic_core/machines/reassembly.py`, proved by the scenarios of `tests/wire/reassembly.json`.
+ * The twin of `mosaic_core/machines/delivery/reassembly.py`, proved by the scenarios of `tests/wire/reassembly.json`.
  */
 import {
   CHUNK_TIMEOUT_MS,

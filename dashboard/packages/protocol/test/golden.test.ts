@@ -12,7 +12,7 @@ import {
   type Frame,
   type PayloadKind,
   type SignalingMessage,
-} from '../src'
+} from '../src/index'
 
 const WIRE = new URL('../../../../tests/wire/', import.meta.url)
 const SPECIAL = new Set([

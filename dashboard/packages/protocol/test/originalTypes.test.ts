@@ -1,6 +1,6 @@
 import { readFileSync } from 'node:fs'
 import { expect, test } from 'vitest'
-import { ORIGINAL_DRIVES, ORIGINAL_TYPES, type DriveCommand, type OriginalType } from '../src'
+import { ORIGINAL_DRIVES, ORIGINAL_TYPES, type DriveCommand, type OriginalType } from '../src/index'
 
 const golden = JSON.parse(
   readFileSync(new URL('../../../../tests/wire/original_types.json', import.meta.url), 'utf8'),

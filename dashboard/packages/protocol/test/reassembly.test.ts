@@ -1,6 +1,6 @@
 import { readFileSync } from 'node:fs'
 import { describe, expect, test } from 'vitest'
-import { FrameReader, Partials, WireError } from '../src'
+import { FrameReader, Partials, WireError } from '../src/index'
 
 interface Step {
   at_s: number

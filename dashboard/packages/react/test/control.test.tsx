@@ -2,7 +2,7 @@ import type { ControlMessages } from '@mosaic/protocol'
 import type { ControlDesk, ControlEvent, MosaicClient } from '@mosaic/client'
 import { act, cleanup, fireEvent, render, screen } from '@testing-library/react'
 import { afterEach, describe, expect, test, vi } from 'vitest'
-import { MosaicProvider, useControl, useControlEvents, useLease, useLimits, useStop } from '../src'
+import { MosaicProvider, useControl, useControlEvents, useLease, useLimits, useStop } from '../src/index'
 import { offlineClient } from './offlineClient'
 
 afterEach(cleanup)

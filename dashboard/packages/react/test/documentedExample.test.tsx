@@ -2,7 +2,7 @@ import type { ReceivableStore, RobotConnector } from '@mosaic/client'
 import { act, render, screen } from '@testing-library/react'
 import { StrictMode, useEffect, useState } from 'react'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
-import { MosaicProvider, useMosaicClient, useMosaicStore, useReadable, useRobotConnection, useRobots } from '../src'
+import { MosaicProvider, useMosaicClient, useMosaicStore, useReadable, useRobotConnection, useRobots } from '../src/index'
 import { offlineClient } from './offlineClient'
 
 // The widget of MOSAIC's documentation, unchanged; our own rules would write it otherwise.

@@ -6,7 +6,7 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from mosaic_core.runtime.child_process import ChildProcess
+from mosaic_core.runtime.lan.child_process import ChildProcess
 from mosaic_sim.demo.errors import DemoFailed
 
 LOG_LINES = 12

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from mosaic_core.runtime.child_process import end_all, mosaic_command
+from mosaic_core.runtime.lan.child_process import end_all, mosaic_command
 from mosaic_sim.demo.child import Child
 from mosaic_sim.demo.server import (
     DemoServer,

@@ -1,6 +1,6 @@
 import type { JournalEntry, JournalRead, Refusal } from '@mosaic/protocol'
-import { MosaicError } from '../MosaicError'
-import { whyOf, type ClearReport, type Why } from './views'
+import { MosaicError } from '../words/MosaicError'
+import { whyOf, type ClearReport, type Why } from '../words/views'
 
 const PATIENCE_MS = 5000
 

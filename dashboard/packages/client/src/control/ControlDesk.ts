@@ -12,7 +12,7 @@ import {
   type Stop,
   type StopState,
 } from '@mosaic/protocol'
-import { Listeners, type Readable } from '../Readable'
+import { Listeners, type Readable } from '../platform/Readable'
 import { Answers } from './Answers'
 import { clearanceFor, resourceOf, type Clearance } from './clearance'
 import { driveOf } from '../described/describedCatalogue'
@@ -31,7 +31,7 @@ import {
   type StopReport,
   type StopView,
   type Why,
-} from './views'
+} from '../words/views'
 
 /** What the desk needs of the live connection. */
 export interface DeskSurroundings {

@@ -1,7 +1,7 @@
 import type { CatalogueEntry, Peers, SafetyLimit, StopState } from '@mosaic/protocol'
-import { Value } from '../Readable'
+import { Value } from '../platform/Readable'
 import { resourceOf } from './clearance'
-import type { Availability, LeaseView, PeerView, StopReport, StopView } from './views'
+import type { Availability, LeaseView, PeerView, StopReport, StopView } from '../words/views'
 
 const NO_STOP = { isStopped: false, by: '', reason: '' }
 

@@ -1,5 +1,5 @@
-import { Value, type Readable } from '../Readable'
-import type { ZerosReport } from './views'
+import { Value, type Readable } from '../platform/Readable'
+import type { ZerosReport } from '../words/views'
 
 /**
  * What makes connectors of a robot stand that knows no stop: a message each, the zeros of its drive. What is said of

@@ -1,6 +1,6 @@
 /** One stop, from being said until the robot stands still, purely: when to say it again, and how long everything took. */
 import { STOP_REPEAT_MS, type StopAck } from '@mosaic/protocol'
-import type { StopReport, ZerosReport } from './views'
+import type { StopReport, ZerosReport } from '../words/views'
 
 /** How long an acknowledged stop is repeated to learn when the safe actions have returned. */
 export const SAFE_PATIENCE_MS = 2000

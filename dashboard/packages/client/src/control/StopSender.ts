@@ -1,8 +1,8 @@
 import { STOP_REPEAT_MS, type Stop, type StopAck } from '@mosaic/protocol'
-import { randomId } from '../randomId'
-import { Value, type Readable } from '../Readable'
+import { randomId } from '../platform/randomId'
+import { Value, type Readable } from '../platform/Readable'
 import { StopCourse } from './StopCourse'
-import type { StopReport, ZerosReport } from './views'
+import type { StopReport, ZerosReport } from '../words/views'
 
 export interface StopSurroundings {
   readonly now: () => number

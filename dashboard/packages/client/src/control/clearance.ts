@@ -1,6 +1,6 @@
 /** Whether a message of this page may leave for a connector, and under which epoch. Pure. */
 import type { CatalogueEntry } from '@mosaic/protocol'
-import type { Availability, LeaseView, PeerView, SendBlock } from './views'
+import type { Availability, LeaseView, PeerView, SendBlock } from '../words/views'
 
 /** `epoch` goes into the frame; with a `block` nothing may leave. */
 export interface Clearance {

@@ -1,6 +1,6 @@
 /** What is known of one resource, and what the robot's answers do to it. Pure; `LeaseTable` knows when. */
 import type { ControlMessages, LeaseReply, LeaseWaiting, PeerInfo } from '@mosaic/protocol'
-import { whyOf, type ControlEvent, type Why } from './views'
+import { whyOf, type ControlEvent, type Why } from '../words/views'
 
 /** Until the robot tells its own. */
 export const DEFAULT_EXPIRY_S = 2

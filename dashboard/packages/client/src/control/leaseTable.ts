@@ -20,7 +20,7 @@ import {
   type LeaseEffect,
   type LeaseEntry,
 } from './leaseEntry'
-import { whyOf, type LeaseView, type Why } from './views'
+import { whyOf, type LeaseView, type Why } from '../words/views'
 
 /** A glance at another tab costs no lease; who stays away longer lets others drive. */
 export const HIDDEN_GRACE_MS = 10_000

@@ -1,5 +1,5 @@
 import type { ControlMessages, DeliveryRow } from '@mosaic/protocol'
-import { Value, type Readable } from '../Readable'
+import { Value, type Readable } from '../platform/Readable'
 
 /** How the data of each connector travels, by its label. */
 export type DeliveryRows = Readonly<Record<string, DeliveryRow>>

@@ -1,5 +1,5 @@
 import { HELLO_TIMEOUT_MS, type Delivered, type Resume } from '@mosaic/protocol'
-import { WakeTimer } from '../WakeTimer'
+import { WakeTimer } from '../timing/WakeTimer'
 import { OutgoingStream } from './OutgoingStream'
 import { ResumeReceiver } from './ResumeReceiver'
 

@@ -1,8 +1,8 @@
 import type { ChannelEntry } from '@mosaic/protocol'
-import type { DataPort } from '../DataPort'
-import { nowMs } from '../clock'
-import { Value, type Readable } from '../Readable'
-import type { RobotConnector } from '../types'
+import type { DataPort } from '../delivery/DataPort'
+import { nowMs } from '../timing/clock'
+import { Value, type Readable } from '../platform/Readable'
+import type { RobotConnector } from '../words/types'
 import { MosaicStore, type StoreType } from './MosaicStore'
 import { OutgoingPort } from './OutgoingPort'
 

@@ -1,7 +1,7 @@
 import type { MediaOrigin } from '@mosaic/protocol'
-import type { Received } from '../firstFrame'
-import { Value, type Readable } from '../Readable'
-import type { RobotConnector } from '../types'
+import type { Received } from './firstFrame'
+import { Value, type Readable } from '../platform/Readable'
+import type { RobotConnector } from '../words/types'
 import { MosaicStore, type StoreType } from './MosaicStore'
 
 /** What the browser measures about a picture, once a second. */

@@ -1,8 +1,8 @@
 import type { ChannelEntry, MosaicDataType } from '@mosaic/protocol'
-import type { DataPort } from '../DataPort'
+import type { DataPort } from '../delivery/DataPort'
 import { StoreCounters } from '../delivery/StoreCounters'
-import { guarded, Listeners, Value, type Readable } from '../Readable'
-import type { Gap, MessageInfo, RobotConnector, StoreState } from '../types'
+import { guarded, Listeners, Value, type Readable } from '../platform/Readable'
+import type { Gap, MessageInfo, RobotConnector, StoreState } from '../words/types'
 
 /** Which way a store's data goes; `media`: pictures, sound or a voice. */
 export type StoreType = 'receivable' | 'sendable' | 'bidirectional' | 'media'

@@ -1,6 +1,6 @@
-import type { SendBlock } from '../control/views'
-import type { DataPort } from '../DataPort'
-import { Value } from '../Readable'
+import type { SendBlock } from '../words/views'
+import type { DataPort } from '../delivery/DataPort'
+import { Value } from '../platform/Readable'
 import type { OutgoingStream } from '../resume/OutgoingStream'
 
 /** One message: an object or array goes as JSON, a string as text, an `ArrayBuffer` or a view of one as bytes. */

@@ -1,6 +1,6 @@
-import type { DataPort } from '../DataPort'
-import { guarded } from '../Readable'
-import type { MessageInfo } from '../types'
+import type { DataPort } from '../delivery/DataPort'
+import { guarded } from '../platform/Readable'
+import type { MessageInfo } from '../words/types'
 import { repeated } from './messageInfo'
 import { MosaicStore, type StoreType } from './MosaicStore'
 

@@ -1,5 +1,5 @@
 import type { Refusal } from '@mosaic/protocol'
-import { Value, type Readable } from '../Readable'
+import { Value, type Readable } from '../platform/Readable'
 import { MosaicStore, type StoreType } from './MosaicStore'
 
 /** What a connection lends a talk store: the line to the loudspeaker (an `RTCRtpSender`). */

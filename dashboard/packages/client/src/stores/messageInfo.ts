@@ -2,8 +2,8 @@
  * What a subscriber is told beside the bytes. The age is read from the clocks whenever somebody asks: they are compared
  * after the first values have arrived.
  */
-import type { ClockOffset } from '../ClockOffset'
-import type { MessageInfo } from '../types'
+import type { ClockOffset } from '../timing/ClockOffset'
+import type { MessageInfo } from '../words/types'
 
 /** Compares this page's clock with the robot's. */
 export type RobotClock = Pick<ClockOffset, 'ageMs'>

@@ -1,7 +1,7 @@
 import type { Refusal } from '@mosaic/protocol'
-import type { SendBlock } from '../control/views'
-import type { DataPort } from '../DataPort'
-import { Value, type Readable } from '../Readable'
+import type { SendBlock } from '../words/views'
+import type { DataPort } from '../delivery/DataPort'
+import { Value, type Readable } from '../platform/Readable'
 import type { MosaicStore } from './MosaicStore'
 import { OutgoingPort, type Sendable } from './OutgoingPort'
 

@@ -1,5 +1,5 @@
 /** MOSAIC's compact form of laser scans (docs/topics/point-cloud-form.md) to the message that scans are shown from. */
-import { inflated } from '../PointCloud/inflated'
+import { inflated } from '../clouds/inflated'
 
 const HEADER_BYTES = 56
 const MAGIC = 0x4d4c5331 // "MLS1"

@@ -1,5 +1,5 @@
 /** Decodes clouds one after the other, large ones in a worker; while it is busy only the newest of the others waits. */
-import { announcedPoints, decodeCloud, type PointCloud } from './compactCloud'
+import { announcedPoints, decodeCloud, type PointCloud } from '../clouds/compactCloud'
 
 export type Decoded = { id: number; cloud: PointCloud } | { id: number; problem: string }
 

@@ -1,7 +1,7 @@
 /** Draws one cloud, a grid on the ground and the axes of its frame, with WebGL 2. Knows nothing of pages and pointers. */
 import { viewProjection, type Camera } from './camera'
 import type { Range } from './cloudExtent'
-import type { PointCloud } from './compactCloud'
+import type { PointCloud } from '../clouds/compactCloud'
 import { gridLines } from './gridLines'
 import { LINE_FRAGMENT, LINE_VERTEX, POINT_FRAGMENT, POINT_VERTEX } from './shaders'
 

@@ -4,7 +4,7 @@ import { fitted, START, type Camera } from './camera'
 import { CameraControls } from './CameraControls'
 import { extentOf, followed, type Extent, type Range } from './cloudExtent'
 import { CloudRenderer, type ColourMode } from './CloudRenderer'
-import type { PointCloud } from './compactCloud'
+import type { PointCloud } from '../clouds/compactCloud'
 import { rgbOf } from './rgbOf'
 
 /** What of a renderer the view needs. `isSlow`: without a graphics card every picture takes time from the whole page. */

@@ -6,7 +6,7 @@ import type { AnyStore } from '../stores/storeKinds'
 import type { Camera } from './camera'
 import type { Style } from './CloudRenderer'
 import { CloudView, type Draws } from './CloudView'
-import type { PointCloud as Cloud } from './compactCloud'
+import type { PointCloud as Cloud } from '../clouds/compactCloud'
 import { PointCloud } from './PointCloud'
 
 const ENTRY: CatalogueEntry = {

@@ -10,8 +10,8 @@ import { CloudDecoder } from './CloudDecoder'
 import type { ColourMode } from './CloudRenderer'
 import { factsText, Rate } from './cloudText'
 import { CloudView } from './CloudView'
-import { isCompact, type PointCloud as Cloud } from './compactCloud'
-import { OriginalClouds } from './originalCloud'
+import { isCompact, type PointCloud as Cloud } from '../clouds/compactCloud'
+import { OriginalClouds } from '../clouds/originalCloud'
 import classes from './PointCloud.module.css'
 
 const NAMES: Record<ColourMode, string> = { height: 'Height', distance: 'Distance', intensity: 'Intensity', rgb: 'Colour' }

@@ -1,5 +1,5 @@
 /** Decodes clouds beside the page. */
-import { decodeCloud } from './compactCloud'
+import { decodeCloud } from '../clouds/compactCloud'
 import type { Decoded } from './CloudDecoder'
 
 addEventListener('message', (event: MessageEvent<{ id: number; data: ArrayBuffer }>) => {

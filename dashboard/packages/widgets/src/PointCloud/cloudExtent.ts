@@ -1,5 +1,5 @@
 /** Where most of a cloud is: what the view is fitted to and the colours span. A few far-off points count for nothing. */
-import type { PointCloud } from './compactCloud'
+import type { PointCloud } from '../clouds/compactCloud'
 
 export type Range = readonly [number, number]
 export type Vector = readonly [number, number, number]

@@ -10,7 +10,7 @@ import {
   IconPlayerStopFilled,
 } from '@tabler/icons-react'
 import { type ReactNode } from 'react'
-import type { Buffering, PictureChoices } from './pictureChoices'
+import type { Buffering, PictureChoices } from '../pictures/pictureChoices'
 import classes from './Video.module.css'
 
 export interface PictureToolsProps {

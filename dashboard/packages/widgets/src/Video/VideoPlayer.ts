@@ -1,8 +1,8 @@
 /** Plays a stream in a `<video>` and writes what is measured about it over the picture, without React. */
-import { FrameMeter, type PictureState } from './frameMeter'
-import { PictureAges } from './pictureAges'
-import { recordOf, type Measured, type PictureRecord } from './pictureRecords'
-import { detailsText, pictureText } from './pictureText'
+import { FrameMeter, type PictureState } from '../pictures/frameMeter'
+import { PictureAges } from '../pictures/pictureAges'
+import { recordOf, type Measured, type PictureRecord } from '../pictures/pictureRecords'
+import { detailsText, pictureText } from '../pictures/pictureText'
 
 const PERIOD_MS = 250
 const RECORD_EVERY = 1000 / PERIOD_MS

@@ -1,7 +1,7 @@
 import { FIRST_FRAME_TIMEOUT_MS, firstFrameCode } from '@mosaic/client'
 import { useEffect, useState } from 'react'
 import type { ShowsMedia } from '../stores/storeKinds'
-import type { PictureState } from './frameMeter'
+import type { PictureState } from '../pictures/frameMeter'
 
 /** Why a camera shows nothing although it is watched; null while it is too early to ask, and once a picture came. */
 export function useFirstFrame(store: ShowsMedia, stream: MediaStream | null, state: PictureState): string | null {

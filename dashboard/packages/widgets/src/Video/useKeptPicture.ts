@@ -1,8 +1,8 @@
 import { useReadable } from '@mosaic/react'
 import { useEffect } from 'react'
 import type { ShowsMedia } from '../stores/storeKinds'
-import type { PictureState } from './frameMeter'
-import type { KeptPicture } from './KeptPicture'
+import type { PictureState } from '../pictures/frameMeter'
+import type { KeptPicture } from '../pictures/KeptPicture'
 
 /**
  * The last picture of before, as long as there is no other: while the connection is made anew, and until the first

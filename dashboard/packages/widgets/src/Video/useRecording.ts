@@ -1,7 +1,7 @@
 import { useReadable } from '@mosaic/react'
 import { useEffect, useRef, useState, type RefObject } from 'react'
 import type { ShowsMedia } from '../stores/storeKinds'
-import { record, type Recording } from './pictureFiles'
+import { record, type Recording } from '../pictures/pictureFiles'
 
 const NO_STREAM = { get: () => null, subscribe: () => () => {} }
 const ENDED_BY_ITSELF = 'The picture ended, and the recording with it. What there was is saved.'

@@ -1,0 +1,226 @@
+import type { Catalogue, CatalogueEntry, MediaUnavailable, Refusal } from '@mosaic/protocol'
+import { channelPlan, NOT_MEDIA } from './channelPlan'
+import type { Clearance } from '../control/clearance'
+import { ChannelPartials } from '../delivery/ChannelPartials'
+import { MediaBindings, type MediaHost, type MediaStore } from './MediaBindings'
+import type { MediaLine, PeerLink } from '../peers/PeerLink'
+import { StorePorts, type ChannelCarrier, type PortsHost } from './StorePorts'
+import { BidirectionalStore } from '../stores/BidirectionalStore'
+import { MediaStreamStore } from '../stores/MediaStreamStore'
+import type { MosaicStore } from '../stores/MosaicStore'
+import { SendableStore } from '../stores/SendableStore'
+import { TalkStore } from '../stores/TalkStore'
+
+/** What the bindings need of the live connection. */
+export interface BindingHost extends PortsHost, MediaHost {
+  /** Whether a message for this connector may leave now; null: one that nobody knows. */
+  clearanceOf(entry: CatalogueEntry | null): Clearance
+}
+
+interface Binding {
+  store: MosaicStore
+  ports: StorePorts
+}
+
+type Why = { code?: string; message?: string }
+
+/** The stores of one robot and what carries them: channels and tracks of the peer link, while there is one. */
+export class StoreBindings {
+  readonly media: MediaBindings
+  private readonly bindings = new Map<string, Binding>()
+  private readonly partials = new ChannelPartials(() => this.host.now())
+  private link: PeerLink | null = null
+  private catalogue: Catalogue | null = null
+  private isDescribed = false
+  private wasSilent = false
+
+  constructor(
+    private readonly host: BindingHost,
+    isVisible: boolean,
+  ) {
+    this.media = new MediaBindings(host, isVisible)
+  }
+
+  add(store: MosaicStore): void {
+    const { host, partials } = this
+    const binding: Binding = {
+      store,
+      ports: new StorePorts(store, { host, partials, clearance: () => this.clearanceOf(store) }),
+    }
+    this.bindings.set(labelOf(store), binding)
+    if (isMedia(store)) this.media.add(store)
+    if (this.link) store.notifyBeforeConnected()
+    this.bind(binding)
+    this.showBlock(binding)
+  }
+
+  remove(store: MosaicStore): void {
+    const binding = this.bindings.get(labelOf(store))
+    if (binding?.store !== store) return
+    this.bindings.delete(labelOf(store))
+    if (isMedia(store)) this.media.remove(store)
+    binding.ports.release()
+  }
+
+  /** The robot's connectors changed, or became known. `isDescribed`: people said so of a robot that says nothing. */
+  setCatalogue(catalogue: Catalogue | null, isDescribed = false): void {
+    const wasOriginal = this.isOriginal
+    this.catalogue = this.media.catalogue = catalogue
+    this.isDescribed = this.media.isDescribed = isDescribed
+    if (wasOriginal && !this.wasSilent && !isDescribed) for (const { ports } of this.bindings.values()) ports.close()
+    this.bindAll()
+    this.showBlocks()
+  }
+
+  /** Send it on this connector's channel; false where none is open, or it took nothing. */
+  sendOn(label: string, text: string): boolean {
+    const store = this.bindings.get(label)?.store
+    return store !== undefined && isSending(store) && store.state.get().phase === 'open' && store.sendData(text)
+  }
+
+  /** Who may send what may have changed. */
+  showBlocks(): void {
+    for (const binding of this.bindings.values()) this.showBlock(binding)
+  }
+
+  /** The lines that a further offer must add; none while nobody wants one of them. */
+  missingLines(): MediaLine[] {
+    return this.isOriginal ? [] : this.media.missingLines()
+  }
+
+  /** A further offer was answered. */
+  linesAdded(): void {
+    this.bindAll()
+  }
+
+  /** A new attempt begins. */
+  begin(): void {
+    for (const { store } of this.bindings.values()) store.notifyBeforeConnected()
+  }
+
+  /** There is a link: open the channels that are known to be needed. */
+  setLink(link: PeerLink): void {
+    this.link = link
+    this.wasSilent = false
+    this.bindAll()
+  }
+
+  /** The link is up: pictures can arrive. */
+  linkUp(): void {
+    if (this.link) this.media.linkUp(this.link)
+    this.bindAll()
+  }
+
+  /** The robot is an original one: channels carry bare payloads, and every picture is sent anyway. */
+  treatAsOriginal(): void {
+    const wasOriginal = this.isOriginal
+    this.wasSilent = true
+    this.media.robotIsOriginal()
+    for (const binding of this.bindings.values()) {
+      // Its channels are bare already, and it would not heed their labels a second time.
+      if (!wasOriginal) binding.ports.close()
+      this.bind(binding)
+    }
+  }
+
+  /** Bulk goes elsewhere from now on; what was carried by `lost` opens anew. */
+  laneChanged(lost: ChannelCarrier | null): void {
+    for (const binding of this.bindings.values()) {
+      if (lost !== null && binding.ports.isOn(lost)) binding.ports.lost()
+      this.bind(binding)
+    }
+  }
+
+  /** The link is gone; the stores stay. */
+  dropLink(): void {
+    if (this.link === null) return
+    this.link = null
+    this.media.dropLink()
+    for (const { ports } of this.bindings.values()) ports.close()
+  }
+
+  tellDisconnected(why: Why): void {
+    for (const store of this.matching) store.notifyAfterDisconnected(why)
+  }
+
+  /** It was lost and is being made anew. */
+  tellInterrupted(why: Why): void {
+    for (const store of this.matching) store.notifyInterrupted(why)
+  }
+
+  tellFailed(why: Why & { code: string }): void {
+    for (const store of this.matching) store.notifyAfterConnectionFailed(why)
+  }
+
+  /** Messages of this channel are lost. */
+  missed(label: string, lost: number | null, sent: boolean): void {
+    for (const { store, ports } of this.bindings.values()) {
+      const isMeant = labelOf(store) === label || ports.has(label)
+      if (isMeant) store.missed({ lost, sent, atMs: this.host.now() })
+    }
+  }
+
+  trackArrived(label: string, stream: MediaStream, receiver: RTCRtpReceiver): void {
+    this.media.trackArrived(label, { stream, receiver })
+    const binding = this.bindings.get(label)
+    if (binding) this.bind(binding)
+  }
+
+  mediaUnavailable({ label, code, message }: MediaUnavailable): void {
+    const store = this.bindings.get(label)?.store
+    if (store) store.setState(message === undefined ? { phase: 'closed', code } : { phase: 'closed', code, message })
+  }
+
+  refused(refusal: Refusal): void {
+    for (const { store, ports } of this.bindings.values()) {
+      if (store instanceof TalkStore && labelOf(store) === refusal.label) store.refused(refusal)
+      if (ports.has(refusal.label) && isSending(store)) store.refused(refusal)
+    }
+  }
+
+  /** Those whose connector the robot has, as far as anybody knows. */
+  private get matching(): MosaicStore[] {
+    const stores = [...this.bindings.values()].map(({ store }) => store)
+    return stores.filter((store) => store.state.get().phase !== 'mismatch')
+  }
+
+  /** A robot that is silent, or of which only people speak: channels carry bare payloads. */
+  private get isOriginal(): boolean {
+    return this.wasSilent || this.isDescribed
+  }
+
+  private bindAll(): void {
+    for (const binding of this.bindings.values()) this.bind(binding)
+  }
+
+  private bind({ store, ports }: Binding): void {
+    const { catalogue, isOriginal } = this
+    const plan = channelPlan(store.robotConnector, { catalogue, isOriginal, bare: store.bareChannels() })
+    if (plan.type === 'mismatch') store.setState(plan.state)
+    else if (plan.type === 'media' && !isMedia(store)) store.setState(NOT_MEDIA)
+    else if (store.state.get().phase === 'mismatch') store.setState({ phase: 'waiting' })
+    if (plan.type === 'mismatch') ports.close()
+    if (plan.type === 'media' && isMedia(store)) this.media.bind(store)
+    else if (plan.type === 'channels' && this.link) ports.open(this.link, plan, isOriginal)
+  }
+
+  private clearanceOf(store: MosaicStore): Clearance {
+    return this.host.clearanceOf(this.catalogue?.entries.find(({ label }) => label === labelOf(store)) ?? null)
+  }
+
+  private showBlock({ store }: Binding): void {
+    if (isSending(store)) store.setSendBlock(this.clearanceOf(store).block)
+  }
+}
+
+function labelOf(store: MosaicStore): string {
+  return store.robotConnector.connectorId
+}
+
+function isMedia(store: MosaicStore): store is MediaStore {
+  return store instanceof MediaStreamStore || store instanceof TalkStore
+}
+
+function isSending(store: MosaicStore): store is SendableStore | BidirectionalStore {
+  return store instanceof SendableStore || store instanceof BidirectionalStore
+}

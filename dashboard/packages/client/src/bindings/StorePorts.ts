@@ -1,0 +1,130 @@
+import { CHANNEL_PROTOCOL, type MosaicDataType } from '@mosaic/protocol'
+import type { ChannelPlan } from './channelPlan'
+import type { Clearance } from '../control/clearance'
+import { DataPort, type PortMessage } from '../delivery/DataPort'
+import type { ChannelPartials } from '../delivery/ChannelPartials'
+import type { PeerLink } from '../peers/PeerLink'
+import type { OutgoingStream } from '../resume/OutgoingStream'
+import type { SessionStreams } from '../resume/SessionStreams'
+import { ConnectionCheckingStore } from '../stores/ConnectionCheckingStore'
+import { arrived, type RobotClock } from '../stores/messageInfo'
+import type { MosaicStore } from '../stores/MosaicStore'
+
+/** A peer connection, as far as channels of connectors go. */
+export type ChannelCarrier = Pick<PeerLink, 'openChannel'>
+
+/** What the channels of a store need of the live connection. */
+export interface PortsHost {
+  now(): number
+  /** Of the live connection; null without one. */
+  clock(): RobotClock | null
+  /** A message of a connector has arrived. */
+  valueArrived(label: string): void
+  /** What outlives the connection. */
+  streams: SessionStreams
+  /** Where bulk goes; null: it shall wait, because its own connection is being made. */
+  bulkCarrier(main: ChannelCarrier): ChannelCarrier | null
+}
+
+/** What all stores of a robot share. */
+export interface PortsSurroundings {
+  readonly host: PortsHost
+  readonly partials: ChannelPartials
+  /** Whether a message for this store's connector may leave now. */
+  readonly clearance: () => Clearance
+}
+
+type Channels = ChannelPlan & { type: 'channels' }
+
+/** The data channels that carry one store, while there are any. All of them open or none: then the store is told. */
+export class StorePorts {
+  private ports: readonly DataPort[] = []
+  private carrier: ChannelCarrier | null = null
+
+  constructor(
+    private readonly store: MosaicStore,
+    private readonly around: PortsSurroundings,
+  ) {}
+
+  /** Whether one of them has this label. */
+  has(label: string): boolean {
+    return this.ports.some((port) => port.label === label)
+  }
+
+  isOn(carrier: ChannelCarrier): boolean {
+    return this.carrier === carrier
+  }
+
+  /** Open them, unless they are there already or shall wait. `isOriginal`: bare payloads. */
+  open(link: ChannelCarrier, plan: Channels, isOriginal: boolean): void {
+    if (this.ports.length > 0 && this.areThose(plan)) return
+    if (this.ports.length > 0) this.close()
+    const carrier = plan.delivery === 'bulk' && !isOriginal ? this.around.host.bulkCarrier(link) : link
+    if (carrier === null) return
+    this.carrier = carrier
+    if (this.store.state.get().phase !== 'reconnecting') this.store.setState({ phase: 'waiting' })
+    this.ports = plan.channels.map(({ label, dataType }) => {
+      const channel = carrier.openChannel(label, plan.delivery, isOriginal ? '' : CHANNEL_PROTOCOL)
+      return this.port(channel, plan, dataType, isOriginal ? null : this.streamFor(plan, label, dataType))
+    })
+  }
+
+  /** The store stays; its channels are closed. */
+  close(): void {
+    for (const port of this.ports) port.close()
+    this.ports = []
+    this.carrier = null
+    this.store.detach()
+  }
+
+  /** They are closed, and the store is told. */
+  lost(): void {
+    this.close()
+    this.store.notifyAfterDisconnected({ code: 'peer.closed' })
+  }
+
+  /** The store is gone: nothing that it sent is kept for another connection. */
+  release(): void {
+    for (const port of this.ports) this.around.host.streams.released(port.label)
+    this.close()
+  }
+
+  private areThose({ channels }: Channels): boolean {
+    return this.ports.length === channels.length && channels.every(({ label }) => this.has(label))
+  }
+
+  private port(channel: RTCDataChannel, { delivery }: Channels, dataType: MosaicDataType, stream: OutgoingStream | null): DataPort {
+    const { host, partials, clearance } = this.around
+    const shared = { now: () => host.now(), clearance, counters: this.store.counters, partials }
+    return new DataPort(channel, { dataType, delivery, ...shared, ...(stream === null ? {} : { stream }) }, {
+      opened: () => this.opened(),
+      closed: () => this.lost(),
+      received: (port, message) => this.received(port, message),
+      misread: (port, error) => console.warn(`mosaic: '${port.label}' sent something unreadable (${error.message})`),
+    })
+  }
+
+  /** What is sent there outlives the connection: never what moves something, which is never kept nor repeated. */
+  private streamFor(plan: Channels, label: string, dataType: MosaicDataType): OutgoingStream | null {
+    if (plan.mayWait !== true || dataType.endsWith('r2u')) return null
+    return this.around.host.streams.outgoing(label, !(this.store instanceof ConnectionCheckingStore))
+  }
+
+  private opened(): void {
+    if (!this.ports.every((port) => port.isOpen)) return
+    this.store.attach(this.ports)
+    this.store.notifyAfterConnected()
+  }
+
+  private received(port: DataPort, message: PortMessage): void {
+    const deliver = (): void => this.deliver(port, message)
+    if (port.isNumbered) this.around.host.streams.arrived(port.label, message.seq, deliver)
+    else deliver()
+  }
+
+  private deliver(port: DataPort, { data, seq, stampUs, latched }: PortMessage): void {
+    const { host } = this.around
+    host.valueArrived(port.label)
+    this.store.receive(data, arrived({ receivedAtMs: host.now(), seq, stampUs, latched }, host.clock()), port)
+  }
+}

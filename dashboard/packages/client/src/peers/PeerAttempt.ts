@@ -1,0 +1,146 @@
+import type { ControlMessage, IceCandidate, IceServer, SignalingMessage } from '@mosaic/protocol'
+import { isAbout, reasonIn } from '../words/connectionWords'
+import { ControlChannel } from './ControlChannel'
+import { PeerLink, type MediaLine } from './PeerLink'
+import type { PeerEvent } from './peerEvents'
+import type { Platform } from '../platform/Platform'
+import type { SignalingSocket } from '../signaling/SignalingSocket'
+import { StopChannel } from './StopChannel'
+
+/** How long a closing connection stays for its farewell to leave. */
+const FAREWELL_MS = 200
+/** Patience with a robot after a change of network; a live one answers a ping within a round trip. */
+const DOUBT_MS = 700
+const DOUBT_ROUND_TRIPS = 4
+
+export interface AttemptListener {
+  happened(event: PeerEvent): void
+  controlHeard(message: ControlMessage | null): void
+  /** The control or the stop channel can be used from now on. */
+  laneOpened(): void
+  trackArrived(label: string, stream: MediaStream, receiver: RTCRtpReceiver): void
+}
+
+export interface AttemptOptions {
+  rtcConnectionId: string
+  iceServers: readonly IceServer[]
+  /** An original robot drops candidates that come before it has answered: ours wait for the answer. */
+  holdCandidates: boolean
+}
+
+/** One try to reach a robot: a peer connection with its control channel and its identity on the signaling socket. */
+export class PeerAttempt {
+  readonly link: PeerLink
+  readonly control: ControlChannel
+  readonly stop: StopChannel
+  private readonly rtcConnectionId: string
+  private held: IceCandidate[] | null
+  private isOver = false
+
+  constructor(
+    platform: Platform,
+    private readonly socket: SignalingSocket,
+    options: AttemptOptions,
+    private readonly listener: AttemptListener,
+  ) {
+    this.rtcConnectionId = options.rtcConnectionId
+    this.held = options.holdCandidates ? [] : null
+    this.link = new PeerLink(platform, options.iceServers, {
+      candidateFound: (candidate) => this.candidateFound(candidate),
+      iceConnected: () => this.happened({ type: 'iceConnected' }),
+      iceHesitates: () => this.happened({ type: 'doubted', patienceMs: this.patienceMs }),
+      linkConnected: () => this.happened({ type: 'linkConnected' }),
+      linkBroken: (code) => this.happened({ type: 'broken', code }),
+      trackArrived: (label, stream, receiver) => listener.trackArrived(label, stream, receiver),
+    })
+    this.control = new ControlChannel(this.link.control, () => platform.now(), {
+      controlOpened: () => {
+        this.happened({ type: 'controlOpened' })
+        this.laneOpened()
+      },
+      controlClosed: () => this.happened({ type: 'broken', code: 'peer.lost' }),
+      controlHeard: (message) => {
+        if (!this.isOver) listener.controlHeard(message)
+      },
+    })
+    this.stop = new StopChannel(this.link.stop, () => platform.now(), {
+      opened: () => this.laneOpened(),
+      acknowledged: (data) => {
+        if (!this.isOver) listener.controlHeard({ type: 'stop.ack', data })
+      },
+    })
+  }
+
+  /** How long a robot that is there may take for a word. */
+  get patienceMs(): number {
+    return Math.max(DOUBT_MS, DOUBT_ROUND_TRIPS * (this.control.clocks.roundTripMs ?? 0))
+  }
+
+  async offer(lines: readonly MediaLine[]): Promise<void> {
+    const { rtcConnectionId } = this
+    try {
+      const { sdp, tracks } = await this.link.offer(lines)
+      const offer = { rtcConnectionId, sdpOffer: sdp }
+      // An original server refuses keys that it does not know, so none is sent without need.
+      const data = Object.keys(tracks).length > 0 ? { ...offer, tracks } : offer
+      const isSent = !this.isOver && this.socket.send('signaling.send_sdp_offer', data)
+      this.happened(isSent ? { type: 'offered' } : { type: 'broken', code: 'signal.unreachable' })
+    } catch (error) {
+      this.happened({ type: 'broken', code: 'sdp.invalid', message: String(error) })
+    }
+  }
+
+  /** A message of the server; false: it is about something else. */
+  signaled(message: SignalingMessage): boolean {
+    if (!isAbout(message, this.rtcConnectionId)) return false
+    if (message.type === 'signaling.send_sdp_answer') void this.answered(message.data.sdpAnswer)
+    else if (message.type === 'signaling.exchange_ice_candidate') void this.link.addCandidate(message.data.iceCandidate)
+    else if (message.type === 'signaling.close_peer_connection') {
+      this.happened({ type: 'broken', code: 'peer.closed', ...reasonIn(message.data) })
+    }
+    return true
+  }
+
+  /** Drop everything; with `bye` the robot is told on both ways that this was on purpose. */
+  close(bye: boolean): void {
+    const { rtcConnectionId } = this
+    this.isOver = true
+    if (bye) {
+      this.control.send('bye', { code: 'peer.closed' })
+      this.socket.send('signaling.close_peer_connection', { rtcConnectionId })
+    }
+    this.control.close()
+    this.stop.close()
+    if (bye) setTimeout(() => this.link.close(), FAREWELL_MS)
+    else this.link.close()
+  }
+
+  private async answered(sdp: string): Promise<void> {
+    this.happened({ type: 'answered' })
+    try {
+      await this.link.accept(sdp)
+    } catch (error) {
+      this.happened({ type: 'broken', code: 'sdp.invalid', message: String(error) })
+      return
+    }
+    const held = this.held ?? []
+    this.held = null
+    for (const candidate of held) this.candidateFound(candidate)
+  }
+
+  private candidateFound(iceCandidate: IceCandidate): void {
+    const { rtcConnectionId } = this
+    if (this.isOver) return
+    if (this.held) this.held.push(iceCandidate)
+    else this.socket.send('signaling.exchange_ice_candidate', { rtcConnectionId, iceCandidate })
+  }
+
+  private laneOpened(): void {
+    if (!this.isOver) this.listener.laneOpened()
+  }
+
+  // What an attempt that is over still says concerns nobody.
+  private happened(event: PeerEvent): void {
+    if (!this.isOver) this.listener.happened(event)
+  }
+}

@@ -1,0 +1,100 @@
+/**
+ * When there is a second peer connection for bulk data. Pure; the twin of `machines/operator_lane.py`: made when the
+ * first bulk store wants it, tried again with back-off, and nobody waits longer for it than `SETUP_TIMEOUT_MS`.
+ */
+import { backoffDelayMs } from '../timing/backoff'
+
+/** `none`: nobody wanted one, or the robot knows none. `failed`: bulk goes over the main connection meanwhile. */
+export type LaneState = 'none' | 'connecting' | 'up' | 'failed'
+
+export const SETUP_TIMEOUT_MS = 5000
+export const PING_PERIOD_MS = 2000
+/** Answers to pings wait behind the bulk that SCTP holds, so it is longer than the main connection's. */
+export const LOST_AFTER_MS = 8000
+/** A deadline noticed this late means that the page was frozen; answers may be waiting unread. */
+const STALL_MS = 1000
+const RETRY = { baseMs: 3000, maxMs: 120_000 }
+/** A lane that was up for this long begins to count its failures anew. */
+const STABLE_MS = 30_000
+
+export type LaneEvent =
+  /** A bulk store is there. */
+  | { type: 'wanted' }
+  /** The lane's own channel is open: everything below it works. */
+  | { type: 'opened'; attempt: number }
+  | { type: 'heard'; attempt: number }
+  /** It can't be made, or is gone. `isTold`: the robot said so itself. */
+  | { type: 'failed'; attempt: number; code: string; isTold?: boolean }
+  | { type: 'ticked' }
+
+export type LaneEffect =
+  /** Make a transport and offer it under this number. */
+  | { type: 'begin'; attempt: number }
+  /** Bulk channels open on the lane from now on. */
+  | { type: 'use' }
+  | { type: 'ping' }
+  /** Close the transport; bulk channels open on the main connection. */
+  | { type: 'fallBack'; attempt: number; code: string; tellsRobot: boolean }
+
+/** The machine of one main connection; times are milliseconds of any monotonic clock, `random` is of [0, 1). */
+export class LaneSession {
+  state: LaneState = 'none'
+  /** Why it failed; empty otherwise. */
+  code = ''
+  /** When `ticked` is to be said; null: never. */
+  wakeAtMs: number | null = null
+  private attempt = 0
+  private failures = 0
+  private upAtMs = 0
+  private pingAtMs = 0
+  private lostAtMs = 0
+
+  handle(event: LaneEvent, nowMs: number, random: number): LaneEffect[] {
+    if (event.type === 'wanted') return this.state === 'none' ? this.begin(nowMs) : []
+    if (event.type === 'ticked') return this.wakeAtMs !== null && nowMs >= this.wakeAtMs ? this.overdue(nowMs, random) : []
+    const isCurrent = event.attempt === this.attempt && (this.state === 'connecting' || this.state === 'up')
+    if (!isCurrent) return []
+    if (event.type === 'opened') return this.opened(nowMs)
+    if (event.type === 'failed') return this.failed(event.code, nowMs, random, event.isTold !== true)
+    if (this.state === 'up') this.lostAtMs = nowMs + LOST_AFTER_MS
+    return []
+  }
+
+  private begin(nowMs: number): LaneEffect[] {
+    this.attempt += 1
+    this.state = 'connecting'
+    this.code = ''
+    this.wakeAtMs = nowMs + SETUP_TIMEOUT_MS
+    return [{ type: 'begin', attempt: this.attempt }]
+  }
+
+  private opened(nowMs: number): LaneEffect[] {
+    if (this.state === 'up') return []
+    this.state = 'up'
+    this.upAtMs = nowMs
+    this.lostAtMs = nowMs + LOST_AFTER_MS
+    this.pingAtMs = this.wakeAtMs = nowMs + PING_PERIOD_MS
+    return [{ type: 'use' }]
+  }
+
+  private overdue(nowMs: number, random: number): LaneEffect[] {
+    if (this.state === 'failed') return this.begin(nowMs)
+    if (this.state === 'connecting') return this.failed('ice.timeout', nowMs, random, true)
+    if (nowMs >= this.lostAtMs) {
+      if (nowMs - this.pingAtMs <= STALL_MS) return this.failed('peer.lost', nowMs, random, true)
+      this.lostAtMs = nowMs + PING_PERIOD_MS + STALL_MS
+    }
+    this.pingAtMs = this.wakeAtMs = nowMs + PING_PERIOD_MS
+    return [{ type: 'ping' }]
+  }
+
+  private failed(code: string, nowMs: number, random: number, tellsRobot: boolean): LaneEffect[] {
+    const wasStable = this.state === 'up' && nowMs - this.upAtMs >= STABLE_MS
+    this.failures = wasStable ? 0 : this.failures
+    this.state = 'failed'
+    this.code = code
+    this.wakeAtMs = nowMs + backoffDelayMs(this.failures, random, RETRY)
+    this.failures += 1
+    return [{ type: 'fallBack', attempt: this.attempt, code, tellsRobot }]
+  }
+}

@@ -1,0 +1,189 @@
+/**
+ * The life of the operator's signaling socket, purely: it signs in, answers pings, notices silence and comes back
+ * with back-off after every end but a refusal.
+ */
+import {
+  agreedExtensions,
+  EXTENSIONS,
+  reasonOfClose,
+  reasonOfResult,
+  ResultCode,
+  type SignalingMessage,
+  type SignalingMessages,
+} from '@mosaic/protocol'
+import { backoffDelayMs } from '../timing/backoff'
+import type { ServerState } from '../words/types'
+
+export type SignalingPhase = 'off' | 'opening' | 'authorizing' | 'online' | 'waiting' | 'refused'
+
+export type SignalingEvent =
+  | { type: 'started'; token: string }
+  | { type: 'stopped' }
+  | { type: 'opened' }
+  | { type: 'closed'; closeCode: number }
+  | { type: 'heard'; message: SignalingMessage }
+  /** The machine's network is back, or another one. */
+  | { type: 'networkChanged' }
+  /** Something was asked that is answered at once: silence means that the socket is dead without knowing it. */
+  | { type: 'doubted' }
+  | { type: 'ticked' }
+
+export type SignalingEffect =
+  | { type: 'open' }
+  | { type: 'close' }
+  | { [T in keyof SignalingMessages]: { type: 'send'; word: T; data: SignalingMessages[T] } }[keyof SignalingMessages]
+  | { type: 'tellOnline' }
+  | { type: 'tellOffline' }
+  | { type: 'tellRefused'; code: string }
+  | { type: 'tellMessage'; message: SignalingMessage }
+
+const OPEN_TIMEOUT_MS = 10_000
+/** A server that pings does so every 5 s; three of them missing means that the line is dead. */
+const SILENCE_MS = 15_000
+/** A server that is there answers within this time. */
+const PROBE_MS = 700
+const BACKOFF = { baseMs: 500, maxMs: 10_000 }
+
+export class SignalingSession {
+  private current: SignalingPhase = 'off'
+  private token = ''
+  private attempt = 0
+  private wakeMs: number | null = null
+  private pings = false
+  private isDoubted = false
+
+  get phase(): SignalingPhase {
+    return this.current
+  }
+
+  /** What the page shows; a retry in the background is no news. */
+  get state(): ServerState {
+    if (this.current === 'online') return 'online'
+    const isFirst = this.attempt === 0 && (this.current === 'opening' || this.current === 'authorizing')
+    return isFirst ? 'connecting' : 'offline'
+  }
+
+  /** When a `ticked` event is due; null while nothing is. */
+  get wakeAtMs(): number | null {
+    return this.wakeMs
+  }
+
+  handle(event: SignalingEvent, nowMs: number, random: number): SignalingEffect[] {
+    switch (event.type) {
+      case 'started':
+        this.token = event.token
+        this.attempt = 0
+        return [...this.stop(), ...this.open(nowMs)]
+      case 'stopped':
+        return this.stop()
+      case 'opened':
+        if (this.current === 'opening') this.enter('authorizing', nowMs + OPEN_TIMEOUT_MS)
+        return []
+      case 'closed':
+        return this.closed(event.closeCode, nowMs, random)
+      case 'heard':
+        return this.hasSocket ? this.heard(event.message, nowMs) : []
+      case 'networkChanged':
+        return this.networkChanged(nowMs)
+      case 'doubted':
+        if (this.current === 'online') this.doubt(nowMs)
+        return []
+      case 'ticked':
+        return this.wakeMs !== null && nowMs >= this.wakeMs ? this.woken(nowMs, random) : []
+    }
+  }
+
+  private get hasSocket(): boolean {
+    return this.current === 'opening' || this.current === 'authorizing' || this.current === 'online'
+  }
+
+  private enter(phase: SignalingPhase, wakeMs: number | null): void {
+    this.current = phase
+    this.wakeMs = wakeMs
+  }
+
+  private networkChanged(nowMs: number): SignalingEffect[] {
+    if (this.current === 'waiting') return this.open(nowMs)
+    // It may hang on a way that is gone.
+    return this.current === 'opening' || this.current === 'authorizing' ? [{ type: 'close' }, ...this.open(nowMs)] : []
+  }
+
+  private doubt(nowMs: number): void {
+    if (this.isDoubted) return
+    this.isDoubted = true
+    this.wakeMs = nowMs + PROBE_MS
+  }
+
+  private open(nowMs: number): SignalingEffect[] {
+    this.enter('opening', nowMs + OPEN_TIMEOUT_MS)
+    this.pings = this.isDoubted = false
+    return [{ type: 'open' }]
+  }
+
+  private stop(): SignalingEffect[] {
+    const effects: SignalingEffect[] = this.hasSocket ? [{ type: 'close' }] : []
+    if (this.current === 'online') effects.push({ type: 'tellOffline' })
+    this.enter('off', null)
+    return effects
+  }
+
+  private woken(nowMs: number, random: number): SignalingEffect[] {
+    if (this.current === 'waiting') return this.open(nowMs)
+    if (this.isDoubted) return [{ type: 'close' }, { type: 'tellOffline' }, ...this.open(nowMs)]
+    return [{ type: 'close' }, ...this.retryLater(nowMs, random)]
+  }
+
+  private closed(closeCode: number, nowMs: number, random: number): SignalingEffect[] {
+    if (!this.hasSocket) return []
+    const reason = reasonOfClose(closeCode)
+    const isFinal = reason?.startsWith('auth.') || reason === 'signal.replaced'
+    return reason && isFinal ? this.refuse(reason) : this.retryLater(nowMs, random)
+  }
+
+  private retryLater(nowMs: number, random: number): SignalingEffect[] {
+    const wasOnline = this.current === 'online'
+    this.enter('waiting', nowMs + backoffDelayMs(this.attempt, random, BACKOFF))
+    this.attempt += 1
+    return wasOnline ? [{ type: 'tellOffline' }] : []
+  }
+
+  private refuse(code: string): SignalingEffect[] {
+    const wasOnline = this.current === 'online'
+    this.enter('refused', null)
+    return [...(wasOnline ? [{ type: 'tellOffline' } as const] : []), { type: 'tellRefused', code }]
+  }
+
+  private heard(message: SignalingMessage, nowMs: number): SignalingEffect[] {
+    this.isDoubted = false
+    if (this.current === 'online') this.wakeMs = this.pings ? nowMs + SILENCE_MS : null
+    switch (message.type) {
+      case 'authorize.req':
+        return [this.authorize(message.data.extensions)]
+      case 'authorize.res':
+        return this.judged(message.data)
+      case 'ping.ping':
+        this.pings = true
+        if (this.current === 'online') this.wakeMs = nowMs + SILENCE_MS
+        return [{ type: 'send', word: 'ping.pong', data: message.data }]
+      case 'error':
+        // The server echoes the request's type with or without `.res`.
+        return message.requestType.startsWith('authorize') ? this.judged(message.code) : [{ type: 'tellMessage', message }]
+      default:
+        return [{ type: 'tellMessage', message }]
+    }
+  }
+
+  private authorize(offered: Record<string, number> | undefined): SignalingEffect {
+    const data = { accessToken: this.token }
+    // An original server refuses keys that it does not know.
+    const extended = offered ? { ...data, extensions: agreedExtensions(offered, EXTENSIONS) } : data
+    return { type: 'send', word: 'authorize', data: extended }
+  }
+
+  private judged(result: number): SignalingEffect[] {
+    if (result !== ResultCode.SUCCESS) return [{ type: 'close' }, ...this.refuse(reasonOfResult(result) ?? 'auth.failed')]
+    this.attempt = 0
+    this.enter('online', null)
+    return [{ type: 'tellOnline' }]
+  }
+}

@@ -1,0 +1,106 @@
+"""Arrival times of single packets, as browsers report them (transport-wide congestion control), which aiortc does not
+negotiate: each packet of a picture and each repeat carries a number of its own.
+
+Only with retransmission on a stream of its own (RTX): a packet sent twice under one RTP sequence number must be the
+same bytes, or SRTP would encrypt two texts with one key stream.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from aiortc import RTCRtpSender, RTCRtpTransceiver
+from aiortc.rtcrtpparameters import RTCRtcpFeedback, RTCRtpHeaderExtensionParameters
+from aiortc.rtp import HeaderExtensions, HeaderExtensionsMap
+from aiortc.sdp import SessionDescription
+
+from mosaic_core.machines.congestion.arrival_report import NUMBERS, ArrivalReport, arrival_reports
+
+NUMBER_URI = "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
+_FEEDBACK = RTCRtcpFeedback(type="transport-cc")
+
+
+def agree_on_arrivals(transceiver: RTCRtpTransceiver, offer_sdp: str) -> bool:
+    """Accept reports of arrivals for the codec that will be sent, if the offer has them. After the codecs are sorted,
+    before the answer is made."""
+    sent = transceiver._codecs[0]
+    if not any(codec.name == "rtx" and codec.parameters["apt"] == sent.payloadType for codec in transceiver._codecs):
+        return False
+    for media in SessionDescription.parse(offer_sdp).media:
+        if media.rtp.muxId != transceiver.mid:
+            continue
+        extension = next((one for one in media.rtp.headerExtensions if one.uri == NUMBER_URI), None)
+        offered = {codec.payloadType for codec in media.rtp.codecs if _FEEDBACK in codec.rtcpFeedback}
+        if extension is None or sent.payloadType not in offered:
+            return False
+        for codec in transceiver._codecs:
+            if codec.payloadType in offered:
+                codec.rtcpFeedback.append(_FEEDBACK)
+        transceiver._headerExtensions.append(RTCRtpHeaderExtensionParameters(id=extension.id, uri=NUMBER_URI))
+        return True
+    return False
+
+
+def sequence_number_of(data: bytes, ssrc: int) -> int:
+    """Of an RTP packet of stream ``ssrc``, or of the packet that this one repeats (RFC 4588 §4)."""
+    if int.from_bytes(data[8:12], "big") == ssrc:
+        return int.from_bytes(data[2:4], "big")
+    payload = 12 + 4 * (data[0] & 0x0F)
+    if data[0] & 0x10:
+        payload += 4 + 4 * int.from_bytes(data[payload + 2 : payload + 4], "big")
+    return int.from_bytes(data[payload : payload + 2], "big")
+
+
+class PacketNumbers:
+    """Numbers what one sender sends. ``arrived`` is called with each report that comes back on the connection: of this
+    sender's packets and those of the others."""
+
+    def __init__(self, sender: RTCRtpSender, arrived: Callable[[ArrivalReport], None]) -> None:
+        self._connection = _Connection.of(sender.transport)
+        self._connection.listeners.append(arrived)
+        self._map = _NumberedExtensions(self._connection.next_number)
+        sender._RTCRtpSender__rtp_header_extensions_map = self._map  # type: ignore[attr-defined]
+
+    def take(self) -> int | None:
+        """The number of the packet that was made just now; ``None`` if it has none."""
+        number, self._map.number = self._map.number, None
+        return number
+
+
+class _NumberedExtensions(HeaderExtensionsMap):
+    """A packet is made of its fields each time that it is sent: so a repeat has another number."""
+
+    def __init__(self, next_number: Callable[[], int]) -> None:
+        super().__init__()
+        self._next_number = next_number
+        self.number: int | None = None
+
+    def set(self, values: HeaderExtensions) -> tuple[int, bytes]:
+        self.number = values.transport_sequence_number = self._next_number()
+        return super().set(values)
+
+
+class _Connection:
+    """One DTLS transport, with all its senders. The transport holds it, so that both go together."""
+
+    def __init__(self, transport: Any) -> None:
+        self.listeners: list[Callable[[ArrivalReport], None]] = []
+        self._number = 0
+        self._handle = transport._handle_rtcp_data
+        transport._handle_rtcp_data = self._tell_and_handle
+
+    @classmethod
+    def of(cls, transport: Any) -> _Connection:
+        holder = getattr(transport._handle_rtcp_data, "__self__", None)
+        return holder if isinstance(holder, cls) else cls(transport)
+
+    def next_number(self) -> int:
+        self._number = (self._number + 1) % NUMBERS
+        return self._number
+
+    async def _tell_and_handle(self, data: bytes) -> None:
+        for report in arrival_reports(data):
+            for listener in self.listeners:
+                listener(report)
+        await self._handle(data)

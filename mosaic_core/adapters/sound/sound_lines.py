@@ -1,0 +1,42 @@
+"""Gives the audio lines of an offer to microphones and loudspeakers; a line without Opus stays empty."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from aiortc import RTCRtpTransceiver
+
+from mosaic_core.adapters.aiortc_private import name_stream, prefer_codecs, sent_codec
+from mosaic_core.adapters.sound.shared_sound import OPUS
+from mosaic_core.adapters.sound.sound_track import AiortcIncomingSound, SoundTrack
+from mosaic_core.runtime.transport.transport import AnswererListener
+
+
+@dataclass(frozen=True, slots=True)
+class SoundLines:
+    """``heard``: mid → microphone, ``spoken``: mid → loudspeaker."""
+
+    heard: Mapping[str, str]
+    spoken: Mapping[str, str]
+    listener: AnswererListener
+
+    def bind(self, transceiver: RTCRtpTransceiver) -> str | None:
+        """The label that has the line now."""
+        mid = transceiver.mid or ""
+        label = self.heard.get(mid) or self.spoken.get(mid)
+        if label is None:
+            return None
+        prefer_codecs(transceiver, (OPUS,))
+        if sent_codec(transceiver).lower() != OPUS:
+            return None
+        if mid in self.heard:
+            feed = self.listener.track_bound(label)
+            feed.codec_agreed(OPUS)
+            transceiver.sender.replaceTrack(SoundTrack(label, feed))
+            name_stream(transceiver.sender, label)
+            transceiver.direction = "sendonly"
+        else:
+            transceiver.direction = "recvonly"
+            self.listener.voice_bound(label, AiortcIncomingSound(transceiver.receiver.track))
+        return label

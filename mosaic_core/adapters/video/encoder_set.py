@@ -1,0 +1,107 @@
+"""The encoders of one camera: one per codec and rung that somebody watches, none for nobody."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import av
+
+from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable
+from mosaic_core.adapters.video.encoder_thread import EncoderOrder, EncoderThread
+from mosaic_core.adapters.video.video_encoder import CodecName
+from mosaic_core.machines.media.rung_ladder import Rung
+
+_JOIN_S = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class EncodedRung:
+    """What one encoder makes."""
+
+    codec: CodecName
+    rung: Rung
+
+
+class EncoderSet:
+    """Event loop, but for :meth:`offer`. ``deliver`` and ``failed`` are called on the encoders' threads."""
+
+    def __init__(
+        self,
+        deliver: Callable[[EncodedRung, av.Packet[Any]], None],
+        failed: Callable[[EncodedRung, EncoderUnavailable], None],
+    ) -> None:
+        self._deliver = deliver
+        self._failed = failed
+        self._threads: dict[EncodedRung, EncoderThread] = {}
+        self._offered_to: tuple[EncoderThread, ...] = ()
+        self._latest: av.VideoFrame | None = None
+        self._skipped_before = 0
+        self._told_skipped = 0
+        self._cpu_before_s = 0.0
+        self._encoded_before = 0
+
+    @property
+    def running(self) -> tuple[EncodedRung, ...]:
+        return tuple(self._threads)
+
+    def take_skipped(self) -> int:
+        """Pictures left out since the last call, because an encoder was still busy."""
+        total = self._skipped_before + sum(thread.skipped for thread in self._threads.values())
+        fresh, self._told_skipped = total - self._told_skipped, total
+        return fresh
+
+    @property
+    def encoded(self) -> int:
+        """Pictures encoded so far, by all."""
+        return self._encoded_before + sum(thread.encoded for thread in self._threads.values())
+
+    @property
+    def cpu_s(self) -> float:
+        """CPU time that all encoders have used so far."""
+        return self._cpu_before_s + sum(thread.cpu_s for thread in self._threads.values())
+
+    def offer(self, picture: av.VideoFrame) -> None:
+        """A prepared picture, from the handler's thread."""
+        self._latest = picture
+        for thread in self._offered_to:
+            thread.offer(picture)
+
+    def use(self, orders: Mapping[EncodedRung, EncoderOrder]) -> None:
+        """Run exactly these encoders; a new one begins with the latest picture, as a key frame."""
+        for key in [key for key in self._threads if key not in orders]:
+            self._end(self._threads.pop(key))
+        for key, order in orders.items():
+            thread = self._threads.get(key)
+            if thread is None:
+                self._threads[key] = self._started(key, order)
+            else:
+                thread.aim_at(order.settings.bitrate_bps)
+        self._offered_to = tuple(self._threads.values())
+        if not self._threads:
+            self._latest = None
+
+    def ask_key_frame(self, key: Hashable) -> None:
+        """Of one of the encoders; packets that came encoded have their own."""
+        if isinstance(key, EncodedRung) and key in self._threads:
+            self._threads[key].ask_key_frame()
+
+    def close(self) -> None:
+        """End all encoders and wait for them briefly: libav must not encode while the interpreter ends."""
+        threads = tuple(self._threads.values())
+        self.use({})
+        for thread in threads:
+            thread.join(_JOIN_S)
+
+    def _started(self, key: EncodedRung, order: EncoderOrder) -> EncoderThread:
+        thread = EncoderThread(order, lambda packet: self._deliver(key, packet), lambda error: self._failed(key, error))
+        if self._latest is not None:
+            thread.offer(self._latest)
+        return thread
+
+    def _end(self, thread: EncoderThread) -> None:
+        thread.close()
+        self._skipped_before += thread.skipped
+        self._cpu_before_s += thread.cpu_s
+        self._encoded_before += thread.encoded

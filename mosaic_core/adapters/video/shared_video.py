@@ -1,0 +1,235 @@
+"""One camera for all its viewers: converted once, encoded once per codec and rung that somebody watches, and sent to
+each viewer from a key frame on, on the best rung that its link takes.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable, Hashable
+from typing import Any
+
+import av
+
+from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable
+from mosaic_core.adapters.video.encoder_set import EncodedRung, EncoderSet
+from mosaic_core.adapters.video.found_encoders import ENCODERS
+from mosaic_core.adapters.video.packet_source import PacketSource, SourceState
+from mosaic_core.adapters.video.picture import prepared_picture
+from mosaic_core.adapters.video.rung_orders import PASSED_ON, SourceShape, codecs_of, limits_bps, options_of, orders_of
+from mosaic_core.adapters.video.video_encoder import CodecName
+from mosaic_core.adapters.video.viewer_feed import ViewerFeed
+from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
+from mosaic_core.machines.media.picture_rate import PictureRate
+from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.threads.handover import Handover
+from mosaic_core.runtime.transport.transport import TellUnavailable
+
+_log = logging.getLogger(__name__)
+
+TICK_S = 0.5
+_MAX_HANDED_OVER = 64
+"""Packets on their way to the event loop; if it is further behind, everybody goes on at the next key frame."""
+_MIME_TYPES: dict[CodecName, str] = {"VP8": "video/VP8", "H264": "video/H264"}
+
+
+class SharedVideo:
+    """Implements ``runtime.transport.PictureStream``."""
+
+    def __init__(
+        self,
+        label: str,
+        encoding: EncodingParams,
+        counters: ConnectorCounters,
+        packet_codec: PacketCodec | None = None,
+    ) -> None:
+        ENCODERS.seek()
+        self._label = label
+        self._encoding = encoding
+        self._counters = counters
+        self._handover: Handover[Callable[[], None]] = Handover(
+            asyncio.get_running_loop(), lambda act: act(), _MAX_HANDED_OVER
+        )
+        self._viewers: dict[str, ViewerFeed] = {}
+        self._watching: dict[str, ViewerFeed] = {}  # replaced, never changed: the handler's thread reads it
+        self._shape = SourceShape()
+        self._rate = PictureRate()
+        self._packet_codec = packet_codec
+        self._packets = PacketSource(label, packet_codec or "h264", encoding.max_bitrate_bps)
+        self._needs_pictures = True
+        self._has_overflowed = False
+        self._counted: Hashable = None
+        self._timer: asyncio.TimerHandle | None = None
+        self.encoders = EncoderSet(self._encoded, self._failed)
+        self._posted_size: tuple[int, int] | None = None
+        self._posted_state: SourceState | None = None
+
+    # -- on the handler's thread ---------------------------------------------------------------------------------
+
+    def post(self, picture: Picture, captured_at_s: float) -> bool:
+        """See ``PictureStream``. Raises :class:`TypeError` for what is no picture."""
+        if not self._watching:
+            return False
+        prepared = prepared_picture(picture, captured_at_s)
+        if isinstance(prepared, av.Packet):
+            self._post_packet(prepared)
+        else:
+            self._tell_state(None)
+            self._post_frame(prepared)
+        return not self._has_overflowed
+
+    def _post_frame(self, picture: av.VideoFrame) -> None:
+        self._rate.seen((picture.pts or 0) / 90_000)
+        self.encoders.offer(picture)
+        size = (picture.width, picture.height)
+        if size != self._posted_size and self._to_loop(lambda: self._sized(size)):
+            self._posted_size = size
+
+    def _post_packet(self, packet: av.Packet[Any]) -> None:
+        if not packet.size:
+            return  # a demuxer's sign that the recording is over
+        packet = self._packets.taken(packet)
+        if self._needs_pictures:
+            for picture in self._packets.pictures(packet):
+                self._post_frame(picture)
+        else:
+            self._packets.rest()
+        self._tell_state(self._packets.state)
+        if self._packets.state.sendable_as is not None:
+            self._to_loop(lambda: self._distribute(PASSED_ON, packet))
+
+    def _tell_state(self, state: SourceState | None) -> None:
+        if state != self._posted_state and self._to_loop(lambda: self._source_changed(state)):
+            self._posted_state = state
+
+    # -- on the encoders' threads --------------------------------------------------------------------------------
+
+    def _encoded(self, key: EncodedRung, packet: av.Packet[Any]) -> None:
+        self._to_loop(lambda: self._distribute(key, packet))
+
+    def _failed(self, key: EncodedRung, error: EncoderUnavailable) -> None:
+        self._to_loop(lambda: self._tell_failed(key, error))
+
+    def _to_loop(self, act: Callable[[], None]) -> bool:
+        is_taken = self._handover.put(act)
+        self._has_overflowed |= not is_taken
+        return is_taken
+
+    # -- on the event loop ---------------------------------------------------------------------------------------
+
+    def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> ViewerFeed:
+        if viewer_id not in self._viewers:
+            codecs = codecs_of(self._shape, self._encoding, self._packet_codec, ENCODERS.preferred_codec)
+            order = [_MIME_TYPES[codec] for codec in codecs]
+            self._viewers[viewer_id] = ViewerFeed(order, unavailable, self._wants_key, self._reconsider, is_local)
+        return self._viewers[viewer_id]
+
+    def watch(self, viewer_id: str, on: bool) -> None:
+        viewer = self._viewers.get(viewer_id)
+        if viewer is None or on == viewer.is_watching:
+            return
+        if on:
+            self._begin(viewer)
+            self._watching = {**self._watching, viewer_id: viewer}
+        else:
+            viewer.pause()
+            self._watching = {name: other for name, other in self._watching.items() if other is not viewer}
+        self._reconsider()
+        if self._timer is None:
+            self._tick()
+
+    def leave(self, viewer_id: str) -> None:
+        self.watch(viewer_id, False)
+        self._viewers.pop(viewer_id, None)
+
+    def close(self) -> None:
+        for viewer_id in tuple(self._watching):
+            self.watch(viewer_id, False)
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self.encoders.close()
+
+    def _begin(self, viewer: ViewerFeed) -> None:
+        options = options_of(viewer.codec, self._shape, self._encoding, is_local=viewer.is_local)
+        least_bps, most_bps = limits_bps(self._shape, self._encoding, is_local=viewer.is_local)
+        limits = (most_bps if viewer.is_local else least_bps, most_bps)
+        viewer.begin(options, limits, time.monotonic(), self._encoding.max_bitrate_bps)
+
+    def _tick(self) -> None:
+        self._timer = None
+        if not self._watching:
+            self._counters.dropped += self.encoders.take_skipped()
+            return
+        now_s = time.monotonic()
+        for viewer in self._watching.values():
+            viewer.tick(now_s)
+        self._counters.dropped += self.encoders.take_skipped()
+        self._reconsider()
+        self._timer = asyncio.get_running_loop().call_later(TICK_S, self._tick)
+
+    # -- the source ----------------------------------------------------------------------------------------------
+
+    def _sized(self, size: tuple[int, int]) -> None:
+        self._reshape(self._shape.with_size(size))
+
+    def _source_changed(self, state: SourceState | None) -> None:
+        self._reshape(self._shape.with_packets(state))
+
+    def _reshape(self, shape: SourceShape) -> None:
+        self._shape = shape
+        for viewer in self._watching.values():
+            self._begin(viewer)
+        self._reconsider()
+
+    # -- who gets what -------------------------------------------------------------------------------------------
+
+    def _reconsider(self) -> None:
+        """Each viewer on the rung that it affords; encoders for these rungs and no others."""
+        now_s, joined = time.monotonic(), []
+        for viewer in self._watching.values():
+            target = viewer.target(now_s)
+            if target != viewer.switch.wanted and target is not None:
+                viewer.switch.want(target)
+                joined.append(target)
+            if target is None and self._shape.is_hopeless(viewer.codec):
+                viewer.refuse("media.not_decodable")
+        before = self.encoders.running
+        orders = orders_of(self._label, self._watching.values(), self._encoding, self._rate.fps)
+        self.encoders.use(orders)
+        for key in joined:
+            if key in before:  # a new encoder begins with a key frame anyway
+                self.encoders.ask_key_frame(key)
+        self._needs_pictures = bool(orders) or any(viewer.switch.wanted is None for viewer in self._watching.values())
+        self._counted = max(orders, key=lambda key: key.rung.ceiling_bps, default=PASSED_ON)
+
+    def _wants_key(self, viewer: ViewerFeed) -> None:
+        self.encoders.ask_key_frame(viewer.switch.needs_key or viewer.switch.current)
+
+    def _distribute(self, key: Hashable, packet: av.Packet[Any]) -> None:
+        if self._has_overflowed:
+            self._start_over()
+        has_moved = False
+        for viewer in self._watching.values():
+            before = viewer.switch.current
+            if viewer.switch.takes(key, packet.is_keyframe):
+                self._counters.dropped += viewer.put(packet)
+            has_moved |= viewer.switch.current != before
+        if has_moved:
+            self._reconsider()
+        if key == self._counted:
+            self._counters.count(packet.size, time.monotonic())
+
+    def _start_over(self) -> None:
+        """Packets were lost on the way to the loop."""
+        self._has_overflowed = False
+        for viewer in self._watching.values():
+            viewer.switch.tear()
+            self._wants_key(viewer)
+
+    def _tell_failed(self, key: EncodedRung, error: EncoderUnavailable) -> None:
+        _log.error("%s: %s", self._label, error)
+        for viewer in self._watching.values():
+            if viewer.switch.wanted == key:
+                viewer.refuse(error.code)

@@ -1,0 +1,102 @@
+"""A media track that takes encoded pictures from the runtime and gives back what the operator's side reports."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import av
+from aiortc import RTCRtpSender
+from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
+
+from mosaic_core.adapters.aiortc_private import (
+    PacedTransport,
+    PacketNumbers,
+    RtpOriginLearner,
+    SenderFeedback,
+    sequence_number_of,
+    ssrc_of,
+)
+from mosaic_core.adapters.video.picture import VIDEO_TIME_BASE
+from mosaic_core.machines.congestion.arrival_report import ArrivalReport
+from mosaic_core.machines.congestion.missing_packets import MissingPackets
+from mosaic_core.machines.congestion.path_watch import PathWatch
+from mosaic_core.runtime.transport.transport import PictureFeed
+
+
+class VideoTrack(MediaStreamTrack):
+    """One camera for one operator. Its ``id`` is the connector's label, so that ``msid`` names it.
+
+    ``on_origin(rtp_origin)`` is called once, after the first picture has left. ``has_arrivals``: the operator's side
+    reports when each packet arrived.
+    """
+
+    kind = "video"
+
+    def __init__(
+        self,
+        label: str,
+        feed: PictureFeed,
+        sender: RTCRtpSender,
+        on_origin: Callable[[int], None],
+        *,
+        has_arrivals: bool = False,
+    ) -> None:
+        super().__init__()
+        self._label = label
+        self._feed = feed
+        self._origin: RtpOriginLearner | None = RtpOriginLearner(sender)
+        self._ssrc = ssrc_of(sender)
+        self._watch, self._missing = PathWatch(), MissingPackets()
+        self._numbers = PacketNumbers(sender, self._arrived) if has_arrivals else None
+        self._pacing = PacedTransport(sender, feed.pause_s, feed.wants_copy, self._left)
+        self._feedback = SenderFeedback(sender, feed.heard, feed.repeats, self._pacing.copy_later)
+        self._on_origin = on_origin
+        self._last_pts = -1
+
+    @property
+    def id(self) -> str:
+        return self._label
+
+    async def recv(self) -> Any:
+        """Wait for the next picture. The sender asks again only after it has sent the previous one."""
+        self._learn_origin()
+        if self.readyState != "live":
+            raise MediaStreamError
+        packet: av.Packet[Any] = await self._feed.next()
+        if (packet.pts or 0) <= self._last_pts:
+            packet = _later(packet, self._last_pts + 1)
+        self._last_pts = packet.pts or 0
+        return packet
+
+    def _left(self, data: bytes) -> None:
+        number = self._numbers.take() if self._numbers is not None else None
+        if number is not None:
+            self._watch.sent(number, len(data), time.monotonic())
+            self._missing.sent(number, sequence_number_of(data, self._ssrc))
+
+    def _arrived(self, report: ArrivalReport) -> None:
+        seen = self._watch.reported(report, time.monotonic())
+        if seen is not None:
+            self._feed.heard(seen)
+        for sequence_number in self._missing.reported(report):
+            self._pacing.copy_later([sequence_number] * self._feed.repeats(sequence_number), after_s=0.0)
+
+    def _learn_origin(self) -> None:
+        if self._origin is None or self._last_pts < 0:
+            return
+        origin = self._origin.learn(self._last_pts)
+        if origin is not None:
+            self._origin = None
+            self._on_origin(origin)
+
+
+def _later(packet: av.Packet[Any], pts: int) -> av.Packet[Any]:
+    """The same picture with another time stamp: two rungs may have encoded the same moment, and pictures of one RTP
+    time would be taken for one. Shared packets are never changed."""
+    moved: av.Packet[Any] = av.Packet(bytes(packet))
+    moved.pts = moved.dts = pts
+    moved.time_base = VIDEO_TIME_BASE
+    moved.is_keyframe = packet.is_keyframe
+    return moved

@@ -1,0 +1,128 @@
+"""``mosaic safety``: whether a configuration keeps its promises when an operator doesn't."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mosaic_core.cli.terminal.error_report import FAILED, FINE, USAGE
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from mosaic_core.drill.findings import Finding
+    from mosaic_core.runtime.configuration.auto_configurer import Configured
+
+app = typer.Typer(no_args_is_help=True, help="Exercise what keeps a robot safe.")
+
+_PIPE_WIDTH = 160
+"""A file or a pipe has no edge: no reason to fold anything before the reasons get long."""
+_TABLE_WIDTH = 110
+"""On a narrower terminal the reasons stand below the table."""
+_STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
+
+
+@app.callback()
+def safety() -> None:
+    """Exercise what keeps a robot safe."""
+
+
+@app.command()
+def drill(
+    config: Annotated[Path, typer.Argument(help="The robot's YAML file.")] = Path("mosaic_config.yaml"),
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="EXERCISE", help="Only this exercise; may be given more than once.")
+    ] = None,
+    live: Annotated[bool, typer.Option("--live", help="Really drive the devices. Have them off the ground.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="With --live: do not ask.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
+) -> None:
+    """Silence, a dead link, a frozen picture, stop, strangers: what do this configuration's receivers do?
+
+    Real configurers, limits, time-outs and robot, with server and network in memory. Dry by default: handle_data and
+    make_safe of the plugins are replaced by recorders and no device is opened, so it shows that the framework and the
+    file are right, not that the wheels stand. Exit code 1 if anything fails.
+    """
+    from mosaic_core.drill.drill import EXERCISES
+    from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+
+    for name in only or ():
+        if name not in EXERCISES:
+            _unknown(name, list(EXERCISES))
+    configured = AutoConfigurer().from_file(config)
+    if live and not yes:
+        _confirm(configured)
+    raise typer.Exit(_run(configured, live=live, only=tuple(only or ()), as_json=as_json))
+
+
+def _unknown(name: str, known: list[str]) -> None:
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, known, 1, 0.5)
+    hint = f"; did you mean {near[0]!r}?" if near else "."
+    typer.secho(f"error: no exercise {name!r}{hint} There are: {', '.join(known)}", err=True, fg=typer.colors.RED)
+    raise typer.Exit(USAGE)
+
+
+def _confirm(configured: Configured) -> None:
+    import sys
+
+    labels = ", ".join(connector.config.label for connector in configured.connectors)
+    if not sys.stdin.isatty():
+        typer.secho("error: --live drives real devices; say --yes where nobody can be asked", err=True)
+        raise typer.Exit(USAGE)
+    typer.secho(f"This opens and MOVES the real devices of: {labels}.", err=True, fg=typer.colors.YELLOW)
+    typer.confirm("Are they free to move, and can you cut their power?", abort=True, err=True)
+
+
+def _run(configured: Configured, *, live: bool, only: tuple[str, ...], as_json: bool) -> int:
+    import asyncio
+
+    from rich.console import Console
+
+    from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
+    from mosaic_core.drill.drill import drill as findings_of
+
+    set_up_logging(LogLevel.ERROR)
+    console = Console(stderr=True)
+
+    async def main() -> list[Finding]:
+        found: list[Finding] = []
+        with console.status("drilling …") as status:
+            async for finding in findings_of(configured, live=live, only=only):
+                found.append(finding)
+                status.update(f"drilling … {finding.label}: {finding.exercise} {finding.verdict}")
+                if as_json:
+                    typer.echo(json.dumps(asdict(finding), ensure_ascii=False))
+        return found
+
+    found = asyncio.run(main())
+    if not as_json:
+        out = Console(markup=False, highlight=False)
+        _show(found, out if out.is_terminal else Console(markup=False, highlight=False, width=_PIPE_WIDTH), live=live)
+    return FAILED if any(one.verdict == "failed" for one in found) else FINE
+
+
+def _show(found: list[Finding], console: Console, *, live: bool) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    is_wide = console.width >= _TABLE_WIDTH
+    for name in ("what", "connector", "limit", "measured", "", *(["why"] if is_wide else [])):
+        table.add_column(name, no_wrap=name != "why", overflow="fold")
+    for one in found:
+        verdict = Text(one.verdict, style=_STYLES[one.verdict])
+        table.add_row(one.exercise, one.label, one.limit, one.measured, verdict, *([one.why] if is_wide else []))
+    console.print(table if found else "no connector takes commands: nothing to exercise")
+    for one in found:
+        if one.why and not is_wide:
+            console.print(f"{one.exercise}, {one.label}: {one.why}")
+    counts = {verdict: sum(one.verdict == verdict for one in found) for verdict in _STYLES}
+    console.print(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
+    if not live:
+        console.print("dry: no device was touched; --live drives them")

@@ -1,0 +1,167 @@
+"""``mosaic operator drive``, ``stop``, ``clear``, ``lease`` and ``journal``: somebody at a terminal commands."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from mosaic_core.cli.operator.operator_commands import (
+    DEFAULT_SERVER,
+    AsJson,
+    Code,
+    Email,
+    Label,
+    PasswordStdin,
+    RobotArgument,
+    Server,
+    app,
+    signed_in,
+)
+from mosaic_core.words.errors import hint_at
+from mosaic_core.words.original_types import ORIGINAL_TYPES
+
+__all__ = ["app"]
+
+DriveType = Annotated[
+    str | None,
+    typer.Option(
+        "--type",
+        callback=lambda value: checked_drive_type(value),
+        autocompletion=lambda: drive_types(),
+        help="Of an original robot whose drive nobody has described: its connector type in the robot's YAML file.",
+    ),
+]
+Resource = Annotated[str, typer.Option(help="Which of the robot's resources.")]
+Force = Annotated[
+    str, typer.Option(metavar="REASON", help="Take it over from whoever has it: supervisors only, with a reason.")
+]
+WaitS = Annotated[float, typer.Option(min=0, help="How long somebody who commands may take to hand over.")]
+
+
+def drive_types() -> list[str]:
+    """The original connector types that take velocities."""
+    return [entry.type for entry in ORIGINAL_TYPES.values() if entry.drive is not None]
+
+
+def checked_drive_type(value: str | None) -> str | None:
+    """Refuse what is no such type, naming the nearest."""
+    if value is not None and value not in drive_types():
+        hint = hint_at(value, drive_types())
+        raise typer.BadParameter(f"no original connector type {value!r} takes velocities{hint} {_known_drives()}")
+    return value
+
+
+def _known_drives() -> str:
+    return f"There are: {', '.join(drive_types())}"
+
+
+@app.command()
+def drive(
+    robot: RobotArgument,
+    label: Label = "cmd_vel",
+    server: Server = DEFAULT_SERVER,
+    email: Email = "",
+    password_stdin: PasswordStdin = False,
+    code: Code = "",
+    linear_mps: Annotated[float, typer.Option(min=0.01, help="Speed of the keys forward and back.")] = 0.3,
+    angular_radps: Annotated[float, typer.Option(min=0.01, help="Speed of the keys left and right.")] = 0.8,
+    force: Force = "",
+    wait_s: WaitS = 30.0,
+    drive_type: DriveType = None,
+    as_json: AsJson = False,
+) -> None:
+    """Drive with the keyboard: arrows or WASD to move, space to stand, x or Esc to stop the robot, q to leave.
+
+    C clears a stop, G hands over to whoever asks.
+
+    It moves only while a key is held: without a key repeat for 0.6 s it stands. Takes the lease, gives it back.
+
+    An original robot has neither stop nor lease: there x sends zeros. Where its commands are shares, --linear-mps and
+    --angular-radps are shares too: 0.3 is 30 %.
+    """
+    from mosaic_core.cli.operator.drive_session import DriveSession, need_a_terminal
+
+    need_a_terminal()
+    work = DriveSession(robot, label, linear_mps, angular_radps, force, wait_s, as_json, drive_type)
+    signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
+
+
+@app.command()
+def stop(
+    robot: RobotArgument,
+    server: Server = DEFAULT_SERVER,
+    email: Email = "",
+    password_stdin: PasswordStdin = False,
+    code: Code = "",
+    reason: Annotated[str, typer.Option(help="Why; everybody who is connected reads it.")] = "",
+    drive_label: Annotated[
+        str, typer.Option("--drive", metavar="LABEL", help="Of an original robot: also send zeros to this drive.")
+    ] = "",
+    drive_type: DriveType = None,
+    as_json: AsJson = False,
+) -> None:
+    """Stop a robot: it stands, and takes no command until it is cleared. Needs no lease.
+
+    Software, and it has to sign in and connect first: this is no certified emergency stop. An original robot has no
+    stop: what is known to drive it is sent zeros, which is said, and the exit code is 1.
+    """
+    from mosaic_core.cli.operator.operator_control import Stop
+
+    work = Stop(robot, reason, as_json, drive_label, drive_type)
+    signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
+
+
+@app.command()
+def clear(
+    robot: RobotArgument,
+    server: Server = DEFAULT_SERVER,
+    email: Email = "",
+    password_stdin: PasswordStdin = False,
+    code: Code = "",
+    as_json: AsJson = False,
+) -> None:
+    """Clear the stop of a robot, so that commands act again. Look at the robot first."""
+    from mosaic_core.cli.operator.operator_control import Clear
+
+    signed_in(Clear(robot, as_json), server, email, code, password_stdin=password_stdin, is_person=True)
+
+
+@app.command()
+def lease(
+    robot: RobotArgument,
+    server: Server = DEFAULT_SERVER,
+    email: Email = "",
+    password_stdin: PasswordStdin = False,
+    code: Code = "",
+    resource: Resource = "motion",
+    take: Annotated[bool, typer.Option("--take", help="Take it, and hold it until Ctrl+C.")] = False,
+    force: Force = "",
+    release: Annotated[
+        bool, typer.Option("--release", help="Free it: take it, by --force if need be, and give it back at once.")
+    ] = False,
+    wait_s: WaitS = 30.0,
+    as_json: AsJson = False,
+) -> None:
+    """Show who commands a robot; with --take, --force or --release, change that."""
+    from mosaic_core.cli.operator.operator_control import LookAtLeases, TakeLease
+
+    changes = take or force or release
+    work = TakeLease(robot, resource, force, wait_s, release, as_json) if changes else LookAtLeases(robot, as_json)
+    signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
+
+
+@app.command()
+def journal(
+    robot: RobotArgument,
+    server: Server = DEFAULT_SERVER,
+    email: Email = "",
+    password_stdin: PasswordStdin = False,
+    code: Code = "",
+    limit: Annotated[int, typer.Option("-n", "--limit", min=1, max=200, help="The newest so many entries.")] = 50,
+    as_json: AsJson = False,
+) -> None:
+    """Show what happened on a robot: leases, stops, refused commands. Supervisors only."""
+    from mosaic_core.cli.operator.operator_control import ReadJournal
+
+    signed_in(ReadJournal(robot, limit, as_json), server, email, code, password_stdin=password_stdin, is_person=True)

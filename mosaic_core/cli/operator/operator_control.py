@@ -1,0 +1,254 @@
+"""What ``mosaic operator stop``, ``clear``, ``lease`` and ``journal`` do once they are signed in."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import typer
+
+from mosaic_core.cli.operator.operator_session import connected, until_closed
+from mosaic_core.cli.terminal.error_report import FAILED, FINE
+from mosaic_core.operator import ControlDesk, LeaseView, MosaicOperator, RobotConnection, StopReport
+from mosaic_core.operator.control.original_drives import ZerosReport
+from mosaic_core.words.control import JournalEntry, PeerInfo
+from mosaic_core.words.described import DescribedConnector
+from mosaic_core.words.errors import ConnectionFailed
+
+FIRST_WORDS_S = 3.0
+"""For the robot to tell who commands and whether it is stopped: it does so right after its hello."""
+
+
+async def first_words(connection: RobotConnection) -> ControlDesk:
+    """The control desk, once the robot has told where things stand; raises :class:`ConnectionFailed` where it knows no
+    leases."""
+    desk = connection.control
+    if not desk.is_available:
+        message = "This robot knows neither leases nor the stop: it runs an original MOSAIC, or an old version of ours."
+        raise ConnectionFailed(message, code="lease.unknown_resource", cure="Update MOSAIC on the robot.")
+    with suppress(TimeoutError):
+        await desk.wait_for(lambda: desk.stop_state is not None and desk.leases, FIRST_WORDS_S)
+    return desk
+
+
+def name_of(peer: PeerInfo | None) -> str:
+    """How to call somebody on the terminal."""
+    if peer is None:
+        return "nobody"
+    kind = "" if peer.is_person else ", an original dashboard" if peer.is_original else ", a program"
+    return f"{peer.name or peer.peer_id[:8]}{kind}"
+
+
+def _say(line: Any, text: str, *, as_json: bool) -> None:
+    typer.echo(json.dumps(line, ensure_ascii=False) if as_json else text)
+
+
+# -- stop and clear ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """``mosaic operator stop``. ``drive_label`` and ``drive_type``: what drives an original robot."""
+
+    robot: str
+    reason: str
+    as_json: bool
+    drive_label: str = ""
+    drive_type: str | None = None
+
+    async def __call__(self, operator: MosaicOperator) -> int:
+        described = told_drive(self.drive_label, self.drive_type or DEFAULT_DRIVE) if self.drive_label else ()
+        connection = await connected(operator, self.robot, described=described)
+        if connection.is_original:
+            return self._told(await connection.send_zeros())
+        report = await connection.control.stop(self.reason)
+        _say({"stopped": True, **asdict(report)}, _stop_text(report), as_json=self.as_json)
+        if not report.is_safe:
+            typer.secho("warning: a safe action of the robot is still running", err=True, fg=typer.colors.YELLOW)
+        return FINE if report.is_safe else FAILED
+
+    def _told(self, report: ZerosReport) -> int:
+        """An original robot was not stopped, whatever reached it: the next command moves it again."""
+        _say({"stopped": False, **asdict(report)}, zeros_text(report), as_json=self.as_json)
+        if not report.is_complete:
+            typer.secho("NOT STOPPED: use the switch on the robot", err=True, fg=typer.colors.RED)
+        return FAILED
+
+
+DEFAULT_DRIVE = "ros2-receiver-geometry-Twist"
+"""What most original robots are driven by."""
+
+
+def told_drive(label: str, drive_type: str) -> tuple[DescribedConnector, ...]:
+    """What the command line says of an original robot's drive."""
+    return (DescribedConnector(connector_id=label, connector_type=drive_type),)
+
+
+def zeros_text(report: ZerosReport) -> str:
+    """What became of the zeros that stand in for a stop, and nothing more than that."""
+    text = "This robot has no stop: it runs an original MOSAIC."
+    if report.arrived:
+        labels = ", ".join(map(repr, report.arrived))
+        text += f" Zeros arrived at {labels} instead; the next command moves it again."
+    if report.failed:
+        text += f" Zeros did NOT arrive at {', '.join(map(repr, report.failed))}."
+    if not report.arrived and not report.failed:
+        text += " Nobody has described what drives it, so nothing was sent: name it with --drive LABEL."
+    return text
+
+
+def _stop_text(report: StopReport) -> str:
+    text = f"stopped: answered after {report.acknowledged_s * 1e3:.0f} ms"
+    if report.safe_s is not None and report.uncertainty_s is not None:
+        text += f", standing after {report.safe_s * 1e3:.0f} ± {report.uncertainty_s * 1e3:.0f} ms"
+    return f"{text}. It takes no command until `mosaic operator clear`. (This is no certified emergency stop.)"
+
+
+@dataclass(frozen=True, slots=True)
+class Clear:
+    """``mosaic operator clear``. Who is no supervisor must hold a lease to clear, so it is taken for that moment."""
+
+    robot: str
+    as_json: bool
+
+    async def __call__(self, operator: MosaicOperator) -> int:
+        connection = await connected(operator, self.robot)
+        desk = await first_words(connection)
+        was_stopped = desk.stop_state is None or desk.stop_state.is_stopped
+        if was_stopped:
+            await self._clear(connection)
+        _say(
+            {"stopped": False, "was_stopped": was_stopped},
+            "cleared: commands act again" if was_stopped else "it was not stopped",
+            as_json=self.as_json,
+        )
+        return FINE
+
+    async def _clear(self, connection: RobotConnection) -> None:
+        desk = connection.control
+        own = next((peer for peer in desk.peers if peer.peer_id == connection.peer_id), None)
+        if own is not None and own.role == "supervisor":
+            await desk.clear_stop()
+            return
+        async with await desk.take(next(iter(desk.leases), "motion"), reason="to clear the stop"):
+            await desk.clear_stop()
+
+
+# -- the lease -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class LookAtLeases:
+    """``mosaic operator lease``: who commands, who waits."""
+
+    robot: str
+    as_json: bool
+
+    async def __call__(self, operator: MosaicOperator) -> int:
+        desk = await first_words(await connected(operator, self.robot))
+        if self.as_json:
+            for view in desk.leases.values():
+                typer.echo(json.dumps(_lease_line(view), ensure_ascii=False))
+            return FINE
+        from rich.console import Console
+        from rich.table import Table
+
+        table = Table(box=None, pad_edge=False, header_style="bold")
+        for column in ("resource", "commands", "waiting"):
+            table.add_column(column)
+        for view in desk.leases.values():
+            waiting = ", ".join(one.name or one.peer_id[:8] for one in view.queue)
+            table.add_row(view.resource, name_of(view.holder), waiting or "–")
+        Console(markup=False, highlight=False).print(table)
+        if desk.stop_state is not None and desk.stop_state.is_stopped:
+            by, reason = desk.stop_state.by or "somebody", desk.stop_state.reason
+            typer.echo(f"stopped by {by}{f': {reason}' if reason else ''}")
+        return FINE
+
+
+def _lease_line(view: LeaseView) -> dict[str, Any]:
+    return {
+        "resource": view.resource,
+        "holder": view.holder.wire() if view.holder else None,
+        "epoch": view.epoch,
+        "waiting": [one.wire() for one in view.queue],
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class TakeLease:
+    """``mosaic operator lease --take``: hold it until Ctrl+C, or with ``releases`` give it back at once."""
+
+    robot: str
+    resource: str
+    force_reason: str
+    wait_s: float
+    releases: bool
+    as_json: bool
+
+    async def __call__(self, operator: MosaicOperator) -> int:
+        connection = await connected(operator, self.robot)
+        await first_words(connection)
+        force = bool(self.force_reason)
+        lease = await connection.control.take(self.resource, reason=self.force_reason, force=force, wait_s=self.wait_s)
+        async with lease:
+            held = {"resource": self.resource, "outcome": "granted", "epoch": lease.epoch}
+            _say(held, f"holding {self.resource!r} (epoch {lease.epoch})", as_json=self.as_json)
+            if not self.releases:
+                typer.echo("Ctrl+C gives it back", err=True)
+                await until_closed(connection, self._hold(connection))
+        _say({"resource": self.resource, "outcome": "released"}, f"{self.resource!r} is free", as_json=self.as_json)
+        return FINE
+
+    async def _hold(self, connection: RobotConnection) -> int:
+        """Until the block around it ends; says who asks for the lease."""
+        desk, told = connection.control, set[str]()
+        changed = asyncio.Event()
+        desk.on_change(changed.set)
+        while True:
+            changed.clear()
+            queue = desk.leases[self.resource].queue if self.resource in desk.leases else ()
+            for one in queue:
+                if one.peer_id not in told:
+                    because = f": {one.reason}" if one.reason else ""
+                    typer.echo(f"{one.name or one.peer_id[:8]} asks for it{because}", err=True)
+            told = {one.peer_id for one in queue}
+            await changed.wait()
+
+
+# -- who did what --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class ReadJournal:
+    """``mosaic operator journal``."""
+
+    robot: str
+    limit: int
+    as_json: bool
+
+    async def __call__(self, operator: MosaicOperator) -> int:
+        connection = await connected(operator, self.robot)
+        await first_words(connection)
+        entries = await connection.control.journal(self.limit)
+        if self.as_json:
+            for entry in reversed(entries):
+                typer.echo(json.dumps(entry.wire(), ensure_ascii=False))
+            return FINE
+        from rich.console import Console
+        from rich.table import Table
+
+        table = Table(box=None, pad_edge=False, header_style="bold")
+        for column in ("when (UTC)", "what", "who", "of", "code", ""):
+            table.add_column(column)
+        for entry in reversed(entries):
+            table.add_row(*_journal_row(entry))
+        Console(markup=False, highlight=False).print(table if entries else "nothing yet")
+        return FINE
+
+
+def _journal_row(entry: JournalEntry) -> tuple[str, ...]:
+    return (entry.at, entry.what, entry.who, entry.subject, entry.code, entry.message)

@@ -1,0 +1,87 @@
+"""``mosaic operator send``: one message, or many; the lease is taken where the connector wants one."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+
+import typer
+
+from mosaic_core.cli.operator.operator_session import connected, store_of, until_closed, wrong_way
+from mosaic_core.cli.terminal.error_report import FAILED, FINE
+from mosaic_core.operator import MosaicOperator, RobotConnection, SendableStore
+from mosaic_core.operator.stores.store_plan import entry_of, resource_of
+from mosaic_core.words.control import Refusal
+
+REFUSAL_WAIT_S = 0.5
+"""After the last message, for the robot to refuse it: a long round trip."""
+
+
+@asynccontextmanager
+async def leased(connection: RobotConnection, label: str) -> AsyncIterator[str | None]:
+    """Hold what commanding ``label`` needs; the resource, ``None`` where it needs none."""
+    catalogue = None if connection.is_original else connection.catalogue
+    resource = resource_of(entry_of(catalogue, label)) if catalogue else None
+    if resource is None or not connection.control.is_available:
+        yield None
+        return
+    async with await connection.control.take(resource):
+        yield resource
+
+
+@dataclass(frozen=True, slots=True)
+class Send:
+    """``mosaic operator send``."""
+
+    robot: str
+    label: str
+    data: str
+    period_s: float
+    for_s: float
+    as_json: bool = False
+    data_type: str | None = None
+
+    async def __call__(self, operator: MosaicOperator) -> int:
+        connection = await connected(operator, self.robot, self.label, self.data_type)
+        store = store_of(operator, connection, self.label, self.data_type)
+        if not isinstance(store, SendableStore):
+            raise wrong_way(self.label, "takes nothing; use `mosaic operator tail`")
+        refusals: list[Refusal] = []
+        connection.on_refusal(refusals.append)
+        await store.wait_open()
+        async with leased(connection, self.label) as resource:
+            if resource is not None:
+                typer.echo(f"holding the lease of {resource!r}", err=True)
+            sent = await until_closed(connection, self._send(store))
+            arrived = await store.wait_arrived()
+        if connection.is_original:
+            return self._report_of_an_original(sent, arrived)
+        return self._report(sent, refusals)
+
+    async def _send(self, store: SendableStore) -> int:
+        loop = asyncio.get_running_loop()
+        start_s, sent, tick = loop.time(), 0, 0
+        while tick == 0 or tick * self.period_s <= self.for_s:
+            await asyncio.sleep(max(0.0, start_s + tick * self.period_s - loop.time()))
+            sent += store.send_data(self.data)
+            tick += 1
+        await asyncio.sleep(REFUSAL_WAIT_S)
+        return sent
+
+    def _report_of_an_original(self, sent: int, arrived: bool) -> int:
+        """It refuses nothing aloud, and knows no numbers: what is known is whether its network side has it."""
+        how = "arrived" if arrived else "NOT acknowledged"
+        text = f"{sent} sent, {how}; an original robot does not say what it refuses"
+        typer.echo(json.dumps({"sent": sent, "arrived": arrived}) if self.as_json else text)
+        return FINE if sent and arrived else FAILED
+
+    def _report(self, sent: int, refusals: list[Refusal]) -> int:
+        for refusal in refusals[:3]:
+            reason = f"{refusal.code}: {refusal.message}" if refusal.message else refusal.code
+            typer.secho(f"refused: {reason}", err=True, fg=typer.colors.RED)
+        line = {"sent": sent, "refused": len(refusals), "codes": sorted({refusal.code for refusal in refusals})}
+        typer.echo(json.dumps(line) if self.as_json else f"{sent} sent, {len(refusals)} refused")
+        return FAILED if refusals or not sent else FINE

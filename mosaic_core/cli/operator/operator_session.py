@@ -1,0 +1,177 @@
+"""What ``mosaic operator`` does once its words are read: sign in, find the robot, look, send."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NoReturn, TypeAlias
+
+import typer
+
+from mosaic_core.adapters.machine.event_loop import run_event_loop
+from mosaic_core.cli.terminal.error_report import FINE, USAGE
+from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
+from mosaic_core.operator import (
+    MosaicOperator,
+    MosaicStore,
+    RobotConnection,
+    RobotConnector,
+    RobotSummary,
+)
+from mosaic_core.words.described import DescribedConnector, described_catalogue
+from mosaic_core.words.errors import ConnectionFailed, MosaicError, SignalingError
+
+Work: TypeAlias = Callable[[MosaicOperator], Awaitable[int]]
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class SignIn:
+    """Where and as whom; never printed."""
+
+    server: str
+    email: str
+    password: str
+    code: str
+
+    @classmethod
+    def asked(cls, server: str, email: str, code: str, *, password_stdin: bool) -> SignIn:
+        """What the command line, the environment and, on a terminal, the person say."""
+        if code:
+            return cls(server, "", "", code)
+        if not email:
+            usage("--email (or MOSAIC_EMAIL) or --code is needed to sign in")
+        if password_stdin:
+            return cls(server, email, sys.stdin.readline().rstrip("\r\n"), "")
+        password = os.environ.get("MOSAIC_PASSWORD")
+        if password is None:
+            if not sys.stdin.isatty():
+                usage("no password: set MOSAIC_PASSWORD or use --password-stdin")
+            password = typer.prompt("Password", hide_input=True, err=True)
+        return cls(server, email, password, "")
+
+    async def operator(self, *, is_person: bool = False) -> MosaicOperator:
+        if self.code:
+            return await MosaicOperator.login_with_code(self.server, self.code, is_person=is_person)
+        return await MosaicOperator.login(self.server, self.email, self.password, is_person=is_person)
+
+
+def usage(message: str) -> NoReturn:
+    """Say what is wrong with the words, and end."""
+    typer.secho(f"error: {message}", err=True, fg=typer.colors.RED)
+    raise typer.Exit(USAGE)
+
+
+def run(sign_in: SignIn, work: Work, *, is_person: bool = False, shows_timeline: bool = False) -> int:
+    """Sign in, do ``work``, sign off; the exit code. Ctrl+C is the normal end of a look.
+
+    ``is_person``: somebody sits at the terminal and decides; robots let programs give way to persons. How far a
+    connection got that failed is always shown, that of others with ``shows_timeline``.
+    """
+    set_up_logging(LogLevel.WARNING)
+
+    async def main() -> int:
+        async with await sign_in.operator(is_person=is_person) as operator:
+            try:
+                return await work(operator)
+            finally:
+                _show_timelines(operator, shows_all=shows_timeline)
+
+    try:
+        return run_event_loop(main())
+    except KeyboardInterrupt:
+        return FINE
+
+
+def _show_timelines(operator: MosaicOperator, *, shows_all: bool) -> None:
+    for timeline in operator.timelines.values():
+        was_never_up = bool(timeline.code) and timeline.at_ms("control") is None
+        if was_never_up or (shows_all and timeline.marks):
+            from mosaic_core.cli.operator.timeline_report import print_timeline
+
+            print_timeline(timeline)
+
+
+async def list_robots(operator: MosaicOperator, *, as_json: bool) -> int:
+    found = await operator.robots()
+    connectors = {robot.id: await _labels(operator, robot) for robot in found}
+    if as_json:
+        for robot in found:
+            typer.echo(json.dumps({**_summary(robot), "connectors": connectors[robot.id]}))
+        return FINE
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for column in ("name", "id", "state", "connectors"):
+        table.add_column(column, no_wrap=column in ("name", "id"))
+    for robot in found:
+        state = robot.status.name.lower().replace("_", " ")
+        table.add_row(robot.name, robot.id, state, ", ".join(connectors[robot.id]))
+    Console(markup=False, highlight=False).print(table if found else "no robots yet")
+    return FINE
+
+
+async def _labels(operator: MosaicOperator, robot: RobotSummary) -> list[str]:
+    try:
+        catalogue = await operator.rest.catalogue(robot.id)
+    except MosaicError:
+        return []
+    if catalogue is None:
+        catalogue = described_catalogue(await operator.rest.described(robot.id))
+    return [entry.label for entry in catalogue.entries]
+
+
+def _summary(robot: RobotSummary) -> dict[str, Any]:
+    return {"id": robot.id, "name": robot.name, "status": robot.status.name, "isOnline": robot.is_online}
+
+
+async def connected(
+    operator: MosaicOperator,
+    robot: str,
+    label: str = "",
+    data_type: str | None = None,
+    described: Sequence[DescribedConnector] = (),
+) -> RobotConnection:
+    """Connect to the robot of this id or name; :class:`SignalingError` naming the robots there are.
+
+    ``label`` is the one connector that will be used: an original robot then sends no camera that nobody looks at.
+    """
+    found = await operator.robots()
+    match = next((one for one in found if one.id == robot), None)
+    if match is None:
+        named = [one for one in found if one.name == robot]
+        if len(named) != 1:
+            problem = f"{len(named)} robots are called {robot!r}; use the id" if named else f"no robot {robot!r}"
+            known = ", ".join(f"{one.name} ({one.id})" for one in found) or "none"
+            raise SignalingError(problem, code="signal.unknown_connection", cure=f"robots of this account: {known}")
+        match = named[0]
+    connectors = [RobotConnector(match.id, label, data_type)] if label else []
+    return await operator.connect(match.id, connectors=connectors, described=described)
+
+
+async def until_closed(connection: RobotConnection, work: Awaitable[int]) -> int:
+    """``work``, unless the connection ends before: then its reason is raised."""
+    working, ending = asyncio.ensure_future(work), asyncio.ensure_future(connection.wait_closed())
+    try:
+        await asyncio.wait({working, ending}, return_when=asyncio.FIRST_COMPLETED)
+        if working.done():
+            return working.result()
+        raise ending.result()
+    finally:
+        working.cancel()
+        ending.cancel()
+        await asyncio.wait({working, ending})
+
+
+def store_of(
+    operator: MosaicOperator, connection: RobotConnection, label: str, data_type: str | None = None
+) -> MosaicStore:
+    return operator.stores.get_or_create_store(RobotConnector(connection.robot_id, label, data_type))
+
+
+def wrong_way(label: str, what: str) -> ConnectionFailed:
+    return ConnectionFailed(f"{label!r} {what}", code="channel.unknown_label", cure="")

@@ -1,0 +1,200 @@
+"""``mosaic run``: the composition root. Here, and only here, the robot meets aiortc, websockets and the terminal."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from mosaic_core import __version__
+from mosaic_core.cli.robot.lan_serving import LanServing
+from mosaic_core.cli.robot.metrics_option import MetricsAddress
+from mosaic_core.cli.terminal.error_report import FAILED, FINE
+from mosaic_core.cli.terminal.log_output import LogFormat, LogLevel, set_up_logging
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
+from mosaic_core.words.config import RobotConfig
+from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.lan import LanWish
+
+if TYPE_CHECKING:
+    from mosaic_core.runtime.lan.lan_twin import LanTwin
+    from mosaic_core.runtime.observation.metrics_server import MetricsServer
+    from mosaic_core.runtime.robot import Robot
+    from mosaic_core.runtime.signaling.server_link import KnownServer
+
+logger = logging.getLogger(__name__)
+
+STOP_WITHIN_S = 1.9
+"""The robot abandons what ignores stop after 1.5 s; the promise for the whole process is 2 s."""
+JSON_PERIOD_S = 1.0
+TABLE_PERIOD_S = 0.5
+
+
+def run_robot(
+    path: Path,
+    *,
+    as_json: bool,
+    log_format: LogFormat,
+    log_level: LogLevel,
+    lan: LanWish | None = None,
+    metrics: MetricsAddress | None = None,
+) -> int:
+    """Run until a signal; the exit code. Raises :class:`MosaicError` before anything starts."""
+    with_table = not as_json and log_format is LogFormat.TEXT and sys.stdout.isatty()
+    if not with_table:
+        set_up_logging(log_level, log_format)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(FINE))  # until the event loop takes over
+    configured = AutoConfigurer().from_file(path)
+    serving = _lan_serving(configured.config, lan, path, has_screen=with_table)
+
+    # Only now, so that mistakes in the file are told without waiting for WebRTC and video libraries.
+    from mosaic_core.adapters.machine.event_loop import run_event_loop
+
+    if with_table:
+        return run_event_loop(_run_with_table(configured, log_level, serving, metrics))
+    return run_event_loop(_run(configured, _print_json if as_json else None, JSON_PERIOD_S, serving, metrics))
+
+
+def _lan_serving(config: RobotConfig, wish: LanWish | None, path: Path, *, has_screen: bool) -> LanServing | None:
+    if wish is not None:
+        robot_id = None if config.server is None else str(config.server.auth.robot_id)
+        return LanServing(replace(wish, robot_id=robot_id, has_screen=has_screen))
+    if config.server is None:
+        cure = "add a server section, or run it for its own network alone: `mosaic run --serve`"
+        raise ConfigError([Problem("'server' is missing", file=str(path), path="server", cure=cure)])
+    return None
+
+
+def make_robot(configured: Configured, *, lan: KnownServer | None = None) -> Robot:
+    """A robot on the real network. ``lan``: the server that it runs itself."""
+    from mosaic_core.adapters.machine.network_watch import watch_network
+    from mosaic_core.adapters.peers.aiortc_answerer import aiortc_answerer
+    from mosaic_core.adapters.signaling.websocket import open_websocket
+    from mosaic_core.adapters.sound.shared_sound import SharedSound
+    from mosaic_core.adapters.video.shared_video import SharedVideo
+    from mosaic_core.runtime.robot import Robot
+
+    server = configured.config.server
+    policy = server.webrtc.ice_transport_policy if server is not None else "all"
+    return Robot(
+        configured.config,
+        configured.connectors,
+        shared=configured.shared,
+        plugins=configured.plugins,
+        connect_socket=open_websocket,
+        make_answerer=partial(aiortc_answerer, relay_only=policy == "relay"),
+        open_stream=SharedVideo,
+        open_sound=SharedSound,
+        watch_network=watch_network,
+        software=f"mosaic-core/{__version__}",
+        lan=lan,
+    )
+
+
+async def _run_with_table(
+    configured: Configured, log_level: LogLevel, serving: LanServing | None, metrics: MetricsAddress | None
+) -> int:
+    from rich.console import Console, Group
+    from rich.live import Live
+    from rich.text import Text
+
+    from mosaic_core.cli.robot.live_table import robot_table
+
+    console = Console()
+    set_up_logging(log_level, console=console)
+    with Live(console=console, auto_refresh=False) as live:
+
+        def show(robot: Robot) -> None:
+            above = serving.shown(console.height) if serving is not None else ""
+            live.update(
+                Group(*([Text.from_ansi(above)] if above else []), robot_table(robot.snapshot(), console.width)),
+                refresh=True,
+            )
+
+        return await _run(configured, show, TABLE_PERIOD_S, serving, metrics)
+
+
+def _print_json(robot: Robot) -> None:
+    typer.echo(json.dumps(asdict(robot.snapshot()), default=str))
+
+
+async def _run(
+    configured: Configured,
+    show: Callable[[Robot], None] | None,
+    period_s: float,
+    serving: LanServing | None,
+    metrics: MetricsAddress | None,
+) -> int:
+    from mosaic_core.adapters.machine.event_loop import keep_what_is_loaded
+
+    stop_wanted = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, stop_wanted.set)
+    twin = serving.twin() if serving is not None else None
+    robot = make_robot(configured, lan=serving.known(twin) if serving is not None and twin is not None else None)
+    page = await _metrics_page(robot, metrics)
+    keep_what_is_loaded()
+    running = asyncio.create_task(robot.run(), name="mosaic-robot")
+    stopping = asyncio.create_task(stop_wanted.wait(), name="mosaic-signal")
+    beside = [asyncio.create_task(_keep_showing(robot, show, period_s), name="mosaic-display")] if show else []
+    if serving is not None and twin is not None:
+        serving.on_news(robot.near_changed)
+        beside.append(asyncio.create_task(twin.run(), name="mosaic-lan-twin"))
+    try:
+        await asyncio.wait({running, stopping}, return_when=asyncio.FIRST_COMPLETED)
+        await _ended(robot, running, twin)
+        running.result()
+        return FINE
+    finally:
+        for task in (stopping, *beside):
+            task.cancel()
+        if page is not None:
+            page.close()
+
+
+async def _metrics_page(robot: Robot, address: MetricsAddress | None) -> MetricsServer | None:
+    """The page, open; raises :class:`MosaicError` where it can't be."""
+    if address is None:
+        return None
+    from mosaic_core.runtime.observation.metrics_server import MetricsServer
+    from mosaic_core.runtime.observation.metrics_text import metrics_text
+
+    software = f"mosaic-core/{__version__}"
+    page = MetricsServer(address.host, address.port, lambda: metrics_text(robot.snapshot(), software))
+    await page.open()
+    logger.info("metrics at %s", page.url)
+    return page
+
+
+async def _ended(robot: Robot, running: asyncio.Task[None], twin: LanTwin | None) -> None:
+    """Robot and server end side by side; what takes longer than we promised is ended for them."""
+    deadline_s = time.monotonic() + STOP_WITHIN_S
+    robot.stop()
+    if twin is not None:
+        twin.ask_to_end()
+    await asyncio.wait({running}, timeout=STOP_WITHIN_S)
+    if twin is not None:
+        await asyncio.to_thread(twin.end, deadline_s)
+    if not running.done():
+        # Waiting for what hangs in a thread would take longer than we promised.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(FAILED)
+
+
+async def _keep_showing(robot: Robot, show: Callable[[Robot], None], period_s: float) -> None:
+    while True:
+        show(robot)
+        await asyncio.sleep(period_s)

@@ -1,0 +1,189 @@
+"""A robot with chosen connectors and operators beside it, in memory: all of MOSAIC but the network.
+
+Handlers run on their real threads and in real time here; for everything that can be tested without, ``build``,
+``collect`` and ``feed`` are quicker and exact.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint
+from typing import Any
+
+import pluggy
+
+from mosaic_core.contract.configurer import Configurer
+from mosaic_core.laboratory.memory_network import MemoryNetwork
+from mosaic_core.laboratory.memory_server import BASE_URL, MemoryServer
+from mosaic_core.laboratory.networks import Network
+from mosaic_core.operator.mosaic_operator import MosaicOperator
+from mosaic_core.operator.robot_connection import RobotConnection
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
+from mosaic_core.runtime.configuration.config_loader import CheckedConfig, CheckedConnector
+from mosaic_core.runtime.configuration.config_problems import validated
+from mosaic_core.runtime.configuration.hook_calls import hook_plugins
+from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver, InstalledConnector
+from mosaic_core.runtime.configuration.yaml_document import YamlDocument
+from mosaic_core.runtime.robot import Robot
+from mosaic_core.words.config import AuthConfig, ConnectorConfig, ControlConfig, RobotConfig, ServerConfig
+from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.signaling import RobotStatus
+
+ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
+PATIENCE_S = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class ConnectorEntry:
+    """One entry of ``connectors:``, with the class instead of an installed type."""
+
+    configurer: type[Configurer[Any]]
+    config: ConnectorConfig
+
+
+def connector(
+    configurer: type[Configurer[Any]],
+    *,
+    label: str = "under_test",
+    params: Mapping[str, Any] | None = None,
+    safety: Mapping[str, Any] | None = None,
+    delivery: str | Mapping[str, Any] | None = None,
+) -> ConnectorEntry:
+    """One connector of :func:`joined`, written as in the YAML file."""
+    entry = {"type": configurer.connector_type or "under-test", "label": label, "params": dict(params or {})}
+    more = {"safety": dict(safety) if safety else None, "delivery": delivery}
+    return ConnectorEntry(configurer, ConnectorConfig.model_validate({**entry, **more}))
+
+
+@dataclass(slots=True)
+class Joined:
+    """What a test holds of robot and operator."""
+
+    robot: Robot
+    configured: Configured
+    operator: MosaicOperator
+    connection: RobotConnection
+    """The first operator's; a second one's comes from :meth:`another_operator`."""
+    network: Network
+    """What joins them, and can be broken."""
+    _server: MemoryServer
+    _stack: contextlib.AsyncExitStack
+
+    async def another_operator(
+        self, name: str = "Bob", *, role: str = "operator", is_person: bool = True
+    ) -> RobotConnection:
+        """A second operator connects, without any lease; signed off when the test ends. ``role``: ``observer``,
+        ``operator`` or ``supervisor``."""
+        self._server.roles[name] = role
+        _, connection = await _signed_in(self._stack, self._server, self.network, name, is_person)
+        return connection
+
+    def cut(self) -> None:
+        """Pull the cable: nothing arrives any more and nobody is told. The robot notices within two seconds."""
+        self.network.cut()
+
+
+@asynccontextmanager
+async def joined(
+    *entries: ConnectorEntry,
+    plugins: pluggy.PluginManager | None = None,
+    takes_leases: bool = True,
+    control: Mapping[str, Any] | None = None,
+    network: Network | None = None,
+) -> AsyncIterator[Joined]:
+    """``async with joined(connector(BatteryConfigurer, label="battery")) as link:`` a robot and its operator Alice,
+    connected. ``link.connection.receivable("battery")`` and the other stores work as with a real robot.
+
+    Alice is a person and, with ``takes_leases``, holds the lease of everything that needs one. ``control`` is written
+    as in the YAML file. ``network`` is what the fixture ``impaired_network`` returns; without, one that is perfect.
+    Pictures arrive as :class:`MemoryFrame`, unconverted, but over real WebRTC as :class:`av.VideoFrame`. Raises
+    :class:`ConfigError` for mistakes in params. Hook plugins that are installed are not loaded; give your own in
+    ``plugins``.
+    """
+    configured = AutoConfigurer(resolver=ConnectorResolver([]), plugins=plugins or hook_plugins([])).configure(
+        checked_config(entries, control)
+    )
+    between: Network = network or MemoryNetwork()
+    server = MemoryServer(ROBOT_ID, between.robot_ice_servers)
+    robot = Robot(
+        configured.config,
+        configured.connectors,
+        shared=configured.shared,
+        plugins=configured.plugins,
+        connect_socket=server.connect,
+        make_answerer=between.answerer,
+        open_stream=between.open_stream,
+        open_sound=between.open_sound,
+        software="mosaic-core/testing",
+    )
+    running = [asyncio.create_task(robot.run()), asyncio.create_task(server.keep_alive())]
+    try:
+        async with contextlib.AsyncExitStack() as stack:
+            operator, connection = await _signed_in(stack, server, between, "Alice", True)
+            if takes_leases:
+                await _take_leases(connection, configured)
+            yield Joined(robot, configured, operator, connection, between, server, stack)
+    finally:
+        robot.stop()
+        running[1].cancel()
+        await asyncio.wait(running)
+    running[0].result()
+
+
+async def _take_leases(connection: RobotConnection, configured: Configured) -> None:
+    needed = [one.safety.resource for one in configured.connectors if one.safety.requires_lease]
+    for resource in dict.fromkeys(needed):
+        await connection.control.take(resource)
+
+
+async def _signed_in(
+    stack: contextlib.AsyncExitStack, server: MemoryServer, network: Network, name: str, is_person: bool
+) -> tuple[MosaicOperator, RobotConnection]:
+    operator = MosaicOperator(
+        BASE_URL,
+        name,
+        open_socket=server.connect,
+        make_offerer=network.offerer,
+        http=server.http(),
+        is_person=is_person,
+    )
+    await stack.enter_async_context(operator)
+    await operator.wait_status(ROBOT_ID, RobotStatus.READY_TO_CONNECT, PATIENCE_S)
+    return operator, await operator.connect(ROBOT_ID, timeout_s=PATIENCE_S)
+
+
+def checked_config(entries: Sequence[ConnectorEntry], control: Mapping[str, Any] | None = None) -> CheckedConfig:
+    """What a YAML file with these connectors is; raises :class:`ConfigError`."""
+    tree = {"connectors": [entry.config.model_dump(mode="python") for entry in entries]}
+    document = YamlDocument(tree)
+    auth = AuthConfig.model_validate({"type": "no-authorization", "robot_id": ROBOT_ID})
+    config = RobotConfig(
+        server=ServerConfig(ws_url="ws://memory.invalid", auth=auth),
+        control=ControlConfig.model_validate(control or {}),
+        connectors=tuple(entry.config for entry in entries),
+    )
+    checked, problems = [], []
+    for index, entry in enumerate(entries):
+        place = ("connectors", index)
+        raw = entry.config
+        params, more = validated(entry.configurer.params_model, raw.params, document, (*place, "params"))
+        safety, others = validated(entry.configurer.safety_model, raw.safety or {}, document, (*place, "safety"))
+        problems += [*more, *others]
+        if params is not None and safety is not None:
+            origin = f"{entry.configurer.__module__}:{entry.configurer.__qualname__}"
+            installed = InstalledConnector(raw.type, origin, "", EntryPoint(raw.type, origin, GROUP))
+            checked.append(CheckedConnector(raw, entry.configurer, params, safety, installed, place))
+    if problems:
+        raise ConfigError(problems)
+    return CheckedConfig(config, tuple(checked), document)
+
+
+async def until(condition: Callable[[], object], timeout_s: float = PATIENCE_S) -> None:
+    """Wait until ``condition()`` is true; raises :class:`TimeoutError`."""
+    async with asyncio.timeout(timeout_s):
+        while not condition():  # noqa: ASYNC110 - what it waits for may happen on any thread
+            await asyncio.sleep(0.005)

@@ -1,0 +1,140 @@
+"""What travels over a peer connection in memory: messages on channels, pictures, voices."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from mosaic_core.contract.media import Captured, Picture
+from mosaic_core.contract.sound import Sound
+from mosaic_core.laboratory.memory_impairment import LatePictures, MemoryImpairment, MessageFlow
+from mosaic_core.machines.media.first_frame import Received
+from mosaic_core.runtime.transport.sound_transport import HeardSound
+from mosaic_core.runtime.transport.transport import PictureFeed
+from mosaic_core.words.errors import ConnectionFailed
+
+
+class Cable(Protocol):
+    """The connection that something belongs to."""
+
+    is_cut: bool
+    lost_labels: set[str]
+    impairment: MemoryImpairment
+
+
+@dataclass(frozen=True, slots=True)
+class MemoryFrame:
+    """A picture as it arrives at the operator: exactly what the handler yielded, and when it was captured."""
+
+    image: Any
+    captured_at_s: float
+
+
+def memory_picture(picture: Picture, captured_at_s: float) -> MemoryFrame:
+    """Implements ``runtime.transport.PicturePreparer``: nothing is converted."""
+    return MemoryFrame(picture.image if isinstance(picture, Captured) else picture, captured_at_s)
+
+
+class MemoryChannel:
+    """One end of a data channel; over a perfect network messages arrive in the loop's next turn, in order."""
+
+    def __init__(self, link: Cable, label: str, protocol: str, is_reliable: bool, *, is_first: bool) -> None:
+        self.label = label
+        self.protocol = protocol
+        self.is_reliable = is_reliable
+        self.is_first = is_first
+        self.is_open = False
+        self.buffered_bytes = 0
+        self.window_bytes = 1024 * 1024
+        self.under_way_bytes = 0
+        self.gives_way = False
+        self.on_message: Callable[[bytes | str], None] | None = None
+        self.on_open: Callable[[], None] | None = None
+        self.on_close: Callable[[], None] | None = None
+        self.on_drained: Callable[[], None] | None = None
+        self.other: MemoryChannel | None = None
+        self._link = link
+        self.sent: MessageFlow | None = None
+
+    def give_way(self, on: bool) -> None:
+        self.gives_way = on
+
+    def send(self, data: bytes | str) -> None:
+        if not self.is_open:
+            raise ConnectionFailed(f"the channel {self.label!r} is closed", code="peer.closed")
+        assert self.sent is not None
+        self.sent.take(data)
+
+    def receive(self, data: bytes | str) -> None:
+        if self.is_open and self.label not in self._link.lost_labels and self.on_message is not None:
+            self.on_message(data)
+
+    def opened(self) -> None:
+        self.is_open = True
+        if self.on_open is not None:
+            self.on_open()
+
+    def close(self) -> None:
+        """Close both ends."""
+        for end in (self, self.other):
+            if end is not None and end.is_open:
+                end.is_open = False
+                if end.sent is not None:
+                    end.sent.close()
+                if end.on_close is not None:
+                    end.on_close()
+
+
+class MemoryVideo:
+    """Implements ``runtime.operator_transport.IncomingVideo``."""
+
+    def __init__(self, link: Cable, feed: PictureFeed) -> None:
+        self._link = link
+        self._feed = feed
+        self._late: LatePictures | None = None
+
+    async def next(self) -> Any:
+        if self._late is None and not self._link.impairment.is_perfect:
+            self._late = LatePictures(self._link.impairment, lambda: self._link.is_cut, self._feed.next)
+        if self._late is not None:
+            return await self._late.next()
+        while True:
+            frame = await self._feed.next()
+            if not self._link.is_cut:
+                return frame
+
+    async def received(self) -> Received | None:
+        """In memory nothing is counted."""
+        return None
+
+    def rtp_timestamp(self, frame: Any) -> int | None:
+        """There is no RTP in memory."""
+        return None
+
+    def stop(self) -> None:
+        if self._late is not None:
+            self._late.stop()
+
+
+class MemoryVoice:
+    """Implements ``runtime.operator_transport.OutgoingSound`` and, at the robot's end, ``IncomingSound``."""
+
+    def __init__(self) -> None:
+        self._waiting: asyncio.Queue[HeardSound | None] = asyncio.Queue(maxsize=64)
+        self._position = 0
+
+    def send(self, sound: Sound) -> bool:
+        heard = HeardSound(self._position, sound, not sound.samples.any())
+        self._position += len(sound.samples)
+        if self._waiting.full():
+            return False
+        self._waiting.put_nowait(heard)
+        return True
+
+    async def next(self) -> HeardSound | None:
+        return await self._waiting.get()
+
+    def stop(self) -> None:
+        """Nothing is held."""

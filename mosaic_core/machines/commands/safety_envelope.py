@@ -1,0 +1,191 @@
+"""What a command becomes before it acts: clamped, then scaled, then slewed, so no plugin sees more than is allowed.
+
+Works on the parsed JSON message: a dict of dicts with numbers, addressed by dotted paths. A field that is missing
+counts as 0 and stays missing, but for one that has not fallen to 0 yet: leaving it out stops no faster. Rates hold
+between what was put out before and what is put out now: towards zero for the whole time between two commands, away from
+zero for at most :data:`MAX_RISE_STEP_S`, so that a pause saves up no jump.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from mosaic_core.machines.commands.slew import MAX_RISE_STEP_S, clamped, reach
+from mosaic_core.words.limits import FieldLimit
+
+__all__ = ["IDLE_AFTER_S", "MAX_RISE_STEP_S", "OutOfRange", "SafetyEnvelope", "Shaped"]
+
+IDLE_AFTER_S = 1.0
+"""Zeros are handed on for this long; then the operator rests and must not block an autonomy that drives meanwhile."""
+HUGE = 1e100
+"""No command means this; below it no length overflows."""
+
+
+class OutOfRange(ValueError):
+    """A field that is limited holds no finite number. The text names it."""
+
+    code = "safety.out_of_range"
+
+
+@dataclass(frozen=True, slots=True)
+class Shaped:
+    """What may act. ``is_zero``: every motion field is 0. ``is_idle``: it has been for a second and nothing else has
+    changed: accept it, but don't hand it over, and disarm the watchdog. ``was_limited``: it differs from the wish."""
+
+    message: dict[str, Any]
+    is_zero: bool
+    is_idle: bool
+    was_limited: bool
+
+
+@dataclass(frozen=True, slots=True)
+class EnvelopeState:
+    """What was put out last, for :meth:`SafetyEnvelope.restore`."""
+
+    output: tuple[float, ...]
+    at_s: float | None
+    zero_since_s: float | None
+    standing: Mapping[str, Any] | None
+
+
+class SafetyEnvelope:
+    """The envelope of one receiver. Shape a command when it is handed over, not when it is queued. Not thread-safe."""
+
+    def __init__(
+        self,
+        limits: Iterable[FieldLimit] = (),
+        motion_fields: Iterable[str] = (),
+        *,
+        idle_after_s: float = IDLE_AFTER_S,
+    ) -> None:
+        self.limits = tuple(limits)
+        names = [*motion_fields, *(field for limit in self.limits for field in limit.fields)]
+        self.fields = tuple(dict.fromkeys(names))
+        """Everything that is scaled, limited and set to zero."""
+        self._paths = tuple(tuple(field.split(".")) for field in self.fields)
+        place = {field: at for at, field in enumerate(self.fields)}
+        self._limits = tuple((limit, tuple(place[field] for field in limit.fields)) for limit in self.limits)
+        self._groups = _groups(self._limits)
+        self._idle_after_s = idle_after_s
+        self._state = EnvelopeState((0.0,) * len(self.fields), None, None, None)
+
+    @property
+    def state(self) -> EnvelopeState:
+        return self._state
+
+    def restore(self, state: EnvelopeState) -> None:
+        """The command was refused after all: the base does what it did before."""
+        self._state = state
+
+    def stand_still(self) -> None:
+        """A safe action has run: whatever comes next starts from zero, and like a first command acts at once."""
+        self._state = EnvelopeState((0.0,) * len(self.fields), None, None, None)
+
+    def shaped(self, message: Mapping[str, Any], factor: float, now_s: float) -> Shaped:
+        """``message`` as it may act now, with ``factor`` (0 to 1) of its speed. Raises :class:`OutOfRange`."""
+        wish = [_number(message, path, field) for path, field in zip(self._paths, self.fields, strict=True)]
+        share = factor if 0.0 <= factor <= 1.0 else 0.0  # NaN too: what is unknown doesn't move
+        target = [0.0 if value is None else max(-HUGE, min(HUGE, value)) for value in wish]
+        for limit, places in self._limits:
+            clamped(target, limit, places)
+        # a share of what is allowed: of a wish beyond the limits it would leave the limits themselves
+        output = self._slewed([value * share for value in target], now_s)
+        shaped, was_limited = dict(message), False
+        for path, value, wished in zip(self._paths, output, wish, strict=True):
+            if value != (wished or 0.0):  # what isn't limited stays the number it was, also an integer
+                was_limited = True
+                _put(shaped, message, path, value)
+        is_zero = not any(output) and any(value is not None for value in wish)
+        is_idle = self._note(output, shaped, is_zero, now_s)
+        return Shaped(shaped, is_zero, is_idle, was_limited)
+
+    def zero(self, message: Mapping[str, Any]) -> dict[str, Any]:
+        """``message`` with every motion field at 0, for receivers that are told to stand by a command."""
+        shaped = dict(message)
+        for path, field in zip(self._paths, self.fields, strict=True):
+            if _number(message, path, field) is not None:
+                _put(shaped, message, path, 0.0)
+        return shaped
+
+    def _slewed(self, target: list[float], now_s: float) -> list[float]:
+        if not self._groups:
+            return [value + 0.0 for value in target]
+        state = self._state
+        elapsed_s = MAX_RISE_STEP_S if state.at_s is None else max(0.0, now_s - state.at_s)
+        last, output = state.output, list(target)
+        for places, limits in self._groups:
+            part = min(reach(last, target, limit, its, elapsed_s) for limit, its in limits)
+            if part < 1.0:
+                for at in places:
+                    output[at] = last[at] + part * (target[at] - last[at])
+                for limit, its in limits:
+                    clamped(output, limit, its)  # rounding must not leave the limits
+        return [value + 0.0 for value in output]  # -0.0 becomes 0.0
+
+    def _note(self, output: list[float], shaped: dict[str, Any], is_zero: bool, now_s: float) -> bool:
+        """Remember what is put out; whether it is idle."""
+        before = self._state
+        at_s = now_s if before.at_s is None else max(before.at_s, now_s)
+        if not is_zero:
+            self._state = EnvelopeState(tuple(output), at_s, None, None)
+            return False
+        since_s = before.zero_since_s
+        if since_s is None or shaped != before.standing:
+            since_s = now_s if since_s is None else since_s
+            self._state = EnvelopeState(tuple(output), at_s, since_s, shaped)
+            return False
+        self._state = EnvelopeState(tuple(output), at_s, since_s, before.standing)
+        return now_s - since_s >= self._idle_after_s
+
+
+Group = tuple[tuple[int, ...], tuple[tuple[FieldLimit, tuple[int, ...]], ...]]
+
+
+def _groups(limits: Iterable[tuple[FieldLimit, tuple[int, ...]]]) -> tuple[Group, ...]:
+    """Limits that share a field move together, and only as far as the slowest of them allows; those without a rate
+    that share none need no slewing."""
+    groups: list[tuple[set[int], list[tuple[FieldLimit, tuple[int, ...]]]]] = []
+    for limit, places in limits:
+        joined, its = set(places), [(limit, places)]
+        for other in [group for group in groups if group[0] & joined]:
+            groups.remove(other)
+            joined |= other[0]
+            its = [*other[1], *its]
+        groups.append((joined, its))
+    has_rate = [group for group in groups if any(_has_rate(limit) for limit, _ in group[1])]
+    return tuple((tuple(sorted(places)), tuple(its)) for places, its in has_rate)
+
+
+def _has_rate(limit: FieldLimit) -> bool:
+    return limit.max_rise_per_s is not None or limit.max_fall_per_s is not None
+
+
+def _number(message: Mapping[str, Any], path: tuple[str, ...], field: str) -> float | None:
+    """The finite number at ``path``, ``None`` if it is missing."""
+    value: Any = message
+    for key in path:
+        if not isinstance(value, Mapping):
+            raise OutOfRange(f"{field}: no number can be there, {key} is looked for in a {type(value).__name__}")
+        if key not in value:
+            return None
+        value = value[key]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise OutOfRange(f"{field} is no number but a {type(value).__name__}")
+    if isinstance(value, int):
+        return float(max(-(10**100), min(10**100, value)))
+    if value - value != 0.0:
+        raise OutOfRange(f"{field} is not finite")
+    return value
+
+
+def _put(shaped: dict[str, Any], message: Mapping[str, Any], path: tuple[str, ...], value: float) -> None:
+    """Write into ``shaped``, whose inner dicts are those of ``message`` until they are written to."""
+    inner, original = shaped, message
+    for key in path[:-1]:
+        deeper = original.get(key, {})
+        if inner.get(key, deeper) is deeper:
+            inner[key] = dict(deeper)
+        inner, original = inner[key], deeper
+    inner[path[-1]] = value

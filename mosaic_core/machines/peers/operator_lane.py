@@ -1,0 +1,163 @@
+"""The second peer connection for bulk data, seen from the operator: made when the first bulk store wants it, tried
+again with back-off. Nobody waits longer for it than :data:`SETUP_TIMEOUT_S`: then bulk goes over the main connection.
+
+::
+
+    none ──wanted──► connecting ──up──► up
+                         ▲   └─────┬─────┘ failure, time-out, silence
+                         └──retry── failed
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
+
+LaneState = Literal["none", "connecting", "up", "failed"]
+
+SETUP_TIMEOUT_S = 5.0
+"""The main connection is up, so a path exists; through a relay it takes about two seconds."""
+PING_PERIOD_S = 2.0
+LOST_AFTER_S = 8.0
+"""Answers to pings wait behind the bulk that SCTP holds, so it is longer than the main connection's; ICE itself needs
+up to half a minute."""
+STALL_S = 1.0
+"""A deadline noticed this late means that our own process stood still; answers may be waiting unread."""
+RETRY = BackoffPolicy(first_s=3.0, factor=3.0, max_s=120.0, stable_s=30.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """A bulk store is there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """The lane's own channel is open: everything below it works."""
+
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """Something arrived over the lane."""
+
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """The lane can't be made, or is gone. ``is_told``: the robot said so itself."""
+
+    attempt: int
+    code: str
+    is_told: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class DeadlinePassed:
+    """The time of :attr:`OperatorLane.deadline_s` has come."""
+
+
+Event = Wanted | Opened | Heard | Failed | DeadlinePassed
+
+
+@dataclass(frozen=True, slots=True)
+class Begin:
+    """Make a transport and offer it under this number."""
+
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class UseLane:
+    """Bulk channels open on the lane from now on."""
+
+
+@dataclass(frozen=True, slots=True)
+class SendPing:
+    """Ask for a sign of life."""
+
+
+@dataclass(frozen=True, slots=True)
+class FallBack:
+    """Close the transport; bulk channels open on the main connection. ``tells_robot``: it may not know yet."""
+
+    attempt: int
+    code: str
+    tells_robot: bool
+
+
+Effect = Begin | UseLane | SendPing | FallBack
+
+
+class OperatorLane:
+    """The machine of one main connection. ``now_s`` is any monotonic clock, ``random_unit`` of [0, 1)."""
+
+    def __init__(self) -> None:
+        self.state: LaneState = "none"
+        self.code = ""
+        """Why it failed; empty otherwise."""
+        self.deadline_s: float | None = None
+        """When the driver must say :class:`DeadlinePassed`; ``None``: never."""
+        self._attempt = 0
+        self._backoff = Backoff(RETRY)
+        self._up_at_s = 0.0
+        self._ping_at_s = 0.0
+        self._lost_at_s = 0.0
+
+    def handle(self, event: Event, now_s: float, random_unit: float) -> list[Effect]:
+        """What to do now, in order."""
+        match event:
+            case Wanted():
+                return self._begin(now_s) if self.state == "none" else []
+            case DeadlinePassed():
+                is_due = self.deadline_s is not None and now_s >= self.deadline_s
+                return self._overdue(now_s, random_unit) if is_due else []
+            case _ if event.attempt != self._attempt or self.state not in ("connecting", "up"):
+                return []
+            case Opened():
+                return self._opened(now_s)
+            case Heard():
+                self._heard(now_s)
+                return []
+            case Failed(_, code, is_told):
+                return self._failed(code, now_s, random_unit, tells_robot=not is_told)
+
+    def _begin(self, now_s: float) -> list[Effect]:
+        self._attempt += 1
+        self.state, self.code, self.deadline_s = "connecting", "", now_s + SETUP_TIMEOUT_S
+        return [Begin(self._attempt)]
+
+    def _opened(self, now_s: float) -> list[Effect]:
+        if self.state == "up":
+            return []
+        self.state, self._up_at_s = "up", now_s
+        self._lost_at_s, self._ping_at_s = now_s + LOST_AFTER_S, now_s + PING_PERIOD_S
+        self.deadline_s = self._ping_at_s
+        return [UseLane()]
+
+    def _heard(self, now_s: float) -> None:
+        if self.state == "up":
+            self._lost_at_s = now_s + LOST_AFTER_S
+
+    def _overdue(self, now_s: float, random_unit: float) -> list[Effect]:
+        if self.state == "failed":
+            return self._begin(now_s)
+        if self.state == "connecting":
+            return self._failed("ice.timeout", now_s, random_unit, tells_robot=True)
+        late_s = now_s - self._ping_at_s
+        if now_s >= self._lost_at_s and late_s <= STALL_S:
+            return self._failed("peer.lost", now_s, random_unit, tells_robot=True)
+        if now_s >= self._lost_at_s:
+            self._lost_at_s = now_s + PING_PERIOD_S + STALL_S
+        self._ping_at_s = self.deadline_s = now_s + PING_PERIOD_S
+        return [SendPing()]
+
+    def _failed(self, code: str, now_s: float, random_unit: float, *, tells_robot: bool) -> list[Effect]:
+        ran_for_s = now_s - self._up_at_s if self.state == "up" else 0.0
+        self.state, self.code = "failed", code
+        self.deadline_s = now_s + self._backoff.failed(ran_for_s, random_unit)
+        return [FallBack(self._attempt, code, tells_robot)]

@@ -1,0 +1,168 @@
+"""The second peer connection of one operator, seen from the robot: one at a time, not too often, every phase bounded.
+
+::
+
+    none ──offer──► answering ──answered──► connecting ──connected──► up
+    any ──failure, time-out, close, a newer offer──► none
+
+It carries data channels only. An offer that comes again, or late, has an old number and is ignored.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from mosaic_core.machines.timing.rate_gate import RateGate
+from mosaic_core.words.signaling import IceCandidate
+
+Phase = Literal["none", "answering", "connecting", "up"]
+
+SETUP_TIMEOUT_S = 10.0
+"""From the offer to the connection; the operator gives up earlier (``machines.operator_lane``)."""
+MAX_OFFERS_HZ = 0.5
+"""An operator's second try comes after two seconds, the next ones later."""
+MAX_CANDIDATES = 64
+"""A browser has about ten; more is somebody filling our memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class OfferHeard:
+    attempt: int
+    sdp: str
+
+
+@dataclass(frozen=True, slots=True)
+class CandidateHeard:
+    attempt: int
+    candidate: IceCandidate
+
+
+@dataclass(frozen=True, slots=True)
+class CloseHeard:
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """Our answer is on its way."""
+
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """The offer could not be answered, or the transport is gone."""
+
+    attempt: int
+    code: str
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Connected:
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class DeadlinePassed:
+    """The time of :attr:`RobotLane.deadline_s` has come."""
+
+
+Event = OfferHeard | CandidateHeard | CloseHeard | Answered | Failed | Connected | DeadlinePassed
+
+
+@dataclass(frozen=True, slots=True)
+class AnswerOffer:
+    """Make a transport for this offer."""
+
+    attempt: int
+    sdp: str
+
+
+@dataclass(frozen=True, slots=True)
+class AddCandidate:
+    candidate: IceCandidate
+
+
+@dataclass(frozen=True, slots=True)
+class DropTransport:
+    """Close what :class:`AnswerOffer` made, and its channels."""
+
+
+@dataclass(frozen=True, slots=True)
+class TellClosed:
+    """Say why there is no lane, so that bulk takes the other way at once."""
+
+    attempt: int
+    code: str
+    message: str = ""
+
+
+Effect = AnswerOffer | AddCandidate | DropTransport | TellClosed
+
+
+def is_data_only(sdp: str) -> bool:
+    """Whether no line of an offer is for pictures or sound."""
+    lines = [line for line in sdp.splitlines() if line.startswith("m=")]
+    return len(lines) <= 1 and all(line.startswith("m=application ") for line in lines)
+
+
+class RobotLane:
+    """The machine of one peer. ``now_s`` is any monotonic clock."""
+
+    def __init__(self) -> None:
+        self.phase: Phase = "none"
+        self.deadline_s: float | None = None
+        """When the driver must say :class:`DeadlinePassed`; ``None``: never."""
+        self._attempt = 0
+        self._candidates = 0
+        self._rate = RateGate(MAX_OFFERS_HZ)
+
+    def handle(self, event: Event, now_s: float) -> list[Effect]:
+        """What to do now, in order."""
+        match event:
+            case OfferHeard(attempt, sdp):
+                return self._offered(attempt, sdp, now_s) if attempt > self._attempt else []
+            case DeadlinePassed():
+                is_due = self.deadline_s is not None and now_s >= self.deadline_s
+                return self._failed("ice.timeout", "") if is_due else []
+            case _:
+                is_current = event.attempt == self._attempt and self.phase != "none"
+                return self._of_current(event, now_s) if is_current else []
+
+    def _of_current(
+        self, event: CandidateHeard | CloseHeard | Answered | Failed | Connected, now_s: float
+    ) -> list[Effect]:
+        match event:
+            case CandidateHeard(_, candidate):
+                self._candidates += 1
+                return [AddCandidate(candidate)] if self._candidates <= MAX_CANDIDATES else []
+            case CloseHeard():
+                return self._ended()
+            case Answered() if self.phase == "answering":
+                self.phase = "connecting"
+            case Connected():
+                self.phase, self.deadline_s = "up", None
+            case Failed(_, code, message):
+                return self._failed(code, message)
+            case _:
+                pass
+        return []
+
+    def _offered(self, attempt: int, sdp: str, now_s: float) -> list[Effect]:
+        ended = self._ended() if self.phase != "none" else []
+        self._attempt, self._candidates = attempt, 0
+        if not self._rate.admits(now_s):
+            return [*ended, TellClosed(attempt, "lane.refused", "too many attempts")]
+        if not is_data_only(sdp):
+            return [*ended, TellClosed(attempt, "sdp.invalid", "the second connection carries data channels only")]
+        self.phase, self.deadline_s = "answering", now_s + SETUP_TIMEOUT_S
+        return [*ended, AnswerOffer(attempt, sdp)]
+
+    def _failed(self, code: str, message: str) -> list[Effect]:
+        return [*self._ended(), TellClosed(self._attempt, code, message)]
+
+    def _ended(self) -> list[Effect]:
+        self.phase, self.deadline_s = "none", None
+        return [DropTransport()]

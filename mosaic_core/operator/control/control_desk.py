@@ -1,0 +1,280 @@
+"""Commanding a robot: take and give back leases, stop, clear, and see who else is there.
+
+Carries out what ``machines.operator_control`` decides.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable, Mapping, Sequence
+
+from mosaic_core.machines.control import operator_control as machine
+from mosaic_core.machines.control.operator_control import LeaseView
+from mosaic_core.machines.control.stop_call import StopReport
+from mosaic_core.operator.control.control_port import ControlPort
+from mosaic_core.operator.control.lease import Lease
+from mosaic_core.operator.control.lease_takers import LeaseTakers
+from mosaic_core.operator.control.robot_answers import RobotAnswers
+from mosaic_core.operator.control.stop_caller import StopCaller
+from mosaic_core.operator.delivery.channel_port import now_us
+from mosaic_core.words import control
+from mosaic_core.words.codes import reason
+from mosaic_core.words.control import JournalEntry, PeerInfo, SafetyLimit
+from mosaic_core.words.errors import ConnectionFailed, MosaicError
+
+_log = logging.getLogger(__name__)
+
+MOTION = "motion"
+ANSWER_S = 5.0
+"""A robot that is connected answers within a round trip."""
+
+
+class ControlDesk:
+    """``connection.control``. All calls and callbacks on the event loop.
+
+    Original robots know none of this: :attr:`is_available` is false, and what asks the robot raises
+    :class:`ConnectionFailed`.
+    """
+
+    def __init__(self, peer_id: str, clock_us: Callable[[], int] = now_us) -> None:
+        self._clock_us = clock_us
+        self._machine = machine.OperatorControl(peer_id)
+        self._stops: StopCaller | None = None
+        self._has_said_stop = False
+        self._port: ControlPort | None = None
+        self._is_original = False
+        self._extensions: Mapping[str, int] = {}
+        self._takers = LeaseTakers(lambda resource: self._handle(machine.GaveUp(resource)))
+        self._answers = RobotAnswers()
+        self._listeners: list[Callable[[], None]] = []
+        self._timer: asyncio.TimerHandle | None = None
+        self._missed: list[Lease] = []
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    # -- what is known -----------------------------------------------------------------------------------------------
+
+    @property
+    def is_available(self) -> bool:
+        """The robot knows leases and the stop."""
+        return self._port is not None and "lease" in self._extensions
+
+    @property
+    def leases(self) -> Mapping[str, LeaseView]:
+        """Resource → who commands it, who waits for it, and whether it is this connection."""
+        return self._machine.leases
+
+    @property
+    def peers(self) -> tuple[PeerInfo, ...]:
+        """Everybody who is connected to the robot, this operator too."""
+        return self._machine.peers
+
+    @property
+    def stop_state(self) -> control.StopState | None:
+        """Whether the robot was stopped, by whom and why; ``None`` until it has told."""
+        return self._machine.stop_state
+
+    @property
+    def limits(self) -> Mapping[str, SafetyLimit]:
+        """Label → what is left of the speed, and why; only of what this operator commands."""
+        return self._machine.limits
+
+    def epoch_of(self, resource: str) -> int:
+        """What commands for ``resource`` carry; 0 where nothing is held."""
+        return self._machine.held.get(resource, 0)
+
+    def on_change(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback()`` after every change of what is known; returns what ends it."""
+        self._listeners.append(callback)
+        return lambda: self._listeners.remove(callback) if callback in self._listeners else None
+
+    async def wait_for(self, condition: Callable[[], object], timeout_s: float = 10.0) -> None:
+        """Until ``condition()`` is true, looked at after every change; raises :class:`TimeoutError`."""
+        changed = asyncio.Event()
+        end = self.on_change(changed.set)
+        try:
+            async with asyncio.timeout(timeout_s):
+                while not condition():
+                    changed.clear()
+                    await changed.wait()
+        finally:
+            end()
+
+    # -- the lease ---------------------------------------------------------------------------------------------------
+
+    async def take(
+        self, resource: str = MOTION, *, reason: str = "", force: bool = False, wait_s: float = 0.0
+    ) -> Lease:
+        """Ask to command ``resource``; ``async with await control.take() as lease:`` gives it back at the end.
+
+        Somebody who commands already is asked and has ``wait_s`` seconds to answer. ``force`` takes it over: only
+        supervisors, with a reason. Raises :class:`LeaseDenied` with the robot's code (``lease.queued``: nobody answered
+        in time), :class:`ConnectionFailed` where the robot knows no leases or the connection ends.
+        """
+        self._port_for("lease")
+        return await self._takers.take(
+            resource, lambda: self._handle(machine.Asked(resource, reason[:200], force)), wait_s
+        )
+
+    def release(self, resource: str = MOTION) -> None:
+        """Give back what this connection holds of ``resource``; nothing if it holds none."""
+        self._takers.release(resource)
+
+    def answer(self, peer_id: str, *, grant: bool, resource: str = MOTION, message: str = "") -> None:
+        """As the holder, hand the lease over to somebody who waits (``leases[resource].queue``), or refuse."""
+        self._port_for("lease").send(
+            control.LeaseAnswer(resource=resource, peer_id=peer_id, grant=grant, message=message[:200])
+        )
+
+    # -- the stop ----------------------------------------------------------------------------------------------------
+
+    async def stop(self, reason: str = "") -> StopReport:
+        """Stop the robot: any operator may. Said on a lane of its own every 30 ms until the robot has answered.
+
+        The robot stays stopped until :meth:`clear_stop`. Being cancelled does not unsay it. This is software: it is no
+        certified emergency stop. Raises :class:`ConnectionFailed` if the connection ends before the answer, or where
+        the robot knows no stop (``safety.no_stop``, an original one: :meth:`RobotConnection.send_zeros` is all it has).
+        """
+        self._port_for("stop")
+        assert self._stops is not None
+        self._has_said_stop = True
+        return await self._stops.stop(reason[:200])
+
+    async def clear_stop(self) -> None:
+        """Let commands act again: only a person who holds a lease, or a supervisor. Look at the robot first.
+
+        Raises :class:`LeaseDenied` with the robot's code, or :class:`ConnectionFailed`.
+        """
+        port = self._port_for("stop")
+        # Our own stop was acknowledged on a faster lane than the one that tells the robot's state.
+        if not self._has_said_stop and self.stop_state is not None and not self.stop_state.is_stopped:
+            return
+        cleared = self._answers.expect(lambda m: isinstance(m, control.StopState) and not m.is_stopped)
+        port.send(control.StopClear())
+        await self._answers.wait(cleared, ANSWER_S, "The robot does not answer; it may still be stopped.")
+        self._has_said_stop = False
+
+    def picture_seen(self, label: str, capture_us: int | None) -> None:
+        """Tell the robot how old the picture is by which this operator drives: when it was captured, on the robot's
+        clock; ``None``: watching, but nothing shown yet. Its age slows commands down. Ten times a second is enough."""
+        if self._port is not None and "safetyLimit" in self._extensions:
+            self._port.send(control.MediaSeen(label=label, capture_us=capture_us))
+
+    # -- who did what ------------------------------------------------------------------------------------------------
+
+    async def journal(self, limit: int = 100, before: int | None = None) -> Sequence[JournalEntry]:
+        """The newest entries (``limit`` of 200 at most), newest first; with ``before``, those older than that number.
+
+        Supervisors only: raises :class:`LeaseDenied` (``auth.forbidden``) for others.
+        """
+        port = self._port_for("journal")
+        answered = self._answers.expect(lambda m: isinstance(m, control.Journal))
+        port.send(control.JournalRead(limit=limit, before=before))
+        answer = await self._answers.wait(answered, ANSWER_S, "The robot does not answer.")
+        return answer.entries if isinstance(answer, control.Journal) else ()
+
+    # -- told by the connection --------------------------------------------------------------------------------------
+
+    def open(self, port: ControlPort, extensions: Mapping[str, int]) -> None:
+        """The robot has said hello and what it knows."""
+        self._port, self._extensions, self._is_original = port, extensions, False
+        self._stops = StopCaller(port, self._clock_us)
+
+    def plain(self) -> None:
+        """It is an original robot, and knows none of this."""
+        self._is_original = True
+
+    def hear(self, message: control.ControlMessage) -> None:
+        """A message of the robot."""
+        self._answers.hear(message)
+        if isinstance(message, control.StopAck) and self._stops is not None:
+            self._stops.acknowledged(message)
+        self._handle(machine.Heard(message))
+
+    def close(self, error: ConnectionFailed, *, comes_back: bool = False) -> None:
+        """The connection has ended: every lease with it. ``comes_back``: :meth:`regain` will ask for them again."""
+        self._port = None
+        if comes_back:
+            self._missed += self._takers.held_for_long()
+        if self._stops is not None:
+            self._stops.close(error)
+        self._answers.fail(error)
+        self._handle(machine.ConnectionEnded(error.code, error.message))
+
+    def renew(self, peer_id: str) -> None:
+        """The connection is being made anew; nothing is known yet."""
+        self._machine = machine.OperatorControl(peer_id)
+        self._is_original = False
+
+    def regain(self) -> None:
+        """It is back: ask for what was held when it was lost, and for nothing else. A refusal leaves it lost."""
+        missed, self._missed = self._missed, []
+        for resource in dict.fromkeys(lease.resource for lease in missed):
+            leases = [lease for lease in missed if lease.resource == resource]
+            task = asyncio.create_task(self._regain(resource, leases))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+
+    async def _regain(self, resource: str, leases: Sequence[Lease]) -> None:
+        try:
+            again = await self.take(resource, reason="the connection came back")
+        except MosaicError as error:
+            _log.warning("the lease of %r did not come back: %s", resource, error.message)
+        else:
+            self._takers.regained(leases, again)
+            self._tell()
+
+    # -- the machine -------------------------------------------------------------------------------------------------
+
+    def _port_for(self, extension: str) -> ControlPort:
+        if self._is_original:
+            raise _of_an_original(extension)
+        if self._port is None:
+            raise ConnectionFailed("The connection is not up.", code="peer.closed")
+        if extension not in self._extensions:
+            raise ConnectionFailed(f"This robot does not know {extension!r}.", code="lease.unknown_resource", cure="")
+        return self._port
+
+    def _now_s(self) -> float:
+        return self._clock_us() / 1e6
+
+    def _handle(self, event: machine.Event) -> None:
+        has_changed = False
+        for effect in self._machine.handle(event, self._now_s()):
+            match effect:
+                case machine.Say(message):
+                    if self._port is not None:
+                        self._port.send(message)
+                case machine.Changed():
+                    has_changed = True
+                case _:
+                    self._takers.hear(effect)
+        self._rearm()
+        if has_changed:
+            self._tell()
+
+    def _tell(self) -> None:
+        for callback in list(self._listeners):
+            try:
+                callback()
+            except Exception:  # noqa: BLE001 - a listener that fails must cost nobody the control
+                _log.exception("a listener of the control desk failed")
+
+    def _rearm(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        due_s = self._machine.deadline_s
+        if due_s is not None and self._port is not None:
+            self._timer = asyncio.get_running_loop().call_later(max(0.0, due_s - self._now_s()), self._overdue)
+
+    def _overdue(self) -> None:
+        self._timer = None
+        self._handle(machine.DeadlinePassed())
+
+
+def _of_an_original(extension: str) -> ConnectionFailed:
+    if extension == "stop":
+        return ConnectionFailed(reason("safety.no_stop").sentence, code="safety.no_stop")
+    message = "This robot runs an original MOSAIC: it knows no leases and keeps no journal, and obeys who is connected."
+    return ConnectionFailed(message, code="lease.unknown_resource", cure="")

@@ -1,0 +1,128 @@
+"""The operator's ends of ``_mosaic`` and ``_stop``: hello first, pings both ways, and the rest handed over."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from uuid import uuid4
+
+from mosaic_core.machines.control.stop_call import ClockReading
+from mosaic_core.machines.delivery.framing import Frame, PayloadKind
+from mosaic_core.machines.timing.clock_offset import ClockOffset
+from mosaic_core.operator.delivery.channel_port import ChannelPort, now_us
+from mosaic_core.runtime.transport.transport import Channel
+from mosaic_core.words.control import CONTROL_EXTENSIONS, ControlMessage, Hello, Ping, Pong, parse_control
+from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.errors import WireError
+
+_log = logging.getLogger(__name__)
+
+SOFTWARE = "mosaic-core operator"
+BOOT_ID = uuid4().hex
+"""Names this program's monotonic clock."""
+
+
+class ControlPort:
+    """``heard`` gets every message; pings, which are answered here, and pongs too: they are a sign of life.
+
+    ``clock_us`` is this operator's monotonic clock; ``is_person``: a person decides here, not a program;
+    ``word``: what to say right after hello.
+    """
+
+    def __init__(
+        self,
+        channel: Channel,
+        heard: Callable[[ControlMessage], None],
+        *,
+        clock_us: Callable[[], int] = now_us,
+        is_person: bool = False,
+        opened: Callable[[], None] | None = None,
+        word: Callable[[], ControlMessage] | None = None,
+    ) -> None:
+        self._heard = heard
+        self._clock_us = clock_us
+        self._is_person = is_person
+        self._word = word
+        self._clock = ClockOffset()
+        self._robot_boot_id = ""
+        self._opened = opened
+        self._port = _words_port(channel, self._received, self._changed, clock_us)
+        self._stop_port: ChannelPort | None = None
+
+    def add_stop_channel(self, channel: Channel) -> None:
+        """The stop's own lane; what comes back on it is handed over like everything else."""
+        self._stop_port = _words_port(channel, self._received_on_stop_channel, lambda is_open: None, self._clock_us)
+
+    @property
+    def round_trip_ms(self) -> float | None:
+        return None if self._clock.round_trip_us is None else self._clock.round_trip_us / 1e3
+
+    @property
+    def best_round_trip_us(self) -> int | None:
+        return self._clock.best.round_trip_us if self._clock.best else None
+
+    @property
+    def clock_offset_us(self) -> int | None:
+        return self._clock.best.offset_us if self._clock.best else None
+
+    @property
+    def clock_reading(self) -> ClockReading | None:
+        best = self._clock.best
+        return None if best is None else ClockReading(best.offset_us, best.round_trip_us)
+
+    def to_ours_us(self, theirs_us: int) -> int | None:
+        return self._clock.to_ours_us(theirs_us)
+
+    def to_theirs_us(self, ours_us: int) -> int | None:
+        return self._clock.to_theirs_us(ours_us)
+
+    def send(self, message: ControlMessage) -> bool:
+        return self._port.send(PayloadKind.JSON, message.to_text().encode())
+
+    def send_on_stop_channel(self, message: ControlMessage) -> bool:
+        """``False`` where there is no such channel (yet)."""
+        return self._stop_port is not None and self._stop_port.send(PayloadKind.JSON, message.to_text().encode())
+
+    def ping(self) -> None:
+        self.send(Ping(t0=self._clock_us()))
+
+    def _changed(self, is_open: bool) -> None:
+        if is_open:
+            hello = Hello(extensions=CONTROL_EXTENSIONS, software=SOFTWARE, boot_id=BOOT_ID, is_person=self._is_person)
+            if self._opened is not None:
+                self._opened()
+            self.send(hello)
+            if self._word is not None:
+                self.send(self._word())
+
+    def _received_on_stop_channel(self, frame: Frame) -> None:
+        self._take(frame, self.send_on_stop_channel)
+
+    def _received(self, frame: Frame) -> None:
+        self._take(frame, self.send)
+
+    def _take(self, frame: Frame, answer: Callable[[ControlMessage], bool]) -> None:
+        arrived_us = self._clock_us()
+        try:
+            message = parse_control(frame.payload.decode())
+        except (WireError, UnicodeDecodeError) as error:
+            _log.warning("the robot's control channel: %s", error)
+            return
+        match message:
+            case Ping(t0=t0):
+                answer(Pong(t0=t0, t1=arrived_us, t2=self._clock_us()))
+            case Pong():
+                self._clock.add(message.t0, message.t1, message.t2, arrived_us)
+            case Hello(boot_id=boot_id) if boot_id != self._robot_boot_id:
+                self._robot_boot_id = boot_id
+                self._clock.reset()
+            case _:
+                pass
+        if message is not None:
+            self._heard(message)
+
+
+def _words_port(
+    channel: Channel, received: Callable[[Frame], None], changed: Callable[[bool], None], clock_us: Callable[[], int]
+) -> ChannelPort:
+    return ChannelPort(channel, Delivery.RELIABLE, received, changed, clock_us=clock_us, max_queued_bytes=None)

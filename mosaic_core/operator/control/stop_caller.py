@@ -1,0 +1,73 @@
+"""Carries out what ``machines.stop_call`` decides: says stop until the robot has answered."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from uuid import uuid4
+
+from mosaic_core.machines.control import stop_call
+from mosaic_core.machines.control.stop_call import StopReport
+from mosaic_core.operator.control.control_port import ControlPort
+from mosaic_core.words.control import StopAck
+from mosaic_core.words.errors import ConnectionFailed
+
+
+class StopCaller:
+    """All stops of one connection. Event loop only; ``clock_us`` is the clock that the port's offset speaks of."""
+
+    def __init__(self, port: ControlPort, clock_us: Callable[[], int]) -> None:
+        self._port = port
+        self._clock_us = clock_us
+        self._calls = stop_call.StopCalls()
+        self._reports: dict[str, asyncio.Future[StopReport]] = {}
+        self._timer: asyncio.TimerHandle | None = None
+
+    async def stop(self, reason: str) -> StopReport:
+        """Say it at once, and go on until it is answered, also when the caller is cancelled."""
+        id_ = uuid4().hex
+        self._reports[id_] = asyncio.get_running_loop().create_future()
+        try:
+            self._carry_out(self._calls.say(id_, reason, self._now_s()))
+            return await self._reports[id_]
+        finally:
+            self._reports.pop(id_, None)
+
+    def acknowledged(self, ack: StopAck) -> None:
+        self._carry_out(self._calls.acknowledged(ack, self._port.clock_reading, self._now_s()))
+
+    def close(self, error: ConnectionFailed) -> None:
+        """The connection has ended; who still waits for an answer is told."""
+        self._calls.forget()
+        self._rearm()
+        for report in self._reports.values():
+            if not report.done():
+                report.set_exception(error)
+
+    def _now_s(self) -> float:
+        return self._clock_us() / 1e6
+
+    def _carry_out(self, effects: Sequence[stop_call.Effect]) -> None:
+        for effect in effects:
+            match effect:
+                case stop_call.SayStop(message, is_first):
+                    self._port.send_on_stop_channel(message)
+                    if is_first:
+                        self._port.send(message)
+                case stop_call.Stopped(id_, report):
+                    waiting = self._reports.get(id_)
+                    if waiting is not None and not waiting.done():
+                        waiting.set_result(report)
+        self._rearm()
+
+    def _rearm(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        due_s = self._calls.deadline_s
+        if due_s is not None:
+            self._timer = asyncio.get_running_loop().call_later(max(0.0, due_s - self._now_s()), self._overdue)
+
+    def _overdue(self) -> None:
+        self._timer = None
+        self._carry_out(self._calls.overdue(self._now_s()))

@@ -1,0 +1,131 @@
+"""What a store sends on a reliable channel: at once where that is possible, kept while there is no connection."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Literal, Protocol
+
+from mosaic_core.machines.delivery.framing import Frame, PayloadKind
+from mosaic_core.machines.delivery.resume import ResumeSender
+
+MESSAGE_BYTES = 64
+"""What an empty message costs us: a queue of nothing else is bounded too."""
+
+
+class Port(Protocol):
+    """The open channel."""
+
+    def frame(self, kind: PayloadKind, payload: bytes) -> Frame: ...
+    def put(self, frame: Frame) -> bool:
+        """Send it under its own number; ``False``: too much waits below, or it is closed."""
+        ...
+
+    def send(self, kind: PayloadKind, payload: bytes) -> bool: ...
+
+
+class OutgoingStream:
+    """Of one label; event loop only. Until the robot has said what it takes part in, messages wait."""
+
+    def __init__(self, clock_us: Callable[[], int], *, waits: bool) -> None:
+        self._clock_us = clock_us
+        self._waits = waits
+        self._sender: ResumeSender[Frame] = ResumeSender()
+        self._phase: Literal["held", "resumed", "plain", "away", "closed"] = "held"
+        self._port: Port | None = None
+
+    @property
+    def is_numbered(self) -> bool:
+        """Its numbers go on."""
+        return self._phase not in ("plain", "closed")
+
+    @property
+    def upcoming(self) -> int:
+        """The number that comes first on the next connection."""
+        return self._sender.first_seq
+
+    @property
+    def waiting(self) -> int:
+        """Messages that are kept for a connection."""
+        return self._sender.waiting if self._sender.is_attached else self._sender.unconfirmed
+
+    def send(self, kind: PayloadKind, payload: bytes) -> bool:
+        """Whether it was accepted."""
+        port = self._port
+        if self._phase == "plain":
+            return port is not None and port.send(kind, payload)
+        if self._phase == "closed" or (port is None and not self._waits):
+            return False
+        frame = Frame(kind, payload, stamp_us=self._clock_us()) if port is None else port.frame(kind, payload)
+        size_bytes, now_s = len(payload) + MESSAGE_BYTES, time.monotonic()
+        if not self._sender.has_room(size_bytes, now_s):
+            return False
+        if port is not None and self._phase == "resumed" and self._sender.waiting == 0:
+            if not port.put(replace(frame, seq=self._sender.next_seq)):
+                return False
+            self._sender.accept(frame, size_bytes, now_s)
+            self._sender.went_out()
+            return True
+        self._sender.accept(frame, size_bytes, now_s)
+        self.pump()
+        return True
+
+    def attach(self, port: Port) -> None:
+        """The channel is open."""
+        self._port = port
+        self._flush() if self._phase == "plain" else self.pump()
+
+    def detach(self) -> None:
+        """The channel is closed."""
+        self._port = None
+
+    def released(self) -> None:
+        """Its store is gone, and what it still wanted to say."""
+        self._port = None
+        self._sender.abandoned()
+
+    def pump(self) -> None:
+        """Send what waits, as far as the channel takes it; called again when that has drained."""
+        while self._port is not None and (numbered := self._sender.upcoming()) is not None:
+            if not self._port.put(replace(numbered.item, seq=numbered.seq)):
+                return
+            self._sender.went_out()
+
+    def delivered(self, seq: int) -> None:
+        self._sender.delivered(seq)
+
+    def lost(self) -> None:
+        """The connection is gone and will be made anew."""
+        self._port = None
+        self._sender.detached()
+        self._phase = "away"
+
+    def resumed(self, received: int | None) -> int:
+        """The robot has everything up to ``received``. How many messages are lost by now."""
+        self._phase = "resumed"
+        self._sender.forget_old(time.monotonic())
+        lost = self._sender.resumed(received)
+        self.pump()
+        return lost
+
+    def plain(self) -> int:
+        """The robot does not number it across connections: what waits goes out once, what went out is not repeated,
+        and nothing is kept any more while there is no connection."""
+        self._phase, self._waits = "plain", False
+        self._sender.forget_old(time.monotonic())
+        lost = self._sender.resumed(None)
+        self._flush()
+        return lost
+
+    def _flush(self) -> None:
+        """Send what waited for a connection, under the channel's own numbers."""
+        while self._port is not None and (numbered := self._sender.upcoming()) is not None:
+            self._port.send(numbered.item.kind, numbered.item.payload)
+            self._sender.went_out()
+            self._sender.delivered(numbered.seq)
+
+    def close(self) -> int:
+        """It has ended for good. How many messages may not have arrived."""
+        self._phase, self._port = "closed", None
+        return self._sender.abandoned()

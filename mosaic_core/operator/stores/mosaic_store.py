@@ -1,0 +1,164 @@
+"""What all stores have in common: a program holds one of a connector, whatever happens to the connection underneath.
+
+All methods and callbacks on the event loop. The names and their meaning are those of the dashboard's stores.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from mosaic_core.operator.delivery.store_counters import StoreCounters
+from mosaic_core.operator.stores.robot_connector import RobotConnector
+from mosaic_core.words.errors import ConnectionFailed, MosaicError
+
+_log = logging.getLogger(__name__)
+
+Moment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
+HOPELESS = ("channel.unknown_label", "media.no_line")
+"""Codes of failures that waiting does not mend."""
+GapCallback = Callable[["Gap"], None]
+
+
+@dataclass(frozen=True, slots=True)
+class StoreState:
+    """``waiting`` for a connection, ``open``, ``reconnecting`` (it was lost and is being made anew), ``closed``, or
+    ``mismatch``: the robot has nothing under this label."""
+
+    phase: Literal["waiting", "open", "reconnecting", "closed", "mismatch"] = "waiting"
+    code: str = ""
+    message: str = ""
+    nearest: str | None = None
+    cure: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """``lost`` messages of a reliable connector will never arrive: the connection was gone for longer than they could
+    be kept. ``None``: nobody knows how many. ``sent``: those that this store sent, not those that it gets."""
+
+    lost: int | None
+    sent: bool = False
+
+
+class MosaicStore:
+    """The base of all stores. A class of one's own overrides :meth:`before_connected`, :meth:`after_connected`,
+    :meth:`after_disconnected` and :meth:`after_connection_failed`; anybody else subscribes with ``on_…(callback)``.
+
+    Overridden ``on_…`` methods without an argument are called too, as they were before those names existed.
+    """
+
+    def __init__(self, robot_connector: RobotConnector) -> None:
+        self.robot_connector = robot_connector
+        self.state = StoreState()
+        self.counters = StoreCounters()
+        """What it has received and sent since it was made."""
+        self._listeners: dict[Moment, list[Callable[[], None]]] = {}
+        self._changed = asyncio.Event()
+        self._gap_callbacks: list[GapCallback] = []
+
+    def before_connected(self) -> None:
+        """The channel or track is about to be opened."""
+
+    def after_connected(self) -> None:
+        """Data can flow."""
+
+    def after_disconnected(self) -> None:
+        """The channel or track is gone; the store waits for the next one."""
+
+    def after_connection_failed(self) -> None:
+        """It could not be opened; :attr:`state` says why."""
+
+    def on_before_connected(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback()`` before the channel or track is opened, each time; returns what ends it."""
+        return self.when("before_connected", callback)
+
+    def on_after_connected(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback()`` as soon as data can flow, each time; returns what ends it."""
+        return self.when("after_connected", callback)
+
+    def on_after_disconnected(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback()`` when the channel or track is gone, each time; returns what ends it."""
+        return self.when("after_disconnected", callback)
+
+    def on_after_connection_failed(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback()`` when it could not be opened; :attr:`state` says why. Returns what ends it."""
+        return self.when("after_connection_failed", callback)
+
+    def when(self, moment: Moment, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call ``callback`` at each such moment; returns what ends it."""
+        callbacks = self._listeners.setdefault(moment, [])
+        callbacks.append(callback)
+        return lambda: callbacks.remove(callback) if callback in callbacks else None
+
+    def on_gap(self, callback: GapCallback) -> Callable[[], None]:
+        """Call ``callback(gap)`` when messages were lost across a reconnection; returns what ends it."""
+        self._gap_callbacks.append(callback)
+        return lambda: self._gap_callbacks.remove(callback) if callback in self._gap_callbacks else None
+
+    async def wait_open(self, timeout_s: float = 10.0) -> None:
+        """Until data can flow; raises :class:`ConnectionFailed` with the reason, or ``channel.timeout``."""
+        try:
+            async with asyncio.timeout(timeout_s):
+                while self.state.phase != "open":
+                    self._raise_if_hopeless()
+                    self._changed.clear()
+                    await self._changed.wait()
+        except TimeoutError:
+            label = self.robot_connector.connector_id
+            raise ConnectionFailed(f"{label!r} did not open in time.", code="channel.timeout") from None
+
+    def _raise_if_hopeless(self) -> None:
+        """Nothing will come of it on this connection."""
+        if self.state.code in HOPELESS:
+            raise ConnectionFailed(self.state.message, code=self.state.code, cure=self.state.cure)
+
+    # -- called by the connection ----------------------------------------------------------------------------------
+
+    def opening(self) -> None:
+        self._moment("before_connected")
+
+    def opened(self) -> None:
+        self._enter(StoreState("open"))
+        self._moment("after_connected")
+
+    def closed(self) -> None:
+        self._ended("closed")
+
+    def interrupted(self) -> None:
+        """The connection was lost and is being made anew."""
+        self._ended("reconnecting")
+
+    def _ended(self, phase: Literal["closed", "reconnecting"]) -> None:
+        was_open = self.state.phase == "open"
+        self._enter(StoreState(phase))
+        if was_open:
+            self._moment("after_disconnected")
+
+    def missed(self, lost: int | None, *, sent: bool) -> None:
+        """Messages are lost."""
+        label = self.robot_connector.connector_id
+        what = "messages" if lost is None else f"{lost} message(s)"
+        _log.warning("%r: %s %s lost while there was no connection", label, what, "sent were" if sent else "were")
+        for callback in list(self._gap_callbacks):
+            callback(Gap(lost, sent))
+
+    def failed(self, error: MosaicError, nearest: str | None = None) -> None:
+        is_mismatch = error.code == "channel.unknown_label"
+        phase: Literal["mismatch", "closed"] = "mismatch" if is_mismatch else "closed"
+        self._enter(StoreState(phase, error.code, error.message, nearest, error.cure))
+        self._moment("after_connection_failed")
+
+    def _enter(self, state: StoreState) -> None:
+        self.state = state
+        self._changed.set()
+
+    def _moment(self, moment: Moment) -> None:
+        methods = [getattr(self, moment)]
+        if getattr(type(self), f"on_{moment}") is not getattr(MosaicStore, f"on_{moment}"):
+            methods.append(getattr(self, f"on_{moment}"))
+        for callback in (*methods, *self._listeners.get(moment, ())):
+            callback()

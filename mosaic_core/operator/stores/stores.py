@@ -1,0 +1,209 @@
+"""The stores of data: what arrives goes to subscribers, what is sent goes where the connection says.
+
+All methods and callbacks on the event loop.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import inspect
+import logging
+import time
+from collections import deque
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from typing import Any
+
+from pydantic import BaseModel
+
+from mosaic_core.machines.delivery.framing import PayloadKind
+from mosaic_core.operator.delivery.channel_port import MessageInfo, Received
+from mosaic_core.operator.stores.mosaic_store import MosaicStore
+from mosaic_core.operator.stores.robot_connector import RobotConnector
+from mosaic_core.words.data_type import MosaicDataType
+from mosaic_core.words.wire_model import to_json
+
+_log = logging.getLogger(__name__)
+
+Subscriber = Callable[..., Awaitable[None] | None]
+Outlet = Callable[[PayloadKind, bytes], bool]
+QUEUED_MESSAGES = 1024
+"""An iteration that falls further behind loses the oldest: memory stays bounded."""
+ARRIVAL_POLL_S = 0.01
+"""Acknowledgements come within a round trip, and SCTP calls nobody when one does."""
+COMPLAINT_S = 5.0
+"""A subscriber that fails at every message is not told of a hundred times per second."""
+
+
+class ReceivableStore(MosaicStore):
+    """Robot → operator."""
+
+    def __init__(self, robot_connector: RobotConnector) -> None:
+        super().__init__(robot_connector)
+        self.latest: Received | None = None
+        self._subscribers: list[tuple[Subscriber, bool]] = []
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._complained_at_s = float("-inf")
+        self._failures = 0
+
+    @property
+    def latest_age_s(self) -> float | None:
+        """How old the last message is: since it was made where the clocks are known, else since it arrived. ``None``:
+        there was none. While the state is ``reconnecting`` it keeps growing."""
+        if self.latest is None:
+            return None
+        info = self.latest.info
+        return time.monotonic() - info.received_at_s + (info.age_s or 0.0)
+
+    def subscribe(self, callback: Subscriber) -> Callable[[], None]:
+        """Call ``callback(data)`` or ``callback(data, info)`` with every message (``bytes``); may be ``async``.
+
+        Returns what ends it. An exception in a callback is logged, one in five seconds, and ends nothing.
+        """
+        entry = (callback, _takes_two(callback))
+        self._subscribers.append(entry)
+        return lambda: self._subscribers.remove(entry) if entry in self._subscribers else None
+
+    def notify_subscribers(self, data: bytes, info: MessageInfo) -> None:
+        """Give a message to everybody; the connection calls it, and tests may."""
+        self.latest = Received(data, info)
+        for callback, takes_info in list(self._subscribers):
+            try:
+                result = callback(data, info) if takes_info else callback(data)
+            except Exception:  # noqa: BLE001 - one subscriber must not take the message from the others
+                self._complain()
+                continue
+            if inspect.isawaitable(result):
+                self._run(result)
+
+    async def next_message(self, timeout_s: float = 10.0) -> Received:
+        """The next message that arrives; raises :class:`TimeoutError`."""
+        arrived: asyncio.Future[Received] = asyncio.get_running_loop().create_future()
+
+        def take(data: bytes, info: MessageInfo) -> None:
+            if not arrived.done():
+                arrived.set_result(Received(data, info))
+
+        end = self.subscribe(take)
+        try:
+            async with asyncio.timeout(timeout_s):
+                return await arrived
+        finally:
+            end()
+
+    async def messages(self) -> AsyncIterator[Received]:
+        """Every message from now on, for ever."""
+        queue: deque[Received] = deque(maxlen=QUEUED_MESSAGES)
+        arrived = asyncio.Event()
+
+        def take(data: bytes, info: MessageInfo) -> None:
+            queue.append(Received(data, info))
+            arrived.set()
+
+        end = self.subscribe(take)
+        try:
+            while True:
+                while queue:
+                    yield queue.popleft()
+                arrived.clear()
+                await arrived.wait()
+        finally:
+            end()
+
+    def _run(self, work: Awaitable[None]) -> None:
+        async def guarded() -> None:
+            try:
+                await work
+            except Exception:  # noqa: BLE001 - as above
+                self._complain()
+
+        task = asyncio.create_task(guarded())
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def _complain(self) -> None:
+        """Log the exception that is being handled; at most one in :data:`COMPLAINT_S`, and how many there were."""
+        self._failures += 1
+        now_s = time.monotonic()
+        if now_s - self._complained_at_s >= COMPLAINT_S:
+            self._complained_at_s = now_s
+            _log.exception("%s: a subscriber failed (%d so far)", self.robot_connector.connector_id, self._failures)
+
+
+class SendableStore(MosaicStore):
+    """Operator → robot."""
+
+    def __init__(self, robot_connector: RobotConnector) -> None:
+        super().__init__(robot_connector)
+        self._outlet: Outlet | None = None
+        self._outlives = False
+        self._has_arrived: Callable[[], bool] = _never
+
+    def connect_outlet(
+        self, outlet: Outlet | None, *, outlives: bool = False, has_arrived: Callable[[], bool] | None = None
+    ) -> None:
+        """Where to send to; the connection sets it. ``outlives``: it takes messages without a connection too.
+        ``has_arrived``: whether the robot's side has acknowledged everything that was sent."""
+        self._outlet = outlet
+        self._outlives = outlives
+        self._has_arrived = has_arrived or _never
+
+    def send_data(self, data: str | bytes | BaseModel | Mapping[str, Any] | list[Any]) -> bool:
+        """Send one message: text, bytes, or an object as JSON; ``False`` if it was not accepted (not open, or too much
+        is waiting). Raises :class:`ValueError` for an object with NaN in it, and nothing else.
+
+        While the state is ``reconnecting``, messages of a connector with ``delivery: reliable`` that moves nothing are
+        accepted into a bounded queue, and go out with the next connection: each arrives once and in order, or
+        :meth:`on_gap` tells how many did not.
+        """
+        if isinstance(data, BaseModel | Mapping | list):
+            return self.send_json(data)
+        payload = data.encode() if isinstance(data, str) else bytes(data)
+        accepted = self._outlet is not None and self._outlet(_kind_of(self.robot_connector.data_type), payload)
+        self.counters.refused += not accepted
+        return accepted
+
+    def send_json(self, value: BaseModel | Mapping[str, Any] | list[Any]) -> bool:
+        """Send JSON; NaN raises :class:`ValueError`."""
+        plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
+        return self.send_data(to_json(plain))
+
+    async def wait_arrived(self, timeout_s: float = 1.0) -> bool:
+        """Until the robot's side has acknowledged what was sent; ``False``: it has not in that time. What the robot's
+        program makes of it is another question."""
+        loop = asyncio.get_running_loop()
+        ends_at_s = loop.time() + timeout_s
+        while self.state.phase == "open" and not self._has_arrived() and loop.time() < ends_at_s:  # noqa: ASYNC110
+            await asyncio.sleep(ARRIVAL_POLL_S)
+        return self.state.phase == "open" and self._has_arrived()
+
+    def closed(self) -> None:
+        self._outlet = None
+        super().closed()
+
+    def interrupted(self) -> None:
+        if not self._outlives:
+            self._outlet = None
+        super().interrupted()
+
+
+class BidirectionalStore(ReceivableStore, SendableStore):
+    """Both ways on one channel."""
+
+
+def _never() -> bool:
+    return False
+
+
+def _kind_of(data_type: MosaicDataType | None) -> PayloadKind:
+    prefix = (data_type or MosaicDataType.JSON_U2R).value.split("-")[0]
+    return {"json": PayloadKind.JSON, "string": PayloadKind.STRING}.get(prefix, PayloadKind.BYTES)
+
+
+def _takes_two(callback: Subscriber) -> bool:
+    with contextlib.suppress(TypeError, ValueError):
+        parameters = list(inspect.signature(callback).parameters.values())
+        by_position = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+        required = [p for p in by_position if p.default is p.empty]
+        return len(required) >= 2 or any(p.kind is p.VAR_POSITIONAL for p in parameters)
+    return False

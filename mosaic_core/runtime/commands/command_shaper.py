@@ -1,0 +1,91 @@
+"""From a payload to what ``handle_data`` gets: parsed, slowed, limited, then validated as the handler's ``T``."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from mosaic_core.contract.handler import DataChannelReceivable, Refused
+from mosaic_core.machines.commands.safety_envelope import EnvelopeState, OutOfRange, SafetyEnvelope
+from mosaic_core.runtime.commands.motion_defaults import MotionDefaults
+from mosaic_core.runtime.commands.payload import PayloadReader
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What may act. ``fired``: how many safe actions had been set going when it was shaped."""
+
+    value: Any
+    is_idle: bool
+    fired: int
+
+
+class CommandShaper:
+    """Of one receiver; used by its one thread or task.
+
+    ``fired`` counts the safe actions: after one, speeds rise from zero again. ``factor`` is what is left of a peer's
+    speed.
+    """
+
+    def __init__(
+        self,
+        handler: DataChannelReceivable[Any],
+        safety: ReceiverSafety,
+        fired: Callable[[], int],
+        factor: Callable[[str], float],
+        now_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._reader = PayloadReader(handler)
+        has_fields = bool(safety.limits or safety.motion_fields)
+        self._envelope = SafetyEnvelope(safety.limits, safety.motion_fields) if has_fields else None
+        self._defaults = MotionDefaults(self._reader.schema(), self._envelope.fields) if self._envelope else None
+        self._is_slowed = safety.is_slowed
+        self._fired = fired
+        self._shaped_after = fired()
+        self._factor = factor
+        self._now_s = now_s
+        self._before: EnvelopeState | None = None
+        self._last: dict[str, Any] | None = None
+        self._last_before: dict[str, Any] | None = None
+
+    def read(self, payload: bytes, peer_id: str) -> Command:
+        """The command as it may act now; raises :class:`Refused`, or whatever a validator of the plugin raises.
+
+        Say :meth:`undone` if it does not act after all.
+        """
+        fired, value = self._fired(), self._reader.parsed(payload)
+        if self._envelope is None or self._defaults is None:
+            return Command(self._reader.validated(value), False, fired)
+        if not isinstance(value, dict):
+            raise Refused("channel.invalid", "a JSON object is wanted")
+        self._defaults.complete(value)
+        if fired != self._shaped_after:
+            self._envelope.stand_still()
+            self._shaped_after = fired
+        self._before, self._last_before = self._envelope.state, self._last
+        factor = self._factor(peer_id) if self._is_slowed else 1.0
+        try:
+            shaped = self._envelope.shaped(value, factor, self._now_s())
+            command = Command(self._reader.validated(shaped.message), shaped.is_idle, fired)
+        except OutOfRange as error:
+            raise Refused(error.code, str(error)) from None
+        except BaseException:
+            self.undone()
+            raise
+        self._last = shaped.message
+        return command
+
+    def undone(self) -> None:
+        """The command was refused: the next one starts where the last one ended."""
+        if self._envelope is not None and self._before is not None:
+            self._envelope.restore(self._before)
+            self._last = self._last_before
+
+    def zeros(self) -> Any:
+        """The last command with all motion at zero, as the handler takes it; ``None``: there is nothing to repeat."""
+        if self._envelope is None or self._last is None:
+            return None
+        return self._reader.validated(self._envelope.zero(self._last))

@@ -1,0 +1,193 @@
+"""From a configuration to connectors: read, resolve, before-hook, configure each, register, after-hook.
+
+These are MOSAIC's documented steps in their order. Unlike the original, no step skips what fails: every mistake is
+collected and nothing starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import pluggy
+from pydantic import PydanticUserError
+
+from mosaic_core.contract.configurer import Configurer, Shared
+from mosaic_core.contract.handler import Handler
+from mosaic_core.machines.delivery.delivery_terms import chosen, terms_of
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry, effective_safety, safety_limits
+from mosaic_core.runtime.configuration.config_loader import (
+    CheckedConfig,
+    CheckedConnector,
+    Validation,
+    check_config,
+    load_config,
+)
+from mosaic_core.runtime.configuration.connector import Connector
+from mosaic_core.runtime.configuration.delivery_problems import delivery_problems
+from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
+from mosaic_core.runtime.configuration.label_problems import WithHandlers, label_problems
+from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.configuration.safety_problems import safety_problems
+from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
+from mosaic_core.words.config import LABEL, RobotConfig
+from mosaic_core.words.errors import ConfigError, Problem
+
+Made: TypeAlias = tuple[CheckedConnector, Configurer[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Configured:
+    """Everything that a robot is built from."""
+
+    config: RobotConfig
+    connectors: tuple[Connector, ...]
+    shared: Shared
+    plugins: pluggy.PluginManager
+
+
+@dataclass(frozen=True, slots=True)
+class Rehearsal:
+    """What a start would refuse, what is only odd, and the connectors that each lease covers, by resource."""
+
+    problems: tuple[Problem, ...]
+    hints: tuple[Problem, ...]
+    leases: Mapping[str, tuple[str, ...]]
+
+
+class AutoConfigurer:
+    """Makes the connectors of one robot.
+
+    ``resolver`` and ``plugins`` default to what is installed. Use an instance once per robot: connectors share its
+    :attr:`shared`.
+    """
+
+    def __init__(
+        self, *, resolver: ConnectorResolver | None = None, plugins: pluggy.PluginManager | None = None
+    ) -> None:
+        self.resolver = resolver or ConnectorResolver()
+        self.plugins = plugins or hook_plugins()
+        self.shared = Shared()
+
+    def from_file(self, path: Path | str, *, environ: Mapping[str, str] | None = None) -> Configured:
+        """Configure from a YAML file. Raises :class:`ConfigError` with every mistake and its line."""
+        return self.configure(load_config(path, resolver=self.resolver, environ=environ))
+
+    def from_config(self, config: RobotConfig) -> Configured:
+        """Configure from a configuration made in Python. Raises :class:`ConfigError`."""
+        return self.configure(check_config(config, resolver=self.resolver))
+
+    def configure(self, checked: CheckedConfig) -> Configured:
+        """The steps after reading. Raises :class:`ConfigError` naming connector and distribution."""
+        problems: list[Problem] = []
+        made = self._configurers(checked.connectors, checked.document, problems)
+        if not problems:
+            configurers = [configurer for _, configurer in made]
+            call_hook(self.plugins, "mosaic_before_configure", config=checked.config, configurers=configurers)
+        connectors = _connectors(made, checked.document, problems)
+        if problems:
+            raise ConfigError(problems)
+        every = [handler for connector in connectors for handler in connector.handlers]
+        call_hook(self.plugins, "mosaic_after_configure", config=checked.config, handlers=every)
+        return Configured(checked.config, tuple(connectors), self.shared, self.plugins)
+
+    def rehearse(self, validation: Validation) -> Rehearsal:
+        """What :meth:`configure` would say of the connectors that have no mistake so far; calls no hook.
+
+        Handlers are made and thrown away: what they do to devices begins with their bodies.
+        """
+        problems: list[Problem] = []
+        document = validation.document
+        made = self._configurers(validation.connectors, document, problems)
+        groups = lease_groups(_connectors(made, document, problems))
+        places = {one.config.label: one.place for one in validation.connectors}
+        return Rehearsal(tuple(problems), tuple(lookalikes(groups, places, document)), groups)
+
+    def _configurers(
+        self, connectors: Sequence[CheckedConnector], document: YamlDocument, problems: list[Problem]
+    ) -> list[Made]:
+        made: list[Made] = []
+        for one in connectors:
+            try:
+                made.append((one, one.configurer(one.config.label, one.params, safety=one.safety, shared=self.shared)))
+            except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
+                problems.append(_broken(one, document, f"{type(error).__name__}: {error}"))
+        return made
+
+
+def _connectors(made: Sequence[Made], document: YamlDocument, problems: list[Problem]) -> list[Connector]:
+    connectors: list[Connector] = []
+    known: list[WithHandlers] = []
+    for one, configurer in made:
+        handlers = _handlers(one, configurer, document, problems)
+        if not handlers:
+            continue
+        known.append((one, handlers))
+        try:
+            problems += safety_problems(one, handlers, document)
+            problems += delivery_problems(one, handlers, document)
+            connectors.append(_connector(one, handlers))
+        except PydanticUserError as error:
+            problems.append(_broken(one, document, f"its message type has no JSON Schema: {error.message}"))
+    problems += label_problems(known, document)
+    places = {one.config.label: one.place for one, _ in made}
+    problems += _taken_channels(connectors, document, places)
+    return connectors
+
+
+def _broken(one: CheckedConnector, document: YamlDocument, cause: str) -> Problem:
+    message = f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}"
+    return document.problem(one.place, message, code="config.broken_plugin")
+
+
+def _handlers(
+    one: CheckedConnector, configurer: Configurer[Any], document: YamlDocument, problems: list[Problem]
+) -> tuple[Handler, ...]:
+    def broken(cause: str) -> tuple[Handler, ...]:
+        problems.append(_broken(one, document, cause))
+        return ()
+
+    try:
+        made = configurer.configure()
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
+        return broken(f"{type(error).__name__}: {error}")
+    handlers = tuple(made) if isinstance(made, Sequence) else (made,)
+    if not handlers or not all(isinstance(handler, Handler) for handler in handlers):
+        return broken(f"configure() returned {made!r} instead of a handler")
+    bad = [handler.label for handler in handlers if not LABEL.match(handler.label)]
+    if bad:
+        return broken(f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}")
+    return handlers
+
+
+def _connector(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Connector:
+    safety = effective_safety(one.safety, handlers)
+    terms = terms_of(chosen(handlers[0].delivery, one.config.delivery))
+    entry = catalogue_entry(one.config.label, one.config.type, handlers)
+    entry = entry.model_copy(update={"delivery": terms.mode, "safety": safety_limits(safety, handlers)})
+    return Connector(one.config, handlers, entry, safety, terms)
+
+
+def _taken_channels(
+    connectors: Sequence[Connector], document: YamlDocument, places: Mapping[str, Place]
+) -> list[Problem]:
+    """Channel names must be unique beyond the labels: ``connection-check`` makes ``L-receiver`` and ``L-sender``."""
+    owner: dict[str, str] = {}
+    problems = []
+    for connector in connectors:
+        for name in dict.fromkeys(handler.label for handler in connector.handlers):
+            other = owner.setdefault(name, connector.config.label)
+            if other != connector.config.label:
+                message = (
+                    f"connector '{connector.config.label}' makes the channel '{name}', which '{other}' has already"
+                )
+                place = (*places[connector.config.label], "label")
+                problems.append(document.problem(place, message, code="config.duplicate_label"))
+        if len({handler.label for handler in connector.handlers}) < len(connector.handlers):
+            message = f"connector '{connector.config.label}' makes two channels of one name"
+            place = places[connector.config.label]
+            problems.append(document.problem(place, message, code="config.broken_plugin"))
+    return problems

@@ -1,0 +1,82 @@
+"""Hints about a valid configuration: what works, but perhaps not as its author thinks. Never an error."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
+
+from mosaic_core.runtime.configuration.yaml_document import YamlDocument
+from mosaic_core.words.config import RobotConfig
+from mosaic_core.words.errors import Problem
+
+if TYPE_CHECKING:
+    from mosaic_core.runtime.configuration.config_loader import CheckedConnector
+
+_SNAKE = re.compile(r"[a-z0-9]+(_[a-z0-9]+)*")
+_LOOPBACK = ("localhost", "127.0.0.1", "::1")
+CLICK_PERIOD_S = 1.0
+"""A person clicking a pad of the original dashboard again and again does so about once a second."""
+
+
+def hints_of(
+    config: RobotConfig, connectors: Sequence[CheckedConnector], document: YamlDocument
+) -> tuple[Problem, ...]:
+    """Everything worth saying, in the order of the file."""
+    found = [*_server_hints(config, document)]
+    for connector in connectors:
+        found += _connector_hints(connector, document, config.control.legacy_peers)
+    return tuple(found)
+
+
+def _server_hints(config: RobotConfig, document: YamlDocument) -> Iterator[Problem]:
+    if config.server is None:
+        message = "no server is named: the robot can only be reached on its own network"
+        yield document.problem((), message, cure="run it with `mosaic run --serve`, or add a server section")
+        return
+    url = urlsplit(config.server.ws_url)
+    if url.scheme == "ws" and url.hostname not in _LOOPBACK:
+        message = "the token and all signaling travel unencrypted"
+        yield document.problem(("server", "ws_url"), message, cure="use wss:// outside a trusted network")
+    for index, server in enumerate(config.server.webrtc.ice_servers):
+        if any(one.startswith("turn") for one in server.urls) and not (server.username and server.credential):
+            section = "webrtc" if ("server", "webrtc") in document.marks else "webrtc_config"
+            place = ("server", section, "ice_servers", index)
+            yield document.problem(place, "a TURN server without username and credential", cure="most refuse that")
+
+
+def _connector_hints(connector: CheckedConnector, document: YamlDocument, legacy_peers: str) -> Iterator[Problem]:
+    label, place = connector.config.label, connector.place
+    if not _SNAKE.fullmatch(label):
+        suggestion = re.sub(r"[^a-z0-9]+", "_", label.lower()).strip("_")
+        cure = f"'{suggestion}' would be the usual spelling"
+        yield document.problem((*place, "label"), f"the label '{label}' is not snake_case", cure=cure)
+    timeout_s = connector.safety.timeout_s
+    if timeout_s is not None and timeout_s < CLICK_PERIOD_S:
+        message = (
+            f"pads of original dashboards send one message per click: with timeout_s {timeout_s:g} the robot moves in"
+            f" steps of {timeout_s:g} s"
+        )
+        yield document.problem((*place, "safety", "timeout_s"), message, cure="that is the safe way; nothing to change")
+    yield from _weak_points(connector, document)
+    if timeout_s is None and connector.safety.requires_lease and legacy_peers == "allow":
+        message = (
+            "whether silence stops it depends on the connector: an original dashboard that hangs is only noticed when"
+            " its lease expires"
+        )
+        yield document.problem((*place, "safety"), message, cure="say how long with timeout_s, for example 0.3")
+
+
+def _weak_points(connector: CheckedConnector, document: YamlDocument) -> Iterator[Problem]:
+    """What takes a guard away and looks harmless in the file."""
+    safety, place = connector.safety, (*connector.place, "safety")
+    if safety.on_timeout == "hold":
+        until = "somebody says stop" if safety.requires_lease is False else "its lease ends or somebody says stop"
+        message = f"silence stops nothing here: what was commanded last goes on until {until}"
+        yield document.problem(
+            (*place, "on_timeout"), message, cure="write `callback`, unless it must not stop by itself"
+        )
+    if safety.requires_lease is False and "requires_lease" in safety.model_fields_set:
+        message = "whoever is connected may command it, several at a time"
+        yield document.problem((*place, "requires_lease"), message, cure="leave it out, unless nothing moves")

@@ -1,0 +1,200 @@
+"""Reads and checks the robot's configuration: every mistake at once, each with its line, before anything starts.
+
+A connector's ``params`` and ``safety`` are checked by its plugin's own models, so using a configuration means
+importing the plugins that it names. No handler is made and no device opened here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.params import Params
+from mosaic_core.runtime.configuration.config_hints import hints_of
+from mosaic_core.runtime.configuration.config_problems import known_keys, validated
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver, InstalledConnector
+from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument, read_yaml
+from mosaic_core.words.config import AuthParams, ConnectorConfig, RobotConfig, SafetyConfig
+from mosaic_core.words.errors import ConfigError, MosaicError, Problem
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedConnector:
+    """A connector whose params and safety are valid, and where it stands in the file."""
+
+    config: ConnectorConfig
+    configurer: type[Configurer[Any]]
+    params: Params
+    safety: SafetyConfig
+    installed: InstalledConnector
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedConfig:
+    """A configuration without mistakes."""
+
+    config: RobotConfig
+    connectors: tuple[CheckedConnector, ...]
+    document: YamlDocument
+    hints: tuple[Problem, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Validation:
+    """All that can be said about a configuration without making its handlers.
+
+    ``checked`` is ``None`` if there are problems, or if the values of missing environment variables were forgiven:
+    nothing can be started from it then. ``connectors`` are those without a mistake whose values are all known, also
+    beside mistakes elsewhere.
+    """
+
+    problems: tuple[Problem, ...]
+    hints: tuple[Problem, ...]
+    checked: CheckedConfig | None
+    document: YamlDocument
+    connectors: tuple[CheckedConnector, ...]
+
+
+def load_config(
+    path: Path | str, *, resolver: ConnectorResolver | None = None, environ: Mapping[str, str] | None = None
+) -> CheckedConfig:
+    """Read and check a file. Raises :class:`ConfigError` with every mistake."""
+    validation = validate_file(path, resolver=resolver, environ=environ)
+    if validation.checked is None:
+        raise ConfigError(validation.problems)
+    return validation.checked
+
+
+def validate_file(
+    path: Path | str,
+    *,
+    resolver: ConnectorResolver | None = None,
+    environ: Mapping[str, str] | None = None,
+    allow_missing_env: bool = False,
+) -> Validation:
+    """Check a file without using it. ``allow_missing_env`` forgives variables and secret files that only exist on the
+    robot. Raises :class:`ConfigError` only where nothing at all can be read."""
+    document = read_yaml(Path(path), os.environ if environ is None else environ)
+    if allow_missing_env:
+        document.problems = [one for one in document.problems if one.code != "config.missing_env"]
+    return validate_document(document, resolver)
+
+
+def check_config(config: RobotConfig, *, resolver: ConnectorResolver | None = None) -> CheckedConfig:
+    """The same for a configuration made in Python. Raises :class:`ConfigError`; problems have paths but no lines."""
+    tree = {"connectors": [connector.model_dump(mode="python") for connector in config.connectors]}
+    document = YamlDocument(tree)
+    checker = _Checker(document, resolver or ConnectorResolver())
+    connectors = checker.connectors(config)
+    if checker.problems:
+        raise ConfigError(checker.problems)
+    return CheckedConfig(config, tuple(connectors), document, hints_of(config, connectors, document))
+
+
+def validate_document(document: YamlDocument, resolver: ConnectorResolver | None = None) -> Validation:
+    """Check what :func:`read_yaml` read."""
+    checker = _Checker(document, resolver or ConnectorResolver())
+    config = checker.structure()
+    connectors = checker.connectors(config)
+    problems = tuple(sorted([*document.problems, *checker.problems], key=lambda one: one.line or 0))
+    checked, hints = None, tuple[Problem, ...]()
+    if config is not None:
+        hints = hints_of(config, connectors, document)
+    if config is not None and not problems and not document.unknown:
+        checked = CheckedConfig(config, tuple(connectors), document, hints)
+    known = tuple(one for one in connectors if not _is_unknown(one.place, document))
+    return Validation(problems, hints, checked, document, known)
+
+
+def _is_unknown(place: Place, document: YamlDocument) -> bool:
+    """Whether a value at or below ``place`` depends on a missing variable or file."""
+    return any(one[: len(place)] == place for one in document.unknown)
+
+
+class _Checker:
+    """One pass over a document; collects :attr:`problems`."""
+
+    def __init__(self, document: YamlDocument, resolver: ConnectorResolver) -> None:
+        self._document = document
+        self._resolver = resolver
+        self.problems: list[Problem] = []
+
+    def structure(self) -> RobotConfig | None:
+        config, problems = validated(RobotConfig, self._document.tree, self._document, (), self._where_it_belongs)
+        self.problems += problems
+        return config
+
+    def connectors(self, config: RobotConfig | None) -> list[CheckedConnector]:
+        """Check each connector that can be checked, also beside mistakes elsewhere in the file."""
+        self._unique_labels()
+        checked = []
+        for index, raw in enumerate(self._raw_connectors()):
+            one = self._connector(("connectors", index), raw, config.connectors[index] if config else None)
+            if one is not None:
+                checked.append(one)
+        return checked
+
+    def _raw_connectors(self) -> list[Any]:
+        connectors = self._document.tree.get("connectors")
+        return connectors if isinstance(connectors, list) else []
+
+    def _unique_labels(self) -> None:
+        first: dict[str, int] = {}
+        for index, raw in enumerate(self._raw_connectors()):
+            label = raw.get("label") if isinstance(raw, dict) else None
+            place = ("connectors", index, "label")
+            if label is None or place in self._document.unknown:
+                continue
+            earlier = first.setdefault(str(label), index)
+            if earlier != index:
+                mark = self._document.marks.get(("connectors", earlier, "label"))
+                where = f"connectors[{earlier}]" + (f", line {mark.line}" if mark else "")
+                message, code = f"the label '{label}' is taken by {where}", "config.duplicate_label"
+                self.problems.append(self._document.problem(place, message, code=code, cure="choose another"))
+
+    def _connector(self, place: Place, raw: Any, config: ConnectorConfig | None) -> CheckedConnector | None:
+        kind = raw.get("type") if isinstance(raw, dict) else None
+        if not isinstance(kind, str) or (*place, "type") in self._document.unknown:
+            return None
+        try:
+            installed = self._resolver.find(kind)
+            configurer = self._resolver.resolve(kind)
+        except MosaicError as error:
+            where = (*place, "type")
+            self.problems.append(self._document.problem(where, error.message, code=error.code, cure=error.cure))
+            return None
+        params = self._part(configurer.params_model, raw, (*place, "params"))
+        safety = self._part(configurer.safety_model, raw, (*place, "safety"))
+        if config is None:
+            # The robot's own part has a mistake or depends on what only the robot knows; this connector may be fine.
+            config, _already_reported = validated(ConnectorConfig, raw, self._document, place)
+        if config is None or params is None or safety is None:
+            return None
+        return CheckedConnector(config, configurer, params, safety, installed, place)
+
+    def _part(self, model: type[Any], raw: dict[str, Any], place: Place) -> Any:
+        key = str(place[-1])
+        data = raw.get(key)
+        if data is not None and not isinstance(data, dict):
+            return None  # the structure's mistake, and already reported as such
+        value, problems = validated(model, data or {}, self._document, place)
+        self.problems += problems
+        return value
+
+    def _where_it_belongs(self, place: Place) -> str:
+        """Old files put a connector's params beside its label, and the token beside the robot's id."""
+        key = str(place[-1])
+        if place[:-1] in (("server", "auth"), ("server", "auth_config")) and key in AuthParams.model_fields:
+            return f"write it as server.auth.params.{key}"
+        if len(place) == 3 and place[0] == "connectors" and key not in ConnectorConfig.model_fields:
+            with contextlib.suppress(MosaicError):
+                kind = self._raw_connectors()[int(place[1])].get("type")
+                if key in known_keys(self._resolver.resolve(str(kind)).params_model, ()):
+                    return f"write it as params.{key}"
+        return ""

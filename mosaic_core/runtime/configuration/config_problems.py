@@ -1,0 +1,243 @@
+"""What pydantic found, in the words of the person who wrote the file: place, expectation, nearest name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeVar, get_args
+
+from pydantic import AliasChoices, BaseModel, SecretStr, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from mosaic_core.runtime.configuration.resolver import nearest
+from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
+from mosaic_core.words.errors import Problem
+
+M = TypeVar("M", bound=BaseModel)
+
+_QUOTED = re.compile(r"'([^']*)'")
+_WANTS_TEXT = ("string_type", "path_type", "bytes_type")
+_SECRET_KEYS = frozenset({"token", "credential", "password", "secret", "api_key"})
+
+_EXPLAINED = ("value_error", "assertion_error")
+"""A validator's own words, which name the value themselves."""
+_PATTERNS = {  # by key, or by the pattern itself where plugins may have keys of that name
+    "label": "letters, digits and _.:/- (at most 64, a letter or digit first; names starting with '_' are reserved)",
+    "ws_url": "a URL without a path such as wss://mosaic.example.org",
+    r"^[a-z][a-z0-9_-]{0,31}$": "a name of small letters, digits, - and _ (at most 32, a letter first) such as arm",
+    r"^[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z0-9_-]+)*$": "the dotted path of a number in the message, such as linear.x",
+}
+_EXPECTED = {
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "finite_number": "a finite number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "string_type": "text",
+    "dict_type": "a mapping of keys to values",
+    "model_type": "a mapping of keys to values",
+    "model_attributes_type": "a mapping of keys to values",
+    "tuple_type": "a list",
+    "list_type": "a list",
+    "uuid_parsing": "a UUID such as 7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11",
+    "uuid_type": "a UUID such as 7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11",
+    "greater_than": "a number > {gt}",
+    "greater_than_equal": "a number ≥ {ge}",
+    "less_than": "a number < {lt}",
+    "less_than_equal": "a number ≤ {le}",
+    "multiple_of": "a multiple of {multiple_of}",
+    "string_too_short": "at least {min_length} characters",
+    "string_too_long": "at most {max_length} characters",
+    "too_short": "at least {min_length} items",
+    "too_long": "at most {max_length} items",
+}
+
+
+def validated(
+    model: type[M],
+    data: Any,
+    document: YamlDocument,
+    base: Place,
+    where_it_belongs: Callable[[Place], str] = lambda _place: "",
+) -> tuple[M | None, list[Problem]]:
+    """``data``, which stands at ``base`` in the document, as ``model``; or ``None`` and every mistake.
+
+    Where the model wants text and YAML saw a number, a date or a boolean, the text of the file counts.
+    Mistakes in values that depend on a missing environment variable are not reported: nobody knows the value.
+    ``where_it_belongs`` may know a cure for a key in a place where it isn't taken.
+    """
+    try:
+        return model.model_validate(data), []
+    except ValidationError as error:
+        mistakes = error.errors(include_url=False)
+    texts = {place: document.texts[place] for place in _meant_as_text(mistakes, document, base)}
+    if texts:
+        for place, text in texts.items():
+            data = _replaced(data, place[len(base) :], text)
+        try:
+            return model.model_validate(data), []
+        except ValidationError as error:
+            mistakes = error.errors(include_url=False)
+    problems = []
+    for mistake, word in _told_once(mistakes):
+        place = real_place(mistake["loc"], document, base)
+        if any(place[:length] in document.unknown for length in range(len(place) + 1)):
+            continue
+        if mistake["type"] == "extra_forbidden":
+            cure = where_it_belongs(place) or _nearest_key(mistake["loc"], model)
+            problems.append(document.problem(place, f"unknown key '{place[-1]}'", cure=cure))
+        else:
+            problems.append(_problem(mistake, place, model, document, word))
+    return None, problems
+
+
+def _told_once(mistakes: Sequence[ErrorDetails]) -> Iterator[tuple[ErrorDetails, str]]:
+    """Each mistake, and the word (``'off'``) that could stand in its place: where a value or a word is taken, pydantic
+    complains once about either."""
+    words = {one["loc"][:-1]: one for one in mistakes if "".join(map(str, one["loc"][-1:])).startswith("literal[")}
+    words = {loc: one for loc, one in words.items() if any(_is_beside(other, one) for other in mistakes)}
+    for one in mistakes:
+        if one not in words.values():
+            word = words.get(one["loc"][:-1])
+            yield one, "" if word is None else str(word.get("ctx", {}).get("expected", ""))
+
+
+def _is_beside(other: ErrorDetails, one: ErrorDetails) -> bool:
+    """Whether ``other`` is another opinion on the value that ``one`` speaks of, or on something in it."""
+    loc = one["loc"]
+    return len(other["loc"]) >= len(loc) and other["loc"][: len(loc) - 1] == loc[:-1] and other["loc"] != loc
+
+
+def _meant_as_text(mistakes: list[ErrorDetails], document: YamlDocument, base: Place) -> Iterator[Place]:
+    for mistake in mistakes:
+        place = real_place(mistake["loc"], document, base)
+        if mistake["type"] in _WANTS_TEXT and place in document.texts and mistake["input"] is not None:
+            yield place
+
+
+def _replaced(data: Any, place: Place, value: Any) -> Any:
+    """A copy of ``data`` with ``value`` at ``place``."""
+    if not place:
+        return value
+    key, rest = place[0], place[1:]
+    if isinstance(data, dict):
+        return {**data, key: _replaced(data[key], rest, value)}
+    assert isinstance(key, int)
+    return [*data[:key], _replaced(data[key], rest, value), *data[key + 1 :]]
+
+
+def real_place(loc: tuple[int | str, ...], document: YamlDocument, base: Place) -> Place:
+    """Pydantic's location as a place of the file; names of union members, which the file lacks, are left out."""
+    place = base
+    for part in loc:
+        if document.has((*place, part)):
+            place = (*place, part)
+    return place
+
+
+def _problem(mistake: ErrorDetails, place: Place, model: type[BaseModel], document: YamlDocument, word: str) -> Problem:
+    loc = mistake["loc"]
+    if mistake["type"] == "missing":
+        return document.problem((*place, loc[-1]), f"'{loc[-1]}' is missing", cure=_description(model, loc))
+    message, cure = _expectation(mistake, str(place[-1]) if place else "")
+    if word and mistake["type"] in _EXPECTED:
+        guess = nearest(str(mistake["input"]), _QUOTED.findall(word))
+        message, cure = f"{message} or {word}", f"did you mean '{guess}'?" if guess else cure
+    if mistake["type"] == "literal_error" and not cure:
+        cure = _description(model, loc)
+    got = "" if mistake["type"] in _EXPLAINED else _shown(mistake["input"], place, document)
+    return document.problem(place, message + got, cure=cure)
+
+
+def _expectation(mistake: ErrorDetails, key: str) -> tuple[str, str]:
+    kind = mistake["type"]
+    context = {name: f"{one:g}" if isinstance(one, float) else one for name, one in mistake.get("ctx", {}).items()}
+    if kind in ("literal_error", "enum"):
+        known = _QUOTED.findall(str(context.get("expected", "")))
+        guess = nearest(str(mistake["input"]), known)
+        return f"expected {context.get('expected')}", f"did you mean '{guess}'?" if guess else ""
+    for known_as in (key, str(context.get("pattern"))):
+        if kind == "string_pattern_mismatch" and known_as in _PATTERNS:
+            return f"expected {_PATTERNS[known_as]}", ""
+    if kind in _EXPLAINED:
+        return str(context.get("error", mistake["msg"])), ""
+    if kind in _EXPECTED:
+        return f"expected {_EXPECTED[kind].format(**context)}", ""
+    return mistake["msg"][:1].lower() + mistake["msg"][1:], ""
+
+
+def _shown(value: Any, place: Place, document: YamlDocument) -> str:
+    is_secret = place in document.secret or (place and str(place[-1]) in _SECRET_KEYS) or isinstance(value, SecretStr)
+    if is_secret or not isinstance(value, str | int | float | bool | None):
+        return "" if is_secret or isinstance(value, dict) else f", got {_noun(value)}"
+    text = _as_yaml(value)
+    return f", got {text}" if len(text) <= 80 else f", got {text[:77]}…"
+
+
+def _as_yaml(value: str | float | bool | None) -> str:
+    if value is None:
+        return "nothing"
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def _noun(value: Any) -> str:
+    return "a list" if isinstance(value, list | tuple) else type(value).__name__
+
+
+def _nearest_key(loc: tuple[int | str, ...], model: type[BaseModel]) -> str:
+    known = known_keys(model, loc[:-1])
+    guess = nearest(str(loc[-1]), known)
+    if guess:
+        return f"did you mean '{guess}'?"
+    return f"known: {', '.join(known)}" if known else "no keys are known here"
+
+
+def known_keys(model: type[BaseModel], loc: tuple[int | str, ...]) -> list[str]:
+    """The keys that the model at ``loc`` below ``model`` takes."""
+    return [name for one in _models_at(model, loc) for name in _names(one)]
+
+
+def _names(model: type[BaseModel]) -> Iterator[str]:
+    for name, info in model.model_fields.items():
+        alias = info.validation_alias
+        yield str(alias.choices[0]) if isinstance(alias, AliasChoices) else str(alias or name)
+
+
+def _models_at(model: type[BaseModel], loc: tuple[int | str, ...]) -> list[type[BaseModel]]:
+    """Follow ``loc`` through fields, lists and unions; parts that name no field stay where they are."""
+    here = [model]
+    for part in loc:
+        deeper = [
+            inner
+            for one in here
+            for name, info in one.model_fields.items()
+            if part == name
+            or (isinstance(info.validation_alias, AliasChoices) and part in info.validation_alias.choices)
+            for inner in _models_in(info.annotation)
+        ]
+        here = deeper or here
+    return here
+
+
+def _aliases(info: FieldInfo) -> Sequence[object]:
+    alias = info.validation_alias
+    return alias.choices if isinstance(alias, AliasChoices) else [alias]
+
+
+def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _models_in(argument)
+
+
+def _description(model: type[BaseModel], loc: tuple[int | str, ...]) -> str:
+    for one in _models_at(model, loc[:-1]):
+        info = one.model_fields.get(str(loc[-1]))
+        if info is not None and info.description:
+            return info.description
+    return ""

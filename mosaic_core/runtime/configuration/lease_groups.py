@@ -1,0 +1,58 @@
+"""Which connectors one lease covers: a misspelt resource is a lease of its own, and looks harmless."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import combinations
+
+from mosaic_core.runtime.configuration.catalogue_entry import receivers
+from mosaic_core.runtime.configuration.connector import Connector
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
+from mosaic_core.words.errors import Problem
+
+_PARTS = re.compile(r"[-_]|\d+")
+
+
+def lease_groups(connectors: Iterable[Connector]) -> dict[str, tuple[str, ...]]:
+    """Resource → the labels of the connectors that its holder commands, in the order of the file."""
+    groups: dict[str, tuple[str, ...]] = {}
+    for connector in connectors:
+        safeties = [ReceiverSafety.of(connector.safety, one) for one in receivers(connector.handlers)]
+        for resource in dict.fromkeys(safety.resource for safety in safeties if safety.resource is not None):
+            groups[resource] = (*groups.get(resource, ()), connector.config.label)
+    return groups
+
+
+def lookalikes(
+    groups: Mapping[str, Sequence[str]], places: Mapping[str, Place], document: YamlDocument
+) -> Iterator[Problem]:
+    """A hint for every two resources that are probably meant to be one. ``places``: by connector label."""
+    for one, other in combinations(groups, 2):
+        if is_probably(one, other):
+            first, second = groups[one][0], groups[other][0]
+            message = (
+                f"'{other}' (of connector '{second}') and '{one}' (of '{first}') are two leases, which two people may"
+                " hold at once"
+            )
+            place = (*places[second], "safety", "resource")
+            yield document.problem(place, message, cure=f"did you mean '{one}'? Then write it alike in both")
+
+
+def is_probably(one: str, other: str) -> bool:
+    """Whether two names differ by one slip of the finger, and not by a number or a letter that tells two alike apart
+    (``arm_1`` and ``arm_2``, ``arm_l`` and ``arm_r``)."""
+    if re.sub("[-_]", "", one) == re.sub("[-_]", "", other):
+        return True
+    parts, others = _PARTS.split(one), _PARTS.split(other)
+    if len(parts) == len(others) and all(a == b or len(a) == len(b) == 1 for a, b in zip(parts, others, strict=True)):
+        return False
+    if len(one) == len(other):
+        wrong = [at for at, (a, b) in enumerate(zip(one, other, strict=True)) if a != b]
+        if len(wrong) == 1:
+            return True
+        is_swap = len(wrong) == 2 and wrong[1] == wrong[0] + 1
+        return is_swap and one[wrong[0] :][:2] == other[wrong[0] :][:2][::-1]
+    longer, shorter = (one, other) if len(one) > len(other) else (other, one)
+    return any(longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer)))

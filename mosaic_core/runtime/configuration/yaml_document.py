@@ -1,0 +1,246 @@
+"""A YAML file as plain values that remember their lines.
+
+Safe YAML only, and less than all of it: one document, string keys, no duplicate keys, no custom tags, bounded size,
+depth and alias expansion. What is wrong is collected in :attr:`YamlDocument.problems`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import yaml
+
+from mosaic_core.runtime.configuration.config_env import MASK_CHARACTERS, filled, masked, unmasked
+from mosaic_core.words.errors import ConfigError, Problem
+
+Place: TypeAlias = tuple[str | int, ...]
+"""Where a value stands: ``("connectors", 2, "params", "fps")``."""
+
+MAX_FILE_BYTES = 256 * 1024
+"""A robot with 100 connectors needs 20 KB; the parser takes about a second for this much."""
+MAX_VALUES = 20_000
+"""Values after aliases are expanded: nine lines of anchors can mean 10^9 ("billion laughs")."""
+MAX_DEPTH = 50
+
+_TAG = "tag:yaml.org,2002:"
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Lines and columns count from 1. ``line`` is that of the key where there is one."""
+
+    line: int
+    column: int
+
+
+def spelled(place: Place) -> str:
+    """``connectors[2].params.fps``."""
+    text = ""
+    for part in place:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+    return text
+
+
+@dataclass(slots=True)
+class YamlDocument:
+    """Plain values, and by their place what the file knew about them."""
+
+    tree: Any
+    file: str = ""
+    lines: Sequence[str] = ()
+    marks: dict[Place, Mark] = field(default_factory=dict)
+    texts: dict[Place, str] = field(default_factory=dict)
+    """Each scalar as it was written (references filled in): what a string means where YAML 1.1 saw a number."""
+    unknown: set[Place] = field(default_factory=set)
+    """Values with a missing environment variable or file."""
+    secret: set[Place] = field(default_factory=set)
+    """Values that came from the environment or a file: never quoted in a message."""
+    problems: list[Problem] = field(default_factory=list)
+
+    def has(self, place: Place) -> bool:
+        """Whether a value stands at ``place``."""
+        value: Any = self.tree
+        for part in place:
+            is_item = isinstance(value, list | tuple) and isinstance(part, int) and -1 < part < len(value)
+            if not is_item and not (isinstance(value, dict) and part in value):
+                return False
+            value = value[part]
+        return True
+
+    def problem(self, place: Place, message: str, *, code: str = "config.invalid", cure: str = "") -> Problem:
+        """A problem at ``place``, or with the line of the nearest thing around it that the file has."""
+        around = place
+        while around and around not in self.marks:
+            around = around[:-1]
+        mark = self.marks.get(around)
+        return Problem(message, code, self.file, mark.line if mark else None, spelled(place), cure)
+
+
+def read_yaml(path: Path, environ: Mapping[str, str]) -> YamlDocument:
+    """Read ``path``. Raises :class:`ConfigError` where nothing can be made of the file; smaller mistakes are in
+    the document's ``problems``."""
+    return parse_yaml(_text_of(path), str(path), environ)
+
+
+def _text_of(path: Path) -> str:
+    file = str(path)
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(MAX_FILE_BYTES + 1)
+    except (OSError, ValueError) as error:
+        cause = (error.strerror if isinstance(error, OSError) else str(error)) or type(error).__name__
+        cure = "`mosaic config init` writes one" if isinstance(error, FileNotFoundError) else ""
+        problem = Problem(f"can't be read: {cause}", "config.unreadable", file, cure=cure)
+        raise ConfigError([problem]) from error
+    if len(content) > MAX_FILE_BYTES:
+        raise ConfigError([Problem(f"larger than {MAX_FILE_BYTES // 1024} KiB", "config.unreadable", file)])
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ConfigError([Problem("is not UTF-8 text", "config.syntax", file, line)]) from error
+
+
+def parse_yaml(text: str, file: str, environ: Mapping[str, str]) -> YamlDocument:
+    """The same for text that is already read."""
+    stray = MASK_CHARACTERS.search(text)
+    if stray:
+        line = text.count("\n", 0, stray.start()) + 1
+        raise ConfigError([Problem(f"character U+{ord(stray[0]):04X} is not allowed", "config.syntax", file, line)])
+    try:
+        loader = yaml.SafeLoader(masked(text))
+        node = loader.get_single_node()
+    except yaml.YAMLError as error:
+        raise ConfigError([_syntax_problem(error, file, text)]) from error
+    except RecursionError as error:
+        raise ConfigError([Problem("nested too deeply", "config.syntax", file)]) from error
+    document = YamlDocument(None, file, text.splitlines())
+    if node is None:
+        problem = Problem("is empty", "config.syntax", file, cure="`mosaic config init` writes a file to start from")
+        raise ConfigError([problem])
+    if not isinstance(node, yaml.MappingNode):
+        cure = "write `server:` and `connectors:`"
+        raise ConfigError([Problem("must be a mapping of keys to values", "config.syntax", file, 1, cure=cure)])
+    _Builder(loader, document, environ).build_root(node)
+    return document
+
+
+def _syntax_problem(error: yaml.YAMLError, file: str, text: str) -> Problem:
+    mark = getattr(error, "problem_mark", None)
+    if isinstance(error, yaml.reader.ReaderError):
+        line = text.count("\n", 0, error.position) + 1
+        message = f"character U+{int(error.character):04X} is not allowed"
+        return Problem(message, "config.syntax", file, line, cure="is this a text file?")
+    message = unmasked(getattr(error, "problem", None) or str(error))
+    cure = "indent with spaces, never with tabs" if "'\\t'" in message else ""
+    if "expected a single document" in (getattr(error, "context", None) or ""):
+        message, cure = "holds more than one document", "remove the '---' in the middle"
+    return Problem(f"not valid YAML: {message}", "config.syntax", file, mark.line + 1 if mark else None, cure=cure)
+
+
+class _Builder:
+    """Turns YAML nodes into plain values."""
+
+    def __init__(self, loader: yaml.SafeLoader, document: YamlDocument, environ: Mapping[str, str]) -> None:
+        self._loader = loader
+        self._document = document
+        self._environ = environ
+        self._values = 0
+
+    def build_root(self, node: yaml.Node) -> None:
+        self._document.tree = self._build(node, ())
+
+    def _build(self, node: yaml.Node, place: Place) -> Any:
+        self._values += 1
+        if self._values > MAX_VALUES or len(place) > MAX_DEPTH:
+            message = f"more than {MAX_VALUES} values" if self._values > MAX_VALUES else "nested too deeply"
+            problem = self._document.problem(place, message, code="config.syntax", cure="do aliases (*name) multiply?")
+            raise ConfigError([problem])
+        self._document.marks.setdefault(place, _mark(node))
+        if isinstance(node, yaml.MappingNode):
+            return self._mapping(node, place)
+        if isinstance(node, yaml.SequenceNode):
+            self._refuse_tag(node, place, "seq")
+            return [self._build(item, (*place, index)) for index, item in enumerate(node.value)]
+        assert isinstance(node, yaml.ScalarNode)
+        return self._scalar(node, place)
+
+    def _mapping(self, node: yaml.MappingNode, place: Place) -> dict[str, Any]:
+        self._refuse_tag(node, place, "map")
+        document, result = self._document, dict[str, Any]()
+        merged: list[yaml.Node] = []
+        for key_node, value_node in node.value:
+            if key_node.tag == f"{_TAG}merge":
+                merged += value_node.value if isinstance(value_node, yaml.SequenceNode) else [value_node]
+                continue
+            if not isinstance(key_node, yaml.ScalarNode):
+                document.problems.append(document.problem(place, "keys must be plain words", code="config.syntax"))
+                continue
+            key = unmasked(key_node.value)
+            where = (*place, key)
+            if key in result:
+                first, again = document.marks[where].line, key_node.start_mark.line + 1
+                problem = Problem(
+                    f"'{key}' stands here twice, first in line {first}", "config.syntax", document.file, again,
+                    spelled(where), "remove one",
+                )  # fmt: skip
+                document.problems.append(problem)
+                continue
+            document.marks[where] = _mark(key_node)
+            result[key] = self._build(value_node, where)
+        for source in merged:
+            self._merge(source, place, result)
+        return result
+
+    def _merge(self, source: yaml.Node, place: Place, result: dict[str, Any]) -> None:
+        """``<<: *base``: keys that are written out win."""
+        if not isinstance(source, yaml.MappingNode):
+            self._document.problems.append(self._document.problem(place, "'<<' takes mappings", code="config.syntax"))
+            return
+        fresh = [pair for pair in source.value if unmasked(str(pair[0].value)) not in result]
+        result.update(self._mapping(yaml.MappingNode(source.tag, fresh, source.start_mark, source.end_mark), place))
+
+    def _scalar(self, node: yaml.ScalarNode, place: Place) -> Any:
+        document = self._document
+        text = unmasked(node.value)
+        value = filled(text, self._environ)
+        document.texts[place] = value.text
+        if value.is_filled:
+            document.secret.add(place)
+            document.problems += [document.problem(place, message) for message in value.mistakes]
+            if value.missing:
+                document.unknown.add(place)
+                code = "config.missing_env"
+                document.problems += [document.problem(place, message, code=code) for message in value.missing]
+            return value.text
+        return self._typed(node, text, place)
+
+    def _typed(self, node: yaml.ScalarNode, text: str, place: Place) -> Any:
+        kind = node.tag.removeprefix(_TAG)
+        if kind in ("str", "timestamp"):
+            return text
+        if kind == "null":
+            return None
+        try:
+            if kind == "int":
+                return self._loader.construct_yaml_int(node)
+            if kind == "float":
+                return self._loader.construct_yaml_float(node)
+            if kind == "bool":
+                return self._loader.construct_yaml_bool(node)
+        except (ValueError, KeyError, IndexError):
+            return text
+        self._refuse_tag(node, place, "str")
+        return text
+
+    def _refuse_tag(self, node: yaml.Node, place: Place, expected: str) -> None:
+        if node.tag != f"{_TAG}{expected}":
+            problem = self._document.problem(place, f"the tag {node.tag} is not supported", code="config.syntax")
+            self._document.problems.append(problem)
+
+
+def _mark(node: yaml.Node) -> Mark:
+    return Mark(node.start_mark.line + 1, node.start_mark.column + 1)

@@ -1,0 +1,89 @@
+"""Pings every operator who can be measured, and tells whoever commands how its speed is being limited."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Iterable, Mapping
+from typing import Protocol
+
+from mosaic_core.machines.commands.slow_down import REPORT_PERIOD_S, LimitReport
+from mosaic_core.runtime.commands.link_watch import LinkWatch
+from mosaic_core.runtime.control.control_words import safety_limit
+from mosaic_core.runtime.handlers.routes import Route
+from mosaic_core.words.control import SafetyLimit
+
+_TICK_S = 0.1
+"""Between two pings of a peer: a single lost one makes the link look this much slower."""
+_TICKS_PER_FLUSH = 5
+_TICKS_PER_REPORT = round(REPORT_PERIOD_S / _TICK_S)
+
+
+class ReportListener(Protocol):
+    """Who carries it out; on the event loop."""
+
+    def ping_all(self) -> None: ...
+    def limited(self, peer_id: str, limit: SafetyLimit) -> None: ...
+    def time_passed(self, now_s: float) -> None: ...
+
+
+class LinkReports:
+    """Event loop only. Runs while somebody is there to be measured. ``commander``: whose commands a receiver takes."""
+
+    def __init__(
+        self,
+        links: LinkWatch,
+        routes: Iterable[Route],
+        commander: Callable[[Route], str | None],
+        listener: ReportListener,
+    ) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._links = links
+        self._routes = tuple(route for route in routes if route.safety.is_slowed)
+        self._commander = commander
+        self._listener = listener
+        self._reports: dict[str, tuple[str, LimitReport]] = {}
+        self._factors: dict[str, float] = {}
+        self._ticks = 0
+        self._timer: asyncio.TimerHandle | None = None
+        links.added = self._wake
+
+    @property
+    def factors(self) -> Mapping[str, float]:
+        """What is left of the speed, by label, where somebody commands."""
+        return self._factors
+
+    def close(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def _wake(self) -> None:
+        if self._timer is None:
+            self._ticks = -1
+            self._timer = self._loop.call_later(_TICK_S, self._tick)
+
+    def _tick(self) -> None:
+        self._timer = self._loop.call_later(_TICK_S, self._tick) if self._links.peer_ids else None
+        self._ticks += 1
+        self._listener.ping_all()
+        if self._ticks % _TICKS_PER_FLUSH == 0:
+            self._listener.time_passed(time.monotonic())
+        if self._ticks % _TICKS_PER_REPORT == 0:
+            for route in self._routes:
+                self._report(route)
+
+    def _report(self, route: Route) -> None:
+        label, peer_id = route.label, self._commander(route)
+        link = self._links.get(peer_id) if peer_id is not None else None
+        if peer_id is None or link is None:
+            self._reports.pop(label, None)
+            self._factors.pop(label, None)
+            return
+        known_id, report = self._reports.get(label, ("", None))
+        if report is None or known_id != peer_id:
+            report = LimitReport()
+            self._reports[label] = (peer_id, report)
+        factor, causes = link.speed(route.safety.curves)
+        self._factors[label] = factor
+        if report.is_due(factor, causes, time.monotonic()):
+            self._listener.limited(peer_id, safety_limit(label, factor, causes))

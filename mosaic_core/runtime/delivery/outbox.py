@@ -1,0 +1,239 @@
+"""From the handlers to the peers: who listens to which channel, what late joiners get, how much may go out, and the way
+to the event loop.
+
+``post`` runs on the handler's thread and never blocks: it looks at snapshots that the loop replaces as a whole.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from mosaic_core.contract.host import Loss, Outgoing
+from mosaic_core.machines.delivery.delivery_terms import DeliveryTerms
+from mosaic_core.machines.delivery.framing import MAX_MESSAGE_BYTES
+from mosaic_core.machines.delivery.send_scheduler import Offered
+from mosaic_core.machines.delivery.thinning import Thinner
+from mosaic_core.machines.timing.complaint_pace import ComplaintPace
+from mosaic_core.machines.timing.rate_gate import RateGate
+from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.threads.handover import Handover
+
+logger = logging.getLogger(__name__)
+
+
+_MAX_PENDING_BYTES = 64 * 1024 * 1024
+"""What handlers may have waiting for an event loop that stands still."""
+
+_MAX_SUCCESSORS = 64
+"""Peers whose session went on with another one, and who may still be answered."""
+
+
+class Listener(Protocol):
+    """A peer that has channels open. One that refuses says ``has_room`` to the outbox when it takes messages again."""
+
+    def deliver(self, message: Outgoing) -> Offered: ...
+
+    def waiting(self, channel: str) -> tuple[int, int]:
+        """``(messages, bytes)`` that wait to go out there."""
+        ...
+
+
+@dataclass(slots=True)
+class _Channel:
+    terms: DeliveryTerms
+    counters: ConnectorCounters
+    listeners: Mapping[str, Listener] = field(default_factory=dict)
+    full: frozenset[str] = frozenset()
+    """The peers that refused a message and have not said that they take more."""
+    latched: Outgoing | None = None
+    gate: RateGate | None = None
+    thinner: Thinner[Outgoing] | None = None
+    timer: asyncio.TimerHandle | None = None
+
+    def hearing(self, to: str | None) -> tuple[str, ...]:
+        """The peers that a message is for."""
+        return tuple(self.listeners) if to is None else (to,) if to in self.listeners else ()
+
+
+class Outbox:
+    """Of one robot. ``listened``: told on the loop when a channel gets its first or loses its last listener."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, listened: Callable[[str, bool], None]) -> None:
+        self._loop = loop
+        self._handover: Handover[Outgoing] = Handover(loop, self._arrived)
+        self._listened = listened
+        self._channels: dict[str, _Channel] = {}
+        self._lock = threading.Lock()
+        """Around what is counted or paced on the handlers' threads."""
+        self._complaints = ComplaintPace()
+        self._successors: dict[str, str] = {}
+
+    def add_channel(self, channel: str, terms: DeliveryTerms, counters: ConnectorCounters) -> None:
+        """A channel of a connector that sends."""
+        self._channels[channel] = known = _Channel(terms, counters)
+        if terms.max_rate_hz is not None and terms.limits.newest_wins:
+            known.thinner = Thinner(terms.max_rate_hz)
+        elif terms.max_rate_hz is not None:
+            known.gate = RateGate(terms.max_rate_hz)
+
+    def post(self, message: Outgoing) -> bool:
+        """Any thread. ``False``: nobody listens, or the message is too large, too soon, or every listener's queue is
+        full; then it goes nowhere. What nobody hears is kept for the first who comes, if the channel latches."""
+        channel = self._channels.get(message.channel)
+        if channel is None or not self._fits(channel, message):
+            return False
+        hearing, full = self._hearing(channel, message), channel.full
+        if hearing and full and full.issuperset(hearing):
+            return self._dropped(channel)
+        if channel.gate is not None and message.to is None and not self._admitted(channel, channel.gate):
+            return False
+        too_much = len(self._handover) * message.size_bytes > _MAX_PENDING_BYTES
+        if too_much or not self._handover.put(message):
+            return self._dropped(channel)
+        return bool(hearing)
+
+    def _hearing(self, channel: _Channel, message: Outgoing) -> tuple[str, ...]:
+        """An answer to somebody whose session goes on with another peer is meant for that one."""
+        to = message.to
+        return channel.hearing(to if to is None else self._successors.get(to, to))
+
+    def _fits(self, channel: _Channel, message: Outgoing) -> bool:
+        size_bytes = len(message.payload)
+        if message.followers:
+            size_bytes = max(size_bytes, *map(len, message.followers))
+        if size_bytes <= MAX_MESSAGE_BYTES:
+            return True
+        with self._lock:
+            channel.counters.lose("too_large")
+            is_due = self._complaints.is_due(message.channel, time.monotonic())
+        if is_due:
+            fields = {"label": message.channel, "code": "channel.too_large"}
+            logger.error("%r: a message of %d bytes is too large to send", message.channel, size_bytes, extra=fields)
+        return False
+
+    def _dropped(self, channel: _Channel) -> bool:
+        with self._lock:
+            channel.counters.lose("dropped")
+        return False
+
+    def _admitted(self, channel: _Channel, gate: RateGate) -> bool:
+        with self._lock:
+            admitted = gate.admits(time.monotonic())
+            channel.counters.thinned += not admitted
+        return admitted
+
+    def is_heard(self, channel: str) -> bool:
+        """Any thread."""
+        known = self._channels.get(channel)
+        return known is not None and bool(known.listeners)
+
+    # -- on the event loop ---------------------------------------------------------------------------------------
+
+    def join(self, channel: str, peer_id: str, listener: Listener) -> Outgoing | None:
+        """A peer opened the channel; the value it gets at once, if there is one."""
+        known = self._channels.get(channel)
+        if known is None:
+            return None
+        is_first = not known.listeners
+        known.listeners = {**known.listeners, peer_id: listener}
+        if is_first:
+            self._listened(channel, True)
+        return known.latched
+
+    def leave(self, channel: str, peer_id: str) -> None:
+        known = self._channels.get(channel)
+        if known is None or peer_id not in known.listeners:
+            return
+        known.listeners = {key: value for key, value in known.listeners.items() if key != peer_id}
+        known.full -= {peer_id}
+        if not known.listeners:
+            self._listened(channel, False)
+
+    def hand_over(self, channel: str, peer_id: str, successor_id: str) -> None:
+        """The session of a peer goes on with another one, and so does its channel."""
+        known = self._channels.get(channel)
+        if known is not None and peer_id in known.listeners:
+            known.listeners = {successor_id if one == peer_id else one: who for one, who in known.listeners.items()}
+            known.full -= {peer_id}
+
+    def succeed(self, peer_id: str, successor_id: str) -> None:
+        """What still answers ``peer_id`` is meant for its successor."""
+        kept = list(self._successors.items())[-_MAX_SUCCESSORS:]
+        older = {old: successor_id if new == peer_id else new for old, new in kept}
+        self._successors = {**older, peer_id: successor_id}
+
+    def has_room(self, channel: str, peer_id: str) -> None:
+        """The peer's queue has drained: its sender may go on."""
+        known = self._channels.get(channel)
+        if known is not None:
+            known.full -= {peer_id}
+
+    def left_out(self, channel: str, reason: Loss, messages: int) -> None:
+        """Messages that a listener took, and left out after all."""
+        known = self._channels.get(channel)
+        if known is not None:
+            with self._lock:
+                known.counters.lose(reason, messages)
+
+    def listeners(self, channel: str) -> int:
+        known = self._channels.get(channel)
+        return len(known.listeners) if known is not None else 0
+
+    def waiting(self, channel: str) -> tuple[int, int]:
+        """``(messages, bytes)`` in the longest queue of any peer."""
+        known = self._channels.get(channel)
+        queues = [listener.waiting(channel) for listener in known.listeners.values()] if known is not None else []
+        return max(queues, default=(0, 0))
+
+    def _arrived(self, message: Outgoing) -> None:
+        channel = self._channels[message.channel]
+        if channel.thinner is None or message.to is not None:  # an answer to one is not a value among others
+            self._distribute(channel, message)
+            return
+        before = channel.thinner.thinned
+        now = channel.thinner.offer(message, self._loop.time())
+        channel.counters.thinned += channel.thinner.thinned - before
+        if now is not None:
+            self._distribute(channel, now)
+        elif channel.timer is None and channel.thinner.due_at_s is not None:
+            channel.timer = self._loop.call_at(channel.thinner.due_at_s, self._due, channel)
+
+    def _due(self, channel: _Channel) -> None:
+        channel.timer = None
+        assert channel.thinner is not None
+        message = channel.thinner.due(self._loop.time())
+        if message is not None:
+            self._distribute(channel, message)
+        elif channel.thinner.due_at_s is not None:  # another one went out meanwhile, or the clock is coarse
+            channel.timer = self._loop.call_at(channel.thinner.due_at_s, self._due, channel)
+
+    def _distribute(self, channel: _Channel, message: Outgoing) -> None:
+        size_bytes = message.size_bytes
+        if not self._is_refused(channel, message):
+            channel.counters.count(size_bytes, time.monotonic())
+        if message.to is None and channel.terms.latch and size_bytes <= channel.terms.limits.size_bytes:
+            channel.latched = message
+
+    def _is_refused(self, channel: _Channel, message: Outgoing) -> bool:
+        """By all that it is for. What nobody listens to is not: its rate tells that the connector lives. An answer to
+        somebody who takes none is lost."""
+        hearing, is_taken = self._hearing(channel, message), False
+        if message.to is not None and not hearing:
+            self._dropped(channel)
+            return True
+        for peer_id in hearing:
+            offered = channel.listeners[peer_id].deliver(message)
+            if offered is Offered.REFUSED:
+                self._dropped(channel)
+                channel.full |= {peer_id}
+                continue
+            is_taken = True
+            if offered is Offered.REPLACED:
+                self.left_out(message.channel, "replaced", 1)
+        return bool(hearing) and not is_taken

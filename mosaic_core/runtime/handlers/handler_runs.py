@@ -1,0 +1,238 @@
+"""Everything that runs the handlers of one robot: their hosts, bodies, receivers and safe actions. Handlers exist
+once, whatever the number of operators, and know nothing of peers coming and going.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from mosaic_core.contract.handler import DataChannelReceivable, Handler
+from mosaic_core.contract.host import Loss, Sender
+from mosaic_core.runtime.commands.link_watch import LinkWatch
+from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
+from mosaic_core.runtime.configuration.connector import Connector
+from mosaic_core.runtime.delivery.outbox import Outbox
+from mosaic_core.runtime.handlers.handler_host import RuntimeHost
+from mosaic_core.runtime.handlers.receiver import Outcome, Receiver
+from mosaic_core.runtime.handlers.routes import (
+    Route,
+    data_routes,
+    media_handlers,
+    microphones,
+    original_groups,
+    speakers,
+)
+from mosaic_core.runtime.handlers.runner import Runner, runner_of
+from mosaic_core.runtime.media.media_hub import MediaHub
+from mosaic_core.runtime.media.plain_stream import plain_sound
+from mosaic_core.runtime.media.talk_hub import TalkHub
+from mosaic_core.runtime.observation.counters import ConnectorCounters, ConnectorSnapshot, HandlerLosses
+from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.runtime.threads.handover import Handover
+from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
+from mosaic_core.runtime.transport.transport import PictureStreamFactory
+
+logger = logging.getLogger(__name__)
+
+_SAFE_PATIENCE_S = 0.4
+"""For the safe actions at the end; they are meant to be quick."""
+_WORST_FIRST = ("failed", "running", "waiting", "ended", "stopped")
+
+
+class RunsListener(Protocol):
+    """Whom the handlers' runs tell; on the event loop."""
+
+    def command_done(self, outcome: Outcome) -> None: ...
+    def connector_failed(self, label: str, error: BaseException, restart_in_s: float) -> None: ...
+    def talking_changed(self, label: str, who: Sender | None) -> None: ...
+
+
+class HandlerRuns:
+    """Built on the event loop when the robot starts."""
+
+    def __init__(
+        self,
+        connectors: Sequence[Connector],
+        open_stream: PictureStreamFactory,
+        listener: RunsListener,
+        links: LinkWatch,
+        open_sound: SoundStreamFactory = plain_sound,
+    ) -> None:
+        loop = asyncio.get_running_loop()
+        self._connectors = tuple(connectors)
+        self._listener = listener
+        self._links = links
+        self.counters = {connector.config.label: ConnectorCounters() for connector in connectors}
+        self.routes = data_routes(connectors, self.counters)
+        self.outbox = Outbox(loop, self._watched)
+        self.media = MediaHub(open_stream, self._watched, open_sound)
+        self.talk = TalkHub(listener.talking_changed)
+        self.safety = SafetyWatchdog()
+        self._loop = loop
+        self._outcomes: Handover[Outcome] = Handover(loop, self._command_done)
+        self._failed: Handover[tuple[str, BaseException, float]] = Handover(loop, self._tell_failed)
+        self._runners: dict[str, Runner] = {}
+        self._failures: dict[str, Failures] = {}
+        self._losses: dict[str, HandlerLosses] = {}
+        self._always: set[str] = set()
+        self._groups = original_groups(connectors)
+        for route in self.routes.values():
+            self._take(route.handler)
+            self.outbox.add_channel(route.label, route.connector.terms, route.counters)
+            if isinstance(route.handler, DataChannelReceivable):
+                route.receiver = self._receiver(route, route.handler)
+        for connector, handler in media_handlers(connectors):
+            counters = self.counters[connector.config.label]
+            self.media.add_label(handler.label, handler.encoding, counters, handler.packet_codec)
+            self._take(handler)
+        self._take_sound()
+
+    def _take_sound(self) -> None:
+        for connector, microphone in microphones(self._connectors):
+            counters = self.counters[connector.config.label]
+            self.media.add_microphone(microphone.label, microphone.encoding, counters)
+            self._take(microphone)
+        for connector, speaker in speakers(self._connectors):
+            self._take(speaker)
+            self.talk.add_label(speaker, self._failures[speaker.label], self.counters[connector.config.label])
+
+    def _take(self, handler: Handler) -> None:
+        """Bind the handler and prepare its body."""
+        host = RuntimeHost(self._loop, self.outbox.post, self.media, self.outbox.is_heard)
+        handler.bind(host)
+        self._losses[handler.label] = host.losses
+        failures = Failures(handler.label, lambda *failure: self._failed.put(failure))
+        self._failures[handler.label] = failures
+        runner = runner_of(handler, host, failures)
+        if runner is not None:
+            self._runners[handler.label] = runner
+        if handler.runs == "always":
+            self._always.add(handler.label)
+
+    def _receiver(self, route: Route, handler: DataChannelReceivable[object]) -> Receiver:
+        watch = self.safety.guard(route.label, route.safety, handler.make_safe, handler.peer_left)
+        return Receiver(
+            handler,
+            watch,
+            self._failures[route.label],
+            self._outcomes.put,
+            newest_only=route.is_latest,
+            limits=route.connector.terms.limits,
+            max_age_s=route.max_age_s,
+            factor=self._links.factor_for(route.safety.curves),
+        )
+
+    # -- life ----------------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        self.safety.start()
+        self.talk.start()
+        for receiver in self._receivers():
+            receiver.start()
+        for label, runner in self._runners.items():
+            runner.start()
+            runner.want(label in self._always)
+
+    async def close(self) -> None:
+        """Commands first, then what moves, then the rest."""
+        receivers = self._receivers()
+        for receiver in receivers:
+            receiver.close()
+        self.talk.close()
+        for runner in self._runners.values():
+            runner.close()
+        if receivers:
+            safe = asyncio.to_thread(self.safety.make_all_safe, "safety.shutdown", _SAFE_PATIENCE_S)
+            if not await safe:
+                logger.error("a safe action did not end within %.1f s of the robot's stop", _SAFE_PATIENCE_S)
+        endings = [receiver.closed() for receiver in receivers]
+        endings += [runner.closed() for runner in self._runners.values()]
+        await asyncio.gather(*endings, self.talk.closed())
+        self.media.close()
+        self.safety.close()
+
+    def _receivers(self) -> list[Receiver]:
+        return [route.receiver for route in self.routes.values() if route.receiver is not None]
+
+    def _watched(self, label: str, on: bool) -> None:
+        group = self._groups.get(label, (label,))
+        runner = self._runners.get(group[0])
+        others = [other for other in group if other != label and self.outbox.is_heard(other)]
+        if runner is not None and group[0] not in self._always and not others:
+            runner.want(on)
+
+    # -- what happened -------------------------------------------------------------------------------------------
+
+    def _command_done(self, outcome: Outcome) -> None:
+        counters = self.routes[outcome.item.channel].counters
+        if outcome.code:
+            counters.refused += 1
+        else:
+            counters.count(len(outcome.item.payload), time.monotonic())
+        self._listener.command_done(outcome)
+
+    def _tell_failed(self, failure: tuple[str, BaseException, float]) -> None:
+        self._listener.connector_failed(*failure)
+
+    def snapshot(self, limit_factors: Mapping[str, float]) -> tuple[ConnectorSnapshot, ...]:
+        """One row per connector, in the order of the YAML file. ``limit_factors``: what is left of the speed, by label
+        of the receiver."""
+        return tuple(self._row(connector, limit_factors) for connector in self._connectors)
+
+    def _row(self, connector: Connector, limit_factors: Mapping[str, float]) -> ConnectorSnapshot:
+        now_s, counters = time.monotonic(), self.counters[connector.config.label]
+        rate_hz, bytes_per_s = counters.meter.rates(now_s)
+        labels = [handler.label for handler in connector.handlers]
+        failing = [self._failures[label] for label in labels]
+        states = [self._state(label) for label in labels]
+        queue_messages, queue_bytes = max(map(self._waiting, labels))
+        return ConnectorSnapshot(
+            label=connector.config.label,
+            type=connector.config.type,
+            kind=str(connector.entry.kind),
+            direction=str(connector.entry.direction),
+            delivery=str(connector.delivery),
+            state=next((state for state in _WORST_FIRST if state in states), "running"),
+            peers=max((self.outbox.listeners(label) or self.media.viewers(label) for label in labels), default=0),
+            messages=counters.messages,
+            rate_hz=rate_hz,
+            size_bytes=counters.size_bytes,
+            bytes_per_s=bytes_per_s,
+            queue_messages=queue_messages,
+            queue_bytes=queue_bytes,
+            replaced=counters.replaced + self._replaced_in(labels) + self._left_out(labels, "replaced"),
+            dropped=counters.dropped + self._left_out(labels, "dropped"),
+            too_large=counters.too_large + self._left_out(labels, "too_large"),
+            thinned=counters.thinned + self._left_out(labels, "thinned"),
+            refused=counters.refused + self._left_out(labels, "refused"),
+            lost=counters.lost + self._left_out(labels, "lost"),
+            resent=counters.resent,
+            failures=sum(failures.count for failures in failing),
+            last_error=next((failures.last_error for failures in failing if failures.last_error), ""),
+            age_s=None if counters.last_at_s is None else now_s - counters.last_at_s,
+            limit_factor=min((limit_factors[label] for label in labels if label in limit_factors), default=None),
+        )
+
+    def _waiting(self, label: str) -> tuple[int, int]:
+        route = self.routes.get(label)
+        inbox = route.receiver.inbox.waiting() if route is not None and route.receiver is not None else (0, 0)
+        return max(inbox, self.outbox.waiting(label))
+
+    def _replaced_in(self, labels: Sequence[str]) -> int:
+        """Commands that a newer one replaced before the receiver took them."""
+        receivers = (self.routes[label].receiver for label in labels if label in self.routes)
+        return sum(receiver.inbox.replaced for receiver in receivers if receiver is not None)
+
+    def _left_out(self, labels: Sequence[str], reason: Loss) -> int:
+        """What the handlers themselves did not send on."""
+        return sum(self._losses[label][reason] for label in labels)
+
+    def _state(self, label: str) -> str:
+        if self._failures[label].is_failing:
+            return "failed"
+        runner = self._runners.get(label)
+        return runner.state if runner is not None else "running"

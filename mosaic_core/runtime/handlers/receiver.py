@@ -1,0 +1,244 @@
+"""Runs ``handle_data``: a ``def`` one on the receiver's own thread, an ``async`` one on the event loop, one message at
+a time. What is refused is reported; an error is a failure of the handler, which rests for the back-off.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import inspect
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from mosaic_core.contract.handler import DataChannelReceivable, Refused
+from mosaic_core.contract.host import Sender
+from mosaic_core.machines.delivery.send_scheduler import QueueLimits
+from mosaic_core.runtime.commands.command_shaper import CommandShaper
+from mosaic_core.runtime.commands.inbox import Inbox, Incoming
+from mosaic_core.runtime.commands.safety_watch import GONE, OVERTAKEN, SafetyWatch
+from mosaic_core.runtime.handlers.body import STOP_PATIENCE_S
+from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.runtime.threads.handler_thread import HandlerThread
+
+logger = logging.getLogger(__name__)
+
+ZERO_PERIOD_S = 0.1
+"""Between two zeros of the policy ``zero``: the rate of the slowest usual command loop."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of one message; ``code`` is empty if it was accepted."""
+
+    item: Incoming
+    code: str = ""
+    message: str = ""
+
+
+class Receiver:
+    """One receiver of the robot. Methods are called on the event loop; ``tell`` is called on any thread."""
+
+    def __init__(
+        self,
+        handler: DataChannelReceivable[Any],
+        watch: SafetyWatch,
+        failures: Failures,
+        tell: Callable[[Outcome], object],
+        *,
+        newest_only: bool,
+        limits: QueueLimits,
+        max_age_s: float | None,
+        factor: Callable[[str], float] = lambda peer_id: 1.0,
+    ) -> None:
+        self.label = handler.label
+        self.max_age_s = max_age_s
+        self.watch = watch
+        self._handle = handler.handle_data
+        self._is_async = inspect.iscoroutinefunction(handler.handle_data)
+        self._takes_sender = _takes_sender(handler)
+        self._shaper = CommandShaper(handler, watch.safety, lambda: watch.fired, factor)
+        self._last_sender: Sender | None = None
+        self._failures = failures
+        self._tell = tell
+        self.inbox = Inbox(newest_only=newest_only, limits=limits)
+        self._resting_until_s = 0.0
+        self._loop = asyncio.get_running_loop()
+        self._arrived = asyncio.Event()
+        self._task: asyncio.Task[None] | None = None
+        self._thread: HandlerThread | None = None
+        watch.dropped = self.inbox.forget
+        watch.woken = self._wake
+
+    @property
+    def state(self) -> str:
+        return "failed" if self._failures.is_failing else "running"
+
+    def start(self) -> None:
+        if self._is_async:
+            self._task = self._loop.create_task(self._live_async(), name=f"mosaic-{self.label}")
+        else:
+            self._thread = HandlerThread(self.label, self._live)
+            self._thread.start()
+
+    def accept(self, item: Incoming) -> None:
+        """A message has arrived and passed its gate."""
+        if self.inbox.put(item):
+            self._arrived.set()
+        else:
+            self._tell(Outcome(item, "channel.queue_full"))
+
+    def channel_opened(self, sender: Sender) -> int:
+        """A peer may command from now on; what its messages must carry as ``opening``."""
+        return self.watch.peer_joined(sender.peer_id)
+
+    def channel_closed(self, sender: Sender) -> None:
+        """A peer is gone, or has closed the channel: forget what it still wanted, make safe what it moved."""
+        self.inbox.forget(sender.peer_id)
+        self.watch.peer_left(sender)
+
+    def close(self) -> None:
+        """Begin to stop for good."""
+        self.inbox.close()
+        if self._task is not None:
+            self._task.cancel()
+
+    async def closed(self) -> None:
+        """Wait until ``handle_data`` has ended, or has been abandoned."""
+        if self._thread is not None:
+            await self._thread.ended()
+        if self._task is not None:
+            await asyncio.wait({self._task}, timeout=STOP_PATIENCE_S)
+
+    # -- the receiver's own thread, or its task ------------------------------------------------------------------
+
+    def _wake(self) -> None:
+        """There are zeros to send. Any thread."""
+        self.inbox.poke()
+        if self._is_async:
+            with contextlib.suppress(RuntimeError):  # the loop is closed: the robot has stopped
+                self._loop.call_soon_threadsafe(self._arrived.set)
+
+    def _live(self) -> None:
+        while not self.inbox.is_closed:
+            item = self.inbox.wait(self._pause_s())
+            arguments = self._zeros() if item is None else self._admitted(item)
+            if arguments is None:
+                continue
+            try:
+                self._handle(*arguments)
+            except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything)
+                self._raised(item, error)
+            else:
+                self._succeeded(item)
+
+    async def _live_async(self) -> None:
+        while True:
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._arrived.wait(), self._pause_s())
+            self._arrived.clear()
+            while (item := self.inbox.take()) is not None:
+                await self._handle_async(item, self._admitted(item))
+            await self._handle_async(None, self._zeros())
+
+    async def _handle_async(self, item: Incoming | None, arguments: tuple[Any, ...] | None) -> None:
+        if arguments is None:
+            return
+        try:
+            waiting = self._handle(*arguments)
+            if waiting is not None:
+                await waiting
+        except asyncio.CancelledError:
+            self.watch.finish(accepted=True)
+            raise
+        except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything)
+            self._raised(item, error)
+        else:
+            self._succeeded(item)
+
+    def _admitted(self, item: Incoming) -> tuple[Any, ...] | None:
+        """The arguments of ``handle_data``, with the watchdog fed; ``None`` if the message must not act."""
+        now_s = time.monotonic()
+        if now_s < self._resting_until_s:
+            self._tell(Outcome(item, "plugin.failed", self._failures.last_error))
+            return None
+        if self.max_age_s is not None and now_s - item.arrived_at_s > self.max_age_s:
+            self._tell(Outcome(item, "safety.stale", "it waited behind a slow handle_data"))
+            return None
+        try:
+            return self._begun(item)
+        except Refused as refused:
+            self._tell(Outcome(item, refused.code, refused.message))
+        except (Exception, SystemExit) as error:  # noqa: BLE001 (a model's validator may raise anything)
+            self._failed(item, error)
+        return None
+
+    def _begun(self, item: Incoming) -> tuple[Any, ...] | None:
+        """Shape the command and pass the fence; a safe action between the two means shaping it anew."""
+        refusal: str | None = OVERTAKEN
+        while refusal == OVERTAKEN:
+            command = self._shaper.read(item.payload, item.sender.peer_id)
+            refusal = self.watch.begin(item, fired=command.fired, is_idle=command.is_idle)
+            if refusal is not None:
+                self._shaper.undone()
+        if refusal is not None:
+            if refusal != GONE:
+                self._tell(Outcome(item, refusal))
+            return None
+        if command.is_idle:
+            self._tell(Outcome(item))
+            return None
+        self._last_sender = item.sender
+        return (command.value, item.sender) if self._takes_sender else (command.value,)
+
+    def _pause_s(self) -> float | None:
+        return None if self.watch.zeros_until_s is None else ZERO_PERIOD_S
+
+    def _zeros(self) -> tuple[Any, ...] | None:
+        """The arguments of a ``handle_data`` of the framework's own."""
+        if self.watch.zeros_until_s is None or self._last_sender is None:
+            return None
+        try:
+            value = self._shaper.zeros()
+        except Exception as error:  # noqa: BLE001 (a model may take no zero; its safe action has run, commands go on)
+            self.watch.no_zeros()
+            logger.error("%r takes no zeros: %s", self.label, error, extra={"label": self.label})
+            return None
+        if value is None or not self.watch.begin_zero():
+            return None
+        return (value, self._last_sender) if self._takes_sender else (value,)
+
+    def _succeeded(self, item: Incoming | None) -> None:
+        self.watch.finish(accepted=True)
+        self._failures.alive()
+        self._tell_of(item)
+
+    def _raised(self, item: Incoming | None, error: BaseException) -> None:
+        self.watch.finish(accepted=False, failed=not isinstance(error, Refused))
+        if item is not None:  # also what broke half-way: a zero that did not arrive is no second of standing
+            self._shaper.undone()
+        if isinstance(error, Refused):
+            self._tell_of(item, error.code, error.message)
+        else:
+            self._failed(item, error)
+
+    def _failed(self, item: Incoming | None, error: BaseException) -> None:
+        now_s = time.monotonic()
+        self._resting_until_s = now_s + self._failures.failed(error, now_s - self._resting_until_s)
+        self._tell_of(item, "plugin.failed", self._failures.last_error)
+
+    def _tell_of(self, item: Incoming | None, code: str = "", message: str = "") -> None:
+        """What became of it; nobody waits for news of the framework's own zeros (``None``)."""
+        if item is not None:
+            self._tell(Outcome(item, code, message))
+
+
+def _takes_sender(handler: DataChannelReceivable[Any]) -> bool:
+    """Whether ``handle_data`` was written with ``sender``."""
+    kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    parameters = inspect.signature(handler.handle_data).parameters.values()
+    if any(parameter.kind is inspect.Parameter.VAR_POSITIONAL for parameter in parameters):
+        return True
+    return sum(parameter.kind in kinds for parameter in parameters) >= 2

@@ -1,0 +1,109 @@
+"""Which handler a channel's label leads to, made once from the built connectors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mosaic_core.contract.handler import (
+    AudioReceivable,
+    AudioTrackHandler,
+    DataChannelReceivable,
+    Handler,
+    MediaTrackHandler,
+)
+from mosaic_core.machines.delivery.send_scheduler import Lane
+from mosaic_core.runtime.configuration.connector import Connector
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.handlers.receiver import Receiver
+from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.words.data_type import Delivery
+
+LATEST_MAX_AGE_S = 1.0
+"""A ``latest`` message for a receiver without time-out that took this much longer than the fastest is worthless."""
+
+
+@dataclass(slots=True)
+class Route:
+    """One data channel: where its messages go and come from."""
+
+    label: str
+    connector: Connector
+    handler: Handler
+    counters: ConnectorCounters
+    safety: ReceiverSafety
+    receiver: Receiver | None = None
+
+    @property
+    def lane(self) -> Lane:
+        return self.connector.terms.lane
+
+    @property
+    def is_latest(self) -> bool:
+        return self.connector.delivery is Delivery.LATEST
+
+    @property
+    def max_age_s(self) -> float | None:
+        """How late a framed message may be; ``None``: it is not judged by age."""
+        if not isinstance(self.handler, DataChannelReceivable):
+            return None
+        if self.safety.timeout_s is not None:
+            return self.safety.timeout_s
+        return LATEST_MAX_AGE_S if self.is_latest else None
+
+
+def data_routes(connectors: Sequence[Connector], counters: dict[str, ConnectorCounters]) -> dict[str, Route]:
+    """Every data channel by its label. ``counters``: by the connector's label."""
+    return {
+        handler.label: Route(
+            handler.label, connector, handler, counters[connector.config.label], _safety(connector, handler)
+        )
+        for connector, handler in _pairs(connectors)
+        if not isinstance(handler, MediaTrackHandler | AudioTrackHandler | AudioReceivable)
+    }
+
+
+def original_groups(connectors: Sequence[Connector]) -> dict[str, tuple[str, ...]]:
+    """Of connectors with channels for original dashboards alone: by each of these labels, and by that of the
+    connector's first handler, all of them; the first handler comes first."""
+    groups: dict[str, tuple[str, ...]] = {}
+    for connector in connectors:
+        labels = tuple(handler.label for handler in connector.handlers if handler.is_for_originals)
+        if labels:
+            group = tuple(dict.fromkeys((connector.handlers[0].label, *labels)))
+            groups.update(dict.fromkeys(group, group))
+    return groups
+
+
+def _safety(connector: Connector, handler: Handler) -> ReceiverSafety:
+    if isinstance(handler, DataChannelReceivable):
+        return ReceiverSafety.of(connector.safety, handler)
+    return ReceiverSafety()
+
+
+def media_handlers(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, Any]]:
+    """Every media handler with its connector, in the order of the YAML file."""
+    for connector, handler in _pairs(connectors):
+        if isinstance(handler, MediaTrackHandler):
+            yield connector, handler
+
+
+def microphones(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, AudioTrackHandler]]:
+    """Every handler that sends sound, likewise."""
+    for connector, handler in _pairs(connectors):
+        if isinstance(handler, AudioTrackHandler):
+            yield connector, handler
+
+
+def speakers(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, AudioReceivable]]:
+    """Every handler that plays the operators' voices, likewise."""
+    for connector, handler in _pairs(connectors):
+        if isinstance(handler, AudioReceivable):
+            yield connector, handler
+
+
+def _pairs(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, Handler]]:
+    for connector in connectors:
+        for handler in connector.handlers:
+            yield connector, handler

@@ -1,0 +1,110 @@
+"""Runs an ``async def`` body as a task on the event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import AsyncIterator
+from typing import Any
+
+from mosaic_core.runtime.handlers.body import STOP_PATIENCE_S, Body, Consume, tell_abandoned
+from mosaic_core.runtime.handlers.body_runner import BodyRunner
+from mosaic_core.runtime.handlers.handler_host import RuntimeHost
+from mosaic_core.runtime.threads.failures import Failures
+
+logger = logging.getLogger(__name__)
+
+_PATIENCE_S = 0.3
+"""After this a body that does not look at the stop is cancelled."""
+
+
+class TaskRunner(BodyRunner):
+    """An ``async def`` body. Everything here runs on the event loop."""
+
+    def __init__(self, label: str, body: Body, consume: Consume, host: RuntimeHost, failures: Failures) -> None:
+        super().__init__(label, body, consume, host, failures)
+        self._wish = asyncio.Event()
+        self._task: asyncio.Task[None] | None = None
+
+    def start(self) -> None:
+        self._task = asyncio.get_running_loop().create_task(self._live(), name=f"mosaic-{self._label}")
+
+    def want(self, on: bool) -> None:
+        if on:
+            self._has_ended = False
+            self._wish.set()
+        else:
+            self._wish.clear()
+            self._host.stop()
+
+    def close(self) -> None:
+        self._is_closed = True
+        self._wish.set()
+        self._host.stop()
+
+    async def closed(self) -> None:
+        if self._task is None:
+            return
+        _, pending = await asyncio.wait({self._task}, timeout=STOP_PATIENCE_S)
+        if pending:
+            self._task.cancel()
+            tell_abandoned(self._label)
+
+    async def _live(self) -> None:
+        while True:
+            await self._wish.wait()
+            if self._is_closed:
+                return
+            self._host.arm()
+            self._is_running = True
+            delay_s = await self._run_once()
+            self._is_running = False
+            if delay_s is None:
+                self._has_ended = not self._host.is_stopping
+                if self._has_ended:
+                    self._wish.clear()
+            else:
+                await self._host.wait_async(delay_s)
+
+    async def _run_once(self) -> float | None:
+        started_s = time.monotonic()
+        body = asyncio.ensure_future(self._outcome())
+        stop = asyncio.ensure_future(self._host.stopped())
+        try:
+            await asyncio.wait({body, stop}, return_when=asyncio.FIRST_COMPLETED)
+            if not body.done():
+                await asyncio.wait({body}, timeout=_PATIENCE_S)
+        finally:
+            stop.cancel()
+            body.cancel()
+        await asyncio.wait({body})
+        error = None if body.cancelled() else body.result()
+        if error is None:
+            return None
+        if self._host.is_stopping:
+            logger.debug("connector %r raised while it stopped: %s", self._label, error)
+            return None
+        return self._failures.failed(error, time.monotonic() - started_s)
+
+    async def _outcome(self) -> BaseException | None:
+        """The error that ended it. A ``SystemExit`` that left the task would end the event loop, and the robot."""
+        try:
+            await self._iterate()
+        except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything; none stops the robot)
+            return error
+        return None
+
+    async def _iterate(self) -> None:
+        stream: AsyncIterator[Any] = self._body()
+        try:
+            async for item in stream:
+                if self._host.is_stopping:
+                    return
+                self._consume(item)
+                self._failures.alive()
+                await asyncio.sleep(0)  # a body that never waits must not stop the others
+        finally:
+            close = getattr(stream, "aclose", None)
+            if close is not None:
+                await close()

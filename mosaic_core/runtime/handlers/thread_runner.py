@@ -1,0 +1,95 @@
+"""Runs a ``def`` body on one thread of its own for life; its generator is closed there too."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Iterable
+from typing import Any
+
+from mosaic_core.runtime.handlers.body import Body, Consume
+from mosaic_core.runtime.handlers.body_runner import BodyRunner
+from mosaic_core.runtime.handlers.handler_host import RuntimeHost
+from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.runtime.threads.handler_thread import HandlerThread
+
+logger = logging.getLogger(__name__)
+
+
+class ThreadRunner(BodyRunner):
+    """A ``def`` body."""
+
+    def __init__(self, label: str, body: Body, consume: Consume, host: RuntimeHost, failures: Failures) -> None:
+        super().__init__(label, body, consume, host, failures)
+        self._changed = threading.Condition()
+        self._is_wanted = False
+        self._thread = HandlerThread(label, self._live)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def want(self, on: bool) -> None:
+        with self._changed:
+            if on == self._is_wanted:
+                return
+            self._is_wanted = on
+            if on:
+                self._has_ended = False
+            else:
+                self._host.stop()
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        with self._changed:
+            self._is_closed = True
+            self._host.stop()
+            self._changed.notify_all()
+
+    async def closed(self) -> None:
+        await self._thread.ended()
+
+    # -- the handler's own thread --------------------------------------------------------------------------------
+
+    def _live(self) -> None:
+        while self._turn_came():
+            self._run_once()
+
+    def _turn_came(self) -> bool:
+        with self._changed:
+            self._is_running = False
+            self._changed.wait_for(lambda: self._is_closed or (self._is_wanted and not self._has_ended))
+            if self._is_closed:
+                return False
+            self._host.arm()
+            self._is_running = True
+            return True
+
+    def _run_once(self) -> None:
+        started_s = time.monotonic()
+        try:
+            self._iterate()
+        except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything; none stops the robot)
+            if self._host.is_stopping:
+                logger.debug("connector %r raised while it stopped: %s", self._label, error)
+                return
+            delay_s = self._failures.failed(error, time.monotonic() - started_s)
+            with self._changed:
+                self._is_running = False
+                self._changed.wait_for(lambda: self._is_closed or not self._is_wanted, delay_s)
+        else:
+            with self._changed:
+                self._has_ended = not self._host.is_stopping
+
+    def _iterate(self) -> None:
+        stream: Iterable[Any] = self._body()
+        try:
+            for item in stream:
+                if self._host.is_stopping:
+                    return
+                self._consume(item)
+                self._failures.alive()
+        finally:
+            close = getattr(stream, "close", None)
+            if close is not None:
+                close()

@@ -1,0 +1,73 @@
+"""Tells operators that ask how the data travels: all counters, once a second and only while somebody asks."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from mosaic_core.runtime.observation.counters import ConnectorSnapshot
+from mosaic_core.words.control import DELIVERY_REPORT_PERIOD_S, ControlMessage, DeliveryReport, DeliveryRow
+from mosaic_core.words.data_type import Delivery
+
+
+class Reader(Protocol):
+    """One operator."""
+
+    def answer(self, message: ControlMessage) -> None: ...
+
+
+class DeliveryReports:
+    """Of one robot; event loop only. ``snapshot``: how all its connectors are now."""
+
+    def __init__(self, snapshot: Callable[[], Sequence[ConnectorSnapshot]]) -> None:
+        self._snapshot = snapshot
+        self._readers: list[Reader] = []
+        self._told_at_s = float("-inf")
+        self._timer: asyncio.TimerHandle | None = None
+
+    def watch(self, reader: Reader, on: bool) -> None:
+        """The first report comes at once, unless others have just got one."""
+        if on and reader not in self._readers:
+            self._readers.append(reader)
+            if self._timer is None:
+                wait_s = max(0.0, self._told_at_s + DELIVERY_REPORT_PERIOD_S - time.monotonic())
+                self._timer = asyncio.get_running_loop().call_later(wait_s, self._tell)
+        elif not on and reader in self._readers:
+            self._readers.remove(reader)
+            if not self._readers:
+                self.close()
+
+    def close(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _tell(self) -> None:
+        self._told_at_s = time.monotonic()
+        self._timer = asyncio.get_running_loop().call_later(DELIVERY_REPORT_PERIOD_S, self._tell)
+        report = DeliveryReport(connectors=tuple(map(row_of, self._snapshot())))
+        for reader in tuple(self._readers):
+            reader.answer(report)
+
+
+def row_of(snapshot: ConnectorSnapshot) -> DeliveryRow:
+    """What an operator learns of a connector."""
+    return DeliveryRow(
+        label=snapshot.label,
+        delivery=Delivery(snapshot.delivery),
+        messages=snapshot.messages,
+        rate_hz=round(snapshot.rate_hz, 2),
+        bytes_per_s=round(snapshot.bytes_per_s, 1),
+        queue_messages=snapshot.queue_messages,
+        queue_bytes=snapshot.queue_bytes,
+        replaced=snapshot.replaced,
+        dropped=snapshot.dropped,
+        too_large=snapshot.too_large,
+        thinned=snapshot.thinned,
+        refused=snapshot.refused,
+        lost=snapshot.lost,
+        resent=snapshot.resent,
+        age_ms=None if snapshot.age_s is None else round(snapshot.age_s * 1000, 1),
+    )

@@ -1,0 +1,115 @@
+"""The robot's counters as Prometheus reads them (text format 0.0.4). Every name ends in its unit, or in ``_total``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TypeAlias
+
+from mosaic_core.runtime.observation.counters import ConnectorSnapshot, RobotSnapshot
+
+CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
+ROBOT_STATES = ("connecting", "ready", "offline", "stopped")
+CONNECTOR_STATES = ("waiting", "running", "failed", "ended", "stopped")
+
+Samples: TypeAlias = Iterable[tuple[Mapping[str, str], float]]
+
+METRICS: dict[str, tuple[str, str]] = {
+    "mosaic_robot_info": ("gauge", "Always 1: which robot this is."),
+    "mosaic_robot_uptime_seconds": ("gauge", "Time since the robot started."),
+    "mosaic_robot_state": ("gauge", "1 for the state in which the robot is toward its server, else 0."),
+    "mosaic_robot_stopped": ("gauge", "1 while somebody's stop is in force."),
+    "mosaic_robot_peers": ("gauge", "Operators whose peer connection is up."),
+    "mosaic_connector_info": ("gauge", "Always 1: what the connector is."),
+    "mosaic_connector_state": ("gauge", "1 for the state in which the connector is, else 0."),
+    "mosaic_connector_peers": ("gauge", "Operators that have it open or watch it."),
+    "mosaic_connector_messages_total": (
+        "counter",
+        "Messages made and not refused by all who listen, pictures sent, or commands carried out.",
+    ),
+    "mosaic_connector_bytes_total": ("counter", "Their payload."),
+    "mosaic_connector_dropped_total": (
+        "counter",
+        "Messages that did not arrive: replaced by a newer one, queue_full, too_large, thinned by a rate limit, "
+        "refused, or lost on the way.",
+    ),
+    "mosaic_connector_resent_total": ("counter", "Messages repeated after a connection was lost."),
+    "mosaic_connector_failures_total": ("counter", "How often its code failed and was started again."),
+    "mosaic_connector_queue_messages": ("gauge", "Messages in the longest queue toward any operator."),
+    "mosaic_connector_queue_bytes": ("gauge", "Bytes in that queue."),
+    "mosaic_connector_age_seconds": ("gauge", "Time since the last message; absent before the first."),
+    "mosaic_connector_speed_ratio": ("gauge", "What is left of the commander's speed; absent where nothing limits it."),
+}
+"""Every metric: its kind and what it tells."""
+
+
+def metrics_text(snapshot: RobotSnapshot, software: str) -> str:
+    """All metrics of ``snapshot``; ends with a line break."""
+    lines: list[str] = []
+    for name, samples in (*_robot(snapshot, software), *_connectors(snapshot.connectors)):
+        kind, told = METRICS[name]
+        lines += [f"# HELP {name} {told}", f"# TYPE {name} {kind}"]
+        lines += [f"{name}{_labels(labels)} {_number(value)}" for labels, value in samples]
+    return "\n".join(lines) + "\n"
+
+
+def _robot(robot: RobotSnapshot, software: str) -> Iterator[tuple[str, Samples]]:
+    up = [peer for peer in robot.peers if peer.connected_s is not None]
+    yield "mosaic_robot_info", [({"robot_id": robot.robot_id, "software": software}, 1)]
+    yield "mosaic_robot_uptime_seconds", [({}, robot.uptime_s)]
+    yield "mosaic_robot_state", [({"state": state}, state == robot.state) for state in ROBOT_STATES]
+    yield "mosaic_robot_stopped", [({}, robot.stop is not None)]
+    yield "mosaic_robot_peers", [({}, len(up))]
+
+
+def _connectors(rows: tuple[ConnectorSnapshot, ...]) -> Iterator[tuple[str, Samples]]:
+    def each(value: str) -> Samples:
+        """What is unknown has no sample."""
+        found = ((row.label, getattr(row, value)) for row in rows)
+        return [({"connector": label}, number) for label, number in found if number is not None]
+
+    info = ("type", "kind", "direction", "delivery")
+    yield (
+        "mosaic_connector_info",
+        [({"connector": row.label, **{key: getattr(row, key) for key in info}}, 1) for row in rows],
+    )
+    states = [(row, state) for row in rows for state in CONNECTOR_STATES]
+    yield (
+        "mosaic_connector_state",
+        [({"connector": row.label, "state": state}, state == row.state) for row, state in states],
+    )
+    yield "mosaic_connector_peers", each("peers")
+    yield "mosaic_connector_messages_total", each("messages")
+    yield "mosaic_connector_bytes_total", each("size_bytes")
+    yield (
+        "mosaic_connector_dropped_total",
+        [({"connector": row.label, "reason": reason}, count) for row in rows for reason, count in _drops(row)],
+    )
+    yield "mosaic_connector_resent_total", each("resent")
+    yield "mosaic_connector_failures_total", each("failures")
+    yield "mosaic_connector_queue_messages", each("queue_messages")
+    yield "mosaic_connector_queue_bytes", each("queue_bytes")
+    yield "mosaic_connector_age_seconds", each("age_s")
+    yield "mosaic_connector_speed_ratio", each("limit_factor")
+
+
+def _drops(row: ConnectorSnapshot) -> Iterator[tuple[str, int]]:
+    yield "replaced", row.replaced
+    yield "queue_full", row.dropped
+    yield "too_large", row.too_large
+    yield "thinned", row.thinned
+    yield "refused", row.refused
+    yield "lost", row.lost
+
+
+def _labels(labels: Mapping[str, str]) -> str:
+    if not labels:
+        return ""
+    return "{" + ",".join(f'{name}="{_escaped(value)}"' for name, value in labels.items()) + "}"
+
+
+def _escaped(text: str) -> str:
+    return text.replace("\\", r"\\").replace('"', r"\"").replace("\n", r"\n")
+
+
+def _number(value: float) -> str:
+    return str(int(value)) if value == int(value) else repr(float(value))

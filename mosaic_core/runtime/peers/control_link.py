@@ -1,0 +1,99 @@
+"""The control channel ``_mosaic`` of one peer: hello, catalogue, ping, watching, refusals, bye."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+
+from mosaic_core.contract.host import Outgoing
+from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.delivery.framing import PayloadKind
+from mosaic_core.machines.delivery.send_scheduler import Lane
+from mosaic_core.runtime.delivery.channel_link import ChannelLink
+from mosaic_core.runtime.delivery.send_queue import SendQueue
+from mosaic_core.runtime.transport.transport import Channel
+from mosaic_core.words.control import (
+    CONTROL_EXTENSIONS,
+    CONTROL_LABEL,
+    ControlMessage,
+    Hello,
+    Ping,
+    Pong,
+    Refusal,
+    parse_control,
+)
+from mosaic_core.words.errors import WireError
+
+logger = logging.getLogger(__name__)
+
+MAX_CONTROL_BYTES = 256 * 1024
+"""As on the server's socket: an offer with many media lines is this large."""
+_REFUSAL_PERIOD_S = 0.5
+"""The same refusal of the same connector is told at most this often; the robot counts every one."""
+
+
+class ControlLink:
+    """Event loop only. ``heard`` gets every message but pings, which are answered here, and ``None`` for those."""
+
+    def __init__(
+        self,
+        channel: Channel,
+        queue: SendQueue,
+        baseline: ArrivalBaseline,
+        heard: Callable[[ControlMessage | None], None],
+        lane: Lane = Lane.CONTROL,
+    ) -> None:
+        self._link = ChannelLink(channel, baseline, None, MAX_CONTROL_BYTES)
+        self._queue = queue
+        self._heard = heard
+        self._told_at_s: dict[tuple[str, str], float] = {}
+        queue.open(channel, lane)
+        channel.on_message = self._received
+
+    def greet(self, software: str, boot_id: str) -> None:
+        """Say hello as soon as the channel is open."""
+        hello = Hello(extensions=CONTROL_EXTENSIONS, software=software, boot_id=boot_id)
+        if self._link.channel.is_open:
+            self.send(hello)
+        else:
+            self._link.channel.on_open = lambda: self.send(hello)
+
+    def send(self, message: ControlMessage) -> None:
+        text = message.to_text().encode()
+        outgoing = Outgoing(CONTROL_LABEL, PayloadKind.JSON, text, _now_us())
+        self._queue.offer(self._link.outgoing(outgoing))
+
+    def refuse(self, label: str, seq: int | None, code: str, message: str = "") -> None:
+        """Tell the operator, rate-limited."""
+        now_s, key = time.monotonic(), (label, code)
+        if now_s - self._told_at_s.get(key, -_REFUSAL_PERIOD_S) < _REFUSAL_PERIOD_S:
+            return
+        if len(self._told_at_s) >= 256:  # labels come from the other side: never let them fill our memory
+            self._told_at_s.clear()
+        self._told_at_s[key] = now_s
+        self.send(Refusal(label=label, seq=seq, code=code, message=message or None))
+
+    def _received(self, data: bytes | str) -> None:
+        arrived_us = _now_us()
+        try:
+            if len(data) > MAX_CONTROL_BYTES:
+                raise WireError("control channel: message too large", code="channel.too_large")
+            frame = self._link.incoming(data)
+            if frame is None:
+                return
+            self._link.observe(frame)
+            message = parse_control(frame.payload.decode())
+        except (WireError, UnicodeDecodeError) as error:
+            code = error.code if isinstance(error, WireError) else "signal.bad_message"
+            logger.debug("unreadable control message: %s", error)
+            self.refuse(CONTROL_LABEL, None, code, str(error))
+            return
+        if isinstance(message, Ping):
+            self.send(Pong(t0=message.t0, t1=arrived_us, t2=_now_us()))
+            message = None
+        self._heard(message)
+
+
+def _now_us() -> int:
+    return int(time.monotonic() * 1e6)

@@ -1,0 +1,213 @@
+"""The connector channels of one peer: matched by label, gated, handed to receivers, filled from the outbox."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from mosaic_core.contract.host import Outgoing, Sender
+from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.delivery.framing import Frame, FrameFlag
+from mosaic_core.machines.delivery.send_scheduler import Lane, Offered
+from mosaic_core.machines.timing.rate_gate import RateGate
+from mosaic_core.runtime.commands.inbox import Incoming
+from mosaic_core.runtime.delivery.channel_link import ChannelLink
+from mosaic_core.runtime.delivery.peer_partials import PeerPartials
+from mosaic_core.runtime.delivery.send_queue import SendQueue
+from mosaic_core.runtime.handlers.receiver import Receiver
+from mosaic_core.runtime.handlers.routes import Route
+from mosaic_core.runtime.peers.peer_resume import PeerResume
+from mosaic_core.runtime.peers.site import Site
+from mosaic_core.runtime.transport.transport import Channel
+from mosaic_core.words.control import CHANNEL_PROTOCOL
+from mosaic_core.words.errors import WireError
+
+Refuse = Callable[[str, int | None, str, str], None]
+"""``(label, seq, code, message)``: tell the operator."""
+
+
+class PeerChannels:
+    """Event loop only."""
+
+    def __init__(
+        self,
+        sender: Callable[[], Sender],
+        site: Site,
+        queue: SendQueue,
+        baseline: ArrivalBaseline,
+        refuse: Refuse,
+        resume: PeerResume,
+    ) -> None:
+        self._peer_id = sender().peer_id
+        self._sender = sender
+        self._site = site
+        self._queue = queue
+        self._baseline = baseline
+        self._refuse = refuse
+        self._resume = resume
+        self._links: dict[str, ChannelLink] = {}
+        self._rates: dict[str, RateGate] = {}
+        self._partials = PeerPartials(self._forgotten)
+        self._carriers: dict[str, SendQueue] = {}
+        """The queue of every open channel: that of the main connection, or of the one for bulk."""
+
+    def labels(self) -> tuple[str, ...]:
+        return tuple(self._links)
+
+    def opened_for_bulk(self, channel: Channel, queue: SendQueue) -> None:
+        """A channel on the second peer connection, where nothing else than bulk belongs."""
+        route = self._site.routes.get(channel.label)
+        if route is None or (route.lane is Lane.BULK and channel.protocol == CHANNEL_PROTOCOL):
+            self.opened(channel, queue)
+            return
+        self._refuse(channel.label, None, "channel.wrong_lane", "")
+        channel.close()
+
+    def opened(self, channel: Channel, queue: SendQueue | None = None) -> None:
+        """A channel of the operator's. One with the label of an open one takes its place."""
+        route = self._site.routes.get(channel.label)
+        if route is None:
+            # an original dashboard's channel stays open, unread (UPSTREAM §3.1); ours is told, and wants it closed
+            if channel.protocol == CHANNEL_PROTOCOL:
+                self._refuse(channel.label, None, "channel.unknown_label", "")
+                channel.close()
+            return
+        self._detach(channel.label)
+        # a late command must not act, whoever promised to deliver it in order; a late request may
+        link = ChannelLink(channel, self._baseline, route.max_age_s, partials=self._partials.shared)
+        self._partials.opened(channel.label, link.reader)
+        self._links[channel.label] = link
+        self._carriers[channel.label] = queue or self._queue
+        opening = 0
+        if route.receiver is not None:
+            opening = route.receiver.channel_opened(self._sender())
+            self._rates.setdefault(route.label, RateGate(route.safety.max_rate_hz))
+        channel.on_message = lambda data: self._received(route, link, opening, data)
+        channel.on_close = lambda: self._closed(link)
+        if channel.is_open:
+            self._ready(route, link)
+        else:
+            channel.on_open = lambda: self._ready(route, link)
+
+    def _ready(self, route: Route, link: ChannelLink) -> None:
+        self._resume.when_known(route, link.is_framed, lambda: self._join(route, link))
+
+    def _join(self, route: Route, link: ChannelLink) -> None:
+        if self._links.get(route.label) is not link:
+            return
+        queue = self._carriers[route.label]
+        queue.open(link.channel, route.lane, route.connector.terms.limits)
+        if link.is_framed and self._resume.opens(route.label):
+            self._resume.attach(route.label, queue, link)
+            return
+        latched = self._site.outbox.join(route.label, self._peer_id, self)
+        if latched is not None and link.is_framed:  # a bare payload could not say that it is old
+            queue.offer(link.outgoing(latched, FrameFlag.LATCHED))
+
+    def deliver(self, message: Outgoing) -> Offered:
+        link = self._links.get(message.channel)
+        if link is None:
+            return Offered.REFUSED
+        return self._carriers[message.channel].offer(link.outgoing(message))
+
+    def waiting(self, channel: str) -> tuple[int, int]:
+        """``(messages, bytes)`` that wait to go out there."""
+        carrier = self._carriers.get(channel)
+        return carrier.waiting(channel) if carrier is not None else (0, 0)
+
+    def _closed(self, link: ChannelLink) -> None:
+        label = link.channel.label
+        if self._links.get(label) is link:
+            self._detach(label)
+            self._leave(label)
+            self._resume.channel_closed(label)
+
+    def close_all(self) -> None:
+        """The peer is gone."""
+        self._close(list(self._links))
+
+    def drop(self, queue: SendQueue) -> None:
+        """The peer connection that ``queue`` fills is gone."""
+        self._close([label for label, carrier in self._carriers.items() if carrier is queue])
+
+    def _close(self, labels: list[str]) -> None:
+        for label in labels:
+            self._detach(label)
+        for label in labels:
+            self._leave(label)
+
+    def _leave(self, label: str) -> None:
+        receiver = self._site.routes[label].receiver
+        if receiver is not None:
+            receiver.channel_closed(self._sender())
+
+    def _detach(self, label: str) -> None:
+        link = self._links.pop(label, None)
+        if link is None:
+            return
+        link.channel.on_message = link.channel.on_open = link.channel.on_close = link.channel.on_drained = None
+        self._carriers.pop(label).close(label)
+        self._partials.closed((label,))
+        if not self._resume.keeps(label):
+            self._site.outbox.leave(label, self._peer_id)
+        measured = self._site.links.get(self._peer_id)
+        if measured is not None:
+            measured.channel_closed(label)
+
+    def _received(self, route: Route, link: ChannelLink, opening: int, data: bytes | str) -> None:
+        try:
+            frame = link.incoming(data)
+        except WireError as error:
+            self._reject(route, None, error.code, error.message)
+            return
+        if frame is None:
+            self._partials.arrived()
+            return
+        if route.receiver is None:
+            self._reject(route, frame.seq, "channel.invalid", "this connector takes no messages")
+            return
+        if link.is_framed and route.safety.is_slowed:
+            measured = self._site.links.get(self._peer_id)
+            if measured is not None:
+                measured.command_seen(route.label, frame.seq)
+        if link.is_framed and not self._resume.arrived(route, frame.seq):
+            return
+        item = self._incoming(route.receiver, link, frame, opening)
+        code = link.refusal(frame) or self._refusal(route, item)
+        if code is not None:
+            self._reject(route, frame.seq, code, "")
+            return
+        route.receiver.accept(item)
+
+    def _forgotten(self, label: str, seq: int) -> None:
+        self._reject(self._site.routes[label], seq, "channel.incomplete", "")
+
+    def _incoming(self, receiver: Receiver, link: ChannelLink, frame: Frame, opening: int) -> Incoming:
+        return Incoming(
+            receiver.label,
+            frame.payload,
+            self._sender(),
+            frame.seq if link.is_framed else None,
+            time.monotonic(),
+            frame.epoch if link.is_framed else None,
+            opening,
+            receiver.watch.generation,
+        )
+
+    def _refusal(self, route: Route, item: Incoming) -> str | None:
+        """Whether it may wait at all: what is refused here costs no place in the inbox. Its thread asks again."""
+        safety, sender = route.safety, item.sender
+        if not safety.takes_observers:
+            if sender.role not in ("operator", "supervisor"):
+                return "lease.forbidden"
+            is_ours = not sender.is_original and self._site.desk.knows(sender.peer_id)
+            if not is_ours and self._site.legacy_peers != "allow":  # nor one that has not said hello yet
+                return "lease.original_observes"
+        if not self._rates[route.label].admits(item.arrived_at_s):
+            return "safety.too_fast"
+        return self._site.desk.fence.refusal(safety, sender.peer_id, item.epoch)
+
+    def _reject(self, route: Route, seq: int | None, code: str, message: str) -> None:
+        route.counters.refused += 1
+        self._refuse(route.label, seq, code, message)
+        self._site.listener.command_refused(route.label, self._sender(), code)

@@ -1,0 +1,132 @@
+"""What one operator sees, hears and says: its lines for pictures, sound and voice, and what it is told of them."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+
+from mosaic_core.contract.host import Sender
+from mosaic_core.runtime.media.plain_stream import NewestFeed
+from mosaic_core.runtime.media.talk_hub import Talker
+from mosaic_core.runtime.peers.peer_control import PeerControl
+from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
+from mosaic_core.runtime.peers.site import Site
+from mosaic_core.runtime.transport.sound_transport import IncomingSound
+from mosaic_core.runtime.transport.transport import PictureFeed
+from mosaic_core.words import control
+
+logger = logging.getLogger(__name__)
+
+NO_COMMON_CODEC = "sdp.no_common_codec"
+
+
+class PeerMedia:
+    """Event loop only."""
+
+    def __init__(self, talker: Talker, site: Site, peer_control: PeerControl, timeline: PeerTimeline) -> None:
+        self._talker = talker
+        self._peer_id = talker.peer_id
+        self._site = site
+        self._control = peer_control
+        self._timeline = timeline
+        self._unbound: list[str] = []
+        self._refused: dict[str, str] = {}
+        self._origins: list[control.MediaOrigin] = []
+        self._is_greeted = False
+        self._has_left = False
+
+    # -- the lines of its offers ---------------------------------------------------------------------------------
+
+    def bound(self, label: str) -> PictureFeed:
+        """It has a line for the camera or microphone ``label``."""
+        if self._has_left:  # while its offer was being answered: nobody would unbind this one
+            return NewestFeed()
+        self._refused.pop(label, None)
+        return self._site.media.bind(self._peer_id, label, lambda code: self._unavailable(label, code))
+
+    def voice_bound(self, label: str, sound: IncomingSound) -> None:
+        """It has a line for its voice to the loudspeaker ``label``."""
+        if self._has_left:
+            sound.stop()
+        else:
+            self._site.talk.bind(self._talker, label, sound)
+
+    def unbound(self, labels: Sequence[str]) -> None:
+        """It has no line for these."""
+        self._unbound = list(labels)
+
+    def refused(self, label: str, cause: str) -> None:
+        """Its line for ``label`` is refused; an original operator sees only that, and whoever reads the log."""
+        fields = {"peerId": self._peer_id, "label": label, "code": NO_COMMON_CODEC}
+        who = self._talker.sender.name or self._peer_id
+        logger.warning("%s can't be sent to operator %s: %s (%s)", label, who, cause, NO_COMMON_CODEC, extra=fields)
+        self._refused[label] = cause
+        if self._is_greeted:
+            self._tell_refused(label)
+
+    def _tell_refused(self, label: str) -> None:
+        message = control.MediaUnavailable(label=label, code=NO_COMMON_CODEC, message=self._refused[label])
+        self._control.answer(message)
+
+    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
+        """The first picture of ``label`` leaves; how its time stamps are read."""
+        origin = control.MediaOrigin(label=label, ssrc=ssrc, rtp_origin=rtp_origin, boot_id=self._site.boot_id)
+        self._timeline.frame_sent(label)
+        self._origins = [known for known in self._origins if known.label != label] + [origin]
+        if self._is_greeted and not self._has_left:
+            self._control.answer(origin)
+
+    # -- who it turns out to be ----------------------------------------------------------------------------------
+
+    def greeted(self) -> None:
+        """It speaks our words: tell it what was found out before it could listen."""
+        self._is_greeted = True
+        for origin in self._origins:
+            self._control.answer(origin)
+        for label in self._unbound:
+            self._unavailable(label, "media.no_line")
+        for label in self._refused:
+            self._tell_refused(label)
+        for label, who in self._site.talk.talking().items():
+            self.talking_changed(label, who)
+
+    def show_all(self) -> None:
+        """It can't say what it wants to see."""
+        for label in self._site.media.labels():
+            if self._site.media.is_bound(self._peer_id, label):
+                self._site.media.watch(self._peer_id, label, True)
+
+    def show_nothing(self) -> None:
+        """It will say what it wants to see."""
+        for label in self._site.media.watched_by(self._peer_id):
+            self._site.media.watch(self._peer_id, label, False)
+
+    def left(self) -> None:
+        """It sees and says no more."""
+        self._has_left = True
+        self._site.media.leave(self._peer_id)
+        self._site.talk.leave(self._peer_id)
+
+    # -- from then on --------------------------------------------------------------------------------------------
+
+    def watch(self, label: str, on: bool) -> None:
+        """It wants to see or hear ``label``, or does not any more."""
+        media = self._site.media
+        is_bound = media.is_bound(self._peer_id, label)
+        if on and not is_bound and label in self._refused:
+            self._tell_refused(label)
+        elif on and not is_bound:
+            self._unavailable(label, "media.no_line" if label in media.labels() else "channel.unknown_label")
+        elif label in media.labels() and not self._has_left:
+            media.watch(self._peer_id, label, on)
+            self._timeline.watched(label, on and label in media.cameras())
+            if not on:
+                self._control.unwatched(label)
+
+    def talking_changed(self, label: str, who: Sender | None) -> None:
+        """Somebody talks to the loudspeaker ``label``, or nobody does any more."""
+        known = {} if who is None else {"peer_id": who.peer_id, "name": who.name}
+        self._control.tell(control.MediaTalking(label=label, **known))
+
+    def _unavailable(self, label: str, code: str) -> None:
+        self._control.answer(control.MediaUnavailable(label=label, code=code))

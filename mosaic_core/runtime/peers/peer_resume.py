@@ -1,0 +1,227 @@
+"""What of one peer belongs to a session that outlives it: nothing of its reliable channels flows before both sides have
+said how far they are, and a lost peer leaves what was not confirmed to the next one.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Literal
+
+from mosaic_core.contract.handler import DataChannelReceivable
+from mosaic_core.machines.delivery.framing import FrameFlag
+from mosaic_core.machines.delivery.resume import Arrival, ResumeReceiver
+from mosaic_core.machines.delivery.send_scheduler import Lane
+from mosaic_core.runtime.control.control_desk import LOST
+from mosaic_core.runtime.delivery.sessions import Session
+from mosaic_core.words.control import HELLO_TIMEOUT_S, ControlMessage, Delivered, Hello, Resume
+from mosaic_core.words.data_type import Direction
+
+if TYPE_CHECKING:
+    from mosaic_core.contract.host import Sender
+    from mosaic_core.runtime.delivery.channel_link import ChannelLink
+    from mosaic_core.runtime.delivery.send_queue import SendQueue
+    from mosaic_core.runtime.handlers.routes import Route
+    from mosaic_core.runtime.peers.site import Site
+
+TELL_PERIOD_S = 0.25
+"""What has arrived is told this late at the latest: the operator keeps it so long."""
+TELL_AFTER = 128
+"""Messages after which it is told at once, so that a fast sender need not forget what it keeps."""
+RELEASE_AFTER_S = 1.0
+"""A channel that closed alone was released on purpose; when its connection ends too, this is known by then."""
+
+
+class PeerResume:
+    """Implements ``sessions.Owner``; event loop only. ``tell``: says something on the control channel."""
+
+    def __init__(self, sender: Callable[[], Sender], site: Site, tell: Callable[[ControlMessage], None]) -> None:
+        self._sender = sender
+        self._site = site
+        self._tell = tell
+        self._loop = asyncio.get_running_loop()
+        self._phase: Literal["unknown", "expecting", "resumed", "plain"] = "unknown"
+        self._boot_id = ""
+        self._session: Session | None = None
+        self._held: list[Callable[[], None]] = []
+        self._untold = 0
+        self._timers: dict[str, asyncio.TimerHandle] = {}
+
+    def when_known(self, route: Route, is_framed: bool, proceed: Callable[[], None]) -> None:
+        """Call ``proceed`` as soon as data may flow on this channel."""
+        if is_framed and _sends(route) and self._phase in ("unknown", "expecting"):
+            self._held.append(proceed)
+        else:
+            proceed()
+
+    def keeps(self, label: str) -> bool:
+        """What goes out on this channel outlives the peer."""
+        return self._session is not None and label in self._session.streams
+
+    def opens(self, label: str) -> bool:
+        """Whether the channel, which is open now, is to be attached to its session."""
+        timer = self._timers.pop(label, None)
+        if timer is not None:  # it was closed and opened again on this peer: whoever listens now is new
+            timer.cancel()
+            self._release(label)
+        return self.keeps(label)
+
+    def attach(self, label: str, queue: SendQueue, link: ChannelLink) -> None:
+        """Repeat what is missing, then go on; a newcomer begins with the latched value."""
+        assert self._session is not None
+        stream, outbox, peer_id = self._session.streams[label], self._site.outbox, self._session.peer_id
+        is_newcomer = not stream.was_opened
+        latched = outbox.join(label, peer_id, stream)
+        stream.attach(
+            lambda message, flags, seq: queue.offer(link.outgoing(message, flags, seq)), lambda: queue.waiting(label)
+        )
+        outbox.has_room(label, peer_id)
+        if latched is not None and is_newcomer:
+            stream.deliver(latched, FrameFlag.LATCHED)
+
+    def has_room(self, label: str) -> None:
+        """The connection's queue takes messages again."""
+        if self._session is not None and label in self._session.streams:
+            self._session.streams[label].pump()
+
+    def arrived(self, route: Route, seq: int) -> bool:
+        """A message has come; ``False``: it came before."""
+        receiver = self._receiver(route)
+        if receiver is None:
+            return True
+        arrival: Arrival = receiver.arrived(seq)
+        route.counters.lost += arrival.lost
+        self._untold += 1
+        if self._untold >= TELL_AFTER:
+            self._tell_delivered()
+        else:
+            self._after("tell", TELL_PERIOD_S, self._tell_delivered)
+        return arrival.is_new
+
+    def channel_closed(self, label: str) -> None:
+        """A channel closed while its peer goes on."""
+        if self._session is not None and label in self._session.streams:
+            self._session.streams[label].closed()
+            self._after(label, RELEASE_AFTER_S, lambda: self._release(label))
+
+    # -- what the operator says ----------------------------------------------------------------------------------
+
+    def greeted(self, hello: Hello) -> None:
+        if self._phase != "unknown":
+            return
+        self._boot_id = hello.boot_id
+        if "resume" not in hello.extensions:
+            self.plain()
+            return
+        self._phase = "expecting"
+        self._after("expect", HELLO_TIMEOUT_S, self.plain)
+
+    def plain(self) -> None:
+        """Its numbers begin anew with every connection: an original operator, or an older one."""
+        if self._phase in ("unknown", "expecting"):
+            self._phase = "plain"
+            self._release_held()
+
+    def heard(self, message: Resume | Delivered) -> None:
+        if isinstance(message, Delivered):
+            streams = self._session.streams if self._session is not None else {}
+            for label in message.seqs.keys() & streams.keys():
+                streams[label].delivered(message.seqs[label])
+            for label in streams:  # what was kept of one makes room for all
+                self._site.outbox.has_room(label, self._sender().peer_id)
+        elif self._phase == "expecting":
+            self._resume(message)
+        elif self._phase == "plain":  # it is too late: nothing takes part
+            self._tell(Resume(boot_id=self._site.boot_id, is_new=True))
+
+    def _resume(self, theirs: Resume) -> None:
+        self._phase = "resumed"
+        sender, book = self._sender(), self._site.sessions
+        session, is_known = book.claim(sender.session_id, sender.operator_id, self._boot_id, sender.peer_id, self)
+        self._session = session
+        routes = self._site.routes
+        taking = [label for label, route in routes.items() if _takes(route)]
+        sending = {label: route.connector.terms.limits for label, route in routes.items() if _sends(route)}
+        received = theirs.received if theirs.boot_id == self._site.boot_id else {}
+        book.resume(session, received, sending)
+        for label in taking:
+            self._announced(label, theirs.upcoming.get(label), is_known)
+        self._tell(
+            Resume(
+                boot_id=self._site.boot_id,
+                is_new=not is_known,
+                received={label: session.receivers[label].received or 0 for label in taking},
+                upcoming={label: session.streams[label].upcoming for label in sending},
+            )
+        )
+        self._release_held()
+
+    def _announced(self, label: str, upcoming: int | None, is_known: bool) -> None:
+        assert self._session is not None
+        receivers = self._session.receivers
+        receiver = receivers.setdefault(label, ResumeReceiver(0 if is_known or upcoming is None else None))
+        if upcoming is not None:
+            self._site.routes[label].counters.lost += receiver.announced(upcoming) or 0
+
+    # -- its end -------------------------------------------------------------------------------------------------
+
+    def dispossessed(self) -> None:
+        """The session lives on another peer now."""
+        self._session = None
+
+    def left(self, code: str) -> None:
+        """The peer has ended."""
+        for timer in self._timers.values():
+            timer.cancel()
+        self._timers.clear()
+        self._held.clear()
+        session, self._session = self._session, None
+        if session is not None:
+            self._site.sessions.left(session, self, is_lost=code in LOST)
+
+    # -- inside --------------------------------------------------------------------------------------------------
+
+    def _receiver(self, route: Route) -> ResumeReceiver | None:
+        return self._session.receivers.get(route.label) if self._session is not None else None
+
+    def _release_held(self) -> None:
+        held, self._held = self._held, []
+        for proceed in held:
+            proceed()
+
+    def _release(self, label: str) -> None:
+        if self._session is not None:
+            self._site.sessions.release(self._session, label)
+
+    def _tell_delivered(self) -> None:
+        self._untold = 0
+        timer = self._timers.pop("tell", None)
+        if timer is not None:
+            timer.cancel()
+        if self._session is None:
+            return
+        seqs = {label: seq for label, one in self._session.receivers.items() if (seq := one.untold()) is not None}
+        if seqs:
+            self._tell(Delivered(seqs=seqs))
+
+    def _after(self, name: str, delay_s: float, action: Callable[[], None]) -> None:
+        """Once, unless it is already going to."""
+        if name not in self._timers:
+            self._timers[name] = self._loop.call_later(delay_s, self._due, name, action)
+
+    def _due(self, name: str, action: Callable[[], None]) -> None:
+        self._timers.pop(name, None)
+        action()
+
+
+def _sends(route: Route) -> bool:
+    """What the robot sends there is numbered across connections. Bulk is not: a map is sent anew."""
+    is_receiver_only = route.handler.direction is Direction.TO_ROBOT
+    return not is_receiver_only and route.lane is Lane.RELIABLE and not route.connector.terms.limits.newest_wins
+
+
+def _takes(route: Route) -> bool:
+    """What operators send there is numbered across connections: never what moves something, which is never repeated."""
+    safety = route.safety
+    is_free = not safety.is_motion and safety.max_rate_hz is None and not safety.motion_fields
+    return isinstance(route.handler, DataChannelReceivable) and route.lane is Lane.RELIABLE and is_free

@@ -1,0 +1,106 @@
+"""The peer connection under one operator: answers its offers, tells its candidates after the answer, and closes."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+
+from mosaic_core.machines.peers import peer_session as session
+from mosaic_core.machines.peers.chosen_path import ChosenPath
+from mosaic_core.machines.signaling.peer_admission import StartPeer
+from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
+from mosaic_core.runtime.peers.site import Site
+from mosaic_core.runtime.transport.sound_transport import SoundLabels
+from mosaic_core.runtime.transport.transport import Answerer, OfferRefused
+from mosaic_core.words.errors import ConnectionFailed, MosaicError
+from mosaic_core.words.signaling import ExchangeIceCandidate, IceCandidate, SdpAnswer
+
+logger = logging.getLogger(__name__)
+
+
+class PeerTransport:
+    """Event loop only. ``tell`` gets what became of the offer; ``is_closed``: nobody wants an answer any more."""
+
+    def __init__(
+        self,
+        start: StartPeer,
+        site: Site,
+        timeline: PeerTimeline,
+        make: Callable[[], Answerer],
+        tell: Callable[[session.Event], None],
+        is_closed: Callable[[], bool],
+    ) -> None:
+        self._start = start
+        self._site = site
+        self._timeline = timeline
+        self._make = make
+        self._tell = tell
+        self._is_closed = is_closed
+        self._answerer: Answerer | None = None
+        self._early: list[IceCandidate] | None = []
+
+    def path(self) -> ChosenPath | None:
+        """Which way it takes, once it has one."""
+        return None if self._answerer is None else self._answerer.path()
+
+    async def answer(self) -> None:
+        """Answer the first offer; never raises."""
+        start = self._start
+        try:
+            self._answerer = answerer = self._make()
+            sdp = await self.answer_to(start.offer_sdp, start.tracks)
+        except MosaicError as error:
+            if isinstance(error, OfferRefused) and not self._is_closed():
+                self._site.listener.signal(SdpAnswer(rtc_connection_id=start.peer_id, sdp_answer=error.answer))
+            self._tell(session.AnswerFailed(error.code, error.message))
+            return
+        except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
+            logger.exception("the offer of peer %s could not be answered", start.peer_id)
+            self._tell(session.AnswerFailed("sdp.invalid", type(error).__name__))
+            return
+        if self._is_closed():
+            return
+        self._site.listener.signal(SdpAnswer(rtc_connection_id=start.peer_id, sdp_answer=sdp))
+        self._timeline.mark("answered")
+        if start.candidates or "\na=candidate:" in start.offer_sdp:
+            self._timeline.mark("candidate", "with the offer")
+        self._tell(session.Answered())
+        early, self._early = self._early or [], None
+        for candidate in early:  # an original dashboard rejects candidates before the answer (UPSTREAM §3.4)
+            self.candidate_found(candidate)
+        for candidate in start.candidates:
+            await answerer.add_candidate(candidate)
+
+    async def answer_again(self, offer_sdp: str, tracks: Mapping[str, str] | None) -> str:
+        """The answer to a further offer; raises :class:`MosaicError`."""
+        if self._early is not None:
+            raise ConnectionFailed("The first offer is not answered yet.", code="signal.too_slow")
+        return await self.answer_to(offer_sdp, tracks)
+
+    async def answer_to(self, offer_sdp: str, tracks: Mapping[str, str] | None) -> str:
+        """The answer's SDP, of this offer or a further one; raises :class:`MosaicError`."""
+        assert self._answerer is not None
+        media, sound = self._site.media, SoundLabels(self._site.media.microphones(), self._site.talk.labels())
+        return await self._answerer.answer(offer_sdp, media.cameras(), tracks, sound)
+
+    async def add_candidate(self, candidate: IceCandidate) -> None:
+        """One of the operator's; it may have come right behind the offer."""
+        if self._answerer is not None:
+            await self._answerer.add_candidate(candidate)
+
+    def candidate_found(self, candidate: IceCandidate) -> None:
+        """One of ours."""
+        if self._early is not None:
+            self._early.append(candidate)
+        else:
+            message = ExchangeIceCandidate(rtc_connection_id=self._start.peer_id, ice_candidate=candidate)
+            self._site.listener.signal(message)
+
+    async def close(self) -> None:
+        """Never raises."""
+        if self._answerer is None:
+            return
+        try:
+            await self._answerer.close()
+        except Exception:  # it is over either way, but whoever looks for a leak must find it
+            logger.warning("the transport of peer %s did not close cleanly", self._start.peer_id, exc_info=True)

@@ -1,0 +1,149 @@
+"""Carries out the signaling session over a socket: connects, reads, writes in order, waits, connects again."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import random
+import time
+from collections.abc import Callable
+
+from mosaic_core.machines.signaling import signaling_events as session
+from mosaic_core.machines.signaling.signaling_session import SignalingSession
+from mosaic_core.runtime.signaling.socket_renewal import SocketRenewal
+from mosaic_core.runtime.transport.transport import SignalingSocket, SocketConnector
+from mosaic_core.words.errors import SignalingError
+
+logger = logging.getLogger(__name__)
+
+_MAX_UNSENT = 1024
+"""Messages that wait for a slow server before the socket is given up."""
+_CLOSE_PATIENCE_S = 0.5
+"""For the closing handshake; a dead server does not answer it."""
+
+
+class SignalingClient:
+    """Event loop only. ``carry_out`` gets every effect that isn't about the socket."""
+
+    def __init__(
+        self,
+        url: str,
+        machine: SignalingSession,
+        connect: SocketConnector,
+        carry_out: Callable[[session.Effect], None],
+    ) -> None:
+        self._url = url
+        self._machine = machine
+        self._connect = connect
+        self._carry_out = carry_out
+        self._loop = asyncio.get_running_loop()
+        self._unsent: asyncio.Queue[session.Send | session.CloseSocket] | None = None
+        self._delay_s = 0.0
+        self._timer: asyncio.TimerHandle | None = None
+        self._stopped = asyncio.Event()
+        self._renewal = SocketRenewal(lambda socket: _close(socket, 1000, ""))
+
+    def tell(self, event: session.Event) -> None:
+        """Something happened: on the socket, or in the robot."""
+        for effect in self._machine.handle(event, time.monotonic(), random.random()):
+            match effect:
+                case session.Send() | session.CloseSocket():
+                    self._enqueue(effect)
+                case session.ReconnectAfter(delay_s):
+                    self._delay_s = delay_s
+                case _:
+                    self._carry_out(effect)
+        if self._machine.state == "stopped":
+            self._stopped.set()
+        self._rearm()
+
+    def renew(self) -> None:
+        """The network is another one: leave the socket, which may be dead without knowing it; make a new one now."""
+        self._renewal.ask()
+
+    async def run(self) -> None:
+        """Until the session is stopped."""
+        while not self._stopped.is_set():
+            try:
+                socket = await self._renewal.opened(self._connect(self._url))
+            except SignalingError as error:
+                self.tell(session.ConnectFailed(error.message, error.code))
+            else:
+                if socket is None:
+                    self.tell(session.NetworkChanged())
+                else:
+                    await self._serve(socket)
+            await self._wait()
+
+    async def _wait(self) -> None:
+        stopped = self._loop.create_task(self._stopped.wait())
+        try:
+            async with asyncio.timeout(self._delay_s):
+                if not await self._renewal.until_done(stopped):
+                    self.tell(session.NetworkChanged())
+        except TimeoutError:
+            return
+        finally:
+            stopped.cancel()
+
+    async def _serve(self, socket: SignalingSocket) -> None:
+        self._unsent = asyncio.Queue(_MAX_UNSENT)
+        reader = self._loop.create_task(self._read(socket))
+        writer = self._loop.create_task(self._write(socket, self._unsent))
+        self.tell(session.SocketOpened())
+        is_moved = False
+        try:
+            is_moved = not await self._renewal.until_done(reader, writer)
+        finally:
+            self._unsent = None
+            code = None if not writer.done() or writer.cancelled() or writer.exception() else writer.result()
+            reader.cancel()
+            writer.cancel()
+            await asyncio.wait({reader, writer})
+            await self._leave(socket, is_moved=is_moved)
+            self.tell(session.SocketClosed(socket.close_code if code is None else code))
+
+    async def _leave(self, socket: SignalingSocket, *, is_moved: bool) -> None:
+        if not is_moved:
+            await _close(socket, 1000, "")
+            return
+        self.tell(session.NetworkChanged())
+        self._renewal.leave(socket)
+
+    async def _read(self, socket: SignalingSocket) -> None:
+        try:
+            async for text in socket:
+                self.tell(session.FrameReceived(text))
+        except SignalingError as error:
+            logger.debug("signaling socket: %s", error)
+
+    async def _write(self, socket: SignalingSocket, unsent: asyncio.Queue[session.Send | session.CloseSocket]) -> int:
+        """The close code that we chose."""
+        while True:
+            effect = await unsent.get()
+            if isinstance(effect, session.CloseSocket):
+                await _close(socket, effect.code, effect.reason)
+                return effect.code
+            await socket.send(effect.message.to_text())
+
+    def _enqueue(self, effect: session.Send | session.CloseSocket) -> None:
+        if self._unsent is None:
+            return
+        if self._unsent.full():
+            self._unsent.get_nowait()  # the server stopped reading: the oldest goes, its keep-alive ends the socket
+        self._unsent.put_nowait(effect)
+
+    def _rearm(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._machine.deadline_s is not None:
+            delay_s = max(0.0, self._machine.deadline_s - time.monotonic())
+            self._timer = self._loop.call_later(delay_s, self.tell, session.DeadlinePassed())
+
+
+async def _close(socket: SignalingSocket, code: int, reason: str) -> None:
+    try:
+        await asyncio.wait_for(socket.close(code, reason), _CLOSE_PATIENCE_S)
+    except (TimeoutError, SignalingError):
+        logger.debug("the signaling socket did not close in time")

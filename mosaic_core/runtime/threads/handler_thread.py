@@ -1,0 +1,44 @@
+"""A thread that runs code of a plugin: the event loop can wait for its end, and does not wait for ever."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+from collections.abc import Callable
+
+from mosaic_core.runtime.handlers.body import STOP_PATIENCE_S, tell_abandoned
+
+logger = logging.getLogger(__name__)
+
+
+class HandlerThread:
+    """Of the connector ``label``; ``live()`` is its whole life. Methods on the event loop."""
+
+    def __init__(self, label: str, live: Callable[[], None]) -> None:
+        self._label = label
+        self._live = live
+        self._loop = asyncio.get_running_loop()
+        self._done = asyncio.Event()
+        self._thread = threading.Thread(target=self._run, name=f"mosaic-{label}", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    async def ended(self) -> None:
+        """Wait until it has ended, or has been abandoned."""
+        if not self._thread.is_alive():
+            return
+        try:
+            await asyncio.wait_for(self._done.wait(), STOP_PATIENCE_S)
+        except TimeoutError:
+            tell_abandoned(self._label)
+
+    def _run(self) -> None:
+        try:
+            self._live()
+        finally:
+            try:
+                self._loop.call_soon_threadsafe(self._done.set)
+            except RuntimeError:
+                logger.debug("connector %r stopped after its robot was gone", self._label)

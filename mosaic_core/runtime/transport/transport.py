@@ -1,0 +1,246 @@
+"""What the runtime needs from the network, as Protocols; ``adapters`` implement them over aiortc and websockets.
+
+Everything here is called on the event loop and calls back on the event loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from typing import Any, Protocol, TypeAlias
+
+from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
+from mosaic_core.machines.congestion.rate_control import Feedback
+from mosaic_core.machines.peers.chosen_path import ChosenPath
+from mosaic_core.machines.peers.network_change import NetworkChange
+from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.transport.sound_transport import NO_SOUND, IncomingSound, SoundLabels
+from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.ice import IceServer
+from mosaic_core.words.signaling import IceCandidate
+
+
+class Channel(Protocol):
+    """One data channel. Callbacks are plain attributes, set by the owner."""
+
+    on_message: Callable[[bytes | str], None] | None
+    on_open: Callable[[], None] | None
+    on_close: Callable[[], None] | None
+    on_drained: Callable[[], None] | None
+    """``buffered_bytes`` fell to the low-water mark (``machines.send_scheduler.LOW_WATER_BYTES``)."""
+
+    @property
+    def label(self) -> str: ...
+
+    @property
+    def protocol(self) -> str: ...
+
+    @property
+    def is_reliable(self) -> bool: ...
+
+    @property
+    def is_first(self) -> bool:
+        """Whoever made it had made no other channel before on this peer connection."""
+        ...
+
+    @property
+    def is_open(self) -> bool: ...
+
+    @property
+    def buffered_bytes(self) -> int:
+        """Bytes that wait in SCTP's queue of the whole peer connection."""
+        ...
+
+    @property
+    def window_bytes(self) -> int:
+        """What the peer connection may have on its way at present (SCTP's congestion window)."""
+        ...
+
+    @property
+    def under_way_bytes(self) -> int:
+        """Bytes of the peer connection that are on their way: handed to the network, and not acknowledged yet."""
+        ...
+
+    def give_way(self, on: bool) -> None:
+        """Whether the data of the whole peer connection leaves a path that others use to them, as bulk should."""
+        ...
+
+    def send(self, data: bytes | str) -> None:
+        """Queue one message; raises :class:`ConnectionFailed` when the channel isn't open."""
+        ...
+
+    def close(self) -> None: ...
+
+
+class PictureFeed(Protocol):
+    """Where a track takes its pictures from; one feed per (peer, label)."""
+
+    @property
+    def codec_order(self) -> Sequence[str]:
+        """MIME types, the preferred one first; empty: the transport's own order."""
+        ...
+
+    def codec_agreed(self, mime_type: str) -> None:
+        """What the peers will speak; told once, before :meth:`next`."""
+        ...
+
+    async def next(self) -> Any:
+        """The next picture of the agreed codec (``av.Packet`` with pts and time base); waits while there is none.
+        Whoever takes them too slowly goes on at a later one: latency never accumulates."""
+        ...
+
+    def heard(self, feedback: Feedback) -> None:
+        """What the operator's side reports about the link and its decoder."""
+        ...
+
+    def repeats(self, sequence_number: int) -> int:
+        """How many times a packet that the operator's side misses is sent again now: 0, 1 or 2."""
+        ...
+
+    def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
+        """A packet of a picture has left: whether it is sent a second time unasked, because the link loses some."""
+        ...
+
+    def pause_s(self, size_bytes: int) -> float:
+        """A packet of a picture has left: how long the next one waits, so that a large picture is no burst."""
+        ...
+
+
+TellUnavailable: TypeAlias = Callable[[str], None]
+"""Called with a ``media.*`` code when a viewer can't be sent any picture."""
+
+
+class PictureStream(Protocol):
+    """All pictures of one label on their way to its viewers. Event loop, but for :meth:`post`."""
+
+    def post(self, picture: Picture, captured_at_s: float) -> bool:
+        """Take a picture on its handler's thread. ``False`` if nobody watches or the loop is behind."""
+        ...
+
+    def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> PictureFeed:
+        """A viewer's feed, silent until :meth:`watch`. ``is_local``: on this robot, where no link limits it."""
+        ...
+
+    def watch(self, viewer_id: str, on: bool) -> None: ...
+    def leave(self, viewer_id: str) -> None: ...
+    def close(self) -> None:
+        """Release what it holds; nothing is posted any more."""
+        ...
+
+
+class PictureStreamFactory(Protocol):
+    """Called on the event loop, once per label. ``packet_codec``: of packets that its handler says it yields."""
+
+    def __call__(
+        self,
+        label: str,
+        encoding: EncodingParams,
+        counters: ConnectorCounters,
+        packet_codec: PacketCodec | None = None,
+    ) -> PictureStream: ...
+
+
+class OfferRefused(ConnectionFailed):
+    """Every line of the offer is refused. ``answer`` says it in the words of WebRTC."""
+
+    def __init__(self, message: str, answer: str) -> None:
+        super().__init__(message, code="sdp.no_common_codec")
+        self.answer = answer
+
+
+class AnswererListener(Protocol):
+    """What a robot-side peer connection tells."""
+
+    def candidate_found(self, candidate: IceCandidate) -> None: ...
+    def channel_opened(self, channel: Channel) -> None: ...
+    def state_changed(self, state: str) -> None:
+        """``connecting``, ``securing`` (a path is found, DTLS runs; may be left out), ``connected``, ``failed`` or
+        ``closed``."""
+        ...
+
+    def track_bound(self, label: str) -> PictureFeed:
+        """A media line of the offer was given to ``label``; the feed may stay silent for ever."""
+        ...
+
+    def voice_bound(self, label: str, sound: IncomingSound) -> None:
+        """A line of the offer on which the operator talks was given to the loudspeaker ``label``."""
+        ...
+
+    def tracks_unbound(self, labels: Sequence[str]) -> None:
+        """The offer had no line for these."""
+        ...
+
+    def track_refused(self, label: str, cause: str) -> None:
+        """The line for this one is refused: no codec is shared. ``cause`` names what was offered and what we have."""
+        ...
+
+    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
+        """RTP timestamp = capture time x 90 kHz + ``rtp_origin`` (mod 2^32). Told once per track."""
+        ...
+
+
+class Answerer(Protocol):
+    """A robot-side peer connection."""
+
+    async def answer(
+        self,
+        offer_sdp: str,
+        media_labels: Sequence[str],
+        tracks: Mapping[str, str] | None,
+        sound: SoundLabels = NO_SOUND,
+    ) -> str:
+        """Vet and apply the offer, bind tracks, return the answer's SDP at once; candidates follow by listener.
+
+        A further offer on the live connection may add lines; what has one keeps it.
+        ``media_labels`` are the robot's cameras in YAML order, ``tracks`` the operator's wish (mid → label).
+        A line without a common codec is refused in the answer. Raises :class:`ConnectionFailed` with ``sdp.invalid``,
+        and :class:`OfferRefused` if there is no other line.
+        """
+        ...
+
+    async def add_candidate(self, candidate: IceCandidate) -> None:
+        """Add a remote candidate; a bad one is logged and dropped."""
+        ...
+
+    def path(self) -> ChosenPath | None:
+        """The path that ICE chose; ``None`` before, and where it is not known."""
+        ...
+
+    async def close(self) -> None: ...
+
+
+class AnswererFactory(Protocol):
+    def __call__(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> Answerer: ...
+
+
+class PicturePreparer(Protocol):
+    """Converts a handler's picture once, on the handler's thread, into what all viewers share."""
+
+    def __call__(self, picture: Picture, captured_at_s: float) -> Any: ...
+
+
+class SignalingSocket(Protocol):
+    """An open WebSocket with text frames."""
+
+    def __aiter__(self) -> AsyncIterator[str]:
+        """The frames; ends when the socket closes."""
+        ...
+
+    async def send(self, text: str) -> None: ...
+    async def close(self, code: int = 1000, reason: str = "") -> None: ...
+
+    @property
+    def close_code(self) -> int | None:
+        """The other side's close code, once closed."""
+        ...
+
+
+class NetworkWatcher(Protocol):
+    async def __call__(self, changed: Callable[[NetworkChange], None]) -> None:
+        """Call ``changed`` at every change of this machine's network, until cancelled."""
+        ...
+
+
+class SocketConnector(Protocol):
+    async def __call__(self, url: str) -> SignalingSocket:
+        """Open ``url``; raises :class:`SignalingError` (``signal.unreachable``) with the cause in words."""
+        ...

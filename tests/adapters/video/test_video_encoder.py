@@ -1,0 +1,174 @@
+"""Encoders: one picture in, one packet out at once, at the bit rate that is wanted, key frames only on request."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import av
+import numpy as np
+import pytest
+from av.codec.hwaccel import HWAccel
+
+from mosaic_core.adapters.video import encoder_choice
+from mosaic_core.adapters.video.encoder_choice import KINDS, EncoderUnavailable, chosen_kind, measured_speed, probed
+from mosaic_core.adapters.video.picture import prepared_picture
+from mosaic_core.adapters.video.video_encoder import EncoderKind, EncoderSettings, VideoEncoder
+
+SOFTWARE = [kind for kind in KINDS if not kind.is_hardware]
+DECODERS = {"VP8": "vp8", "H264": "h264"}
+RNG = np.random.default_rng(1)
+TEXTURE = np.kron(RNG.integers(40, 200, (30, 80), dtype=np.uint8), np.ones((8, 8), np.uint8))
+NOISE = RNG.integers(0, 24, (7, 240, 320), dtype=np.uint8)
+
+
+def moving(number: int, fps: float = 30.0) -> Any:
+    """Blocks under a slow pan, with the noise of a sensor: never cheap, never a new scene."""
+    shifted = np.roll(TEXTURE, 2 * number, axis=1)
+    return prepared_picture(shifted[:240, :320] + NOISE[number % 7], 100 + number / fps)
+
+
+def blocks(frame: Any) -> Any:
+    """Means of 8 x 8 pixels: what is shown, without its noise."""
+    return frame.to_ndarray(format="gray").reshape(30, 8, 40, 8).mean(axis=(1, 3))
+
+
+def encoded(encoder: VideoEncoder, numbers: range, fps: float = 30.0) -> list[Any]:
+    packets = []
+    for number in numbers:
+        picture = moving(number, fps)
+        made = encoder.encode(picture, pts=picture.pts, as_key=False)
+        assert len(made) == 1, "nothing is held back"
+        assert made[0].pts == picture.pts
+        packets += made
+    return packets
+
+
+def rate_bps(packets: list[Any], fps: float = 30.0) -> float:
+    return sum(packet.size for packet in packets) * 8 * fps / len(packets)
+
+
+@pytest.fixture(params=SOFTWARE, ids=lambda kind: kind.name)
+def kind(request: pytest.FixtureRequest) -> EncoderKind:
+    return cast(EncoderKind, request.param)
+
+
+@pytest.mark.parametrize("preset", ["drive", "inspect"])
+def test_pictures_come_out_at_once_and_only_the_first_is_a_key_frame(kind: EncoderKind, preset: Any) -> None:
+    encoder = VideoEncoder(kind, EncoderSettings(320, 240, 30.0, 500_000, 500_000, preset))
+    packets = encoded(encoder, range(40))
+    assert [packet.is_keyframe for packet in packets] == [True] + [False] * 39
+    decoder = cast(Any, av.CodecContext.create(DECODERS[kind.codec], "r"))
+    shown = [frame for data in (*map(bytes, packets), None) for frame in decoder.decode(data and av.Packet(data))]
+    assert len(shown) == 40
+    assert np.abs(blocks(shown[-1]) - blocks(moving(39))).mean() < 6
+
+
+def test_a_key_frame_on_request_can_be_shown_by_itself_and_is_no_burst(kind: EncoderKind) -> None:
+    encoder = VideoEncoder(kind, EncoderSettings(320, 240, 30.0, 600_000, 600_000))
+    ordinary = encoded(encoder, range(30))[1:]
+    picture = moving(30)
+    (key,) = encoder.encode(picture, pts=picture.pts, as_key=True)
+    assert key.is_keyframe
+    decoder = cast(Any, av.CodecContext.create(DECODERS[kind.codec], "r"))
+    frames = [frame for data in (bytes(key), None) for frame in decoder.decode(data and av.Packet(data))]
+    assert (frames[0].width, frames[0].height) == (320, 240)
+    mean_bytes = sum(packet.size for packet in ordinary) / len(ordinary)
+    assert key.size < 10 * mean_bytes
+
+
+def test_the_bit_rate_is_followed_down_and_up(kind: EncoderKind) -> None:
+    encoder = VideoEncoder(kind, EncoderSettings(320, 240, 30.0, 800_000, 800_000))
+    at_first = rate_bps(encoded(encoder, range(90))[30:])
+    encoder.follow(300_000, moving(90).pts)
+    lower = encoded(encoder, range(90, 210))
+    encoder.follow(800_000, moving(210).pts)
+    higher = encoded(encoder, range(210, 330))
+    assert 500_000 < at_first < 900_000
+    assert rate_bps(lower[60:]) < 390_000
+    assert rate_bps(higher[60:]) > 450_000
+    if kind.follows_rate:
+        assert not any(packet.is_keyframe for packet in lower + higher)
+
+
+def test_a_small_change_of_rate_costs_no_key_frame(kind: EncoderKind) -> None:
+    encoder = VideoEncoder(kind, EncoderSettings(320, 240, 30.0, 400_000, 800_000))
+    encoded(encoder, range(10))
+    for number in range(10, 100):
+        encoder.follow(400_000 + 1_000 * number, moving(number).pts)
+        assert not encoded(encoder, range(number, number + 1))[0].is_keyframe
+
+
+@pytest.mark.parametrize("fps", [10.0, 60.0])
+def test_a_source_of_another_rate_than_guessed_still_gets_its_bits(kind: EncoderKind, fps: float) -> None:
+    encoder = VideoEncoder(kind, EncoderSettings(320, 240, 30.0, 400_000, 400_000))
+    packets = encoded(encoder, range(int(6 * fps)), fps)
+    assert 250_000 < rate_bps(packets[int(2 * fps) :], fps) < 520_000
+
+
+def test_software_encoders_are_always_there() -> None:
+    for codec in ("VP8", "H264"):
+        assert chosen_kind(codec).codec == codec  # type: ignore[arg-type]
+        assert not chosen_kind(codec, broken=[k.name for k in KINDS if k.is_hardware]).is_hardware  # type: ignore[arg-type]
+
+
+def test_what_does_not_work_says_why() -> None:
+    for kind in KINDS:
+        probe = probed(kind)
+        assert probe.works or len(probe.problem) > 10
+        if not kind.is_hardware:
+            assert probe.works
+
+
+def test_vaapi_takes_pictures_in_its_own_memory_and_holds_none_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+
+    def create(name: str, mode: str, hwaccel: Any = None) -> Any:
+        asked.append(hwaccel)
+        return SimpleNamespace(open=lambda: None)
+
+    monkeypatch.setattr(av.CodecContext, "create", create)
+    vaapi = [kind for kind in KINDS if "vaapi" in kind.name]
+    assert [kind.name for kind in vaapi] == ["h264_vaapi", "vp8_vaapi"]
+    for kind in vaapi:
+        encoder = VideoEncoder(kind, EncoderSettings(320, 240, 30.0, 400_000, 400_000))
+        assert isinstance(asked.pop(), HWAccel)
+        assert encoder._context.pix_fmt == "nv12"
+        assert encoder._context.options["async_depth"] == "1"
+    VideoEncoder(KINDS[0], EncoderSettings(320, 240, 30.0, 400_000, 400_000))
+    assert asked == [None]
+
+
+def test_a_device_that_is_not_there_fails_its_probe_in_words() -> None:
+    absent = EncoderKind(
+        "h264_nvenc", "H264", "nv12", is_hardware=True, follows_rate=False, counts_pictures=True, device="cuda"
+    )
+    if not probed(KINDS[0]).works:  # no such GPU here
+        assert "NVIDIA" in probed(absent).problem
+
+
+def test_an_encoder_that_broke_is_not_chosen_again() -> None:
+    with pytest.raises(EncoderUnavailable) as none_left:
+        chosen_kind("VP8", broken=[kind.name for kind in KINDS])
+    assert none_left.value.code == "media.no_encoder"
+
+
+def test_a_wish_that_can_not_be_fulfilled_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
+    absent = EncoderKind("h264_nowhere", "H264", "yuv420p", is_hardware=True, follows_rate=False, counts_pictures=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(encoder_choice, "KINDS", (absent, *KINDS))
+        assert {chosen_kind("H264", "h264_nowhere").name for _ in range(3)} == {chosen_kind("H264").name}
+    assert [record.message.count("h264_nowhere") for record in caplog.records if "h264_nowhere" in record.message] == [
+        1
+    ]
+
+
+def test_a_wish_for_a_working_one_is_fulfilled() -> None:
+    assert chosen_kind("H264", "libx264").name == "libx264"
+    assert chosen_kind("VP8", "libx264").codec == "VP8", "an encoder of another codec is no answer"
+
+
+def test_speed_is_measured() -> None:
+    speed = measured_speed(chosen_kind("VP8"), 320, 240, pictures=20)
+    assert speed.fps > 5
+    assert 0 < speed.median_ms <= speed.slow_ms

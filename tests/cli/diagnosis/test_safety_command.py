@@ -1,0 +1,87 @@
+"""`mosaic safety drill`: what it prints, how it ends, and what it refuses to do."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from mosaic_core.cli.diagnosis.safety_commands import _show
+from mosaic_core.drill.findings import Finding
+
+BASE = """\
+  - { type: cmd-vel, label: cmd_vel, params: { drive: { type: log } } }
+"""
+
+
+@pytest.fixture
+def base_yaml(robot_yaml: Path) -> Path:
+    robot_yaml.write_text(robot_yaml.read_text() + BASE)
+    return robot_yaml
+
+
+def test_the_drill_prints_a_table_and_ends_well(mosaic: Callable[..., Any], base_yaml: Path) -> None:
+    ended = mosaic("safety", "drill", str(base_yaml), "--only", "silence", "--only", "stranger")
+    assert ended.code == 0, ended.err
+    assert "300 ms" in ended.out
+    assert "2 passed, 0 failed" in ended.out
+    assert "no device was touched" in ended.out
+
+
+def test_in_a_pipe_a_row_is_a_line(
+    mosaic: Callable[..., Any], base_yaml: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    ended = mosaic("safety", "drill", str(base_yaml), "--only", "frozen-picture", "--only", "too-fast")
+    lines = [line.rstrip() for line in ended.out.splitlines()]
+    assert any(line.endswith("the configuration has no camera") for line in lines)
+    assert any(line.startswith("too-fast ") and "max_rate_hz" in line for line in lines)
+
+
+def test_on_a_narrow_terminal_the_reasons_stand_below(capsys: pytest.CaptureFixture[str]) -> None:
+    why = "the safe action did not run, or did not return"
+    found = [Finding("stop", "base", "failed", "50 ms", "none", why), Finding("silence", "base", "passed", "300 ms")]
+    _show(found, Console(width=80, color_system=None), live=True)
+    lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    assert [line.split()[0] for line in lines[:3]] == ["what", "stop", "silence"]
+    assert lines[3:] == [f"stop, base: {why}", "1 passed, 1 failed, 0 skipped"]
+
+
+def test_the_drill_speaks_json(mosaic: Callable[..., Any], base_yaml: Path) -> None:
+    ended = mosaic("safety", "drill", str(base_yaml), "--only", "leaves", "--json")
+    lines = [json.loads(line) for line in ended.out.splitlines()]
+    found = next(line for line in lines if line["label"] == "cmd_vel")
+    assert (found["exercise"], found["verdict"]) == ("leaves", "passed")
+    assert found["measured_s"] < 0.15
+
+
+def test_a_failure_is_exit_code_1(mosaic: Callable[..., Any], base_yaml: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from mosaic_core.drill import silence
+
+    monkeypatch.setattr(silence, "acts_on_silence", lambda handler: False)
+    ended = mosaic("safety", "drill", str(base_yaml), "--only", "safe-action")
+    assert ended.code == 1
+    assert "make_safe is not written" in " ".join(ended.out.split())
+
+
+def test_a_misspelt_exercise_names_the_nearest(mosaic: Callable[..., Any], base_yaml: Path) -> None:
+    ended = mosaic("safety", "drill", str(base_yaml), "--only", "silense")
+    assert ended.code == 2
+    assert "did you mean 'silence'?" in ended.err
+
+
+def test_devices_are_not_driven_where_nobody_can_be_asked(mosaic: Callable[..., Any], base_yaml: Path) -> None:
+    ended = mosaic("safety", "drill", str(base_yaml), "--live")
+    assert ended.code == 2
+    assert "--yes" in ended.err
+    assert ended.out == ""
+
+
+def test_a_wrong_file_is_told_before_anything_runs(mosaic: Callable[..., Any], tmp_path: Path) -> None:
+    ended = mosaic("safety", "drill", str(tmp_path / "nothing.yaml"))
+    assert ended.code == 2
+    assert "nothing.yaml" in ended.err

@@ -1,0 +1,203 @@
+"""A viewer's bit rate where packets tell of the path: up where there is room, down at once where a queue stands."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mosaic_core.machines.congestion.path_rate import PathRate
+from mosaic_core.machines.congestion.path_watch import PathSeen
+from mosaic_core.machines.congestion.rate_control import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport
+
+MIN_BPS, MAX_BPS, START_BPS = 150_000, 4_000_000, 800_000
+REPORT_S = 0.1
+
+
+class Viewer:
+    """Sends what its budget allows, and hears of it every 0.1 s."""
+
+    def __init__(self) -> None:
+        self.rate = PathRate(MIN_BPS, MAX_BPS, 0.0, START_BPS)
+        self.now_s = 0.0
+
+    def hear(self, times: int = 1, *, sends: float = 1.0, lost: int = 0, received: int = 20, queue_s: float = 0.0,
+             newest_queue_s: float | None = None, empties_in_s: float = 0.0, path_bps: float | None = None,
+             trains_bps: float | None = None, left: float | None = None) -> Viewer:  # fmt: skip
+        for _ in range(times):
+            self.now_s += REPORT_S
+            self.rate.sent(round(self.rate.budget_bps * sends * REPORT_S / 8), self.now_s)
+            newest_s = queue_s if newest_queue_s is None else newest_queue_s
+            self.rate.handle(
+                PathSeen(
+                    queue_s, newest_s, self.now_s - 0.03, received, lost, empties_in_s, path_bps, trains_bps, left
+                ),
+                self.now_s,
+            )
+        return self
+
+
+def test_it_starts_where_it_was_and_stays_within_its_limits() -> None:
+    assert PathRate(MIN_BPS, MAX_BPS, 0.0, START_BPS).budget_bps == START_BPS
+    assert PathRate(MIN_BPS, 400_000, 0.0, START_BPS).budget_bps == 400_000
+    rate = PathRate(MIN_BPS, MAX_BPS, 0.0, START_BPS)
+    rate.limit(1_000_000, 2_000_000)
+    assert rate.budget_bps == 1_000_000
+
+
+def test_where_pictures_come_through_much_faster_it_grows_quickly() -> None:
+    assert Viewer().hear(40, trains_bps=20e6).rate.budget_bps == MAX_BPS
+
+
+def test_where_that_is_not_known_it_grows_all_the_same() -> None:
+    assert Viewer().hear(50).rate.budget_bps > 2 * START_BPS
+
+
+def test_little_sent_proves_little() -> None:
+    assert Viewer().hear(50, sends=0.2).rate.budget_bps < 1.6 * START_BPS
+
+
+def test_a_queue_brings_it_below_what_the_path_takes_at_once() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6)
+    before_bps = viewer.rate.budget_bps
+    viewer.hear(newest_queue_s=0.08, queue_s=0.04, path_bps=1e6, empties_in_s=0.2)
+    assert before_bps == MAX_BPS
+    assert viewer.rate.budget_bps == 800_000
+
+
+def test_nothing_is_sent_until_the_queue_has_drained() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, path_bps=1e6, empties_in_s=0.2)
+    assert viewer.now_s + 0.15 < viewer.rate.paused_until_s <= viewer.now_s + 0.2
+
+
+def test_a_pause_is_short_however_long_the_queue() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.5, path_bps=2e5, empties_in_s=3.0)
+    assert viewer.rate.paused_until_s <= viewer.now_s + 0.5
+
+
+def test_packets_of_before_the_cut_only_tell_better_what_the_path_takes() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, path_bps=2e6, empties_in_s=0.2)
+    old = PathSeen(0.2, 0.3, viewer.now_s - 0.01, 10, 0, 0.1, 1e6)
+    viewer.rate.handle(old, viewer.now_s + 0.05)
+    assert viewer.rate.budget_bps == 800_000
+    viewer.rate.handle(old, viewer.now_s + 0.05)
+    assert viewer.rate.budget_bps == 800_000
+
+
+def test_one_late_report_is_no_queue() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6)
+    before_bps = viewer.rate.budget_bps
+    viewer.hear(queue_s=0.15).hear()
+    assert viewer.rate.budget_bps >= before_bps
+
+
+def test_one_report_of_a_queue_may_be_a_busy_processor_and_two_are_a_queue() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6)
+    assert not viewer.hear(queue_s=0.15).rate.is_queued
+    assert viewer.hear(queue_s=0.15).rate.is_queued
+    assert not viewer.hear().rate.is_queued
+
+
+def test_a_queue_is_told_with_the_report_that_it_is_cut_for() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, queue_s=0.04, path_bps=1e6)
+    assert viewer.rate.is_queued
+    assert not viewer.hear().rate.is_queued
+
+
+def test_a_queue_on_a_path_that_takes_far_more_limits_nothing_but_the_rate_itself() -> None:
+    viewer = Viewer().hear(2, queue_s=0.15, path_bps=4e6)
+    assert not viewer.rate.is_limited(viewer.now_s)
+    assert viewer.rate.most_bps(viewer.now_s) == 2 * viewer.rate.budget_bps
+    viewer.rate.handle(PathSeen(0.2, 0.3, viewer.now_s - 0.01, 10, 0, 0.1, 1e6), viewer.now_s + 0.05)
+    assert viewer.rate.is_limited(viewer.now_s + 0.05)
+
+
+def test_a_queue_that_stands_counts_even_if_nothing_tells_what_the_path_takes() -> None:
+    viewer = Viewer().hear(20)
+    before_bps = viewer.rate.budget_bps
+    assert viewer.hear(4, queue_s=0.1).rate.budget_bps < 0.8 * before_bps
+
+
+def test_a_key_frame_may_be_a_queue_of_its_own() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6)
+    before_bps = viewer.rate.budget_bps
+    viewer.rate.sent(20_000, viewer.now_s, is_key=True)
+    viewer.hear(3, queue_s=0.12, path_bps=2e6)
+    assert viewer.rate.budget_bps >= before_bps
+
+
+def test_where_it_was_too_much_it_stays_below_until_more_comes_through() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, path_bps=1e6)
+    viewer.hear(100, trains_bps=1e6)
+    assert viewer.rate.budget_bps <= 950_000
+    assert viewer.rate.is_limited(viewer.now_s)
+    viewer.hear(40, trains_bps=8e6)
+    assert viewer.rate.budget_bps == MAX_BPS
+
+
+def test_beside_others_it_grows_no_further_than_what_they_leave_and_tries_for_more_later() -> None:
+    viewer = Viewer().hear(60, trains_bps=4e6)
+    viewer.hear(newest_queue_s=0.08, path_bps=1e6, trains_bps=4e6, left=0.25)
+    assert viewer.hear(50, trains_bps=4e6).rate.budget_bps <= 950_000
+    assert viewer.rate.most_bps(viewer.now_s + 20) < 4e6  # copies too
+    assert viewer.hear(300, trains_bps=4e6).rate.budget_bps > 3_000_000
+
+
+def test_what_others_leave_follows_the_path_when_it_widens() -> None:
+    viewer = Viewer().hear(60, trains_bps=4e6)
+    viewer.hear(newest_queue_s=0.08, path_bps=1e6, trains_bps=4e6, left=0.25)
+    assert viewer.hear(30, trains_bps=16e6).rate.budget_bps > 2_000_000
+
+
+@pytest.mark.parametrize("lost", [1, 2])
+def test_loss_without_a_queue_is_no_congestion(lost: int) -> None:
+    assert Viewer().hear(40, lost=lost, received=20 - lost, trains_bps=20e6).rate.budget_bps == MAX_BPS
+
+
+def test_a_lot_of_loss_is() -> None:
+    viewer = Viewer().hear(40, trains_bps=20e6)
+    assert viewer.hear(60, lost=8, received=12, trains_bps=20e6).rate.budget_bps < MAX_BPS / 2
+
+
+def test_silence_lowers_it_but_only_while_something_is_sent() -> None:
+    viewer = Viewer().hear(20)
+    before_bps = viewer.rate.budget_bps
+    for step in range(4):
+        viewer.rate.tick(viewer.now_s + step / 2)
+        viewer.rate.sent(10_000, viewer.now_s + step / 2)
+    assert viewer.rate.budget_bps < before_bps
+    idle = Viewer()
+    idle.rate.tick(10.0)
+    assert idle.rate.budget_bps == START_BPS
+
+
+def test_of_other_feedback_only_the_round_trip_counts() -> None:
+    rate = PathRate(MIN_BPS, MAX_BPS, 0.0, START_BPS)
+    for feedback in (ReceiverReport(90, 100, 0.07), BandwidthEstimate(1000), PacketsMissing(100), PictureLost()):
+        rate.handle(feedback, 1.0)
+    assert rate.budget_bps == START_BPS
+    assert rate.round_trip_s == 0.07
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.floats(0, 1), st.floats(0, 2), st.integers(0, 50), st.integers(1, 50), st.floats(0, 5),
+            st.one_of(st.none(), st.floats(1, 5e7)), st.one_of(st.none(), st.floats(1, 5e7)), st.booleans(),
+        ),
+        max_size=60,
+    )
+)  # fmt: skip
+def test_whatever_comes_it_stays_within_its_limits(
+    reports: list[tuple[float, float, int, int, float, float | None, float | None, bool]],
+) -> None:
+    viewer = Viewer()
+    for queue_s, more_s, lost, received, empties_in_s, path_bps, trains_bps, is_key in reports:
+        viewer.rate.sent(5000, viewer.now_s, is_key=is_key)
+        viewer.hear(
+            queue_s=queue_s, newest_queue_s=queue_s + more_s, lost=lost, received=received,
+            empties_in_s=empties_in_s, path_bps=path_bps, trains_bps=trains_bps,
+        )  # fmt: skip
+        viewer.rate.tick(viewer.now_s)
+        assert MIN_BPS <= viewer.rate.budget_bps <= MAX_BPS
+        assert viewer.rate.paused_until_s <= viewer.now_s + 0.5

@@ -1,0 +1,245 @@
+"""A viewer's bit rate: starts low, ramps up, backs off, recovers, and never leaves its limits."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mosaic_core.machines.congestion.rate_control import (
+    START_BPS,
+    BandwidthEstimate,
+    PacketsMissing,
+    PictureLost,
+    RateControl,
+    ReceiverReport,
+)
+
+MIN_BPS, MAX_BPS = 150_000, 4_000_000
+
+
+class Link:
+    """Plays a link that takes ``capacity_bps``: what is beyond it waits, then is lost. One report per second."""
+
+    def __init__(self, capacity_bps: float, *, random_loss: float = 0.0, used: float = 1.0) -> None:
+        self.rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+        self.capacity_bps = capacity_bps
+        self.random_loss = random_loss
+        self.used = used
+        self.now_s = 0.0
+        self.queue_bits = 0.0
+        self.packets = self.lost = 0
+        self.rate.handle(ReceiverReport(0, 0), 0.0)
+        self.history: list[int] = []
+
+    def play(self, seconds: int) -> Link:
+        for _ in range(seconds):
+            sent, lost = 0.0, 0.0
+            for _ in range(30):
+                self.now_s += 1 / 30
+                bits = self.rate.budget_bps * self.used / 30
+                self.rate.sent(round(bits / 8), self.now_s)
+                sent += bits
+                self.queue_bits = max(0.0, self.queue_bits + bits - self.capacity_bps / 30)
+                if self.queue_bits > self.capacity_bps * 0.5:
+                    lost += self.queue_bits - self.capacity_bps * 0.5
+                    self.queue_bits = self.capacity_bps * 0.5
+            share = min(1.0, lost / sent + self.random_loss) if sent else 0.0
+            self.packets += 1000
+            self.lost += round(1000 * share)
+            round_trip_s = 0.03 + self.queue_bits / self.capacity_bps
+            self.rate.handle(ReceiverReport(self.lost, self.packets, round_trip_s), self.now_s)
+            self.rate.tick(self.now_s)
+            self.history.append(self.rate.budget_bps)
+        return self
+
+
+def test_it_starts_low() -> None:
+    assert RateControl(MIN_BPS, MAX_BPS, 0.0).budget_bps == START_BPS
+    assert RateControl(MIN_BPS, 400_000, 0.0).budget_bps == 400_000
+    assert RateControl(1_000_000, MAX_BPS, 0.0).budget_bps == 1_000_000
+
+
+def test_on_a_good_link_it_is_at_its_best_within_seconds() -> None:
+    assert Link(20_000_000).play(6).rate.budget_bps == MAX_BPS
+
+
+def test_on_a_narrow_link_it_stays_near_what_the_link_takes() -> None:
+    link = Link(1_000_000).play(60)
+    settled = link.history[20:]
+    assert 550_000 < sum(settled) / len(settled) < 1_100_000
+    assert max(settled) < 1_500_000
+
+
+def test_it_recovers_when_the_link_does() -> None:
+    link = Link(4_000_000).play(15)
+    link.capacity_bps = 1_000_000
+    link.play(20)
+    assert link.rate.budget_bps < 1_300_000
+    link.capacity_bps = 6_000_000
+    link.play(45)
+    assert link.rate.budget_bps > 3_000_000
+
+
+@pytest.mark.parametrize("random_loss", [0.01, 0.03])
+def test_a_radio_link_that_loses_a_little_is_still_used(random_loss: float) -> None:
+    assert Link(20_000_000, random_loss=random_loss).play(15).rate.budget_bps == MAX_BPS
+
+
+def test_moderate_loss_neither_grows_nor_shrinks_it() -> None:
+    assert set(Link(20_000_000, random_loss=0.08).play(10).history) == {START_BPS}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_chance_explains_is_not_held_against_a_link(seed: int) -> None:
+    rate, chance = RateControl(MIN_BPS, MAX_BPS, 0.0), random.Random(seed)
+    sent = lost = 0
+    for tenth in range(1, 600):  # a minute of a link that loses 8 %
+        now_s = tenth / 10
+        for _ in range(max(1, rate.budget_bps // 96_000)):
+            rate.sent(1200, now_s)
+            sent += 1
+            lost += chance.random() < 0.08
+        rate.handle(ReceiverReport(lost, sent, 0.05), now_s)
+    assert rate.budget_bps > START_BPS / 3
+
+
+def test_heavy_loss_brings_it_down_to_the_least() -> None:
+    assert Link(20_000_000, random_loss=0.4).play(20).rate.budget_bps == MIN_BPS
+
+
+def test_without_traffic_it_grows_slowly_for_nothing_is_proved() -> None:
+    idle, busy = Link(20_000_000, used=0.1).play(5), Link(20_000_000).play(5)
+    assert START_BPS < idle.rate.budget_bps < busy.rate.budget_bps / 2
+
+
+def report(rate: RateControl, lost: float, now_s: float) -> None:
+    """Two reports, a second apart, between which ``lost`` of the packets were lost."""
+    rate.handle(ReceiverReport(0, 0), now_s - 1.0)
+    rate.handle(ReceiverReport(round(1000 * lost), 1000), now_s)
+
+
+def sending(rate: RateControl, seconds: float, now_s: float) -> float:
+    for _ in range(int(seconds * 30)):
+        now_s += 1 / 30
+        rate.sent(rate.budget_bps // 8 // 30, now_s)
+    return now_s
+
+
+def test_an_estimate_says_how_far_to_back_off_and_nothing_while_reports_are_clean() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    now_s = sending(rate, 2, 0.0)
+    rate.handle(BandwidthEstimate(500_000), now_s)
+    assert rate.budget_bps == START_BPS
+    report(rate, 0.15, now_s)
+    assert 300_000 < rate.budget_bps < 500_000, "below it, so that the queue drains"
+
+
+def test_an_estimate_of_a_receiver_that_gets_little_says_nothing() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    rate.sent(3_000, 1.0)
+    rate.handle(BandwidthEstimate(200_000), 1.0)
+    report(rate, 0.15, 1.0)
+    assert rate.budget_bps > 300_000
+
+
+def test_growth_is_slower_where_the_receiver_estimates_less() -> None:
+    budgets = []
+    for estimate_bps in (500_000, 50_000_000):
+        rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+        now_s = sending(rate, 2, 0.0)
+        rate.handle(BandwidthEstimate(estimate_bps), now_s)
+        report(rate, 0.0, now_s)
+        budgets.append(rate.budget_bps)
+    assert START_BPS < budgets[0] < budgets[1]
+
+
+def test_packets_asked_for_again_count_before_the_report_comes() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    now_s = sending(rate, 2, 0.0)
+    rate.handle(PacketsMissing(5), now_s)
+    assert rate.budget_bps == START_BPS
+    rate.handle(PacketsMissing(40), now_s + 0.1)
+    assert rate.budget_bps < START_BPS
+
+
+def test_pictures_lost_again_and_again_count() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    now_s = sending(rate, 2, 0.0)
+    for number in range(3):
+        assert rate.budget_bps == START_BPS
+        rate.handle(PictureLost(), now_s + number * 0.5)
+    assert rate.budget_bps < START_BPS
+
+
+def test_a_lost_picture_now_and_then_is_no_congestion() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    for number in range(20):
+        rate.handle(PictureLost(), number * 2.0)
+    assert rate.budget_bps == START_BPS
+
+
+def test_reports_about_a_handful_of_packets_are_added_up() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    for number in range(20):  # one packet of fifty is lost, and a report comes with every NACK
+        rate.handle(ReceiverReport(packets_lost=number // 10, highest_sequence=5 * number), number * 0.02)
+    assert rate.budget_bps == START_BPS
+
+
+def test_silence_backs_off_but_only_while_something_is_sent() -> None:
+    quiet = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    quiet.tick(60.0)
+    assert quiet.budget_bps == START_BPS
+    unheard = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    now_s = 0.0
+    for _ in range(30):
+        now_s = sending(unheard, 0.5, now_s)
+        unheard.tick(now_s)
+    assert unheard.budget_bps == MIN_BPS
+
+
+def test_other_limits_hold_at_once() -> None:
+    rate = RateControl(MIN_BPS, MAX_BPS, 0.0)
+    rate.limit(MIN_BPS, 300_000)
+    assert rate.budget_bps == 300_000
+    rate.limit(900_000, MAX_BPS)
+    assert rate.budget_bps == 900_000
+
+
+FEEDBACK = st.one_of(
+    st.builds(ReceiverReport, st.integers(-5, 10**6), st.integers(0, 2**32), st.none() | st.floats(0, 10)),
+    st.builds(BandwidthEstimate, st.integers(0, 10**9)),
+    st.builds(PacketsMissing, st.integers(0, 500)),
+    st.builds(PictureLost),
+    st.integers(0, 100_000),  # bytes sent
+    st.none(),  # a tick
+)
+
+
+@given(st.lists(st.tuples(FEEDBACK, st.floats(0, 5)), max_size=100))
+def test_whatever_comes_it_stays_within_its_limits(events: list[tuple[Any, float]]) -> None:
+    rate, now_s = RateControl(MIN_BPS, MAX_BPS, 0.0), 0.0
+    for event, passed_s in events:
+        now_s += passed_s
+        before = rate.budget_bps
+        if event is None:
+            rate.tick(now_s)
+        elif isinstance(event, int):
+            rate.sent(event, now_s)
+        else:
+            rate.handle(event, now_s)
+        assert MIN_BPS <= rate.budget_bps <= MAX_BPS
+        if not isinstance(event, ReceiverReport):
+            assert rate.budget_bps <= before, "only a clean report lets it grow"
+
+
+@settings(max_examples=30)
+@given(st.floats(400_000, 3_500_000))
+def test_no_narrow_link_is_overrun_for_long(capacity_bps: float) -> None:
+    link = Link(capacity_bps).play(60)
+    settled = link.history[25:]
+    assert sum(settled) / len(settled) < 1.15 * capacity_bps
+    assert sum(settled) / len(settled) > 0.4 * capacity_bps

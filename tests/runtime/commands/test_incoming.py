@@ -1,0 +1,134 @@
+"""What waits for a receiver, and what it reads from the bytes."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import pytest
+
+from mosaic_core import DataChannelByteReceivable, DataChannelReceivable, DataChannelStringReceivable, Message, Sender
+from mosaic_core.contract.handler import DataChannelJsonReceivable, Refused
+from mosaic_core.machines.delivery.send_scheduler import QueueLimits
+from mosaic_core.runtime.commands.inbox import Inbox, Incoming
+from mosaic_core.runtime.commands.payload import PayloadReader
+from mosaic_core.runtime.handlers.receiver import _takes_sender
+
+
+def item(payload: bytes, peer_id: str = "p1") -> Incoming:
+    return Incoming("a", payload, Sender(peer_id, "s"), 1, 0.0)
+
+
+def test_latest_keeps_one_slot_per_sender_so_that_nobody_is_starved() -> None:
+    inbox = Inbox(newest_only=True)
+    for payload, peer_id in ((b"1", "p1"), (b"2", "p2"), (b"3", "p1")):
+        assert inbox.put(item(payload, peer_id))
+    assert len(inbox) == 2
+    assert [taken.payload for taken in (inbox.take(), inbox.take()) if taken] == [b"3", b"2"]
+    assert inbox.take() is None
+    assert inbox.replaced == 1
+
+
+def test_a_queue_is_bounded_and_ordered() -> None:
+    inbox = Inbox(newest_only=False, limits=QueueLimits(messages=256, size_bytes=2000))
+    accepted = [inbox.put(item(str(number).encode())) for number in range(257)]
+    assert accepted == [True] * 256 + [False]
+    first = inbox.take()
+    assert first is not None
+    assert first.payload == b"0"
+
+
+def test_a_queue_whose_newest_wins_loses_its_oldest() -> None:
+    inbox = Inbox(newest_only=False, limits=QueueLimits(messages=2, size_bytes=2000, newest_wins=True))
+    assert all(inbox.put(item(str(number).encode())) for number in range(5))
+    assert (inbox.waiting(), inbox.replaced) == ((2, 2), 3)
+    assert [taken.payload for taken in (inbox.take(), inbox.take()) if taken] == [b"3", b"4"]
+
+
+def test_what_a_departed_peer_still_wanted_is_forgotten() -> None:
+    for newest_only in (True, False):
+        inbox = Inbox(newest_only=newest_only)
+        inbox.put(item(b"1", "p1"))
+        inbox.put(item(b"2", "p2"))
+        inbox.forget("p1")
+        left = inbox.take()
+        assert left is not None
+        assert left.payload == b"2"
+        assert inbox.take() is None
+
+
+def test_close_wakes_the_waiting_thread() -> None:
+    inbox, got = Inbox(newest_only=False), []
+    thread = threading.Thread(target=lambda: got.append(inbox.wait()))
+    thread.start()
+    inbox.close()
+    thread.join(2)
+    assert got == [None]
+
+
+class Speed(Message):
+    v: float
+    extra: dict[str, Any] = {}  # noqa: RUF012
+
+
+class Typed(DataChannelReceivable[Speed]):
+    pass
+
+
+def test_a_typed_receiver_gets_its_message() -> None:
+    assert PayloadReader(Typed("a")).read(b'{"v": "1.5", "unknown": 1}') == Speed(v=1.5)
+
+
+def test_escaped_characters_are_characters() -> None:
+    read = PayloadReader(DataChannelJsonReceivable("a")).read
+    assert read(b'{"v": "\\u00e4\\ud83d\\ude00", "w": "\\\\ud800"}') == {"v": "\u00e4\U0001f600", "w": "\\ud800"}
+
+
+def test_plain_receivers_get_dict_text_and_bytes() -> None:
+    assert PayloadReader(DataChannelJsonReceivable("a")).read(b'{"v": 1}') == {"v": 1}
+    assert PayloadReader(DataChannelStringReceivable("a")).read("ä".encode()) == "ä"
+    assert PayloadReader(DataChannelByteReceivable("a")).read(b"\xff") == b"\xff"
+
+
+@pytest.mark.parametrize(
+    ("payload", "code"),
+    [
+        (b'{"v": NaN}', "safety.not_finite"),
+        (b'{"v": 1, "extra": {"deep": [{"x": -Infinity}]}}', "safety.not_finite"),
+        (b'{"v": 1e400}', "safety.not_finite"),
+        (b'{"v": "nan"}', "channel.invalid"),
+        (b'{"v": "fast"}', "channel.invalid"),
+        (b"{}", "channel.invalid"),
+        (b"[" * 100_000, "channel.invalid"),
+        (b"\xff", "channel.invalid"),
+        (b"", "channel.invalid"),
+        (b'{"v": 1, "extra": {"\\ud800": 1}}', "channel.invalid"),
+        (b'{"v": 1, "extra": {"a": ["\\uDFFF"]}}', "channel.invalid"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_its_code(payload: bytes, code: str) -> None:
+    with pytest.raises(Refused) as caught:
+        PayloadReader(Typed("a")).read(payload)
+    assert caught.value.code == code
+
+
+def test_a_refusal_names_the_field_and_quotes_nothing() -> None:
+    with pytest.raises(Refused, match="v: ") as caught:
+        PayloadReader(Typed("a")).read(b'{"v": "my password"}')
+    assert "password" not in str(caught.value)
+
+
+def test_handle_data_may_be_written_with_or_without_its_sender() -> None:
+    class Without(DataChannelJsonReceivable):
+        def handle_data(self, data: dict[str, Any]) -> None:
+            return
+
+    class With(DataChannelJsonReceivable):
+        def handle_data(self, data: dict[str, Any], sender: Sender) -> None:
+            return
+
+    class Whatever(DataChannelJsonReceivable):
+        def handle_data(self, *arguments: Any) -> None:
+            return
+
+    assert [_takes_sender(made("a")) for made in (Without, With, Whatever)] == [False, True, True]

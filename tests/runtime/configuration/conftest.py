@@ -1,0 +1,247 @@
+"""Plugins that exist for one test, and configurations that use them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mosaic_core.runtime.configuration.config_loader import Validation, validate_file
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.testing.pytest_plugin import InstallDistribution
+from mosaic_core.words.errors import ConfigError, Problem
+
+ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
+
+ACME = '''
+from collections.abc import Iterator
+from typing import Any, Literal
+
+from pydantic import Field
+
+from mosaic_core import *
+from mosaic_core.words.config import SafetyConfig
+
+
+class GaugeParams(Params):
+    port: str = "/dev/ttyUSB0"
+    period_s: float = Field(default=1.0, gt=0, description="Seconds between two readings")
+    mode: Literal["fast", "slow"] = "fast"
+    serial_number: str | None = None
+    channels: tuple[int, ...] = ()
+
+
+class Reading(Message):
+    voltage_v: float = Field(json_schema_extra=unit("V"))
+
+
+class Gauge(DataChannelSendable[Reading]):
+    widget = "value"
+
+
+class GaugeConfigurer(DataChannelConfigurer[GaugeParams]):
+    """Reads a gauge.
+
+    More about it.
+    """
+
+    connector_type = "gauge"
+
+    def configure(self) -> Gauge:
+        return Gauge(self.label)
+
+
+class Speed(Message):
+    mps: float
+
+
+class Motor(DataChannelReceivable[Speed]):
+    timeout_s = 0.4
+    delivery = Delivery.LATEST
+
+    def handle_data(self, data: Speed) -> None:
+        pass
+
+
+class MotorParams(Params):
+    pin: int
+
+
+class MotorSafety(SafetyConfig):
+    max_mps: float = Field(default=1.0, gt=0)
+
+
+class MotorConfigurer(DataChannelConfigurer[MotorParams]):
+    connector_type = "motor"
+    safety_model = MotorSafety
+
+    def configure(self) -> Motor:
+        return Motor(self.label)
+
+
+class Eye(MediaTrackHandler):
+    pass
+
+
+class EyeConfigurer(MediaTrackConfigurer[NoParams]):
+    def configure(self) -> Eye:
+        return Eye(self.label)
+
+
+class Pair(DataChannelReceivable[str]):
+    def handle_data(self, data: str) -> None:
+        pass
+
+
+class Answer(DataChannelSendable[str]):
+    pass
+
+
+class PairConfigurer(Configurer[NoParams]):
+    def configure(self) -> list[Handler]:
+        return [Pair(f"{self.label}-receiver"), Answer(f"{self.label}-sender")]
+
+
+class FaultyConfigurer(Configurer[NoParams]):
+    def configure(self) -> Handler:
+        raise OSError("no such bus")
+
+
+class LeavingParams(Params):
+    when: str = "configured"
+
+
+class LeavingConfigurer(Configurer[LeavingParams]):
+    def __init__(self, label: str, params: LeavingParams, **more: Any) -> None:
+        super().__init__(label, params, **more)
+        if params.when == "made":
+            raise SystemExit(3)
+
+    def configure(self) -> Handler:
+        raise SystemExit(3)
+
+
+class NothingConfigurer(Configurer[NoParams]):
+    def configure(self) -> Any:
+        return None
+
+
+class HiddenConfigurer(Configurer[NoParams]):
+    def configure(self) -> Handler:
+        return Gauge("_hidden")
+
+
+class Strange(Message):
+    model_config = {"arbitrary_types_allowed": True}
+    thing: Any = None
+    call: type(print) | None = None
+
+
+class Odd(DataChannelSendable[Strange]):
+    pass
+
+
+class OddConfigurer(Configurer[NoParams]):
+    def configure(self) -> Handler:
+        return Odd(self.label)
+
+
+class WatcherParams(Params):
+    main: CameraLabel | None = None
+    others: tuple[CameraLabel, ...] = ()
+    weights: dict[CameraLabel, float] = {}
+
+
+class WatcherConfigurer(DataChannelConfigurer[WatcherParams]):
+    def configure(self) -> Gauge:
+        return Gauge(self.label)
+
+
+class NotAConfigurer:
+    pass
+
+
+class Unfinished(DataChannelConfigurer[NoParams]):
+    pass
+'''
+
+TYPES = {
+    "gauge": "acme_gauges:GaugeConfigurer",
+    "motor": "acme_gauges:MotorConfigurer",
+    "eye": "acme_gauges:EyeConfigurer",
+    "pair": "acme_gauges:PairConfigurer",
+    "faulty": "acme_gauges:FaultyConfigurer",
+    "leaving": "acme_gauges:LeavingConfigurer",
+    "nothing": "acme_gauges:NothingConfigurer",
+    "hidden": "acme_gauges:HiddenConfigurer",
+    "odd": "acme_gauges:OddConfigurer",
+    "watcher": "acme_gauges:WatcherConfigurer",
+    "no-configurer": "acme_gauges:NotAConfigurer",
+    "unfinished": "acme_gauges:Unfinished",
+    "no-module": "acme_missing:Configurer",
+}
+
+
+@pytest.fixture
+def acme(install_distribution: InstallDistribution) -> ConnectorResolver:
+    """A resolver that knows only what the distribution acme-gauges 1.0.0 offers."""
+    from importlib.metadata import distribution
+
+    install_distribution("acme-gauges", modules={"acme_gauges": ACME}, entry_points={"mosaic.connectors": TYPES})
+    points = [one for one in distribution("acme-gauges").entry_points if one.group == "mosaic.connectors"]
+    return ConnectorResolver(points)
+
+
+@pytest.fixture
+def entry_points_of(acme: ConnectorResolver) -> Callable[[str], EntryPoint]:
+    return lambda name: acme.find(name).entry_point
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Callable[[str | bytes], Path]:
+    def write_file(text: str | bytes) -> Path:
+        path = tmp_path / "robot.yaml"
+        path.write_bytes(text.encode() if isinstance(text, str) else text)
+        return path
+
+    return write_file
+
+
+@pytest.fixture
+def robot_yaml() -> Callable[..., str]:
+    """A valid file around ``connectors``."""
+
+    def text(connectors: str = "[]", server: str = "") -> str:
+        return f"""\
+version: 1
+server:
+  ws_url: wss://mosaic.example.org
+  auth: {{ type: simple-token, robot_id: {ROBOT_ID}, params: {{ token: abc }} }}
+{server}connectors: {connectors}
+"""
+
+    return text
+
+
+@pytest.fixture
+def check(acme: ConnectorResolver, write: Callable[[str | bytes], Path]) -> Callable[..., Validation]:
+    """What is said about a text; also where nothing can be read."""
+
+    def check_text(text: str | bytes, environ: dict[str, str] | None = None, **options: Any) -> Validation:
+        return validate_file(write(text), resolver=acme, environ=environ or {}, **options)
+
+    return check_text
+
+
+@pytest.fixture
+def problems(check: Callable[..., Validation]) -> Callable[..., tuple[Problem, ...]]:
+    def problems_of(text: str | bytes, environ: dict[str, str] | None = None, **options: Any) -> tuple[Problem, ...]:
+        try:
+            return check(text, environ, **options).problems
+        except ConfigError as error:
+            return error.problems
+
+    return problems_of

@@ -1,0 +1,198 @@
+"""Bodies on their own thread or as tasks: restarted with back-off, woken by stop, closed where they ran."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import AsyncIterator, Callable, Iterator
+from typing import Any
+
+import pytest
+
+from mosaic_core import DataChannelSendable
+from mosaic_core.laboratory.memory_network import memory_picture
+from mosaic_core.machines.timing.backoff import BackoffPolicy
+from mosaic_core.runtime.handlers.body import body_of
+from mosaic_core.runtime.handlers.handler_host import RuntimeHost
+from mosaic_core.runtime.handlers.runner import Runner, runner_of
+from mosaic_core.runtime.media.media_hub import MediaHub
+from mosaic_core.runtime.media.plain_stream import plain_streams
+from mosaic_core.runtime.threads.failures import Failures
+
+QUICK = BackoffPolicy(first_s=0.02, max_s=0.02, jitter=0.0)
+
+
+class Setup:
+    def __init__(self, handler: DataChannelSendable[Any]) -> None:
+        self.sent: list[bytes] = []
+        self.failures: list[BaseException] = []
+        self.host = RuntimeHost(
+            asyncio.get_running_loop(), self._post, MediaHub(plain_streams(memory_picture), lambda label, on: None)
+        )
+        handler.bind(self.host)
+        told = Failures(handler.label, lambda label, error, delay_s: self.failures.append(error), QUICK)
+        runner = runner_of(handler, self.host, told)
+        assert runner is not None
+        self.runner: Runner = runner
+
+    def _post(self, message: Any) -> bool:
+        self.sent.append(message.payload)
+        return True
+
+    async def __aenter__(self) -> Setup:
+        self.runner.start()
+        self.runner.want(True)
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        self.runner.close()
+        await self.runner.closed()
+        assert self.runner.state == "stopped"
+
+
+class Flaky(DataChannelSendable[str]):
+    """Fails twice, then works; ``threads`` are those it ran on."""
+
+    def __init__(self) -> None:
+        super().__init__("flaky")
+        self.attempts = 0
+        self.threads: set[str] = set()
+
+    def messages(self) -> Iterator[str]:
+        self.attempts += 1
+        self.threads.add(threading.current_thread().name)
+        if self.attempts <= 2:
+            raise OSError("unplugged")
+        for number in self.every(0.005):
+            yield str(number)
+
+
+class FlakyTask(DataChannelSendable[str]):
+    def __init__(self) -> None:
+        super().__init__("flaky")
+        self.attempts = 0
+        self.is_closed = False
+
+    async def messages(self) -> AsyncIterator[str]:
+        self.attempts += 1
+        if self.attempts <= 2:
+            raise OSError("unplugged")
+        try:
+            async for number in self.every(0.005):
+                yield str(number)
+        finally:
+            self.is_closed = True
+
+
+@pytest.mark.parametrize("made", [Flaky, FlakyTask])
+def test_a_failing_body_restarts_and_is_logged_once_lost_and_once_back(
+    kit: Any, made: Callable[[], Any], caplog: pytest.LogCaptureFixture
+) -> None:
+    async def body() -> None:
+        handler = made()
+        async with Setup(handler) as setup:
+            await kit.until(lambda: len(setup.sent) > 3)
+            assert setup.runner.state == "running"
+            assert handler.attempts == 3
+            assert [str(error) for error in setup.failures] == ["unplugged", "unplugged"]
+
+    with caplog.at_level("INFO", "mosaic_core"):
+        kit.play(body)
+    assert [record.levelname for record in caplog.records if "unplugged" in record.message] == ["ERROR"]
+    assert sum("is back" in record.message for record in caplog.records) == 1
+
+
+def test_a_def_body_keeps_its_thread_for_life(kit: Any) -> None:
+    async def body() -> None:
+        handler = Flaky()
+        async with Setup(handler) as setup:
+            await kit.until(lambda: setup.sent)
+            setup.runner.want(False)
+            count = handler.attempts
+            setup.runner.want(True)
+            await kit.until(lambda: handler.attempts > count)
+        assert handler.threads == {"mosaic-flaky"}
+
+    kit.play(body)
+
+
+@pytest.mark.parametrize("made", [Flaky, FlakyTask])
+def test_a_body_rests_while_nobody_wants_it(kit: Any, made: Callable[[], Any]) -> None:
+    async def body() -> None:
+        handler = made()
+        handler.attempts = 2
+        async with Setup(handler) as setup:
+            await kit.until(lambda: setup.sent)
+            setup.runner.want(False)
+            await kit.until(lambda: setup.runner.state == "waiting")
+            sent = len(setup.sent)
+            await asyncio.sleep(0.05)
+            assert len(setup.sent) == sent
+
+    kit.play(body)
+
+
+def test_a_finished_body_has_ended_and_starts_again_when_wanted_anew(kit: Any) -> None:
+    class Twice(DataChannelSendable[str]):
+        def messages(self) -> Iterator[str]:
+            yield from ("a", "b")
+
+    async def body() -> None:
+        async with Setup(Twice("twice")) as setup:
+            await kit.until(lambda: setup.runner.state == "ended")
+            setup.runner.want(False)
+            setup.runner.want(True)
+            await kit.until(lambda: setup.sent == [b"a", b"b"] * 2)
+
+    kit.play(body)
+
+
+def test_an_async_body_that_waits_for_its_device_is_cancelled_and_closed(kit: Any) -> None:
+    class Waiting(FlakyTask):
+        async def messages(self) -> AsyncIterator[str]:
+            try:
+                yield "a"
+                await asyncio.Event().wait()
+            finally:
+                self.is_closed = True
+
+    async def body() -> None:
+        handler = Waiting()
+        async with Setup(handler) as setup:
+            await kit.until(lambda: setup.sent)
+        assert handler.is_closed
+
+    kit.play(body)
+
+
+class Leaving(Flaky):
+    def messages(self) -> Iterator[str]:
+        self.attempts += 1
+        if self.attempts == 1:
+            raise SystemExit(3)
+        yield "here"
+
+
+class LeavingTask(FlakyTask):
+    async def messages(self) -> AsyncIterator[str]:
+        self.attempts += 1
+        if self.attempts == 1:
+            raise SystemExit(3)
+        yield "here"
+
+
+@pytest.mark.parametrize("made", [Leaving, LeavingTask])
+def test_sys_exit_in_a_body_is_a_failure_like_any_other(kit: Any, made: Callable[[], Any]) -> None:
+    async def body() -> None:
+        async with Setup(made()) as setup:
+            await kit.until(lambda: setup.sent == [b"here"])
+            assert isinstance(setup.failures[0], SystemExit)
+
+    kit.play(body)
+
+
+def test_a_handler_that_only_pushes_has_no_body() -> None:
+    class Pushing(DataChannelSendable[str]):
+        pass
+
+    assert body_of(Pushing("push")) is None
