@@ -1,8 +1,8 @@
 """A bad network between a robot and its operators, without root: a UDP relay in user space that delays, drops,
 reorders and throttles real packets.
 
-The relay stands in front of the robot like a router, see :mod:`mosaic_core.laboratory.impaired_answerer`. It has a thread
-of its own, so that a busy event loop doesn't look like a bad network.
+The relay stands in front of the robot like a router, see :mod:`mosaic_core.laboratory.impaired_answerer`. It has a
+thread of its own, so that a busy event loop doesn't look like a bad network.
 """
 
 from __future__ import annotations

@@ -118,7 +118,7 @@ async def joined(
         make_answerer=between.answerer,
         open_stream=between.open_stream,
         open_sound=between.open_sound,
-        software="mosaic-core/testing",
+        software="mosaic-core/laboratory",
     )
     running = [asyncio.create_task(robot.run()), asyncio.create_task(server.keep_alive())]
     try:

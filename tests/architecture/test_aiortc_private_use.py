@@ -104,7 +104,7 @@ def test_outside_of_its_package_no_private_name_of_something_else_is_used() -> N
 
 
 def names_in_use() -> list[str]:
-    trees = [parsed(path) for path in PRIVATE.glob("*.py")]
+    trees = [parsed(path) for path in PRIVATE.rglob("*.py")]
     return sorted({name for tree in trees for name in (*(name for name, _ in private_uses(tree)), *super_uses(tree))})
 
 
@@ -117,7 +117,7 @@ def super_uses(tree: ast.AST) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def contracts() -> str:
-    return "\n".join(path.read_text() for path in sorted(CONTRACTS.glob("*.py")))
+    return "\n".join(path.read_text() for path in sorted(CONTRACTS.rglob("*.py")))
 
 
 @pytest.mark.parametrize("name", names_in_use())

@@ -14,14 +14,14 @@ ROOT = Path(__file__).parents[2]
 CORE = ROOT / "mosaic_core"
 
 LAYERS = ["words", "machines", "contract", "runtime", "adapters"]
-TOP = {"operator": 5, "testing": 6, "drill": 7, "doctor": 7, "bench": 7, "cli": 8}
+TOP = {"operator": 5, "laboratory": 6, "testing": 7, "drill": 7, "doctor": 7, "bench": 7, "cli": 8}
 RANK = {**{name: rank for rank, name in enumerate(LAYERS)}, **TOP}
-"""A new folder must be given its place here. `operator`, `testing`, `drill`, `doctor`, `bench` and
-`cli` compose what lies below."""
+"""A new folder must be given its place here. What stands above `adapters` composes what lies below: the operator, the
+laboratory (whole robots on networks that can be made bad), and the four that experiment in it: the kit for plugin
+authors, the drill, the doctor and the bench."""
 
 HEAVY = ("aiortc", "aioice", "av", "cv2")
 ONLY_IN_ADAPTERS = {*HEAVY, "websockets"}
-COMPOSERS = {"operator", "testing", "cli"}
 
 
 def modules() -> Iterator[Path]:

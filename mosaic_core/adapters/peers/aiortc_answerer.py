@@ -67,7 +67,8 @@ class AiortcAnswerer:
         tracks: Mapping[str, str] | None,
         sound: SoundLabels = NO_SOUND,
     ) -> str:
-        """See :class:`mosaic_core.runtime.transport.transport.Answerer`. Adds ``ice.no_address`` and ``ice.no_relay``."""
+        """Answers as :class:`mosaic_core.runtime.transport.transport.Answerer` says; also raises ``ice.no_address`` and
+        ``ice.no_relay``."""
         if self._is_closed:
             raise ConnectionFailed("This peer connection is closed.", code="sdp.invalid")
         offer = vetted_offer(offer_sdp)

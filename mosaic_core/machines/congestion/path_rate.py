@@ -51,7 +51,7 @@ _WINDOW_S = 1.0
 
 
 class PathRate:
-    """Of one viewer, beside :class:`~mosaic_core.machines.congestion.rate_control.RateControl`, and used like that one."""
+    """Finds one viewer's bit rate from arrival times; takes the place of ``RateControl`` and is used like that one."""
 
     def __init__(self, min_bps: int, max_bps: int, now_s: float, start_bps: float) -> None:
         self._min_bps, self._max_bps = min_bps, max(min_bps, max_bps)

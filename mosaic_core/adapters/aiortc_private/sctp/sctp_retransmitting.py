@@ -16,7 +16,7 @@ _TIMER_SLACK_S = 0.001
 
 
 class QuickRetransmitting(RTCSctpTransport):
-    """The lowest part of the sending half of :class:`~mosaic_core.adapters.aiortc_private.sctp.quick_sctp.QuickSctp`."""
+    """The lowest part of the sending half of ``QuickSctp``, see ``quick_sctp.py``."""
 
     _may_retransmit = False
     """Some chunk may be marked as lost: else nobody looks through all that is on its way."""

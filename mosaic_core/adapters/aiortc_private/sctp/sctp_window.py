@@ -21,7 +21,7 @@ GROWTH_BYTES = 8 * USERDATA_MAX_LENGTH
 
 
 class QuickWindow(QuickRetransmitting):
-    """The middle part of the sending half of :class:`~mosaic_core.adapters.aiortc_private.sctp.quick_sctp.QuickSctp`."""
+    """The middle part of the sending half of ``QuickSctp``, see ``quick_sctp.py``."""
 
     _standing_queue: StandingQueue | None = None
     gives_way = False
