@@ -12,7 +12,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from mosaic_core.contract.checks import CHECKS_GROUP, CheckContext, NamedConnector
-from mosaic_core.runtime.configuration.config_loader import CheckedConnector, validate_file
+from mosaic_core.runtime.configuration.checked_config import CheckedConnector
+from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.config import ServerConfig
 from mosaic_core.words.errors import ConfigError, Problem

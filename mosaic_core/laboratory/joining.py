@@ -23,7 +23,7 @@ from mosaic_core.laboratory.networks import Network
 from mosaic_core.operator.mosaic_operator import MosaicOperator
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
-from mosaic_core.runtime.configuration.config_loader import CheckedConfig, CheckedConnector
+from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import validated
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.resolver import GROUP, ConnectorResolver, InstalledConnector

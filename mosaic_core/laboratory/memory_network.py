@@ -11,8 +11,9 @@ from mosaic_core.machines.laboratory.impaired_link import ImpairedLink, LinkProf
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.media.plain_stream import plain_sound, plain_streams
 from mosaic_core.runtime.transport.operator_transport import OffererListener
+from mosaic_core.runtime.transport.picture_transport import PictureFeed, PictureStreamFactory
 from mosaic_core.runtime.transport.sound_transport import NO_SOUND, SoundLabels, SoundStreamFactory
-from mosaic_core.runtime.transport.transport import AnswererListener, PictureFeed, PictureStreamFactory
+from mosaic_core.runtime.transport.transport import AnswererListener
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate

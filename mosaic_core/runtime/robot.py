@@ -29,13 +29,9 @@ from mosaic_core.runtime.peers.near_path import NearPath
 from mosaic_core.runtime.peers.peer import OperatorPeer
 from mosaic_core.runtime.peers.site import Site
 from mosaic_core.runtime.signaling.server_link import FLEET, LAN, KnownServer, ServerLink, best_state
+from mosaic_core.runtime.transport.picture_transport import PictureStreamFactory
 from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
-from mosaic_core.runtime.transport.transport import (
-    AnswererFactory,
-    NetworkWatcher,
-    PictureStreamFactory,
-    SocketConnector,
-)
+from mosaic_core.runtime.transport.transport import AnswererFactory, NetworkWatcher, SocketConnector
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import reason
 from mosaic_core.words.config import RobotConfig

@@ -16,7 +16,7 @@ from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.congestion.rate_control import Feedback
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
-from mosaic_core.runtime.transport.transport import TellUnavailable
+from mosaic_core.runtime.transport.picture_transport import TellUnavailable
 
 MAX_WAITING = 10
 """Packets of 20 ms that wait for one listener's transport."""

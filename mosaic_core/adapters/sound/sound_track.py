@@ -12,8 +12,8 @@ from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 from mosaic_core.adapters.sound.shared_sound import SoundFeed
 from mosaic_core.adapters.sound.sound_encoder import RATE_HZ, SoundEncoder
 from mosaic_core.contract.sound import Sound
+from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import HeardSound
-from mosaic_core.runtime.transport.transport import PictureFeed
 
 SILENT_PEAK = 33
 """Of 32 767: quieter than -60 dB is nobody's voice."""

@@ -24,7 +24,7 @@ from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.machines.media.picture_rate import PictureRate
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
-from mosaic_core.runtime.transport.transport import TellUnavailable
+from mosaic_core.runtime.transport.picture_transport import TellUnavailable
 
 _log = logging.getLogger(__name__)
 

@@ -22,7 +22,7 @@ from mosaic_core.adapters.video.picture import VIDEO_TIME_BASE
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
 from mosaic_core.machines.congestion.missing_packets import MissingPackets
 from mosaic_core.machines.congestion.path_watch import PathWatch
-from mosaic_core.runtime.transport.transport import PictureFeed
+from mosaic_core.runtime.transport.picture_transport import PictureFeed
 
 
 class VideoTrack(MediaStreamTrack):

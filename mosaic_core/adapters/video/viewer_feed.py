@@ -21,7 +21,7 @@ from mosaic_core.machines.congestion.retransmissions import Retransmissions
 from mosaic_core.machines.media.rung_choice import RungChoice
 from mosaic_core.machines.media.rung_ladder import Rung
 from mosaic_core.machines.media.rung_switch import RungSwitch
-from mosaic_core.runtime.transport.transport import TellUnavailable
+from mosaic_core.runtime.transport.picture_transport import TellUnavailable
 
 MAX_WAITING = 8
 """Packets that wait for one viewer's transport: a quarter of a second, then it goes on at the next key frame."""

@@ -18,13 +18,8 @@ from mosaic_core.contract.configurer import Configurer, Shared
 from mosaic_core.contract.handler import Handler
 from mosaic_core.machines.delivery.delivery_terms import chosen, terms_of
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry, effective_safety, safety_limits
-from mosaic_core.runtime.configuration.config_loader import (
-    CheckedConfig,
-    CheckedConnector,
-    Validation,
-    check_config,
-    load_config,
-)
+from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
+from mosaic_core.runtime.configuration.config_loader import check_config, load_config
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.delivery_problems import delivery_problems
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
+from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.config import RobotConfig
 from mosaic_core.words.errors import Problem
-
-if TYPE_CHECKING:
-    from mosaic_core.runtime.configuration.config_loader import CheckedConnector
 
 _SNAKE = re.compile(r"[a-z0-9]+(_[a-z0-9]+)*")
 _LOOPBACK = ("localhost", "127.0.0.1", "::1")

@@ -9,56 +9,16 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mosaic_core.contract.configurer import Configurer
-from mosaic_core.contract.params import Params
+from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
 from mosaic_core.runtime.configuration.config_hints import hints_of
 from mosaic_core.runtime.configuration.config_problems import known_keys, validated
-from mosaic_core.runtime.configuration.resolver import ConnectorResolver, InstalledConnector
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument, read_yaml
-from mosaic_core.words.config import AuthParams, ConnectorConfig, RobotConfig, SafetyConfig
+from mosaic_core.words.config import AuthParams, ConnectorConfig, RobotConfig
 from mosaic_core.words.errors import ConfigError, MosaicError, Problem
-
-
-@dataclass(frozen=True, slots=True)
-class CheckedConnector:
-    """A connector whose params and safety are valid, and where it stands in the file."""
-
-    config: ConnectorConfig
-    configurer: type[Configurer[Any]]
-    params: Params
-    safety: SafetyConfig
-    installed: InstalledConnector
-    place: Place
-
-
-@dataclass(frozen=True, slots=True)
-class CheckedConfig:
-    """A configuration without mistakes."""
-
-    config: RobotConfig
-    connectors: tuple[CheckedConnector, ...]
-    document: YamlDocument
-    hints: tuple[Problem, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Validation:
-    """All that can be said about a configuration without making its handlers.
-
-    ``checked`` is ``None`` if there are problems, or if the values of missing environment variables were forgiven:
-    nothing can be started from it then. ``connectors`` are those without a mistake whose values are all known, also
-    beside mistakes elsewhere.
-    """
-
-    problems: tuple[Problem, ...]
-    hints: tuple[Problem, ...]
-    checked: CheckedConfig | None
-    document: YamlDocument
-    connectors: tuple[CheckedConnector, ...]
 
 
 def load_config(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from mosaic_core.contract.handler import Handler
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions
-from mosaic_core.runtime.configuration.config_loader import CheckedConnector
+from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.data_type import Direction, MosaicDataType
 from mosaic_core.words.errors import Problem

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.handler import Handler, MediaTrackHandler
 from mosaic_core.contract.params import CameraLabel
-from mosaic_core.runtime.configuration.config_loader import CheckedConnector
+from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import real_place
 from mosaic_core.runtime.configuration.resolver import nearest
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument

@@ -9,7 +9,7 @@ from pydantic import AliasChoices, AliasPath, BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
 from mosaic_core.runtime.configuration.catalogue_entry import message_schema, receivers
-from mosaic_core.runtime.configuration.config_loader import CheckedConnector
+from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.resolver import nearest
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.errors import Problem

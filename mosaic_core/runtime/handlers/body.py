@@ -1,17 +1,11 @@
-"""The bodies of handlers: what runs, what takes its items, and how long it may take to stop."""
+"""The bodies of handlers: what runs, and what takes its items."""
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from typing import Any
 
 from mosaic_core.contract.handler import AudioTrackHandler, DataChannelSendable, Handler, MediaTrackHandler
-
-logger = logging.getLogger(__name__)
-
-STOP_PATIENCE_S = 1.5
-"""How long a body may take to stop; the whole robot has two seconds."""
 
 Body = Callable[[], Any]
 Consume = Callable[[Any], object]
@@ -27,12 +21,3 @@ def body_of(handler: Handler) -> tuple[Body, Consume] | None:
         unwritten = type(handler).messages is DataChannelSendable.messages
         return None if unwritten else (handler.messages, handler.send)
     return None
-
-
-def tell_abandoned(label: str) -> None:
-    logger.warning(
-        "connector %r did not stop within %.1f s and was abandoned (plugin.ignored_stop)",
-        label,
-        STOP_PATIENCE_S,
-        extra={"label": label, "code": "plugin.ignored_stop"},
-    )

@@ -33,8 +33,8 @@ from mosaic_core.runtime.media.talk_hub import TalkHub
 from mosaic_core.runtime.observation.counters import ConnectorCounters, ConnectorSnapshot, HandlerLosses
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handover import Handover
+from mosaic_core.runtime.transport.picture_transport import PictureStreamFactory
 from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
-from mosaic_core.runtime.transport.transport import PictureStreamFactory
 
 logger = logging.getLogger(__name__)
 

@@ -19,9 +19,8 @@ from mosaic_core.machines.delivery.send_scheduler import QueueLimits
 from mosaic_core.runtime.commands.command_shaper import CommandShaper
 from mosaic_core.runtime.commands.inbox import Inbox, Incoming
 from mosaic_core.runtime.commands.safety_watch import GONE, OVERTAKEN, SafetyWatch
-from mosaic_core.runtime.handlers.body import STOP_PATIENCE_S
 from mosaic_core.runtime.threads.failures import Failures
-from mosaic_core.runtime.threads.handler_thread import HandlerThread
+from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, HandlerThread
 
 logger = logging.getLogger(__name__)
 

@@ -8,10 +8,11 @@ import time
 from collections.abc import AsyncIterator
 from typing import Any
 
-from mosaic_core.runtime.handlers.body import STOP_PATIENCE_S, Body, Consume, tell_abandoned
+from mosaic_core.runtime.handlers.body import Body, Consume
 from mosaic_core.runtime.handlers.body_runner import BodyRunner
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, tell_abandoned
 
 logger = logging.getLogger(__name__)
 

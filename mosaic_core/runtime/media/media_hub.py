@@ -12,8 +12,13 @@ from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Pi
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.runtime.media.plain_stream import plain_sound
 from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.transport.picture_transport import (
+    PictureFeed,
+    PictureStream,
+    PictureStreamFactory,
+    TellUnavailable,
+)
 from mosaic_core.runtime.transport.sound_transport import SoundStream, SoundStreamFactory
-from mosaic_core.runtime.transport.transport import PictureFeed, PictureStream, PictureStreamFactory, TellUnavailable
 
 Look = Callable[[Picture, float], None]
 """Shown a picture and its time of capture, on the thread of its camera."""

@@ -9,7 +9,7 @@ from mosaic_core.contract.media_tap import TapCodec, TappedPicture
 from mosaic_core.machines.congestion.rate_control import PictureLost
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.tap import Tap
-from mosaic_core.runtime.transport.transport import PictureFeed
+from mosaic_core.runtime.transport.picture_transport import PictureFeed
 
 MAX_WAITING_BYTES = 32 * 1024 * 1024
 """Half a minute of a good picture: a disk that writes nothing for longer is broken."""

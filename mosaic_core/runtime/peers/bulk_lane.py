@@ -19,8 +19,9 @@ from mosaic_core.machines.peers import robot_lane as machine
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.media.plain_stream import NewestFeed
 from mosaic_core.runtime.peers.control_link import ControlLink
+from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import IncomingSound
-from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, Channel, PictureFeed
+from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, Channel
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, LANE_LABEL, ControlMessage
 from mosaic_core.words.errors import MosaicError

@@ -24,8 +24,9 @@ from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.peer_transport import PeerTransport
 from mosaic_core.runtime.peers.site import Site
 from mosaic_core.runtime.peers.stop_link import StopLink
+from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import IncomingSound
-from mosaic_core.runtime.transport.transport import AnswererFactory, Channel, PictureFeed
+from mosaic_core.runtime.transport.transport import AnswererFactory, Channel
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, PING_PERIOD_S, STOP_LABEL
 from mosaic_core.words.session_description import is_media_only

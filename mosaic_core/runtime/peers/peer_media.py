@@ -11,8 +11,8 @@ from mosaic_core.runtime.media.talk_hub import Talker
 from mosaic_core.runtime.peers.peer_control import PeerControl
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.site import Site
+from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import IncomingSound
-from mosaic_core.runtime.transport.transport import PictureFeed
 from mosaic_core.words import control
 
 logger = logging.getLogger(__name__)

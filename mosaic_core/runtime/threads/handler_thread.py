@@ -7,9 +7,10 @@ import logging
 import threading
 from collections.abc import Callable
 
-from mosaic_core.runtime.handlers.body import STOP_PATIENCE_S, tell_abandoned
-
 logger = logging.getLogger(__name__)
+
+STOP_PATIENCE_S = 1.5
+"""How long a body may take to stop; the whole robot has two seconds."""
 
 
 class HandlerThread:
@@ -42,3 +43,13 @@ class HandlerThread:
                 self._loop.call_soon_threadsafe(self._done.set)
             except RuntimeError:
                 logger.debug("connector %r stopped after its robot was gone", self._label)
+
+
+def tell_abandoned(label: str) -> None:
+    """Log that the body of the connector ``label`` did not stop in time and is waited for no longer."""
+    logger.warning(
+        "connector %r did not stop within %.1f s and was abandoned (plugin.ignored_stop)",
+        label,
+        STOP_PATIENCE_S,
+        extra={"label": label, "code": "plugin.ignored_stop"},
+    )

@@ -7,13 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from mosaic_core.contract.sound import Sound, SoundEncoding
-
-if TYPE_CHECKING:
-    from mosaic_core.runtime.observation.counters import ConnectorCounters
-    from mosaic_core.runtime.transport.transport import PictureFeed, TellUnavailable
+from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.transport.picture_transport import PictureFeed, TellUnavailable
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,13 +6,11 @@ Everything here is called on the event loop and calls back on the event loop.
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from typing import Any, Protocol, TypeAlias
+from typing import Protocol
 
-from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
-from mosaic_core.machines.congestion.rate_control import Feedback
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.machines.peers.network_change import NetworkChange
-from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import NO_SOUND, IncomingSound, SoundLabels
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -69,74 +67,6 @@ class Channel(Protocol):
         ...
 
     def close(self) -> None: ...
-
-
-class PictureFeed(Protocol):
-    """Where a track takes its pictures from; one feed per (peer, label)."""
-
-    @property
-    def codec_order(self) -> Sequence[str]:
-        """MIME types, the preferred one first; empty: the transport's own order."""
-        ...
-
-    def codec_agreed(self, mime_type: str) -> None:
-        """What the peers will speak; told once, before :meth:`next`."""
-        ...
-
-    async def next(self) -> Any:
-        """The next picture of the agreed codec (``av.Packet`` with pts and time base); waits while there is none.
-        Whoever takes them too slowly goes on at a later one: latency never accumulates."""
-        ...
-
-    def heard(self, feedback: Feedback) -> None:
-        """What the operator's side reports about the link and its decoder."""
-        ...
-
-    def repeats(self, sequence_number: int) -> int:
-        """How many times a packet that the operator's side misses is sent again now: 0, 1 or 2."""
-        ...
-
-    def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
-        """A packet of a picture has left: whether it is sent a second time unasked, because the link loses some."""
-        ...
-
-    def pause_s(self, size_bytes: int) -> float:
-        """A packet of a picture has left: how long the next one waits, so that a large picture is no burst."""
-        ...
-
-
-TellUnavailable: TypeAlias = Callable[[str], None]
-"""Called with a ``media.*`` code when a viewer can't be sent any picture."""
-
-
-class PictureStream(Protocol):
-    """All pictures of one label on their way to its viewers. Event loop, but for :meth:`post`."""
-
-    def post(self, picture: Picture, captured_at_s: float) -> bool:
-        """Take a picture on its handler's thread. ``False`` if nobody watches or the loop is behind."""
-        ...
-
-    def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> PictureFeed:
-        """A viewer's feed, silent until :meth:`watch`. ``is_local``: on this robot, where no link limits it."""
-        ...
-
-    def watch(self, viewer_id: str, on: bool) -> None: ...
-    def leave(self, viewer_id: str) -> None: ...
-    def close(self) -> None:
-        """Release what it holds; nothing is posted any more."""
-        ...
-
-
-class PictureStreamFactory(Protocol):
-    """Called on the event loop, once per label. ``packet_codec``: of packets that its handler says it yields."""
-
-    def __call__(
-        self,
-        label: str,
-        encoding: EncodingParams,
-        counters: ConnectorCounters,
-        packet_codec: PacketCodec | None = None,
-    ) -> PictureStream: ...
 
 
 class OfferRefused(ConnectionFailed):
@@ -210,12 +140,6 @@ class Answerer(Protocol):
 
 class AnswererFactory(Protocol):
     def __call__(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> Answerer: ...
-
-
-class PicturePreparer(Protocol):
-    """Converts a handler's picture once, on the handler's thread, into what all viewers share."""
-
-    def __call__(self, picture: Picture, captured_at_s: float) -> Any: ...
 
 
 class SignalingSocket(Protocol):

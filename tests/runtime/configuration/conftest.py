@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.runtime.configuration.config_loader import Validation, validate_file
+from mosaic_core.runtime.configuration.checked_config import Validation
+from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.testing.pytest_plugin import InstallDistribution
 from mosaic_core.words.errors import ConfigError, Problem

@@ -10,7 +10,8 @@ import pytest
 
 from mosaic_core import CameraLabel, Params
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
-from mosaic_core.runtime.configuration.config_loader import Validation, validate_file
+from mosaic_core.runtime.configuration.checked_config import Validation
+from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.label_problems import named_in
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver

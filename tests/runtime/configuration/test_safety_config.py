@@ -12,7 +12,7 @@ from pydantic import AliasChoices, ConfigDict, Field, ValidationError
 from mosaic_core import DataChannelReceivable, DataChannelStringReceivable, Message
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.params import NoParams
-from mosaic_core.runtime.configuration.config_loader import Validation
+from mosaic_core.runtime.configuration.checked_config import Validation
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.configuration.safety_problems import field_paths
 from mosaic_core.testing import connector, joined

@@ -1,0 +1,51 @@
+"""What checking a configuration yields: its connectors with valid params, its problems and its hints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.params import Params
+from mosaic_core.runtime.configuration.resolver import InstalledConnector
+from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
+from mosaic_core.words.config import ConnectorConfig, RobotConfig, SafetyConfig
+from mosaic_core.words.errors import Problem
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedConnector:
+    """A connector whose params and safety are valid, and where it stands in the file."""
+
+    config: ConnectorConfig
+    configurer: type[Configurer[Any]]
+    params: Params
+    safety: SafetyConfig
+    installed: InstalledConnector
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedConfig:
+    """A configuration without mistakes."""
+
+    config: RobotConfig
+    connectors: tuple[CheckedConnector, ...]
+    document: YamlDocument
+    hints: tuple[Problem, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Validation:
+    """All that can be said about a configuration without making its handlers.
+
+    ``checked`` is ``None`` if there are problems, or if the values of missing environment variables were forgiven:
+    nothing can be started from it then. ``connectors`` are those without a mistake whose values are all known, also
+    beside mistakes elsewhere.
+    """
+
+    problems: tuple[Problem, ...]
+    hints: tuple[Problem, ...]
+    checked: CheckedConfig | None
+    document: YamlDocument
+    connectors: tuple[CheckedConnector, ...]
