@@ -8,18 +8,17 @@ import asyncio
 import multiprocessing
 import threading
 import time
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from fractions import Fraction
 from multiprocessing.connection import Connection
 from typing import Any, Literal
 
 from video_bench.scene import Image, scene
+from video_bench.serving import BITRATE_BPS, Camera, serve
 from video_bench.viewers import view
 
-FPS = 30
 WARM_UP_S, MEASURED_S = 3.0, 4.0
-BITRATE_BPS = 1_000_000
 Way = Literal["ours", "aiortc", "webrtcbin", "webrtcbin, one encoder"]
 
 
@@ -101,33 +100,6 @@ def _side(
     from video_bench.webrtcbin import serve_shared
 
     return serve_shared(pipe, orders, pictures, n)
-
-
-class Camera:
-    """Posts the pictures at their time, from a thread as a handler does."""
-
-    def __init__(self, pictures: Sequence[Image], post: Callable[[Image, float], object]) -> None:
-        self._is_over = threading.Event()
-        self._thread = threading.Thread(target=self._film, args=(pictures, post))
-        self.cpu_s = 0.0
-        self._thread.start()
-
-    def _film(self, pictures: Sequence[Image], post: Callable[[Image, float], object]) -> None:
-        began_s, number = time.monotonic(), 0
-        while not self._is_over.wait(max(0.0, began_s + number / FPS - time.monotonic())):
-            post(pictures[number % len(pictures)], time.monotonic())
-            self.cpu_s = time.thread_time()
-            number += 1
-
-    def end(self) -> None:
-        self._is_over.set()
-        self._thread.join()
-
-
-async def serve(orders: Connection, encoder_cpu_s: Callable[[], float]) -> None:
-    orders.send("ready")
-    while await asyncio.to_thread(orders.recv) == "spent":
-        orders.send((encoder_cpu_s(), time.process_time()))
 
 
 class _Listener:

@@ -11,9 +11,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from video_bench.fan_out import BITRATE_BPS, Camera, serve
 from video_bench.gstreamer import answered, binding, encoded, push, sent, vp8_of
 from video_bench.scene import Image
+from video_bench.serving import BITRATE_BPS, Camera, serve
 
 ENCODING_THREADS = "source"
 """GStreamer names a thread after the pad that feeds it: those of the elements ``source`` convert, encode and pack. What

@@ -27,7 +27,7 @@ from mosaic_core.runtime.observation.counters import PeerSnapshot, RobotSnapshot
 from mosaic_core.runtime.observation.delivery_reports import DeliveryReports
 from mosaic_core.runtime.peers.near_path import NearPath
 from mosaic_core.runtime.peers.peer import OperatorPeer
-from mosaic_core.runtime.peers.site import Site
+from mosaic_core.runtime.peers.site import RobotPeer, Site
 from mosaic_core.runtime.signaling.server_link import FLEET, LAN, KnownServer, ServerLink, best_state
 from mosaic_core.runtime.transport.picture_transport import PictureStreamFactory
 from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
@@ -78,7 +78,7 @@ class Robot:
         self._state = "offline"
         self._started_at_s = time.monotonic()
         self._peers: dict[str, OperatorPeer] = {}
-        self._closing: set[OperatorPeer] = set()
+        self._closing: set[RobotPeer] = set()
         self._newest_ice_servers: Sequence[IceServer] = ()
         self._runs: HandlerRuns | None = None
         self._site: Site | None = None
@@ -269,7 +269,7 @@ class Robot:
     def newest_ice_servers(self) -> Sequence[IceServer]:
         return self._newest_ice_servers
 
-    def peer_connected(self, peer: OperatorPeer) -> None:
+    def peer_connected(self, peer: RobotPeer) -> None:
         logger.info("operator %s connected", peer.sender.name or peer.peer_id, extra={"peerId": peer.peer_id})
         for other in tuple(self._peers.values()):
             if other is not peer and other.sender.session_id == peer.sender.session_id:
@@ -279,7 +279,7 @@ class Robot:
             self._control.peer_connected(peer)
         call_hook(self._plugins, "mosaic_peer_connected", sender=peer.sender)
 
-    def peer_closed(self, peer: OperatorPeer, code: str, message: str) -> None:
+    def peer_closed(self, peer: RobotPeer, code: str, message: str) -> None:
         is_known = self._peers.get(peer.peer_id) is peer
         if is_known:
             del self._peers[peer.peer_id]

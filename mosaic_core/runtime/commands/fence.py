@@ -8,23 +8,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from mosaic_core.machines.control.lease import LeaseDesk
 from mosaic_core.machines.control.lease_events import Changed, Commanded, DeadlinePassed, Effect, Event
 from mosaic_core.machines.control.stop_latch import StopLatch, StopTimes
+from mosaic_core.runtime.commands.safety_watch import SafetyWatch
+from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
-
-if TYPE_CHECKING:
-    from mosaic_core.runtime.commands.safety_watch import SafetyWatch
-    from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 
 SAFE = "safe"
 """Told instead of an effect of the leases: every safe action of the stop has returned."""
 
 
 class Fence:
-    """Of one robot. Every method may be called from any thread; none waits for a safe action.
+    """Refuses commands of who holds no lease, and every command while stopped.
+
+    Every method may be called from any thread; none waits for a safe action.
 
     ``tell`` is called under the lock, on any thread, with each effect of the leases and with :data:`SAFE`: it must only
     pass them on.

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.watchdog import Feeding, Watchdog
 from mosaic_core.runtime.commands.inbox import Incoming
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.words.safety_config import SafePolicy
-
-if TYPE_CHECKING:
-    from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 
 _RETRY_S = (0.05, 0.1, 0.2, 0.5, 1.0)
 """Waits after a safe action that raised; the last one repeats until it works or a newer command is carried out."""
@@ -31,13 +29,42 @@ MAX_FAREWELLS = 256
 Action = Callable[[], None]
 
 
+class CommandFence(Protocol):
+    """Says who may command now. The lock is held at every call."""
+
+    @property
+    def due_at_s(self) -> float | None:
+        """When :meth:`expire` has something to do next."""
+        ...
+
+    def refusal(
+        self, safety: ReceiverSafety, peer_id: str, epoch: int | None, now_s: float | None = None
+    ) -> str | None: ...
+    def commanded(self, safety: ReceiverSafety, peer_id: str, now_s: float) -> None: ...
+    def made_safe(self, watch: SafetyWatch) -> None: ...
+    def expire(self, now_s: float) -> None: ...
+
+
+class WatchOwner(Protocol):
+    """Holds the lock of all watches and runs their safe actions."""
+
+    changed: threading.Condition
+    fence: CommandFence | None
+    is_closed: bool
+
+    def deadline_moved(self, due_s: float | None) -> None: ...
+
+
 class SafetyWatch:
-    """Methods may be called from any thread; none blocks on a safe action. What has no docstring line about the lock
-    takes it."""
+    """Watches one receiver: lets its commands act, and has its safe action run in time.
+
+    Methods may be called from any thread; none blocks on a safe action. What has no docstring line about the lock
+    takes it.
+    """
 
     def __init__(
         self,
-        owner: SafetyWatchdog,
+        owner: WatchOwner,
         label: str,
         safety: ReceiverSafety,
         make_safe: Callable[[str], None],

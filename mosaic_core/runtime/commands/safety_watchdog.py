@@ -10,15 +10,11 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from mosaic_core.contract.host import Sender
-from mosaic_core.runtime.commands.safety_watch import Action, SafetyWatch
+from mosaic_core.runtime.commands.safety_watch import Action, CommandFence, SafetyWatch
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.threads.thread_priority import run_first
-
-if TYPE_CHECKING:
-    from mosaic_core.runtime.commands.fence import Fence
 
 logger = logging.getLogger(__name__)
 
@@ -28,12 +24,12 @@ _LONGEST_WAIT_S = 3600.0
 
 
 class SafetyWatchdog:
-    """All watches of one robot."""
+    """Holds all watches of one robot and runs their safe actions in time."""
 
     def __init__(self) -> None:
         self.changed = threading.Condition()
         self.watches: list[SafetyWatch] = []
-        self.fence: Fence | None = None
+        self.fence: CommandFence | None = None
         self._idle = 0
         self._threads = 0
         self.is_closed = False

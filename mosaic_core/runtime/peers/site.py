@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.control.lease_events import LegacyPeers
@@ -21,19 +21,33 @@ from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import SignalingMessage
 
-if TYPE_CHECKING:
-    from mosaic_core.runtime.peers.peer import OperatorPeer
+
+class RobotPeer(Protocol):
+    """One operator, as the robot sees it from outside."""
+
+    @property
+    def peer_id(self) -> str: ...
+
+    @property
+    def sender(self) -> Sender: ...
+
+    @property
+    def connected_at_s(self) -> float | None: ...
+
+    async def closed(self) -> None:
+        """Wait until nothing of it is left."""
+        ...
 
 
 class PeerListener(Protocol):
-    """Whom a peer tells; on the event loop."""
+    """Hears what peers tell their robot, on the event loop."""
 
     def signal(self, message: SignalingMessage) -> None:
         """Something for the server."""
         ...
 
-    def peer_connected(self, peer: OperatorPeer) -> None: ...
-    def peer_closed(self, peer: OperatorPeer, code: str, message: str) -> None: ...
+    def peer_connected(self, peer: RobotPeer) -> None: ...
+    def peer_closed(self, peer: RobotPeer, code: str, message: str) -> None: ...
     def command_refused(self, label: str, sender: Sender, code: str) -> None:
         """A message for a connector was refused before its receiver saw it."""
         ...
@@ -45,7 +59,7 @@ class PeerListener(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """One robot, as its peers see it."""
+    """Holds what one robot is to its peers."""
 
     routes: dict[str, Route]
     outbox: Outbox

@@ -8,7 +8,8 @@ import time
 from collections.abc import AsyncIterator, Sequence
 
 from mosaic_camera.devices import Device, found_devices
-from mosaic_camera.source import Wanted, open_source, shown
+from mosaic_camera.grabbed import Wanted
+from mosaic_camera.source import open_source, shown
 from mosaic_camera.source_error import SourceError
 from mosaic_core.contract.checks import CheckContext, NamedConnector
 from mosaic_core.words.finding import Finding, failed, passed, skipped, warned

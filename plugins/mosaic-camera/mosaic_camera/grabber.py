@@ -12,7 +12,8 @@ from collections import deque
 from collections.abc import Callable
 from types import TracebackType
 
-from mosaic_camera.source import Grabbed, Source
+from mosaic_camera.grabbed import Grabbed
+from mosaic_camera.source import Source
 from mosaic_camera.thinning import Thinning
 
 JOIN_S = 0.5

@@ -9,7 +9,7 @@ from typing import Any
 
 import av
 
-from mosaic_camera.source import Grabbed, Takes, Wanted, capture_time_s, takes_all
+from mosaic_camera.grabbed import Grabbed, Takes, Wanted, capture_time_s, takes_all
 from mosaic_camera.source_error import SourceError
 
 NETWORK_TIMEOUT_S = 5.0

@@ -10,56 +10,19 @@ import logging
 import os
 import re
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import Any, Protocol
 
 from mosaic_camera.devices import check_device, found_devices
+from mosaic_camera.grabbed import Grabbed, Takes, Wanted, capture_time_s, takes_all
 from mosaic_camera.packet_names import may_have_packets
 from mosaic_camera.source_error import SourceError
-from mosaic_core.contract.media import Image
-
-if TYPE_CHECKING:
-    import av
 
 logger = logging.getLogger(__name__)
 
 NETWORK_TIMEOUT_MS = 5000
 """For opening and for each read of a URL; OpenCV's own default is 30 s."""
 FALLBACK_FPS = 30.0
-
-Takes: TypeAlias = Callable[[float], bool]
-"""Whether the picture of that time is wanted: ``captured_at_s`` of a live source, ``position_s`` of a recording. Asked
-once for each picture, in their order."""
-
-
-def takes_all(at_s: float) -> bool:
-    return True
-
-
-@dataclass(frozen=True, slots=True)
-class Wanted:
-    """What the configuration asks for; ``None``: whatever the source has."""
-
-    source: int | str
-    width: int | None = None
-    height: int | None = None
-    fps: float | None = None
-    passes_packets: bool = False
-    """H.264 that the source has already, or that a camera makes itself, may come as packets."""
-
-
-@dataclass(frozen=True, slots=True)
-class Grabbed:
-    """One picture, or one packet that holds one. ``captured_at_s``: monotonic clock; ``position_s``: place in the
-    recording, 0 for live sources; ``is_key``: it needs no other picture; ``image`` is ``None`` where it was not taken,
-    and so not decoded."""
-
-    image: Image | av.Packet[Any] | None
-    captured_at_s: float
-    position_s: float = 0.0
-    is_key: bool = True
 
 
 class Source(Protocol):
@@ -111,13 +74,13 @@ def open_source(wanted: Wanted) -> Source:
 def _packets_of(text: str) -> Source | None:
     if not may_have_packets(text):
         return None
-    from mosaic_camera.packet_source import open_packets
+    from mosaic_camera.packet_source import open_packets  # loads PyAV: only for who passes packets on
 
     return open_packets(text)
 
 
 def _device_packets(path: Path, wanted: Wanted) -> Source | None:
-    from mosaic_camera.packet_source import open_device_packets
+    from mosaic_camera.packet_source import open_device_packets  # loads PyAV, as above
 
     packets = open_device_packets(str(path), wanted)
     if packets is None:
@@ -233,8 +196,3 @@ class CaptureSource:
 
 def _plausible_fps(fps: float) -> float:
     return fps if 0.1 <= fps <= 1000 else FALLBACK_FPS
-
-
-def capture_time_s(stamp_s: float, now_s: float) -> float:
-    """A V4L2 driver stamps with the monotonic clock; anything that isn't just now is something else."""
-    return stamp_s if 0.0 <= now_s - stamp_s < 1.0 else now_s

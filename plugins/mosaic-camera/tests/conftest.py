@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
+from mosaic_camera.grabbed import Grabbed, Takes, takes_all
 from mosaic_camera.marks import draw_marks
-from mosaic_camera.source import Grabbed, Takes, takes_all
 
 CLIP_FRAMES, CLIP_FPS, CLIP_WIDTH, CLIP_HEIGHT = 12, 10.0, 320, 240
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from mosaic_camera.camera import Camera, CameraConfigurer, OpencvSenderCameraConfigurer
+from mosaic_camera.grabbed import Grabbed, Takes, takes_all
 from mosaic_camera.marks import read_marks
-from mosaic_camera.source import CaptureSource, Grabbed, Takes, takes_all
+from mosaic_camera.source import CaptureSource
 from mosaic_camera.source_error import SourceError
 from mosaic_core import Captured, ConfigError
 from mosaic_core.testing import FakeClock, build, take_frames

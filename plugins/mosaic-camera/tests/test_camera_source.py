@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mosaic_camera.grabbed import Wanted
 from mosaic_camera.marks import read_marks
-from mosaic_camera.source import CaptureSource, Wanted, is_device, open_source, shown
+from mosaic_camera.source import CaptureSource, is_device, open_source, shown
 from mosaic_camera.source_error import SourceError
 
 
