@@ -53,4 +53,4 @@ def test_a_program_and_the_robot_meet_directly_where_both_nats_keep_their_ports(
 
     path = cone_fleet.lab.on_operators_side(body)
     assert path is not None
-    assert not path.is_relayed
+    assert "relay" not in (path.local_type, path.remote_type)

@@ -93,7 +93,6 @@ class _Queue:
 
 @dataclass(slots=True)
 class SchedulerCounters:
-    sent_messages: int = 0
     sent_bytes: int = 0
     replaced: int = 0
     refused: int = 0
@@ -202,7 +201,6 @@ class SendScheduler:
             queue.ahead = next(queue.current, None)
         piece, queue.ahead = queue.ahead, next(queue.current, None)
         self.counters.sent_bytes += len(piece)
-        self.counters.sent_messages += queue.ahead is None
         return piece
 
     @property

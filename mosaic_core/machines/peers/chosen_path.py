@@ -22,10 +22,6 @@ class ChosenPath:
         """``IPv4`` or ``IPv6``."""
         return "IPv6" if self.local_address.startswith("[") else "IPv4"
 
-    @property
-    def is_relayed(self) -> bool:
-        return "relay" in (self.local_type, self.remote_type)
-
     def summary(self) -> str:
         """``host → srflx over UDP, IPv4``: without addresses, fit for a log."""
         return f"{self.local_type} → {self.remote_type} over {self.protocol.upper()}, {self.family}"

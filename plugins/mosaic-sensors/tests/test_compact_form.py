@@ -14,7 +14,7 @@ from hypothesis.extra import numpy as arrays
 
 from mosaic_core.words.errors import WireError
 from mosaic_sensors.point_cloud import PointCloud, cloud_of, decoded
-from mosaic_sensors.point_cloud.compact_form import WIDE, bytes_per_point, encoded
+from mosaic_sensors.point_cloud.compact_form import WIDE, encoded
 
 coordinates = st.floats(-1e5, 1e5, allow_nan=False) | st.floats(-2, 2, allow_nan=False)
 
@@ -87,7 +87,7 @@ def test_bytes_stay_bytes_and_odd_intensities_are_taken(values: Any, back: list[
 def test_a_wide_cloud_takes_four_bytes_and_what_is_beyond_them_is_left_out() -> None:
     narrow, wide = encoded(cloud_of([[0, 0, 0], [655.0, 0, 0]])), encoded(cloud_of([[0, 0, 0], [656.0, 0, 0]]))
     assert (narrow.header[4] & WIDE, wide.header[4] & WIDE) == (0, WIDE)
-    assert len(wide.body) == 2 * len(narrow.body) == 2 * bytes_per_point(cloud_of([[0, 0, 0]]))
+    assert len(wide.body) == 2 * len(narrow.body) == 2 * 12
     back = decoded(encoded(cloud_of(np.array([[1e12, 0, 0], [-2e7, 3, 2e7]]))).plain())
     assert back.xyz.tolist() == [[-2e7, 3, 2e7]]
 

@@ -112,7 +112,6 @@ def test_whenever_something_is_wrong_there_is_a_first_step(told: list[tuple[str,
 def test_a_path_is_told_without_addresses_and_for_programs_with_them() -> None:
     path = ChosenPath("host", "relay", "udp", "[fd00::2]:5000", "[fd00::3]:5001")
     assert path.summary() == "host → relay over UDP, IPv6"
-    assert path.is_relayed
     assert path.facts()["remoteAddress"] == "[fd00::3]:5001"
     assert ChosenPath("host", "host", "udp", "10.0.0.1:1", "10.0.0.2:2").family == "IPv4"
 

@@ -78,11 +78,6 @@ def encoded(cloud: PointCloud, resolution_m: float = 0.01) -> Encoded:
     return Encoded(header + name, b"".join(body))
 
 
-def bytes_per_point(cloud: PointCloud) -> int:
-    """The most that one point takes if nothing is deflated."""
-    return 12 + (cloud.intensity is not None) + 3 * (cloud.rgb is not None)
-
-
 def _steps(cloud: PointCloud, resolution_m: float) -> tuple[NDArray[np.int64], PointCloud]:
     scaled = np.rint(cloud.xyz.astype(np.float64) / resolution_m)
     fits = np.asarray((np.abs(scaled) < _WIDE_STEPS // 2).all(axis=1))
