@@ -1,9 +1,15 @@
-"""The robot's counters as Prometheus reads them (text format 0.0.4). Every name ends in its unit, or in ``_total``."""
+"""The robot's counters as Prometheus reads them. Every name ends in its unit, or in ``_total``.
+
+Imported only where metrics are asked for: most robots serve none.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeAlias
+
+from prometheus_client import Metric, generate_latest
+from prometheus_client.registry import Collector
 
 from mosaic_core.runtime.observation.counters import ConnectorSnapshot, RobotSnapshot
 
@@ -44,12 +50,23 @@ METRICS: dict[str, tuple[str, str]] = {
 
 def metrics_text(snapshot: RobotSnapshot, software: str) -> str:
     """All metrics of ``snapshot``; ends with a line break."""
-    lines: list[str] = []
-    for name, samples in (*_robot(snapshot, software), *_connectors(snapshot.connectors)):
-        kind, told = METRICS[name]
-        lines += [f"# HELP {name} {told}", f"# TYPE {name} {kind}"]
-        lines += [f"{name}{_labels(labels)} {_number(value)}" for labels, value in samples]
-    return "\n".join(lines) + "\n"
+    return generate_latest(_Snapshot(snapshot, software)).decode()
+
+
+class _Snapshot(Collector):
+    """One look at a robot. Its counters count elsewhere, so that nothing is kept here."""
+
+    def __init__(self, robot: RobotSnapshot, software: str) -> None:
+        self._robot = robot
+        self._software = software
+
+    def collect(self) -> Iterator[Metric]:
+        for name, samples in (*_robot(self._robot, self._software), *_connectors(self._robot.connectors)):
+            kind, told = METRICS[name]
+            metric = Metric(name.removesuffix("_total"), told, kind)
+            for labels, value in samples:
+                metric.add_sample(name, dict(labels), value)
+            yield metric
 
 
 def _robot(robot: RobotSnapshot, software: str) -> Iterator[tuple[str, Samples]]:
@@ -99,17 +116,3 @@ def _drops(row: ConnectorSnapshot) -> Iterator[tuple[str, int]]:
     yield "thinned", row.thinned
     yield "refused", row.refused
     yield "lost", row.lost
-
-
-def _labels(labels: Mapping[str, str]) -> str:
-    if not labels:
-        return ""
-    return "{" + ",".join(f'{name}="{_escaped(value)}"' for name, value in labels.items()) + "}"
-
-
-def _escaped(text: str) -> str:
-    return text.replace("\\", r"\\").replace('"', r"\"").replace("\n", r"\n")
-
-
-def _number(value: float) -> str:
-    return str(int(value)) if value == int(value) else repr(float(value))
