@@ -6,13 +6,13 @@ import inspect
 import json
 import sys
 from collections.abc import Callable, Iterator
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
 import typer
 from pydantic import BaseModel
 
+from mosaic_core.cli.later_command import LaterCommand
 from mosaic_core.cli.main import app
 from mosaic_core.contract import hooks
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
@@ -54,17 +54,16 @@ def _command(command: Any, path: list[str]) -> Iterator[str]:
         yield ""
     if hasattr(command, "list_commands"):
         context = command.make_context(path[-1], [], resilient_parsing=True)
-        plugins = _plugin_commands() if path == ["mosaic"] else {}
         for name in command.list_commands(context):
-            inner = plugins.get(name) or command.get_command(context, name)
+            inner = _whole(command.get_command(context, name))
             if inner is not None and not inner.hidden:
                 yield from _command(inner, [*path, name])
 
 
-def _plugin_commands() -> dict[str, Any]:
-    """The commands of our own plugins, imported; the command line imports them only when they are invoked."""
-    points = entry_points(group="mosaic.commands")
-    return {point.name: typer.main.get_command(point.load()) for point in points if point.value.startswith("mosaic_")}
+def _whole(command: Any) -> Any:
+    """The command itself, if it is ours; the command line imports it only when it is invoked."""
+    is_ours = isinstance(command, LaterCommand) and command.entry_point.value.startswith("mosaic_")
+    return command.loaded() if is_ours else command
 
 
 def _parameter(parameter: Any) -> str:

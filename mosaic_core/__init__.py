@@ -1,53 +1,46 @@
 """MOSAIC: robots and operators connected peer to peer.
 
-These are the public names for plugin authors and for programs; importing them loads no WebRTC, video or OpenCV.
+These are the public names for plugin authors and for programs; importing them loads no WebRTC, video or OpenCV. Each is
+imported when it is asked for: `mosaic --help`, like every command, imports this package, and needs none of them.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from mosaic_core.contract.configurer import (
-    API_VERSION,
-    Configurer,
-    DataChannelConfigurer,
-    MediaTrackConfigurer,
-    Shared,
-)
-from mosaic_core.contract.handler import (
-    AudioReceivable,
-    AudioTrackHandler,
-    DataChannelBidirectional,
-    DataChannelByteReceivable,
-    DataChannelJsonReceivable,
-    DataChannelReceivable,
-    DataChannelSendable,
-    DataChannelStringReceivable,
-    Handler,
-    MediaTrackHandler,
-    Refused,
-)
-from mosaic_core.contract.hooks import hookimpl
-from mosaic_core.contract.host import Sender
-from mosaic_core.contract.media import Captured, EncodingParams
-from mosaic_core.contract.params import CameraLabel, Message, NoParams, Params, unit
-from mosaic_core.contract.sound import Sound, SoundEncoding
-from mosaic_core.words.data_type import Delivery, MosaicDataType
-from mosaic_core.words.delivery import DeliveryContract
-from mosaic_core.words.errors import ConfigError, MosaicError, PluginError
-
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # the same names for type checkers and editors
+    from mosaic_core.contract.configurer import (
+        API_VERSION,
+        Configurer,
+        DataChannelConfigurer,
+        MediaTrackConfigurer,
+        Shared,
+    )
+    from mosaic_core.contract.handler import (
+        AudioReceivable,
+        AudioTrackHandler,
+        DataChannelBidirectional,
+        DataChannelByteReceivable,
+        DataChannelJsonReceivable,
+        DataChannelReceivable,
+        DataChannelSendable,
+        DataChannelStringReceivable,
+        Handler,
+        MediaTrackHandler,
+        Refused,
+    )
+    from mosaic_core.contract.hooks import hookimpl
+    from mosaic_core.contract.host import Sender
+    from mosaic_core.contract.media import Captured, EncodingParams
+    from mosaic_core.contract.params import CameraLabel, Message, NoParams, Params, unit
+    from mosaic_core.contract.sound import Sound, SoundEncoding
+    from mosaic_core.words.data_type import Delivery, MosaicDataType
+    from mosaic_core.words.delivery import DeliveryContract
+    from mosaic_core.words.errors import ConfigError, MosaicError, PluginError
     from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
     from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
+    AMediaTrackHandler = MediaTrackHandler
 __version__ = "0.1.0"
-
-AMediaTrackHandler = MediaTrackHandler  # the name in MOSAIC's own documentation
-
-_LAZY = {
-    "AutoConfigurer": "mosaic_core.runtime.configuration.auto_configurer",
-    "ConnectorResolver": "mosaic_core.runtime.configuration.resolver",
-}
-"""Where those names are that plugins rarely need: loaded when asked for, since they read YAML and look for plugins."""
 
 __all__ = [
     "API_VERSION",
@@ -88,8 +81,23 @@ __all__ = [
     "unit",
 ]
 
+_PLACES = ("contract.configurer", "contract.handler", "contract.hooks", "contract.host", "contract.media",
+           "contract.params", "contract.sound", "words.data_type", "words.delivery", "words.errors",
+           "runtime.configuration.resolver", "runtime.configuration.auto_configurer")  # fmt: skip
+_OLD_NAMES = {"AMediaTrackHandler": "MediaTrackHandler"}
+"""Names of MOSAIC's own documentation, and ours."""
+
 
 def __getattr__(name: str) -> object:
-    if name in _LAZY:
-        return getattr(import_module(_LAZY[name]), name)
+    """A public name, imported now and kept."""
+    wanted = _OLD_NAMES.get(name, name)
+    for place in _PLACES if name in __all__ else ():
+        module = import_module(f"{__name__}.{place}")
+        if hasattr(module, wanted):
+            globals()[name] = found = getattr(module, wanted)
+            return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -7,6 +7,7 @@ import stat
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,8 @@ import pytest
 import yaml
 
 from mosaic_core import __version__
+from mosaic_core.cli import main as command_line
+from mosaic_core.cli.later_command import LaterCommand
 from mosaic_core.testing.pytest_plugin import InstallDistribution
 
 Mosaic = Callable[..., Any]
@@ -29,6 +32,13 @@ def test_the_help_names_own_commands_and_those_of_others(mosaic: Mosaic) -> None
     assert shown.code == 0
     for word in ("run", "validate", "connectors", "config", "operator", "server"):
         assert word in shown.out
+
+
+def test_what_the_list_says_of_a_command_is_how_its_own_help_begins() -> None:
+    for name, place, line in command_line.COMMANDS:
+        command = LaterCommand(EntryPoint(name, f"mosaic_core.cli.{place}", ""), line).loaded()
+        assert command.name == name
+        assert " ".join((command.help or "").split()).startswith(line.removesuffix("."))
 
 
 @pytest.mark.parametrize("words", [("nonsense",), ("validate", "--nonsense"), ("connectors", "show")])

@@ -11,7 +11,7 @@ import typer
 
 from mosaic_core.cli.terminal.error_report import USAGE
 
-app = typer.Typer(no_args_is_help=True, help="The robot's YAML file.")
+app = typer.Typer(add_completion=False, no_args_is_help=True, help="The robot's YAML file.")
 
 
 @app.command()

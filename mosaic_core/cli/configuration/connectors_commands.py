@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from mosaic_core.contract.configurer import Configurer
     from mosaic_core.runtime.configuration.resolver import InstalledConnector
 
-app = typer.Typer(no_args_is_help=True, help="The connector types that are installed.")
+app = typer.Typer(add_completion=False, no_args_is_help=True, help="The connector types that are installed.")
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -22,16 +22,15 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 def list_types(as_json: AsJson = False) -> None:
     """List the installed connector types; imports none of them."""
     from mosaic_core.cli.configuration.plugin_docstring import first_docstring_line
+    from mosaic_core.cli.terminal.plain_table import print_table
     from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
     rows = [(one, first_docstring_line(one.entry_point)) for one in ConnectorResolver().types()]
     if as_json:
         typer.echo(json.dumps([_as_json(one, text) for one, text in rows]))
         return
-    table = _table("type", "description", "distribution", "version")
-    for one, text in rows:
-        table.add_row(one.type, text, one.distribution, one.version)
-    _print(table)
+    cells = [(one.type, text, one.distribution, one.version) for one, text in rows]
+    print_table(("type", "description", "distribution", "version"), cells, folded=1)
 
 
 @app.command()

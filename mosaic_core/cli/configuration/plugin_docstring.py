@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -14,11 +15,26 @@ def first_docstring_line(entry_point: EntryPoint) -> str:
     if source is None:
         return ""
     try:
-        tree = ast.parse(source.read_bytes())
-    except (OSError, SyntaxError, ValueError):
+        text = source.read_text("utf-8")
+    except (OSError, ValueError):
+        return ""
+    name = entry_point.attr
+    return _first_line(_class_of(text, name), name) or _first_line(text, name)
+
+
+def _class_of(text: str, name: str) -> str:
+    """The lines of one class: parsing a whole module takes ten times longer."""
+    found = re.search(rf"^class {re.escape(name)}\b.*\n(?:[ \t].*\n|\n)*", text, re.MULTILINE)
+    return found[0] if found is not None else ""
+
+
+def _first_line(source: str, name: str) -> str:
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError):
         return ""
     for node in tree.body:
-        if isinstance(node, ast.ClassDef) and node.name == entry_point.attr:
+        if isinstance(node, ast.ClassDef) and node.name == name:
             return (ast.get_docstring(node) or "").partition("\n")[0]
     return ""
 

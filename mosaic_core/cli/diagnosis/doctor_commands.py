@@ -28,7 +28,12 @@ class DoctorGroup(TyperGroup):
 
 
 _NAMES_COMMAND = "mosaic.doctor.names_command"
-app = typer.Typer(cls=DoctorGroup, invoke_without_command=True, help="What works, what does not, and what to do.")
+app = typer.Typer(
+    cls=DoctorGroup,
+    add_completion=False,
+    invoke_without_command=True,
+    help="What works, what does not, and what to do.",
+)
 
 WIDTH, HEIGHT = 1280, 720
 

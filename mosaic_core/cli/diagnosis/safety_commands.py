@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mosaic_core.drill.findings import Finding
     from mosaic_core.runtime.configuration.auto_configurer import Configured
 
-app = typer.Typer(no_args_is_help=True, help="Exercise what keeps a robot safe.")
+app = typer.Typer(add_completion=False, no_args_is_help=True, help="Exercise what keeps a robot safe.")
 
 _PIPE_WIDTH = 160
 """A file or a pipe has no edge: no reason to fold anything before the reasons get long."""

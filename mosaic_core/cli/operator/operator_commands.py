@@ -14,7 +14,9 @@ from mosaic_core.words.errors import ConnectionFailed
 if TYPE_CHECKING:
     from mosaic_core.cli.operator.operator_session import Work
 
-app = typer.Typer(no_args_is_help=True, help="Look at robots, and command them, from the terminal.")
+app = typer.Typer(
+    add_completion=False, no_args_is_help=True, help="Look at robots, and command them, from the terminal."
+)
 
 Server = Annotated[str, typer.Option(envvar="MOSAIC_SERVER", help="The server's address.")]
 Email = Annotated[str, typer.Option(envvar="MOSAIC_EMAIL", help="The account to sign in with.")]

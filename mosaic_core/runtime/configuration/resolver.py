@@ -7,14 +7,16 @@ imported when a configuration uses it, and only then can it be broken.
 from __future__ import annotations
 
 import difflib
-import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from functools import cache
+from importlib.metadata import Distribution, EntryPoint, entry_points
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from mosaic_core.contract.configurer import API_VERSION, Configurer
-from mosaic_core.words.errors import MosaicError, PluginError
+from mosaic_core.words.errors import MosaicError
+
+if TYPE_CHECKING:
+    from mosaic_core.contract.configurer import Configurer
 
 GROUP = "mosaic.connectors"
 
@@ -50,8 +52,9 @@ class ConnectorResolver:
     def __init__(self, installed: Iterable[EntryPoint] | None = None) -> None:
         found = entry_points(group=GROUP) if installed is None else installed
         self._by_type: dict[str, list[InstalledConnector]] = {}
+        identity = cache(_identity)  # which parses a file that may be long
         for entry_point in sorted(found, key=lambda one: (one.name, one.value)):
-            self._by_type.setdefault(entry_point.name, []).append(_installed(entry_point))
+            self._by_type.setdefault(entry_point.name, []).append(_installed(entry_point, identity))
         self._loaded: dict[str, type[Configurer[Any]]] = {}
 
     def types(self) -> tuple[InstalledConnector, ...]:
@@ -74,8 +77,12 @@ class ConnectorResolver:
     def resolve(self, connector_type: str) -> type[Configurer[Any]]:
         """Import and return the configurer class. Raises what :meth:`find` raises, and :class:`PluginError` naming
         distribution, version and cause when the plugin can't be used."""
+        # Only now: `mosaic connectors list` needs no contract to check plugins against, and none of its models.
+        from mosaic_core.runtime.configuration.plugin_loading import load_configurer
+
         if connector_type not in self._loaded:
-            self._loaded[connector_type] = load_configurer(self.find(connector_type))
+            found = self.find(connector_type)
+            self._loaded[connector_type] = load_configurer(found.entry_point, found.source)
         return self._loaded[connector_type]
 
     def _cure(self, connector_type: str) -> str:
@@ -85,39 +92,16 @@ class ConnectorResolver:
         return f"{meant}Installed: {installed}"
 
 
-def _installed(entry_point: EntryPoint) -> InstalledConnector:
-    # A distribution with broken metadata has no name or version; it is still worth listing.
-    name, version = (entry_point.dist.name, entry_point.dist.version) if entry_point.dist else (None, None)
+Identity: TypeAlias = tuple[str | None, str | None]
+"""A distribution's name and version. One with broken metadata has neither; what it installs is still worth listing."""
+
+
+def _installed(entry_point: EntryPoint, identity: Callable[[Distribution], Identity]) -> InstalledConnector:
+    name, version = identity(entry_point.dist) if entry_point.dist else (None, None)
     module = entry_point.module.partition(".")[0]
     return InstalledConnector(entry_point.name, name or module, version or "", entry_point)
 
 
-def load_configurer(installed: InstalledConnector) -> type[Configurer[Any]]:
-    """Import one plugin and check that it keeps the contract; :class:`PluginError` otherwise."""
-    source = installed.source
-
-    def broken(cause: str) -> PluginError:
-        return PluginError(f"connector type '{installed.type}' of {source} can't be used: {cause}", distribution=source)
-
-    try:  # an import may fail in any way, even by sys.exit()
-        loaded = installed.entry_point.load()
-    except (Exception, SystemExit) as error:
-        raise broken(f"{type(error).__name__}: {error}") from error
-    if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
-        raise broken(f"{installed.entry_point.value} is not a Configurer class")
-    version = _api_version(loaded)
-    if version != API_VERSION:
-        raise broken(f"it is written for API version {version}, this mosaic-core speaks {API_VERSION}")
-    missing = sorted(getattr(loaded, "__abstractmethods__", ()))
-    if missing:
-        raise broken(f"{loaded.__name__} does not implement {', '.join(missing)}")
-    return loaded
-
-
-def _api_version(configurer: type) -> object:
-    """``MOSAIC_API_VERSION`` of the configurer's module or of its top package; absent means ours."""
-    for name in (configurer.__module__, configurer.__module__.partition(".")[0]):
-        declared: object = getattr(sys.modules.get(name), "MOSAIC_API_VERSION", None)
-        if declared is not None:
-            return declared
-    return API_VERSION
+def _identity(distribution: Distribution) -> Identity:
+    metadata = distribution.metadata
+    return metadata["Name"], metadata["Version"]

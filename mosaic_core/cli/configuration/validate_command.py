@@ -1,0 +1,50 @@
+"""``mosaic validate``: every mistake of a robot's YAML file at once, and who shares a lease with whom."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mosaic_core.cli.terminal.error_report import FINE, USAGE, as_json, report_problems
+from mosaic_core.words.errors import ConfigError, Problem
+
+
+def validate(
+    config: Annotated[Path, typer.Argument(help="The robot's YAML file.")] = Path("mosaic_config.yaml"),
+    as_json_text: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    allow_missing_env: Annotated[
+        bool, typer.Option(help="Forgive environment variables and secret files that only exist on the robot.")
+    ] = False,
+) -> None:
+    """Check a robot's YAML file: every mistake at once. Starts nothing and opens no device."""
+    from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+    from mosaic_core.runtime.configuration.config_loader import validate_file
+
+    leases: Mapping[str, Sequence[str]] = {}
+    try:
+        validation = validate_file(config, allow_missing_env=allow_missing_env)
+        rehearsal = AutoConfigurer().rehearse(validation)
+        problems = _by_line((*validation.problems, *rehearsal.problems))
+        hints, leases = _by_line((*validation.hints, *rehearsal.hints)), rehearsal.leases
+    except ConfigError as error:
+        problems, hints = error.problems, ()
+    if as_json_text:
+        found = {"problems": as_json(problems), "hints": as_json(hints), "leases": leases}
+        typer.echo(json.dumps({"valid": not problems, **found}))
+    else:
+        report_problems(hints, as_hints=True)
+        for resource, labels in leases.items() if len(leases) > 1 else ():
+            typer.echo(f"lease '{resource}': {', '.join(labels)}")
+        if problems:
+            report_problems(problems)
+        else:
+            typer.echo(f"{config}: valid")
+    raise typer.Exit(USAGE if problems else FINE)
+
+
+def _by_line(problems: Sequence[Problem]) -> tuple[Problem, ...]:
+    return tuple(sorted(problems, key=lambda one: one.line or 0))

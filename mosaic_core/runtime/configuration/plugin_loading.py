@@ -1,0 +1,41 @@
+"""Imports the configurer of one plugin and checks that it keeps the contract."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import EntryPoint
+from typing import Any
+
+from mosaic_core.contract.configurer import API_VERSION, Configurer
+from mosaic_core.words.errors import PluginError
+
+
+def load_configurer(entry_point: EntryPoint, source: str) -> type[Configurer[Any]]:
+    """Import a plugin that ``source`` ships and check that it keeps the contract; :class:`PluginError` otherwise."""
+
+    def broken(cause: str) -> PluginError:
+        message = f"connector type '{entry_point.name}' of {source} can't be used: {cause}"
+        return PluginError(message, distribution=source)
+
+    try:  # an import may fail in any way, even by sys.exit()
+        loaded = entry_point.load()
+    except (Exception, SystemExit) as error:
+        raise broken(f"{type(error).__name__}: {error}") from error
+    if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
+        raise broken(f"{entry_point.value} is not a Configurer class")
+    version = _api_version(loaded)
+    if version != API_VERSION:
+        raise broken(f"it is written for API version {version}, this mosaic-core speaks {API_VERSION}")
+    missing = sorted(getattr(loaded, "__abstractmethods__", ()))
+    if missing:
+        raise broken(f"{loaded.__name__} does not implement {', '.join(missing)}")
+    return loaded
+
+
+def _api_version(configurer: type) -> object:
+    """``MOSAIC_API_VERSION`` of the configurer's module or of its top package; absent means ours."""
+    for name in (configurer.__module__, configurer.__module__.partition(".")[0]):
+        declared: object = getattr(sys.modules.get(name), "MOSAIC_API_VERSION", None)
+        if declared is not None:
+            return declared
+    return API_VERSION
