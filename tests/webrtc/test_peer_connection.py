@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mosaic_core.adapters.video.picture import pts_of
+from mosaic_core.adapters.video.picture_clock import pts_of
 from mosaic_core.adapters.video.shared_video import SharedVideo
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import ConnectionFailed

@@ -11,6 +11,7 @@ from typing import Any
 
 import av
 
+from mosaic_core.adapters.sound.opus import OPUS
 from mosaic_core.adapters.sound.sound_encoder import SoundEncoder
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.congestion.rate_control import Feedback
@@ -22,7 +23,6 @@ MAX_WAITING = 10
 """Packets of 20 ms that wait for one listener's transport."""
 _MAX_HANDED_OVER = 50
 """One second on its way to the event loop."""
-OPUS = "audio/opus"
 
 
 class SoundFeed:

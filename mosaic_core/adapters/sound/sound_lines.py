@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from aiortc import RTCRtpTransceiver
 
 from mosaic_core.adapters.aiortc_private import name_stream, prefer_codecs, sent_codec
-from mosaic_core.adapters.sound.shared_sound import OPUS
-from mosaic_core.adapters.sound.sound_track import AiortcIncomingSound, SoundTrack
+from mosaic_core.adapters.sound.opus import OPUS
 from mosaic_core.runtime.transport.transport import AnswererListener
 
 
@@ -30,6 +29,9 @@ class SoundLines:
         prefer_codecs(transceiver, (OPUS,))
         if sent_codec(transceiver).lower() != OPUS:
             return None
+        # Only now: a robot without sound, which has an answerer like all others, needs no NumPy for it.
+        from mosaic_core.adapters.sound.sound_track import AiortcIncomingSound, SoundTrack
+
         if mid in self.heard:
             feed = self.listener.track_bound(label)
             feed.codec_agreed(OPUS)

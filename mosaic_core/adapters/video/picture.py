@@ -7,7 +7,6 @@ wraps it in a frame of its own (:func:`own_frame`, 4 µs).
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any, TypeAlias, cast
 
 import av
@@ -15,21 +14,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE, pts_of
 from mosaic_core.contract.media import Captured, Picture
 
 Pixels: TypeAlias = NDArray[np.uint8]
 Prepared: TypeAlias = "av.VideoFrame | av.Packet[Any]"
 
-VIDEO_TIME_BASE = Fraction(1, 90_000)
-_TICKS_PER_100_US = 9
-"""Capture times are kept to 100 µs: such a time is a whole number of ticks at 90 kHz *and* of microseconds, the time
-base of PyAV's encoders. Any finer, and their rounding would move RTP timestamps by one tick."""
 _CHROMA_OF_GRAY = 128
-
-
-def pts_of(captured_at_s: float) -> int:
-    """The 90 kHz timestamp of a moment on the robot's monotonic clock."""
-    return round(captured_at_s * 10_000) * _TICKS_PER_100_US
 
 
 def prepared_picture(picture: Picture, captured_at_s: float) -> Prepared:

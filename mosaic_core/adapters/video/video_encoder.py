@@ -12,7 +12,8 @@ from av.codec.hwaccel import HWAccel
 from av.video.codeccontext import VideoCodecContext
 from av.video.frame import PictureType
 
-from mosaic_core.adapters.video.picture import VIDEO_TIME_BASE, own_frame
+from mosaic_core.adapters.video.picture import own_frame
+from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE
 from mosaic_core.machines.media.picture_rate import PictureRate
 
 CodecName = Literal["VP8", "H264"]

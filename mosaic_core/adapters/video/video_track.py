@@ -18,7 +18,7 @@ from mosaic_core.adapters.aiortc_private import (
     sequence_number_of,
     ssrc_of,
 )
-from mosaic_core.adapters.video.picture import VIDEO_TIME_BASE
+from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
 from mosaic_core.machines.congestion.missing_packets import MissingPackets
 from mosaic_core.machines.congestion.path_watch import PathWatch

@@ -11,7 +11,6 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -79,23 +78,22 @@ def _lan_serving(config: RobotConfig, wish: LanWish | None, path: Path, *, has_s
 def make_robot(configured: Configured, *, lan: KnownServer | None = None) -> Robot:
     """A robot on the real network. ``lan``: the server that it runs itself."""
     from mosaic_core.adapters.machine.network_watch import watch_network
-    from mosaic_core.adapters.peers.aiortc_answerer import aiortc_answerer
     from mosaic_core.adapters.signaling.websocket import open_websocket
-    from mosaic_core.adapters.sound.shared_sound import SharedSound
-    from mosaic_core.adapters.video.shared_video import SharedVideo
+    from mosaic_core.cli.robot.transports import loaded_transports
     from mosaic_core.runtime.robot import Robot
 
     server = configured.config.server
     policy = server.webrtc.ice_transport_policy if server is not None else "all"
+    transports = loaded_transports(configured.connectors, relay_only=policy == "relay")
     return Robot(
         configured.config,
         configured.connectors,
         shared=configured.shared,
         plugins=configured.plugins,
         connect_socket=open_websocket,
-        make_answerer=partial(aiortc_answerer, relay_only=policy == "relay"),
-        open_stream=SharedVideo,
-        open_sound=SharedSound,
+        make_answerer=transports.make_answerer,
+        open_stream=transports.open_stream,
+        open_sound=transports.open_sound,
         watch_network=watch_network,
         software=f"mosaic-core/{__version__}",
         lan=lan,

@@ -14,7 +14,8 @@ from mosaic_core.adapters.video import encoder_thread
 from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable
 from mosaic_core.adapters.video.encoder_set import EncodedRung, EncoderSet
 from mosaic_core.adapters.video.encoder_thread import EncoderOrder, EncoderThread
-from mosaic_core.adapters.video.picture import prepared_picture, pts_of
+from mosaic_core.adapters.video.picture import prepared_picture
+from mosaic_core.adapters.video.picture_clock import pts_of
 from mosaic_core.adapters.video.video_encoder import EncoderSettings, VideoEncoder
 from mosaic_core.machines.media.rung_ladder import Rung
 

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from mosaic_core.adapters.video.packet_source import PacketSource, SourceState
-from mosaic_core.adapters.video.picture import VIDEO_TIME_BASE, prepared_picture
+from mosaic_core.adapters.video.picture import prepared_picture
+from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE
 from mosaic_core.adapters.video.rung_orders import PASSED_ON, SourceShape, codecs_of, limits_bps, options_of
 from mosaic_core.contract.media import EncodingParams
 from mosaic_core.machines.congestion.rate_control import START_BPS

@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_core import Captured
-from mosaic_core.adapters.video.picture import VIDEO_TIME_BASE, own_frame, prepared_picture, pts_of, scaled_picture
+from mosaic_core.adapters.video.picture import own_frame, prepared_picture, scaled_picture
+from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE, pts_of
 
 
 def colours(height: int = 48, width: int = 64) -> np.ndarray[Any, Any]:

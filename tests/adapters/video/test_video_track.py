@@ -13,7 +13,8 @@ from aiortc import RTCRtpSender
 from aiortc.mediastreams import MediaStreamError
 from aiortc.rtp import RTCP_PSFB_PLI, RtcpPsfbPacket, RtcpReceiverInfo, RtcpRrPacket, RtcpRtpfbPacket, pack_remb_fci
 
-from mosaic_core.adapters.video.picture import prepared_picture, pts_of
+from mosaic_core.adapters.video.picture import prepared_picture
+from mosaic_core.adapters.video.picture_clock import pts_of
 from mosaic_core.adapters.video.video_track import VideoTrack
 from mosaic_core.laboratory.joining import until
 from mosaic_core.machines.congestion.rate_control import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport

@@ -1,0 +1,1 @@
+"""Parts of `startup.py`: what a robot's process holds in memory."""

@@ -1,0 +1,3 @@
+"""The one codec of sound."""
+
+OPUS = "audio/opus"

@@ -1,0 +1,120 @@
+"""What is loaded, held as sets: whoever makes a command or a robot load one more library says so here.
+
+Times depend on the machine, these sets do not. `bench/startup.py` has the times, and the memory.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import mosaic_core
+
+TYPER = {"annotated_doc", "shellingham", "typer"}
+PYDANTIC = {"annotated_types", "pydantic", "pydantic_core", "typing_extensions", "typing_inspection"}
+WEBRTC = {"aioice", "aiortc", "av", "OpenSSL", "pylibsrtp"}
+PICTURES = {"cv2", "numpy"}
+
+RUN = """
+from mosaic_core.cli.main import main
+try:
+    main(sys.argv[1:])
+except SystemExit as end:
+    assert not end.code
+"""
+ROBOT = """
+import asyncio
+from mosaic_core.adapters.machine.event_loop import run_event_loop
+from mosaic_core.cli.robot.run_command import make_robot
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+from mosaic_core.words.config import RobotConfig
+
+async def offline():
+    robot = make_robot(AutoConfigurer().from_config(RobotConfig.model_validate({config})))
+    running = asyncio.create_task(robot.run())
+    while robot.state == "connecting":
+        await asyncio.sleep(0)
+    robot.stop()
+    await running
+
+run_event_loop(offline())
+"""
+SERVER = {
+    "ws_url": "ws://127.0.0.1:9",
+    "auth": {"type": "no-authorization", "robot_id": "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"},
+}
+
+
+def loaded_by(code: str, *words: str) -> set[str]:
+    """The packages that a fresh interpreter has after running `code`; without Python's own, and without those that an
+    installation loads into every interpreter."""
+    found = _packages_after(code, *words) - _packages_after("pass") - sys.stdlib_module_names
+    return {name for name in found if not name.startswith("_sysconfigdata_")}  # Python's own, named by the machine
+
+
+def _packages_after(code: str, *words: str) -> set[str]:
+    return {name.partition(".")[0] for name in modules_after(code, *words)}
+
+
+def modules_after(code: str, *words: str) -> set[str]:
+    script = f"import sys\n{code}\nprint('\\n', *sys.modules)"
+    done = subprocess.run([sys.executable, "-c", script, *words], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def robot_with(*connectors: dict[str, object]) -> str:
+    return ROBOT.format(config={"server": SERVER, "connectors": list(connectors)})
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["--nonsense"]])
+def test_the_list_of_commands_loads_what_prints_it_alone(words: list[str]) -> None:
+    code = RUN.replace("assert not end.code", "pass")
+    assert loaded_by(code, *words) <= {*TYPER, "mosaic_core"}
+
+
+def test_the_list_of_commands_loads_none_of_them() -> None:
+    ours = {name for name in modules_after(RUN, "--help") if name.startswith("mosaic_core.")}
+    assert ours == {
+        "mosaic_core.cli",
+        "mosaic_core.cli.main",
+        "mosaic_core.cli.later_command",
+        "mosaic_core.cli.plugin_commands",
+        "mosaic_core.cli.terminal",
+        "mosaic_core.cli.terminal.error_report",
+        "mosaic_core.words",
+        "mosaic_core.words.codes",
+        "mosaic_core.words.errors",
+    }
+
+
+@pytest.mark.parametrize("words", [["connectors", "list"], ["connectors", "list", "--json"]])
+def test_the_list_of_connectors_loads_no_plugin_and_no_table_maker(words: list[str]) -> None:
+    """pydantic is typer's: it checks the words of a command that runs."""
+    assert loaded_by(RUN, *words) <= {*TYPER, *PYDANTIC, "mosaic_core"}
+
+
+def test_a_robot_without_cameras_loads_no_webrtc_until_an_operator_comes() -> None:
+    loaded = loaded_by(robot_with({"type": "connection-check", "label": "link"}))
+    assert not loaded & (WEBRTC | PICTURES | {"httpx", "rich", "prometheus_client"})
+    assert "websockets" in loaded
+
+
+def test_a_robot_with_a_camera_has_all_it_needs_before_an_operator_comes() -> None:
+    loaded = loaded_by(robot_with({"type": "test-pattern", "label": "front"}))
+    assert loaded >= WEBRTC | PICTURES
+    assert not loaded & {"httpx", "rich", "prometheus_client"}
+
+
+def test_an_answer_without_media_needs_no_picture_library() -> None:
+    assert not loaded_by("import mosaic_core.adapters.peers.aiortc_answerer") & PICTURES
+
+
+def test_every_public_name_is_there_although_none_is_imported_before() -> None:
+    assert loaded_by("import mosaic_core") == {"mosaic_core"}
+    everything = "import mosaic_core\nfor name in mosaic_core.__all__: getattr(mosaic_core, name)"
+    assert loaded_by(everything) >= PYDANTIC
+    with pytest.raises(AttributeError, match="no attribute 'Handlr'"):
+        mosaic_core.Handlr  # type: ignore[attr-defined]  # noqa: B018
