@@ -33,11 +33,11 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from mosaic_core.contract.media import Captured, EncodingParams
     from mosaic_core.contract.params import CameraLabel, Message, NoParams, Params, unit
     from mosaic_core.contract.sound import Sound, SoundEncoding
+    from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+    from mosaic_core.runtime.configuration.resolver import ConnectorResolver
     from mosaic_core.words.data_type import Delivery, MosaicDataType
     from mosaic_core.words.delivery import DeliveryContract
     from mosaic_core.words.errors import ConfigError, MosaicError, PluginError
-    from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
-    from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
     AMediaTrackHandler = MediaTrackHandler
 __version__ = "0.1.0"
