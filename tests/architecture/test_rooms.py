@@ -50,8 +50,11 @@ CORE_ROOMS = {
     "cli": ["terminal", "robot", "operator", "configuration", "diagnosis"],
 }
 """Lowest first: a room may import those before it. Files beside the rooms may import all of them, and no room them."""
+SERVER_ROOMS = ["security", "storage", "switchboard", "sockets", "rest", "web"]
+"""The same for ``mosaic_server``: what lies beside these rooms (settings, services) may stand between any two."""
 CLIENT_ROOMS = [
     "words",
+    "described",
     "timing",
     "platform",
     "resume",
@@ -178,6 +181,11 @@ def test_every_room_of_a_layer_has_its_place(layer: str) -> None:
 @pytest.mark.parametrize("layer", CORE_ROOMS)
 def test_the_rooms_of_a_layer_import_one_way(layer: str, core: Graph) -> None:
     assert misdirected(core, ("mosaic_core", layer), ".", CORE_ROOMS[layer]) == []
+
+
+def test_the_rooms_of_the_server_import_one_way(core: Graph) -> None:
+    among_rooms = {name: {one for one in targets if one.count(".") > 1} for name, targets in core.items()}
+    assert misdirected(among_rooms, ("mosaic_server",), ".", SERVER_ROOMS) == []
 
 
 def test_the_rooms_of_the_client_import_one_way(dashboard: Graph) -> None:

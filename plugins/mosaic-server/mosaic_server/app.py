@@ -16,21 +16,18 @@ from mosaic_server.rest import (
     connector_configs,
     grants,
     members,
-    occupancy_maps,
     organization,
-    organization_users,
     pairing,
-    robot_auth,
     robot_check,
     robots,
     server_info,
-    tabs,
     users,
 )
 from mosaic_server.rest.envelope import Failure, install_error_handlers
+from mosaic_server.rest.original import occupancy_maps, organization_users, robot_auth, tabs
 from mosaic_server.services import running
 from mosaic_server.settings import Settings
-from mosaic_server.sockets import endpoints
+from mosaic_server.web import socket_routes
 from mosaic_server.web.dashboard_files import dashboard_router
 from mosaic_server.web.guards import Guards
 
@@ -58,7 +55,7 @@ def create_app(settings: Settings) -> FastAPI:
     of_originals = (tabs, occupancy_maps)
     for routes in (*of_accounts, *of_robots, *of_originals):
         app.include_router(routes.router)
-    app.include_router(endpoints.router)
+    app.include_router(socket_routes.router)
     app.include_router(dashboard_router(settings.dashboard_dir))
     if settings.allowed_origins:
         app.add_middleware(

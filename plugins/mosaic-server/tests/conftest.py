@@ -25,7 +25,6 @@ from sqlalchemy import text
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from mosaic_server.migrations import upgrade
 from mosaic_server.roles import Role
 from mosaic_server.security.passwords import hash_password
 from mosaic_server.serving import Listening, Server, make_server
@@ -34,6 +33,7 @@ from mosaic_server.sockets.keep_alive import KeepAlivePeriods
 from mosaic_server.storage.accounts import Membership, Person, add_account
 from mosaic_server.storage.database import Database
 from mosaic_server.storage.grants import Actor, LastSupervisor, set_role
+from mosaic_server.storage.migrations import upgrade
 from mosaic_server.storage.robots import RobotAuthType, add_robot, renew_token
 
 PASSWORD = "correct horse battery"  # noqa: S105 - of throw-away accounts

@@ -56,7 +56,7 @@ class Database:
 
     def migrate(self) -> None:
         """Bring the schema to the newest revision; a no-op when it is there already."""
-        from mosaic_server.migrations import upgrade
+        from mosaic_server.storage.migrations import upgrade
 
         with self.engine.begin() as connection:
             upgrade(connection)

@@ -13,8 +13,8 @@ from alembic.config import Config
 from alembic.migration import MigrationContext
 from sqlalchemy import inspect
 
-from mosaic_server import migrations
 from mosaic_server.roles import Role
+from mosaic_server.storage import migrations
 from mosaic_server.storage.accounts import person_by_email
 from mosaic_server.storage.database import Database
 from mosaic_server.storage.grants import Actor, roles_on_robot, set_role

@@ -1,4 +1,4 @@
-"""Alembic's entry: always on the connection that :func:`mosaic_server.migrations.upgrade` hands over."""
+"""Alembic's entry: always on the connection that :func:`mosaic_server.storage.migrations.upgrade` hands over."""
 
 from __future__ import annotations
 

@@ -1,0 +1,1 @@
+"""Routes that original dashboards alone use; the others are beside this folder."""
