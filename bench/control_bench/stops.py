@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from control_bench.site import COMMAND_PERIOD_S, DRIVES, TIMEOUT_S, Record
 from mosaic_core.operator import MosaicOperator, RobotConnection
-from mosaic_core.operator.delivery.channel_port import MessageInfo
+from mosaic_core.operator.delivery.data_port import MessageInfo
 
 TWIST = {"linear": {"x": 0.5}, "angular": {"z": 0.1}}
 CLEAR_PERIOD_S = 0.07

@@ -16,17 +16,17 @@ from mosaic_core.machines.control.stop_call import StopReport
 from mosaic_core.operator.control.control_desk import ControlDesk
 from mosaic_core.operator.control.lease import Lease, LeaseDenied, LeaseLost
 from mosaic_core.operator.control.original_drives import ZerosReport
-from mosaic_core.operator.delivery.channel_port import MessageInfo, Received
+from mosaic_core.operator.delivery.data_port import MessageInfo, Received
 from mosaic_core.operator.mosaic_operator import MosaicOperator
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.signaling.rest_api import RobotSummary
+from mosaic_core.operator.stores.channel_plan import UnknownLabel
 from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.stores.media_store import MediaStreamStore
 from mosaic_core.operator.stores.mosaic_store import MosaicStore, StoreState
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.stores.store_manager import StoreManager
-from mosaic_core.operator.stores.store_plan import UnknownLabel
 from mosaic_core.operator.stores.stores import BidirectionalStore, ReceivableStore, SendableStore
 from mosaic_core.words.described import DescribedConnector
 

@@ -13,16 +13,16 @@ import httpx
 
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
 from mosaic_core.machines.peers.network_change import NetworkChange
-from mosaic_core.operator.delivery.channel_port import now_us
-from mosaic_core.operator.peers.peer_link import ConnectionPlan
+from mosaic_core.operator.delivery.data_port import now_us
+from mosaic_core.operator.peers.peer_attempt import ConnectionPlan
 from mosaic_core.operator.reconnection import Keeper
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.signaling.rest_api import RestApi, RobotSummary, log_in
-from mosaic_core.operator.signaling.signaling_link import SignalingLink
+from mosaic_core.operator.signaling.signaling_socket import SignalingLink
+from mosaic_core.operator.stores.channel_plan import Known, media_labels_of
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.store_manager import StoreManager
-from mosaic_core.operator.stores.store_plan import Known, media_labels_of
 from mosaic_core.runtime.transport.operator_transport import OffererFactory
 from mosaic_core.runtime.transport.transport import NetworkWatcher, SocketConnector
 from mosaic_core.words import signaling

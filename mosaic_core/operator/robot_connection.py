@@ -7,25 +7,25 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Literal, TypeVar
 
+from mosaic_core.machines.peers.bulk_of_operator import LaneState
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
-from mosaic_core.machines.peers.operator_lane import LaneState
+from mosaic_core.operator.control.control_channel import ControlPort
 from mosaic_core.operator.control.control_desk import ControlDesk
-from mosaic_core.operator.control.control_port import ControlPort
 from mosaic_core.operator.control.original_drives import ZerosReport, send_zeros
 from mosaic_core.operator.control.picture_reports import PictureReports
 from mosaic_core.operator.delivery.delivery_watcher import DeliveryWatcher
 from mosaic_core.operator.delivery.session_streams import SessionStreams
-from mosaic_core.operator.peers.bulk_lane import BulkLane, LaneOwner
-from mosaic_core.operator.peers.more_lines import MoreLines
-from mosaic_core.operator.peers.peer_link import ConnectionPlan, PeerLink
-from mosaic_core.operator.peers.store_links import StoreLinks, Surroundings
+from mosaic_core.operator.peers.bulk_connection import BulkLane, LaneOwner
+from mosaic_core.operator.peers.further_offers import MoreLines
+from mosaic_core.operator.peers.peer_attempt import ConnectionPlan, PeerLink
+from mosaic_core.operator.peers.store_bindings import StoreLinks, Surroundings
+from mosaic_core.operator.stores.channel_plan import Known
 from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.stores.media_store import MediaStreamStore
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.stores.store_manager import StoreManager
-from mosaic_core.operator.stores.store_plan import Known
 from mosaic_core.operator.stores.stores import BidirectionalStore, ReceivableStore, SendableStore
 from mosaic_core.runtime.transport.operator_transport import IncomingVideo, Offerer, OffererFactory
 from mosaic_core.runtime.transport.transport import Channel

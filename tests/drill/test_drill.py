@@ -16,13 +16,13 @@ from mosaic_core.drill.findings import Finding
 from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector
 from mosaic_core.machines.commands.command_gate import CommandGate
 from mosaic_core.machines.commands.watchdog import Watchdog
-from mosaic_core.machines.control.lease import LeaseDesk
+from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.runtime.commands.fence import Fence
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.peers.peer_control import PeerControl
-from mosaic_core.runtime.peers.stop_link import StopLink
+from mosaic_core.runtime.peers.stop_channel import StopLink
 from mosaic_core.words.control import ControlMessage, Stop
 
 

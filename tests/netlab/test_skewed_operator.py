@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.operator.delivery.channel_port import now_us
+from mosaic_core.operator.delivery.data_port import now_us
 
 pytestmark = [pytest.mark.netlab, pytest.mark.timeout(60)]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.machines.peers import operator_peer
+from mosaic_core.machines.peers import peer_of_operator as operator_peer
 from mosaic_core.operator import (
     ConnectionCheckingStore,
     MediaStreamStore,

@@ -312,7 +312,7 @@ async def _our_offer(kit: Any, scene: Any, peer_id: str) -> Any:
 def test_a_silent_operator_is_lost_within_two_seconds_and_the_server_learns_why(
     kit: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("mosaic_core.machines.peers.peer_session.PEER_LOST_AFTER_S", 0.2)
+    monkeypatch.setattr("mosaic_core.machines.peers.peer_of_robot.PEER_LOST_AFTER_S", 0.2)
     base = Base("drive")
 
     async def body() -> None:

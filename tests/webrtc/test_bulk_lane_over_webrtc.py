@@ -94,7 +94,7 @@ def test_bulk_arrives_whole_over_the_lane_and_over_the_main_connection_when_it_i
 
 
 def test_lanes_that_come_and_go_leave_no_task_and_no_socket(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mosaic_core.machines.peers.robot_lane.MAX_OFFERS_HZ", 1000.0)
+    monkeypatch.setattr("mosaic_core.machines.peers.bulk_of_robot.MAX_OFFERS_HZ", 1000.0)
 
     async def scenario(link: Any) -> None:
         async def once() -> None:

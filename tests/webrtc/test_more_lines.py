@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mosaic_core.adapters.aiortc_private.rtp.arrivals import NUMBER_URI
+from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import NUMBER_URI
 from mosaic_core.adapters.peers import offer_vetting
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import ConnectionFailed

@@ -19,9 +19,9 @@ from mosaic_core.machines.delivery.delivery_terms import terms_of
 from mosaic_core.machines.delivery.framing import Frame, PayloadKind
 from mosaic_core.machines.delivery.send_scheduler import HIGH_WATER_BYTES, Offered
 from mosaic_core.machines.laboratory.impaired_link import LinkProfile
-from mosaic_core.operator.delivery.channel_port import ChannelPort
+from mosaic_core.operator.delivery.data_port import ChannelPort
 from mosaic_core.operator.delivery.store_counters import StoreCounters
-from mosaic_core.runtime.delivery.channel_link import ChannelLink
+from mosaic_core.runtime.delivery.data_port import ChannelLink
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.observation.counters import ConnectorCounters

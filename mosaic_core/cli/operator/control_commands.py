@@ -106,7 +106,7 @@ def stop(
     Software, and it has to sign in and connect first: this is no certified emergency stop. An original robot has no
     stop: what is known to drive it is sent zeros, which is said, and the exit code is 1.
     """
-    from mosaic_core.cli.operator.operator_control import Stop
+    from mosaic_core.cli.operator.control_actions import Stop
 
     work = Stop(robot, reason, as_json, drive_label, drive_type)
     signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
@@ -122,7 +122,7 @@ def clear(
     as_json: AsJson = False,
 ) -> None:
     """Clear the stop of a robot, so that commands act again. Look at the robot first."""
-    from mosaic_core.cli.operator.operator_control import Clear
+    from mosaic_core.cli.operator.control_actions import Clear
 
     signed_in(Clear(robot, as_json), server, email, code, password_stdin=password_stdin, is_person=True)
 
@@ -144,7 +144,7 @@ def lease(
     as_json: AsJson = False,
 ) -> None:
     """Show who commands a robot; with --take, --force or --release, change that."""
-    from mosaic_core.cli.operator.operator_control import LookAtLeases, TakeLease
+    from mosaic_core.cli.operator.control_actions import LookAtLeases, TakeLease
 
     changes = take or force or release
     work = TakeLease(robot, resource, force, wait_s, release, as_json) if changes else LookAtLeases(robot, as_json)
@@ -162,6 +162,6 @@ def journal(
     as_json: AsJson = False,
 ) -> None:
     """Show what happened on a robot: leases, stops, refused commands. Supervisors only."""
-    from mosaic_core.cli.operator.operator_control import ReadJournal
+    from mosaic_core.cli.operator.control_actions import ReadJournal
 
     signed_in(ReadJournal(robot, limit, as_json), server, email, code, password_stdin=password_stdin, is_person=True)

@@ -11,12 +11,12 @@ from typing import Any
 
 import typer
 
+from mosaic_core.cli.operator.control_actions import name_of, told_drive, zeros_text
 from mosaic_core.cli.operator.drive_keys import HeldKeys, Key
-from mosaic_core.cli.operator.operator_control import name_of, told_drive, zeros_text
 from mosaic_core.cli.operator.operator_session import connected, until_closed, usage, wrong_way
 from mosaic_core.cli.terminal.error_report import FINE
 from mosaic_core.operator import LeaseDenied, LeaseLost, MosaicOperator, RobotConnection, SendableStore
-from mosaic_core.operator.stores.store_plan import entry_of, nothing_known, resource_of
+from mosaic_core.operator.stores.channel_plan import entry_of, nothing_known, resource_of
 from mosaic_core.words.catalogue import CatalogueEntry
 from mosaic_core.words.control import Refusal
 from mosaic_core.words.described import drive_of

@@ -13,7 +13,7 @@ import typer
 from mosaic_core.cli.operator.operator_session import connected, store_of, until_closed, wrong_way
 from mosaic_core.cli.terminal.error_report import FAILED, FINE
 from mosaic_core.operator import MosaicOperator, RobotConnection, SendableStore
-from mosaic_core.operator.stores.store_plan import entry_of, resource_of
+from mosaic_core.operator.stores.channel_plan import entry_of, resource_of
 from mosaic_core.words.control import Refusal
 
 REFUSAL_WAIT_S = 0.5

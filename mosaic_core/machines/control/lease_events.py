@@ -1,4 +1,4 @@
-"""What happens to leases and what follows: the vocabulary of :class:`~mosaic_core.machines.control.lease.LeaseDesk`."""
+"""What happens to leases and what follows: the vocabulary of :class:`~mosaic_core.machines.control.lease_desk.LeaseDesk`."""
 
 from __future__ import annotations
 

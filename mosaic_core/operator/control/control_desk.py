@@ -12,12 +12,12 @@ from collections.abc import Callable, Mapping, Sequence
 from mosaic_core.machines.control import operator_control as machine
 from mosaic_core.machines.control.operator_control import LeaseView
 from mosaic_core.machines.control.stop_call import StopReport
-from mosaic_core.operator.control.control_port import ControlPort
+from mosaic_core.operator.control.control_channel import ControlPort
 from mosaic_core.operator.control.lease import Lease
 from mosaic_core.operator.control.lease_takers import LeaseTakers
 from mosaic_core.operator.control.robot_answers import RobotAnswers
 from mosaic_core.operator.control.stop_caller import StopCaller
-from mosaic_core.operator.delivery.channel_port import now_us
+from mosaic_core.operator.delivery.data_port import now_us
 from mosaic_core.words import control
 from mosaic_core.words.codes import reason
 from mosaic_core.words.control import JournalEntry, PeerInfo, SafetyLimit

@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 from dataclasses import dataclass
 
+from mosaic_core.operator.stores.channel_plan import Known
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.store_manager import StoreManager
-from mosaic_core.operator.stores.store_plan import Known
 from mosaic_core.operator.stores.stores import SendableStore
 from mosaic_core.words.catalogue import CatalogueEntry
 from mosaic_core.words.data_type import MosaicDataType

@@ -8,7 +8,7 @@ from uuid import uuid4
 
 from mosaic_core.machines.control import stop_call
 from mosaic_core.machines.control.stop_call import StopReport
-from mosaic_core.operator.control.control_port import ControlPort
+from mosaic_core.operator.control.control_channel import ControlPort
 from mosaic_core.words.control import StopAck
 from mosaic_core.words.errors import ConnectionFailed
 

@@ -8,7 +8,7 @@ import time
 from collections import OrderedDict
 
 from mosaic_core.machines.delivery.framing import PayloadKind
-from mosaic_core.operator.delivery.channel_port import MessageInfo
+from mosaic_core.operator.delivery.data_port import MessageInfo
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.stores import ReceivableStore, SendableStore
 from mosaic_core.words.wire_model import to_json

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar, overload
 
+from mosaic_core.operator.stores.channel_plan import Known, found_entry, make_store, plan_of, sound_store
 from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
-from mosaic_core.operator.stores.store_plan import Known, found_entry, make_store, plan_of, sound_store
 from mosaic_core.words.catalogue import CatalogueEntry
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed

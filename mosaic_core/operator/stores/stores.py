@@ -17,7 +17,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from mosaic_core.machines.delivery.framing import PayloadKind
-from mosaic_core.operator.delivery.channel_port import MessageInfo, Received
+from mosaic_core.operator.delivery.data_port import MessageInfo, Received
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.words.data_type import MosaicDataType

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from mosaic_core.machines.control.lease import LeaseDesk
+from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.machines.control.lease_events import Changed, Commanded, DeadlinePassed, Effect, Event
 from mosaic_core.machines.control.stop_latch import StopLatch, StopTimes
 from mosaic_core.runtime.commands.safety_watch import SafetyWatch

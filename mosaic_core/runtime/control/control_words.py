@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.slow_down import Cause
-from mosaic_core.machines.control.lease import LeaseDesk
+from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.machines.control.lease_events import Party, Reply
 from mosaic_core.machines.control.stop_latch import StopLatch, StopTimes
 from mosaic_core.words import control

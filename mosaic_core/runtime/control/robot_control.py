@@ -9,12 +9,12 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from mosaic_core.contract.host import Sender
-from mosaic_core.machines.control.lease import LeaseDesk
+from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.machines.control.stop_latch import StopLatch
 from mosaic_core.runtime.commands.fence import Fence
 from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
-from mosaic_core.runtime.control.control_desk import ControlDesk, DeskListener
+from mosaic_core.runtime.control.command_desk import ControlDesk, DeskListener
 from mosaic_core.runtime.control.journal import Journal
 from mosaic_core.runtime.control.journal_file import JournalFile
 from mosaic_core.runtime.control.link_reports import LinkReports

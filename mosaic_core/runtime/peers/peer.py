@@ -10,11 +10,11 @@ from typing import Any
 from mosaic_core.contract.host import Outgoing, Sender
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.delivery.send_scheduler import Offered
-from mosaic_core.machines.peers import peer_session as session
+from mosaic_core.machines.peers import peer_of_robot as session
 from mosaic_core.machines.signaling.peer_admission import StartPeer
 from mosaic_core.runtime.delivery.send_queue import SendQueue
-from mosaic_core.runtime.peers.bulk_lane import BulkLane, LaneOwner
-from mosaic_core.runtime.peers.control_link import ControlLink
+from mosaic_core.runtime.peers.bulk_connection import BulkLane, LaneOwner
+from mosaic_core.runtime.peers.control_channel import ControlLink
 from mosaic_core.runtime.peers.further_offers import FurtherOffers
 from mosaic_core.runtime.peers.peer_channels import PeerChannels
 from mosaic_core.runtime.peers.peer_control import PeerControl
@@ -23,7 +23,7 @@ from mosaic_core.runtime.peers.peer_resume import PeerResume
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.peer_transport import PeerTransport
 from mosaic_core.runtime.peers.site import Site
-from mosaic_core.runtime.peers.stop_link import StopLink
+from mosaic_core.runtime.peers.stop_channel import StopLink
 from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import IncomingSound
 from mosaic_core.runtime.transport.transport import AnswererFactory, Channel

@@ -11,7 +11,7 @@ from mosaic_core.machines.delivery.framing import Frame, FrameFlag
 from mosaic_core.machines.delivery.send_scheduler import Lane, Offered
 from mosaic_core.machines.timing.rate_gate import RateGate
 from mosaic_core.runtime.commands.inbox import Incoming
-from mosaic_core.runtime.delivery.channel_link import ChannelLink
+from mosaic_core.runtime.delivery.data_port import ChannelLink
 from mosaic_core.runtime.delivery.peer_partials import PeerPartials
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.handlers.receiver import Receiver

@@ -9,9 +9,9 @@ from dataclasses import replace
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.signaling.peer_admission import PeerIdentity
 from mosaic_core.runtime.commands.link_watch import PeerLink
-from mosaic_core.runtime.peers.control_link import ControlLink
+from mosaic_core.runtime.peers.control_channel import ControlLink
 from mosaic_core.runtime.peers.site import Site
-from mosaic_core.runtime.peers.stop_link import StopLink
+from mosaic_core.runtime.peers.stop_channel import StopLink
 from mosaic_core.words import control
 
 ORDERED_PINGS_EVERY = 5

@@ -12,14 +12,14 @@ from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.machines.delivery.framing import FrameFlag
 from mosaic_core.machines.delivery.resume import Arrival, ResumeReceiver
 from mosaic_core.machines.delivery.send_scheduler import Lane
-from mosaic_core.runtime.control.control_desk import LOST
+from mosaic_core.runtime.control.command_desk import LOST
 from mosaic_core.runtime.delivery.sessions import Session
 from mosaic_core.words.control import HELLO_TIMEOUT_S, ControlMessage, Delivered, Hello, Resume
 from mosaic_core.words.data_type import Direction
 
 if TYPE_CHECKING:
     from mosaic_core.contract.host import Sender
-    from mosaic_core.runtime.delivery.channel_link import ChannelLink
+    from mosaic_core.runtime.delivery.data_port import ChannelLink
     from mosaic_core.runtime.delivery.send_queue import SendQueue
     from mosaic_core.runtime.handlers.routes import Route
     from mosaic_core.runtime.peers.site import Site

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 
-from mosaic_core.machines.peers import peer_session as session
+from mosaic_core.machines.peers import peer_of_robot as session
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.machines.signaling.peer_admission import StartPeer
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from mosaic_core.machines.peers.network_change import NetworkChange
 from mosaic_core.machines.signaling import signaling_events as session
 from mosaic_core.machines.signaling.peer_admission import AddCandidate, PeerIdentity, RefusePeer, StartPeer, StopPeer
-from mosaic_core.machines.signaling.signaling_session import SignalingSession
-from mosaic_core.runtime.signaling.signaling_client import SignalingClient
+from mosaic_core.machines.signaling.robot_signaling import SignalingSession
+from mosaic_core.runtime.signaling.signaling_socket import SignalingClient
 from mosaic_core.runtime.signaling.tickets import TicketVerifier
 from mosaic_core.runtime.transport.transport import SocketConnector
 from mosaic_core.words.catalogue import Catalogue

@@ -45,7 +45,7 @@ from mosaic_core.adapters.aiortc_private import (
     sequence_number_of,
     widen_udp_buffer,
 )
-from mosaic_core.adapters.aiortc_private.rtp.arrivals import NUMBER_URI
+from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import NUMBER_URI
 from mosaic_core.adapters.aiortc_private.rtp.receivers import rtp_timestamp_of
 from mosaic_core.machines.congestion.rate_control import BandwidthEstimate, PictureLost
 

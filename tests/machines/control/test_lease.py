@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mosaic_core.machines.control.lease import EPOCH_MAX, MAX_PEERS, LeaseDesk
+from mosaic_core.machines.control.lease_desk import EPOCH_MAX, MAX_PEERS, LeaseDesk
 from mosaic_core.machines.control.lease_events import (
     Answered,
     Changed,

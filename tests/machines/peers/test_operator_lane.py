@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.peers.operator_lane import (
+from mosaic_core.machines.peers.bulk_of_operator import (
     LOST_AFTER_S,
     PING_PERIOD_S,
     SETUP_TIMEOUT_S,

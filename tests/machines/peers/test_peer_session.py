@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.peers.peer_session import (
+from mosaic_core.machines.peers.peer_of_robot import (
     Answered,
     AnswerFailed,
     ByeReceived,

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.peers.robot_lane import (
+from mosaic_core.machines.peers.bulk_of_robot import (
     MAX_CANDIDATES,
     SETUP_TIMEOUT_S,
     AddCandidate,

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_core.machines.signaling.peer_admission import AddCandidate, PeerIdentity, RefusePeer, StartPeer, StopPeer
+from mosaic_core.machines.signaling.robot_signaling import GREETING_TIMEOUT_S, SILENCE_TIMEOUT_S, SignalingSession
 from mosaic_core.machines.signaling.signaling_events import (
     ChangeState,
     CloseSocket,
@@ -29,7 +30,6 @@ from mosaic_core.machines.signaling.signaling_events import (
     SocketClosed,
     SocketOpened,
 )
-from mosaic_core.machines.signaling.signaling_session import GREETING_TIMEOUT_S, SILENCE_TIMEOUT_S, SignalingSession
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import REASONS
 from mosaic_core.words.errors import AuthError

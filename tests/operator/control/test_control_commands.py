@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from mosaic_core.cli.operator import terminal_keys
+from mosaic_core.cli.operator.control_actions import Clear, LookAtLeases, ReadJournal, Stop, TakeLease
 from mosaic_core.cli.operator.drive_session import DriveSession, status_text
-from mosaic_core.cli.operator.operator_control import Clear, LookAtLeases, ReadJournal, Stop, TakeLease
 from mosaic_core.cli.operator.operator_send import Send
 from mosaic_core.operator import LeaseDenied, LeaseLost
 from mosaic_core.words import control

@@ -14,12 +14,12 @@ from typer.testing import CliRunner
 
 from mosaic_core.cli.main import app
 from mosaic_core.cli.operator import terminal_keys
+from mosaic_core.cli.operator.control_actions import Clear, LookAtLeases, Stop
 from mosaic_core.cli.operator.drive_session import DriveSession
-from mosaic_core.cli.operator.operator_control import Clear, LookAtLeases, Stop
 from mosaic_core.cli.operator.operator_send import Send
 from mosaic_core.cli.operator.operator_session import list_robots
 from mosaic_core.cli.operator.operator_tail import Tail
-from mosaic_core.machines.peers import operator_peer
+from mosaic_core.machines.peers import peer_of_operator as operator_peer
 from mosaic_core.words.errors import ConnectionFailed
 
 ROBOT = "r0"

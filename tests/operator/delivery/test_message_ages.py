@@ -9,7 +9,7 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Params
 from mosaic_core.laboratory.joining import connector, joined, until
-from mosaic_core.operator.delivery.channel_port import MessageInfo
+from mosaic_core.operator.delivery.data_port import MessageInfo
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.stores import ReceivableStore
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from mosaic_core import MediaTrackConfigurer, MediaTrackHandler, NoParams
-from mosaic_core.operator.peers import more_lines
+from mosaic_core.operator.peers import further_offers as more_lines
 from mosaic_core.testing import Joined, connector, joined
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.errors import ConnectionFailed

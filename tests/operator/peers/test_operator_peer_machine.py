@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.peers.operator_peer import (
+from mosaic_core.machines.peers.peer_of_operator import (
     CHANNEL_TIMEOUT_S,
     KNOWN_ORIGINAL_S,
     Answered,

@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
-from mosaic_core.operator.delivery.channel_port import MessageInfo
+from mosaic_core.operator.delivery.data_port import MessageInfo
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.stores import ReceivableStore, stores
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from mosaic_core import Sender
-from mosaic_core.machines.control.lease import LeaseDesk
+from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.machines.control.lease_events import Joined, Kept, Left, Party, Released, Requested
 from mosaic_core.machines.control.stop_latch import StopLatch
 from mosaic_core.runtime.commands.fence import SAFE, Fence

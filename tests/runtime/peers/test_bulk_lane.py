@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from mosaic_core import DataChannelJsonReceivable, DataChannelSendable
-from mosaic_core.machines.peers import robot_lane
+from mosaic_core.machines.peers import bulk_of_robot as robot_lane
 from mosaic_core.words import control
 from mosaic_core.words.data_type import Delivery
 

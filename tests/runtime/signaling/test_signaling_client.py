@@ -9,8 +9,8 @@ import pytest
 
 from mosaic_core.machines.signaling import signaling_events as session
 from mosaic_core.machines.signaling.peer_admission import PeerIdentity
-from mosaic_core.machines.signaling.signaling_session import SignalingSession
-from mosaic_core.runtime.signaling.signaling_client import SignalingClient
+from mosaic_core.machines.signaling.robot_signaling import SignalingSession
+from mosaic_core.runtime.signaling.signaling_socket import SignalingClient
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.signaling import SdpAnswer
 
@@ -42,7 +42,7 @@ def test_messages_leave_in_the_order_in_which_they_were_said(kit: Any) -> None:
 
 
 def test_a_server_that_says_nothing_is_given_up_with_its_code(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mosaic_core.machines.signaling.signaling_session.GREETING_TIMEOUT_S", 0.05)
+    monkeypatch.setattr("mosaic_core.machines.signaling.robot_signaling.GREETING_TIMEOUT_S", 0.05)
 
     async def body() -> None:
         network = kit.network()

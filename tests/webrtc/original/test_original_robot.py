@@ -21,7 +21,7 @@ from aiortc.sdp import candidate_from_sdp
 from av import VideoFrame
 from websockets.asyncio.client import connect
 
-from mosaic_core.cli.operator.operator_control import Stop
+from mosaic_core.cli.operator.control_actions import Stop
 from mosaic_core.operator import MosaicOperator, RobotConnector
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.signaling import RobotStatus

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.machines.peers.peer_session import TIMEOUTS
+from mosaic_core.machines.peers.peer_of_robot import TIMEOUTS
 
 pytestmark = pytest.mark.webrtc
 

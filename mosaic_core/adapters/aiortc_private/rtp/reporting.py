@@ -17,7 +17,7 @@ from aiortc import RTCRtpTransceiver
 from aiortc.rtp import unpack_header_extensions
 from aiortc.sdp import SessionDescription
 
-from mosaic_core.adapters.aiortc_private.rtp.arrivals import NUMBER_URI
+from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import NUMBER_URI
 from mosaic_core.machines.congestion.arrival_log import ArrivalLog
 from mosaic_core.machines.congestion.arrival_report import written
 

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 
 from mosaic_core.machines.signaling import signaling_events as session
-from mosaic_core.machines.signaling.signaling_session import SignalingSession
+from mosaic_core.machines.signaling.robot_signaling import SignalingSession
 from mosaic_core.runtime.signaling.socket_renewal import SocketRenewal
 from mosaic_core.runtime.transport.transport import SignalingSocket, SocketConnector
 from mosaic_core.words.errors import SignalingError

@@ -9,10 +9,10 @@ from collections.abc import Awaitable, Callable, Coroutine, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from mosaic_core.machines.peers import operator_peer as machine
+from mosaic_core.machines.peers import peer_of_operator as machine
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
-from mosaic_core.operator.control.control_port import ControlPort
-from mosaic_core.operator.delivery.channel_port import now_us
+from mosaic_core.operator.control.control_channel import ControlPort
+from mosaic_core.operator.delivery.data_port import now_us
 from mosaic_core.runtime.transport.operator_transport import IncomingVideo, OffererFactory, OutgoingSound
 from mosaic_core.words import control, signaling
 from mosaic_core.words.catalogue import Catalogue

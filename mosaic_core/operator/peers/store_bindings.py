@@ -8,17 +8,13 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from mosaic_core.machines.delivery.framing import Frame
-from mosaic_core.operator.delivery.channel_port import ChannelPort, info_of, no_epoch
+from mosaic_core.operator.delivery.data_port import ChannelPort, info_of, no_epoch
 from mosaic_core.operator.delivery.outgoing_stream import OutgoingStream
 from mosaic_core.operator.delivery.session_streams import SessionStreams
-from mosaic_core.operator.peers.bulk_lane import BulkLane
+from mosaic_core.operator.peers.bulk_connection import BulkLane
 from mosaic_core.operator.peers.first_frame_watch import FirstFrameWatch
-from mosaic_core.operator.peers.more_lines import MoreLines
-from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
-from mosaic_core.operator.stores.media_store import MediaStreamStore
-from mosaic_core.operator.stores.mosaic_store import MosaicStore
-from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
-from mosaic_core.operator.stores.store_plan import (
+from mosaic_core.operator.peers.further_offers import MoreLines
+from mosaic_core.operator.stores.channel_plan import (
     Known,
     PlannedChannel,
     UnknownLabel,
@@ -26,6 +22,10 @@ from mosaic_core.operator.stores.store_plan import (
     plan_of,
     sound_store,
 )
+from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
+from mosaic_core.operator.stores.media_store import MediaStreamStore
+from mosaic_core.operator.stores.mosaic_store import MosaicStore
+from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.stores.stores import ReceivableStore, SendableStore
 from mosaic_core.runtime.delivery.peer_partials import PeerPartials
 from mosaic_core.runtime.transport.operator_transport import IncomingVideo, Offerer, OutgoingSound

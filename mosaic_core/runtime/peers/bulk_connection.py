@@ -15,10 +15,10 @@ from typing import Any
 from mosaic_core.contract.host import Loss
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.delivery.send_scheduler import Lane
-from mosaic_core.machines.peers import robot_lane as machine
+from mosaic_core.machines.peers import bulk_of_robot as machine
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.media.plain_stream import NewestFeed
-from mosaic_core.runtime.peers.control_link import ControlLink
+from mosaic_core.runtime.peers.control_channel import ControlLink
 from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import IncomingSound
 from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, Channel

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from mosaic_core.machines.delivery.framing import Frame, PayloadKind
-from mosaic_core.machines.peers import operator_lane as machine
-from mosaic_core.machines.peers.operator_lane import LaneState
-from mosaic_core.operator.delivery.channel_port import ChannelPort
+from mosaic_core.machines.peers import bulk_of_operator as machine
+from mosaic_core.machines.peers.bulk_of_operator import LaneState
+from mosaic_core.operator.delivery.data_port import ChannelPort
 from mosaic_core.runtime.transport.operator_transport import IncomingVideo, Offerer, OffererFactory
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, LANE_LABEL

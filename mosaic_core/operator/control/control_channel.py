@@ -9,7 +9,7 @@ from uuid import uuid4
 from mosaic_core.machines.control.stop_call import ClockReading
 from mosaic_core.machines.delivery.framing import Frame, PayloadKind
 from mosaic_core.machines.timing.clock_offset import ClockOffset
-from mosaic_core.operator.delivery.channel_port import ChannelPort, now_us
+from mosaic_core.operator.delivery.data_port import ChannelPort, now_us
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import CONTROL_EXTENSIONS, ControlMessage, Hello, Ping, Pong, parse_control
 from mosaic_core.words.data_type import Delivery

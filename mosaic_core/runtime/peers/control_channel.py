@@ -10,7 +10,7 @@ from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.machines.delivery.send_scheduler import Lane
-from mosaic_core.runtime.delivery.channel_link import ChannelLink
+from mosaic_core.runtime.delivery.data_port import ChannelLink
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import (
