@@ -142,10 +142,10 @@ class Ours:
     def track_arrived(self, label: str, video: Any) -> None: ...
 
     def channel_opened(self, channel: Any) -> None:
-        from mosaic_core.machines.delivery.send_scheduler import Lane
+        from mosaic_core.machines.delivery.send_scheduler import Priority
 
         def opened() -> None:
-            self._queue.open(channel, Lane.RELIABLE)
+            self._queue.open(channel, Priority.RELIABLE)
             self._is_open.set()
 
         channel.on_message = lambda data: self.received(data)

@@ -44,7 +44,7 @@ class FilmConfigurer(MediaTrackConfigurer[NoParams]):
         return Film(self.label)
 
 
-class Command(Message):
+class BenchCommand(Message):
     sent_s: float
 
 
@@ -52,7 +52,7 @@ Obeyed = deque[tuple[float, float]]
 """When a command was sent and when it reached ``handle_data``, by the clock that all processes of a machine share."""
 
 
-class Obeying(DataChannelReceivable[Command]):
+class Obeying(DataChannelReceivable[BenchCommand]):
     """Notes when commands arrive."""
 
     delivery = Delivery.LATEST
@@ -61,7 +61,7 @@ class Obeying(DataChannelReceivable[Command]):
         super().__init__(label)
         self._obeyed = obeyed
 
-    def handle_data(self, data: Command) -> None:
+    def handle_data(self, data: BenchCommand) -> None:
         self._obeyed.append((data.sent_s, time.monotonic()))
 
 

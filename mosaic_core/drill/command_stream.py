@@ -7,10 +7,10 @@ import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from mosaic_core.drill.commands import Command, at
-from mosaic_core.drill.findings import Failed
+from mosaic_core.drill.commands import DrillCommand, at
+from mosaic_core.drill.findings import ExerciseFailed
 from mosaic_core.drill.recorder import Act
-from mosaic_core.drill.rig import DrillOperator, Rig, Subject, until
+from mosaic_core.drill.rig import DrilledReceiver, DrillOperator, Rig, until
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, encode_frame
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.data_type import Delivery
@@ -25,7 +25,7 @@ BEGIN_S = 3.0
 class CommandStream:
     """Opened on the operator's link; :meth:`say` says anything."""
 
-    def __init__(self, who: DrillOperator, subject: Subject, command: Command) -> None:
+    def __init__(self, who: DrillOperator, subject: DrilledReceiver, command: DrillCommand) -> None:
         is_latest = subject.delivery is Delivery.LATEST
         self.who = who
         self.subject = subject
@@ -67,11 +67,11 @@ class CommandStream:
             for part in encode_frame(frame):
                 self._channel.send(part)
         except ConnectionFailed:
-            raise Failed("the robot closed the channel") from None
+            raise ExerciseFailed("the robot closed the channel") from None
 
     async def open(self) -> None:
         if not await until(lambda: self._channel.is_open, BEGIN_S):
-            raise Failed("its data channel did not open")
+            raise ExerciseFailed("its data channel did not open")
 
     async def drive(self, for_s: float) -> None:
         """Honest commands at a steady rate."""
@@ -81,11 +81,11 @@ class CommandStream:
             await asyncio.sleep(self.period_s)
 
     async def until_moving(self) -> None:
-        """Drive until the receiver has carried a command out; raises :class:`Failed` if it does not."""
+        """Drive until the receiver has carried a command out; raises :class:`ExerciseFailed` if it does not."""
         began_s = time.monotonic()
         while not any(self.moves(act) for act in self.subject.recorder.commands_since(began_s)):
             if time.monotonic() - began_s > BEGIN_S:
-                raise Failed(f"no command was carried out within {BEGIN_S:.0f} s{self._because(began_s)}")
+                raise ExerciseFailed(f"no command was carried out within {BEGIN_S:.0f} s{self._because(began_s)}")
             await self.drive(self.period_s)
 
     def moves(self, act: Act) -> bool:
@@ -102,7 +102,7 @@ class CommandStream:
 
 @asynccontextmanager
 async def opened(
-    rig: Rig, subject: Subject, role: str = "operator", *, holds: bool = True
+    rig: Rig, subject: DrilledReceiver, role: str = "operator", *, holds: bool = True
 ) -> AsyncIterator[CommandStream]:
     """Somebody connects, takes the lease if there is one to take, and may command; gone afterwards."""
     assert subject.command is not None
@@ -118,7 +118,7 @@ async def opened(
 
 
 @asynccontextmanager
-async def moving(rig: Rig, subject: Subject) -> AsyncIterator[CommandStream]:
+async def moving(rig: Rig, subject: DrilledReceiver) -> AsyncIterator[CommandStream]:
     """Somebody who commands, and has got it to move."""
     async with opened(rig, subject) as stream:
         await stream.until_moving()

@@ -31,7 +31,7 @@ class NoCommand(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class DrillCommand:
     """A message that moves a receiver a little. ``fields``: the dotted paths that mean motion; ``moved``: the one that
     is not zero here."""
 
@@ -53,13 +53,13 @@ class Command:
         return json.dumps(message).replace(json.dumps(mark), text).encode()
 
 
-def moving_command(handler: DataChannelReceivable[Any], safety: ReceiverSafety) -> Command:
+def moving_command(handler: DataChannelReceivable[Any], safety: ReceiverSafety) -> DrillCommand:
     """A command for this receiver; raises :class:`NoCommand`."""
     wanted = message_type_of(type(handler))
     if wanted is bytes:
-        return Command(b"\x00", PayloadKind.BYTES)
+        return DrillCommand(b"\x00", PayloadKind.BYTES)
     if wanted is str:
-        return Command("drill", PayloadKind.STRING)
+        return DrillCommand("drill", PayloadKind.STRING)
     fields = motion_fields(safety)
     schema = wanted.model_json_schema() if isinstance(wanted, type) and issubclass(wanted, BaseModel) else {}
     message = example_of(schema, schema)
@@ -68,7 +68,7 @@ def moving_command(handler: DataChannelReceivable[Any], safety: ReceiverSafety) 
     for field in fields:
         put(message, field, 0)
     moved = next((field for field in fields if _move(message, field, schema, safety.limits)), "")
-    command = Command(message, PayloadKind.JSON, fields, moved)
+    command = DrillCommand(message, PayloadKind.JSON, fields, moved)
     try:
         PayloadReader(handler).read(command.payload())
     except Refused as refused:

@@ -6,12 +6,12 @@ import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Collection, Mapping
 
 from mosaic_core.drill import silence, strangers
-from mosaic_core.drill.findings import Failed, Finding, NotExercised, Passed
-from mosaic_core.drill.rig import Rig, Subject, rig_of
+from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, NotExercised, Passed
+from mosaic_core.drill.rig import DrilledReceiver, Rig, rig_of
 from mosaic_core.runtime.configuration.auto_configurer import Configured
 from mosaic_core.words.errors import MosaicError
 
-Exercise = Callable[[Rig, Subject], Awaitable[Passed]]
+Exercise = Callable[[Rig, DrilledReceiver], Awaitable[Passed]]
 EXERCISE_S = 30.0
 """Something hangs if one exercise takes longer."""
 EXERCISES: Mapping[str, Exercise] = {
@@ -36,7 +36,9 @@ EXERCISES: Mapping[str, Exercise] = {
 NEEDS_NO_COMMAND = frozenset({"safe-action"})
 
 
-async def drill(configured: Configured, *, live: bool = False, only: Collection[str] = ()) -> AsyncIterator[Finding]:
+async def drill(
+    configured: Configured, *, live: bool = False, only: Collection[str] = ()
+) -> AsyncIterator[DrillFinding]:
     """Findings as they come. ``only``: names of :data:`EXERCISES`, all by default. ``live`` really drives.
 
     ``configured`` is used up: its handlers are the drill's afterwards.
@@ -46,24 +48,24 @@ async def drill(configured: Configured, *, live: bool = False, only: Collection[
         for subject in rig.subjects:
             if not subject.safety.is_motion:
                 why = "it moves nothing: no time-out and no lease"
-                yield Finding("–", subject.label, "skipped", why=why)
+                yield DrillFinding("–", subject.label, "skipped", why=why)
                 continue
             for name in names:
                 yield await _exercised(rig, subject, name)
 
 
-async def _exercised(rig: Rig, subject: Subject, name: str) -> Finding:
+async def _exercised(rig: Rig, subject: DrilledReceiver, name: str) -> DrillFinding:
     if subject.command is None and name not in NEEDS_NO_COMMAND:
-        return Finding(name, subject.label, "skipped", why=subject.no_command)
+        return DrillFinding(name, subject.label, "skipped", why=subject.no_command)
     try:
         async with asyncio.timeout(EXERCISE_S):
             passed = await EXERCISES[name](rig, subject)
     except NotExercised as reason:
-        return Finding(name, subject.label, "skipped", why=str(reason))
-    except Failed as failed:
-        return Finding(name, subject.label, "failed", failed.limit, failed.measured, str(failed))
+        return DrillFinding(name, subject.label, "skipped", why=str(reason))
+    except ExerciseFailed as failed:
+        return DrillFinding(name, subject.label, "failed", failed.limit, failed.measured, str(failed))
     except MosaicError as error:
-        return Finding(name, subject.label, "failed", why=f"{error.code}: {error.message}")
+        return DrillFinding(name, subject.label, "failed", why=f"{error.code}: {error.message}")
     except TimeoutError:
-        return Finding(name, subject.label, "failed", why=f"it hung for {EXERCISE_S:.0f} s")
-    return Finding(name, subject.label, "passed", passed.limit, passed.measured, passed.why, passed.measured_s)
+        return DrillFinding(name, subject.label, "failed", why=f"it hung for {EXERCISE_S:.0f} s")
+    return DrillFinding(name, subject.label, "passed", passed.limit, passed.measured, passed.why, passed.measured_s)

@@ -11,7 +11,7 @@ TOLERANCE_S = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class DrillFinding:
     """``limit`` and ``measured`` are words with units; ``why`` says what was wrong, or why it was not exercised."""
 
     exercise: str
@@ -27,7 +27,7 @@ class NotExercised(Exception):
     """This receiver can't be exercised this way; the text says why."""
 
 
-class Failed(Exception):
+class ExerciseFailed(Exception):
     """It did not do what it must."""
 
     def __init__(self, why: str, *, limit: str = "", measured: str = "") -> None:
@@ -45,8 +45,8 @@ class Passed:
 
 
 def in_time(measured_s: float, limit_s: float, *, why: str = "") -> Passed:
-    """Passed if it took no longer than its limit; else raises :class:`Failed`."""
+    """Passed if it took no longer than its limit; else raises :class:`ExerciseFailed`."""
     limit, measured = f"{limit_s * 1e3:.0f} ms", f"{measured_s * 1e3:.0f} ms"
     if measured_s > limit_s + TOLERANCE_S:
-        raise Failed("too late", limit=limit, measured=measured)
+        raise ExerciseFailed("too late", limit=limit, measured=measured)
     return Passed(limit, measured, why, measured_s)

@@ -27,7 +27,7 @@ class Act:
     cause: str = ""
 
 
-class Recorder:
+class ActRecorder:
     """The acts of one receiver, in their order. Any thread."""
 
     def __init__(self) -> None:
@@ -56,12 +56,12 @@ class Recorder:
         return next((act for act in reversed(self.acts) if act.kind == "command"), None)
 
 
-def watched(handler: DataChannelReceivable[Any], *, live: bool) -> Recorder:
+def watched(handler: DataChannelReceivable[Any], *, live: bool) -> ActRecorder:
     """Record what ``handler`` does from now on; unless ``live``, nothing of the plugin's own code runs any more.
 
     Only this one object is changed, and it is the drill's own.
     """
-    recorder = Recorder()
+    recorder = ActRecorder()
     handle, make_safe = (handler.handle_data, handler.make_safe) if live else (_nothing, _nothing)
     is_async = live and inspect.iscoroutinefunction(handler.handle_data)
     wrapped = _async_recorded(handle, recorder) if is_async else _recorded(handle, recorder, "command")
@@ -85,7 +85,7 @@ def _ignore(sender: Sender) -> None:
     """In place of ``peer_left``."""
 
 
-def _recorded(call: Callable[..., Any], recorder: Recorder, kind: Literal["command", "safe"]) -> Callable[..., Any]:
+def _recorded(call: Callable[..., Any], recorder: ActRecorder, kind: Literal["command", "safe"]) -> Callable[..., Any]:
     @functools.wraps(call)
     def recording(*arguments: Any) -> Any:
         try:
@@ -102,7 +102,7 @@ def _recorded(call: Callable[..., Any], recorder: Recorder, kind: Literal["comma
     return recording
 
 
-def _async_recorded(call: Callable[..., Any], recorder: Recorder) -> Callable[..., Any]:
+def _async_recorded(call: Callable[..., Any], recorder: ActRecorder) -> Callable[..., Any]:
     @functools.wraps(call)
     async def recording(*arguments: Any) -> None:
         try:

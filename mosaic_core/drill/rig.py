@@ -12,8 +12,8 @@ from uuid import UUID
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler
-from mosaic_core.drill.commands import Command, NoCommand, moving_command
-from mosaic_core.drill.recorder import Recorder, watched
+from mosaic_core.drill.commands import DrillCommand, NoCommand, moving_command
+from mosaic_core.drill.recorder import ActRecorder, watched
 from mosaic_core.laboratory.memory_ends import memory_picture
 from mosaic_core.laboratory.memory_network import MemoryLink, MemoryNetwork
 from mosaic_core.laboratory.memory_server import BASE_URL, MemoryServer
@@ -38,15 +38,15 @@ _NO_SERVER = ServerConfig(
 
 
 @dataclass(frozen=True, slots=True)
-class Subject:
+class DrilledReceiver:
     """One receiver under drill. ``command`` is ``None`` where none could be made, and ``no_command`` says why."""
 
     label: str
     handler: DataChannelReceivable[Any]
     safety: ReceiverSafety
     delivery: Delivery
-    recorder: Recorder
-    command: Command | None
+    recorder: ActRecorder
+    command: DrillCommand | None
     no_command: str = ""
 
 
@@ -85,7 +85,7 @@ class DrillOperator:
 class Rig:
     """A running robot. ``subjects``: its receivers, ``cameras``: the labels of its cameras."""
 
-    subjects: tuple[Subject, ...]
+    subjects: tuple[DrilledReceiver, ...]
     cameras: tuple[str, ...]
     lease_expiry_s: float
     _server: MemoryServer
@@ -160,8 +160,8 @@ def _staged_config(config: RobotConfig, server: ServerConfig) -> RobotConfig:
 
 def _staged(
     connectors: Sequence[Connector], *, live: bool
-) -> tuple[tuple[Subject, ...], tuple[Connector, ...], tuple[str, ...]]:
-    subjects: list[Subject] = []
+) -> tuple[tuple[DrilledReceiver, ...], tuple[Connector, ...], tuple[str, ...]]:
+    subjects: list[DrilledReceiver] = []
     kept: list[Connector] = []
     cameras: list[str] = []
     for connector in connectors:
@@ -182,7 +182,7 @@ def _staged(
     return tuple(subjects), tuple(kept), tuple(cameras)
 
 
-def _subject(connector: Connector, receiver: DataChannelReceivable[Any], *, live: bool) -> Subject:
+def _subject(connector: Connector, receiver: DataChannelReceivable[Any], *, live: bool) -> DrilledReceiver:
     safety = ReceiverSafety.of(connector.safety, receiver)
     command, no_command = None, ""
     try:
@@ -190,7 +190,7 @@ def _subject(connector: Connector, receiver: DataChannelReceivable[Any], *, live
     except NoCommand as reason:
         no_command = str(reason)
     recorder = watched(receiver, live=live)
-    return Subject(receiver.label, receiver, safety, connector.delivery, recorder, command, no_command)
+    return DrilledReceiver(receiver.label, receiver, safety, connector.delivery, recorder, command, no_command)
 
 
 async def until(condition: Callable[[], object], timeout_s: float) -> bool:

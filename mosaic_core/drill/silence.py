@@ -7,9 +7,9 @@ import time
 
 from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
 from mosaic_core.drill.commands import at
-from mosaic_core.drill.findings import TOLERANCE_S, Failed, NotExercised, Passed, in_time
+from mosaic_core.drill.findings import TOLERANCE_S, ExerciseFailed, NotExercised, Passed, in_time
 from mosaic_core.drill.recorder import acts_on_silence
-from mosaic_core.drill.rig import Rig, Subject, until
+from mosaic_core.drill.rig import DrilledReceiver, Rig, until
 from mosaic_core.words.control import PEER_LOST_AFTER_S
 
 AT_ONCE_S = 0.05
@@ -20,7 +20,7 @@ WAIT_S = 1.0
 PICTURE_PERIOD_S = 0.1
 
 
-async def safe_action(rig: Rig, subject: Subject) -> Passed:
+async def safe_action(rig: Rig, subject: DrilledReceiver) -> Passed:
     """Nothing is run: whether its author wrote a safe action at all."""
     if subject.safety.on_timeout == "hold":
         raise NotExercised("on_timeout: hold, so that nothing is done on purpose")
@@ -28,12 +28,12 @@ async def safe_action(rig: Rig, subject: Subject) -> Passed:
         return Passed("make_safe", "make_safe")
     if subject.safety.on_timeout == "zero" and subject.command is not None and subject.command.fields:
         return Passed("make_safe", "zeros")
-    raise Failed(
+    raise ExerciseFailed(
         "make_safe is not written: silence would be noticed, and nothing done", limit="make_safe", measured="none"
     )
 
 
-async def silence(rig: Rig, subject: Subject) -> Passed:
+async def silence(rig: Rig, subject: DrilledReceiver) -> Passed:
     """The operator stays, and says nothing more."""
     limit_s = subject.safety.timeout_s
     if limit_s is None:
@@ -48,7 +48,7 @@ async def silence(rig: Rig, subject: Subject) -> Passed:
         return await _made_safe(stream, last.at_s, limit_s)
 
 
-async def disconnect(rig: Rig, subject: Subject) -> Passed:
+async def disconnect(rig: Rig, subject: DrilledReceiver) -> Passed:
     """The link dies without a word."""
     safety = subject.safety
     timeout_s = safety.timeout_s if safety.on_timeout != "hold" else None
@@ -61,7 +61,7 @@ async def disconnect(rig: Rig, subject: Subject) -> Passed:
         return await _made_safe(stream, time.monotonic(), limit_s)
 
 
-async def leaves(rig: Rig, subject: Subject) -> Passed:
+async def leaves(rig: Rig, subject: DrilledReceiver) -> Passed:
     """The operator closes the connection."""
     if subject.safety.on_loss == "hold":
         raise NotExercised("on_loss: hold")
@@ -71,7 +71,7 @@ async def leaves(rig: Rig, subject: Subject) -> Passed:
         return await _made_safe(stream, began_s, AT_ONCE_S)
 
 
-async def frozen_picture(rig: Rig, subject: Subject) -> Passed:
+async def frozen_picture(rig: Rig, subject: DrilledReceiver) -> Passed:
     """The operator drives on by a picture that no longer changes."""
     curves, fields = subject.safety.curves, subject.command.fields if subject.command else ()
     if not fields:
@@ -93,7 +93,7 @@ async def frozen_picture(rig: Rig, subject: Subject) -> Passed:
         return await _stands_by_the_picture(stream, rig.cameras[0], ends_ms / 1e3)
 
 
-async def lease_expiry(rig: Rig, subject: Subject) -> Passed:
+async def lease_expiry(rig: Rig, subject: DrilledReceiver) -> Passed:
     """The holder vanishes; somebody else must be able to command."""
     resource = subject.safety.resource
     if resource is None:
@@ -105,7 +105,7 @@ async def lease_expiry(rig: Rig, subject: Subject) -> Passed:
             began_s = time.monotonic()
             is_free = await until(lambda: watcher.control.leases[resource].holder is None, rig.lease_expiry_s + WAIT_S)
             if not is_free:
-                raise Failed("the lease was not freed", limit=f"{rig.lease_expiry_s * 1e3:.0f} ms")
+                raise ExerciseFailed("the lease was not freed", limit=f"{rig.lease_expiry_s * 1e3:.0f} ms")
             return in_time(time.monotonic() - began_s, rig.lease_expiry_s)
     finally:
         await rig.dismiss(watcher)
@@ -140,11 +140,11 @@ async def _stands_by_the_picture(stream: CommandStream, camera: str, limit_s: fl
     finally:
         watching.cancel()
     if at_s is None:
-        raise Failed("it drove on", limit=f"{limit_s * 1e3:.0f} ms")
+        raise ExerciseFailed("it drove on", limit=f"{limit_s * 1e3:.0f} ms")
     return in_time(at_s - frozen_s, limit_s + falls_s + stream.period_s)
 
 
-def _fall_time_s(subject: Subject) -> float:
+def _fall_time_s(subject: DrilledReceiver) -> float:
     """How long its slew limits let it take to stand."""
     command = subject.command
     if command is None or not command.moved:
@@ -165,8 +165,8 @@ async def _made_safe(stream: CommandStream, since_s: float, limit_s: float) -> P
     if safe is None:
         broken = next((act.cause for act in recorder.acts if act.kind == "failed" and act.at_s >= since_s), "")
         why = f"the safe action raised: {broken}" if broken else "the safe action did not run, or did not return"
-        raise Failed(why, limit=f"{limit_s * 1e3:.0f} ms")
+        raise ExerciseFailed(why, limit=f"{limit_s * 1e3:.0f} ms")
     await asyncio.sleep(TOLERANCE_S / 2)
     if any(stream.moves(act) for act in recorder.commands_since(safe.at_s)):
-        raise Failed("it was moved again after its safe action")
+        raise ExerciseFailed("it was moved again after its safe action")
     return in_time(safe.at_s - since_s, limit_s, why=safe.cause)

@@ -8,8 +8,8 @@ import time
 
 from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
 from mosaic_core.drill.commands import at
-from mosaic_core.drill.findings import Failed, NotExercised, Passed, in_time
-from mosaic_core.drill.rig import Rig, Subject, until
+from mosaic_core.drill.findings import ExerciseFailed, NotExercised, Passed, in_time
+from mosaic_core.drill.rig import DrilledReceiver, Rig, until
 from mosaic_core.drill.silence import AT_ONCE_S, WAIT_S
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.operator import LeaseDenied
@@ -19,17 +19,17 @@ SETTLE_S = 0.15
 """For what was said to be carried out, or not."""
 
 
-async def stop(rig: Rig, subject: Subject) -> Passed:
+async def stop(rig: Rig, subject: DrilledReceiver) -> Passed:
     """An observer says stop while somebody drives on; of the two lanes that take it only its own works."""
     return await _stopped(rig, subject, lost_lane=CONTROL_LABEL)
 
 
-async def stop_on_control(rig: Rig, subject: Subject) -> Passed:
+async def stop_on_control(rig: Rig, subject: DrilledReceiver) -> Passed:
     """The same where only the control channel works."""
     return await _stopped(rig, subject, lost_lane=STOP_LABEL)
 
 
-async def _stopped(rig: Rig, subject: Subject, *, lost_lane: str) -> Passed:
+async def _stopped(rig: Rig, subject: DrilledReceiver, *, lost_lane: str) -> Passed:
     """Said on both lanes, a stop would hide that one of them is broken. A supervisor clears it afterwards."""
     observer, supervisor = await rig.operator("observer"), await rig.operator("supervisor")
     try:
@@ -42,15 +42,15 @@ async def _stopped(rig: Rig, subject: Subject, *, lost_lane: str) -> Passed:
                 safe = subject.recorder.safe_since(began_s)
                 if safe is None:
                     why = "the safe action did not run, or did not return"
-                    raise Failed(why, limit=f"{AT_ONCE_S * 1e3:.0f} ms")
+                    raise ExerciseFailed(why, limit=f"{AT_ONCE_S * 1e3:.0f} ms")
                 if not await until(saying.done, WAIT_S):
-                    raise Failed("it stood, but whoever said stop was not told")
+                    raise ExerciseFailed("it stood, but whoever said stop was not told")
             finally:
                 saying.cancel()
                 await asyncio.gather(saying, return_exceptions=True)
             await asyncio.sleep(SETTLE_S)
             if any(stream.moves(act) for act in subject.recorder.commands_since(safe.at_s)):
-                raise Failed("it took commands while it was stopped")
+                raise ExerciseFailed("it took commands while it was stopped")
             return in_time(safe.at_s - began_s, AT_ONCE_S)
     finally:
         await rig.dismiss(observer)  # first: a stop that was not heard is said again and again
@@ -58,7 +58,7 @@ async def _stopped(rig: Rig, subject: Subject, *, lost_lane: str) -> Passed:
         await rig.dismiss(supervisor)
 
 
-async def take_over(rig: Rig, subject: Subject) -> Passed:
+async def take_over(rig: Rig, subject: DrilledReceiver) -> Passed:
     """A supervisor takes the lease from somebody who drives on; an operator may not."""
     resource = _resource(subject)
     supervisor, other = await rig.operator("supervisor"), await rig.operator()
@@ -68,31 +68,31 @@ async def take_over(rig: Rig, subject: Subject) -> Passed:
                 await other.control.take(resource, force=True, reason="safety drill")
             except LeaseDenied as denied:
                 if denied.code != "lease.force_forbidden":
-                    raise Failed(f"an operator's force was refused with {denied.code}") from None
+                    raise ExerciseFailed(f"an operator's force was refused with {denied.code}") from None
             else:
-                raise Failed("an operator who is no supervisor took over by force")
+                raise ExerciseFailed("an operator who is no supervisor took over by force")
             began_s = time.monotonic()
             await supervisor.control.take(resource, force=True, reason="safety drill")
             await until(lambda: subject.recorder.safe_since(began_s), WAIT_S)
             safe = subject.recorder.safe_since(began_s)
             if safe is None:
-                raise Failed("the safe action did not run, or did not return")
+                raise ExerciseFailed("the safe action did not run, or did not return")
             await asyncio.sleep(SETTLE_S)
             if subject.recorder.commands_since(safe.at_s):
-                raise Failed("commands of who lost the lease were carried out")
+                raise ExerciseFailed("commands of who lost the lease were carried out")
             return in_time(safe.at_s - began_s, AT_ONCE_S)
     finally:
         await rig.dismiss(supervisor, other)
 
 
-async def stranger(rig: Rig, subject: Subject) -> Passed:
+async def stranger(rig: Rig, subject: DrilledReceiver) -> Passed:
     """Somebody else commands while the holder looks on."""
     _resource(subject)
     async with opened(rig, subject), opened(rig, subject, holds=False) as stream:
         return await _refused(stream, "lease.not_holder", lambda: stream.say())
 
 
-async def observer(rig: Rig, subject: Subject) -> Passed:
+async def observer(rig: Rig, subject: DrilledReceiver) -> Passed:
     """Somebody who may only watch commands."""
     if subject.safety.takes_observers:
         raise NotExercised("it takes messages of observers (`takes_observers`)")
@@ -100,7 +100,7 @@ async def observer(rig: Rig, subject: Subject) -> Passed:
         return await _refused(stream, "lease.forbidden", lambda: stream.say())
 
 
-async def old_epoch(rig: Rig, subject: Subject) -> Passed:
+async def old_epoch(rig: Rig, subject: DrilledReceiver) -> Passed:
     """A command of a lease that has ended, from the very operator who holds the next one."""
     resource = _resource(subject)
     async with opened(rig, subject) as stream:
@@ -110,13 +110,13 @@ async def old_epoch(rig: Rig, subject: Subject) -> Passed:
         return await _refused(stream, "lease.old_epoch", lambda: stream.say(epoch=before))
 
 
-async def replay(rig: Rig, subject: Subject) -> Passed:
+async def replay(rig: Rig, subject: DrilledReceiver) -> Passed:
     """A command that was carried out is said again."""
     async with moving(rig, subject) as stream:
         return await _refused(stream, "safety.out_of_order", lambda: stream.say(seq=stream.seq))
 
 
-async def reordered(rig: Rig, subject: Subject) -> Passed:
+async def reordered(rig: Rig, subject: DrilledReceiver) -> Passed:
     """A command arrives after a newer one."""
     async with moving(rig, subject) as stream:
         stream.seq += 1
@@ -124,7 +124,7 @@ async def reordered(rig: Rig, subject: Subject) -> Passed:
         return await _refused(stream, "safety.out_of_order", lambda: stream.say(seq=stream.seq - 1))
 
 
-async def not_a_number(rig: Rig, subject: Subject) -> Passed:
+async def not_a_number(rig: Rig, subject: DrilledReceiver) -> Passed:
     """NaN where a number belongs."""
     if subject.command is None or subject.command.kind is not PayloadKind.JSON:
         raise NotExercised("its messages are no JSON")
@@ -134,7 +134,7 @@ async def not_a_number(rig: Rig, subject: Subject) -> Passed:
         return await _refused(stream, "safety.not_finite", lambda: stream.say(payload))
 
 
-async def out_of_range(rig: Rig, subject: Subject) -> Passed:
+async def out_of_range(rig: Rig, subject: DrilledReceiver) -> Passed:
     """Far more than the limits allow must arrive limited, or not at all."""
     command = subject.command
     limited = [one for one in subject.safety.limits if (one.max or one.max_norm or 0) > 0]
@@ -151,13 +151,13 @@ async def out_of_range(rig: Rig, subject: Subject) -> Passed:
         reached = max((abs(at(act.value, field)) for act in acts), default=math.nan)
         words = f"{field} ≤ {most:g}"
         if not acts and not stream.who.refusals:
-            raise Failed("the command was neither carried out nor refused", limit=words)
+            raise ExerciseFailed("the command was neither carried out nor refused", limit=words)
         if reached > most * (1 + 1e-9):
-            raise Failed("more than the limit reached the connector", limit=words, measured=f"{reached:g}")
+            raise ExerciseFailed("more than the limit reached the connector", limit=words, measured=f"{reached:g}")
         return Passed(words, f"{reached:g}" if acts else stream.who.refusals[-1])
 
 
-async def too_fast(rig: Rig, subject: Subject) -> Passed:
+async def too_fast(rig: Rig, subject: DrilledReceiver) -> Passed:
     """A burst of commands."""
     most_hz = subject.safety.max_rate_hz
     if most_hz is None:
@@ -166,7 +166,7 @@ async def too_fast(rig: Rig, subject: Subject) -> Passed:
         for _ in range(int(most_hz) * 2 + 10):
             stream.say()
         if not await stream.who.until_refused("safety.too_fast"):
-            raise Failed("a burst was taken whole", limit=f"{most_hz:g} Hz")
+            raise ExerciseFailed("a burst was taken whole", limit=f"{most_hz:g} Hz")
         return Passed(f"{most_hz:g} Hz", "safety.too_fast")
 
 
@@ -181,13 +181,13 @@ async def _refused(stream: CommandStream, code: str, say: object) -> Passed:
     moved = [act for act in stream.subject.recorder.commands_since(began_s) if stream.moves(act)]
     told = next((one for one in reversed(stream.who.refusals)), "nothing")
     if moved:
-        raise Failed("it was carried out", limit=code, measured="carried out")
+        raise ExerciseFailed("it was carried out", limit=code, measured="carried out")
     if not was_told:
-        raise Failed("the sender was not told why", limit=code, measured=told)
+        raise ExerciseFailed("the sender was not told why", limit=code, measured=told)
     return Passed(code, code)
 
 
-def _resource(subject: Subject) -> str:
+def _resource(subject: DrilledReceiver) -> str:
     if subject.safety.resource is None:
         raise NotExercised("it takes commands without a lease")
     return subject.safety.resource

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 from mosaic_core.contract.media import Captured, Picture
 from mosaic_core.contract.sound import Sound
 from mosaic_core.laboratory.memory_impairment import LatePictures, MemoryImpairment, MessageFlow
-from mosaic_core.machines.media.first_frame import Received
+from mosaic_core.machines.media.first_frame import ReceivedSoFar
 from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import HeardSound
 from mosaic_core.words.errors import ConnectionFailed
@@ -105,7 +105,7 @@ class MemoryVideo:
             if not self._link.is_cut:
                 return frame
 
-    async def received(self) -> Received | None:
+    async def received(self) -> ReceivedSoFar | None:
         """In memory nothing is counted."""
         return None
 

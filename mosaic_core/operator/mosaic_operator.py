@@ -18,7 +18,7 @@ from mosaic_core.operator.peers.peer_attempt import ConnectionPlan
 from mosaic_core.operator.reconnection import Keeper
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.signaling.rest_api import RestApi, RobotSummary, log_in
-from mosaic_core.operator.signaling.signaling_socket import SignalingLink
+from mosaic_core.operator.signaling.signaling_socket import SignalingSocket
 from mosaic_core.operator.stores.channel_plan import Known, media_labels_of
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
@@ -87,7 +87,7 @@ class MosaicOperator:
         self._listeners: list[Callable[[str, RobotStatus], None]] = []
         self._changed = asyncio.Event()
         url = base_url.rstrip("/").replace("http", "ws", 1) + "/ws/user"
-        self._signaling = SignalingLink(url, access_token, open_socket or _default_socket(), self._heard)
+        self._signaling = SignalingSocket(url, access_token, open_socket or _default_socket(), self._heard)
 
     @classmethod
     async def login(cls, base_url: str, email: str, password: str, *, is_person: bool = False) -> Self:

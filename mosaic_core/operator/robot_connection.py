@@ -9,16 +9,16 @@ from typing import Literal, TypeVar
 
 from mosaic_core.machines.peers.bulk_of_operator import LaneState
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
-from mosaic_core.operator.control.control_channel import ControlPort
+from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.operator.control.control_desk import ControlDesk
 from mosaic_core.operator.control.original_drives import ZerosReport, send_zeros
 from mosaic_core.operator.control.picture_reports import PictureReports
 from mosaic_core.operator.delivery.delivery_watcher import DeliveryWatcher
 from mosaic_core.operator.delivery.session_streams import SessionStreams
-from mosaic_core.operator.peers.bulk_connection import BulkLane, LaneOwner
-from mosaic_core.operator.peers.further_offers import MoreLines
-from mosaic_core.operator.peers.peer_attempt import ConnectionPlan, PeerLink
-from mosaic_core.operator.peers.store_bindings import StoreLinks, Surroundings
+from mosaic_core.operator.peers.bulk_connection import BulkConnection, BulkOwner
+from mosaic_core.operator.peers.further_offers import FurtherOffers
+from mosaic_core.operator.peers.peer_attempt import ConnectionPlan, PeerAttempt
+from mosaic_core.operator.peers.store_bindings import StoreBindings, Surroundings
 from mosaic_core.operator.stores.channel_plan import Known
 from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.stores.media_store import MediaStreamStore
@@ -80,7 +80,7 @@ class RobotConnection:
         """A peer connection, the first one or the next."""
         self._is_breaking = False
         self._plan = plan
-        self._peer = PeerLink(plan, self, self._make_offerer, self._send, was_original=self._is_ours is False)
+        self._peer = PeerAttempt(plan, self, self._make_offerer, self._send, was_original=self._is_ours is False)
         self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
         around = Surroundings(
             self._watch,
@@ -92,11 +92,11 @@ class RobotConnection:
             self._value_arrived,
             self._make_anew,
         )
-        self._lane = BulkLane(
-            LaneOwner(self._make_offerer, plan.ice_servers, plan.fresh_ice_servers, self._say, self._lane_changed)
+        self._lane = BulkConnection(
+            BulkOwner(self._make_offerer, plan.ice_servers, plan.fresh_ice_servers, self._say, self._lane_changed)
         )
-        self._more_lines = MoreLines(self._peer.offerer, self._say, lambda: self._links.lines_settled())
-        self._links = StoreLinks(self._peer.offerer, self._lane, self._more_lines, around, self._peer.voices)
+        self._more_lines = FurtherOffers(self._peer.offerer, self._say, lambda: self._links.lines_settled())
+        self._links = StoreBindings(self._peer.offerer, self._lane, self._more_lines, around, self._peer.voices)
         self._settled = asyncio.Event()
         self._is_ours = None
 
@@ -303,7 +303,7 @@ class RobotConnection:
             self.catalogue = self._plan.described
             self._settle()
 
-    def greeted(self, port: ControlPort, extensions: Mapping[str, int]) -> None:
+    def greeted(self, port: ControlChannel, extensions: Mapping[str, int]) -> None:
         self.control.open(port, extensions)
         self._streams.greeted(extensions)
         self.delivery.greeted(extensions)

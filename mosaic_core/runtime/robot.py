@@ -26,7 +26,7 @@ from mosaic_core.runtime.media.plain_stream import plain_sound
 from mosaic_core.runtime.observation.counters import PeerSnapshot, RobotSnapshot, ServerSnapshot
 from mosaic_core.runtime.observation.delivery_reports import DeliveryReports
 from mosaic_core.runtime.peers.near_path import NearPath
-from mosaic_core.runtime.peers.peer import OperatorPeer
+from mosaic_core.runtime.peers.peer import Peer
 from mosaic_core.runtime.peers.site import RobotPeer, Site
 from mosaic_core.runtime.signaling.server_link import FLEET, LAN, KnownServer, ServerLink, best_state
 from mosaic_core.runtime.transport.picture_transport import PictureStreamFactory
@@ -77,7 +77,7 @@ class Robot:
         self._catalogue = Catalogue.of(connector.entry for connector in connectors)
         self._state = "offline"
         self._started_at_s = time.monotonic()
-        self._peers: dict[str, OperatorPeer] = {}
+        self._peers: dict[str, Peer] = {}
         self._closing: set[RobotPeer] = set()
         self._newest_ice_servers: Sequence[IceServer] = ()
         self._runs: HandlerRuns | None = None
@@ -233,7 +233,7 @@ class Robot:
 
     def _start_peer(self, start: StartPeer) -> None:
         assert self._site is not None
-        peer = OperatorPeer(start, self._site, self._make_answerer)
+        peer = Peer(start, self._site, self._make_answerer)
         self._peers[peer.peer_id] = peer
         self._newest_ice_servers = start.ice_servers
         peer.begin()
@@ -346,7 +346,7 @@ class Robot:
             ),
         )
 
-    def _peer_row(self, peer: OperatorPeer, now_s: float) -> PeerSnapshot:
+    def _peer_row(self, peer: Peer, now_s: float) -> PeerSnapshot:
         sender = peer.sender
         return PeerSnapshot(
             peer_id=sender.peer_id,

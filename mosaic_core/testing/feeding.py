@@ -16,7 +16,7 @@ from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.watchdog import Watchdog
 from mosaic_core.machines.timing.rate_gate import RateGate
-from mosaic_core.runtime.commands.command_shaper import Command, CommandShaper
+from mosaic_core.runtime.commands.command_shaper import CommandShaper, ShapedCommand
 from mosaic_core.runtime.commands.safety_watch import ZEROS_FOR_S
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.handlers.receiver import ZERO_PERIOD_S, _takes_sender
@@ -182,7 +182,7 @@ class _Feeder:
             # The command may have undone the safe action that ran in its middle.
             self._make_safe(self._overtaken_cause)
 
-    def _admitted(self, sender: Sender, data: Any) -> Command:
+    def _admitted(self, sender: Sender, data: Any) -> ShapedCommand:
         code = self._refusal(sender)
         if code is not None:
             raise Refused(code)

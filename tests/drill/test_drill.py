@@ -12,7 +12,7 @@ from mosaic_cmdvel.cmd_vel import CmdVelConfigurer
 from mosaic_core import DataChannelConfigurer, DataChannelReceivable, MediaTrackConfigurer, MediaTrackHandler
 from mosaic_core.contract.params import Message, NoParams
 from mosaic_core.drill.drill import EXERCISES, drill
-from mosaic_core.drill.findings import Finding
+from mosaic_core.drill.findings import DrillFinding
 from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector
 from mosaic_core.machines.commands.command_gate import CommandGate
 from mosaic_core.machines.commands.watchdog import Watchdog
@@ -22,7 +22,7 @@ from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Co
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.peers.peer_control import PeerControl
-from mosaic_core.runtime.peers.stop_channel import StopLink
+from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.words.control import ControlMessage, Stop
 
 
@@ -93,8 +93,8 @@ def configured(*entries: ConnectorEntry) -> Configured:
     return configurer.configure(checked_config(entries, {}))
 
 
-def findings(*entries: ConnectorEntry, live: bool = False, only: tuple[str, ...] = ()) -> dict[str, Finding]:
-    async def main() -> dict[str, Finding]:
+def findings(*entries: ConnectorEntry, live: bool = False, only: tuple[str, ...] = ()) -> dict[str, DrillFinding]:
+    async def main() -> dict[str, DrillFinding]:
         found = [finding async for finding in drill(configured(*entries), live=live, only=only)]
         return {finding.exercise: finding for finding in found}
 
@@ -178,7 +178,7 @@ def test_a_framework_without_one_of_its_guards_fails(
     assert findings(sled(Sled), only=(exercise,))[exercise].verdict == "failed"
 
 
-def _deaf_stop_lane(link: StopLink, data: bytes | str) -> None:
+def _deaf_stop_lane(link: StopChannel, data: bytes | str) -> None:
     """Hears nothing."""
 
 
@@ -190,7 +190,7 @@ def _deaf_control_lane(peer: PeerControl, message: ControlMessage, hear: Any = P
 @pytest.mark.parametrize(
     ("owner", "name", "broken", "fails", "passes"),
     [
-        (StopLink, "_received", _deaf_stop_lane, "stop", "stop-on-control"),
+        (StopChannel, "_received", _deaf_stop_lane, "stop", "stop-on-control"),
         (PeerControl, "heard", _deaf_control_lane, "stop-on-control", "stop"),
     ],
 )

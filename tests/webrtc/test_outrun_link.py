@@ -19,9 +19,9 @@ from mosaic_core.machines.delivery.delivery_terms import terms_of
 from mosaic_core.machines.delivery.framing import Frame, PayloadKind
 from mosaic_core.machines.delivery.send_scheduler import HIGH_WATER_BYTES, Offered
 from mosaic_core.machines.laboratory.impaired_link import LinkProfile
-from mosaic_core.operator.delivery.data_port import ChannelPort
+from mosaic_core.operator.delivery.data_port import DataPort as OperatorPort
 from mosaic_core.operator.delivery.store_counters import StoreCounters
-from mosaic_core.runtime.delivery.data_port import ChannelLink
+from mosaic_core.runtime.delivery.data_port import DataPort
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.observation.counters import ConnectorCounters
@@ -50,7 +50,7 @@ class RobotEnd:
         """The events that have to arrive."""
         self.outbox = Outbox(asyncio.get_running_loop(), lambda channel, on: None)
         self._queue = SendQueue(lambda label: self.outbox.has_room(label, "p"))
-        self._links = {label: ChannelLink(channel, ArrivalBaseline(), None) for label, channel in channels.items()}
+        self._links = {label: DataPort(channel, ArrivalBaseline(), None) for label, channel in channels.items()}
         self.counters = {label: ConnectorCounters() for label in channels}
         for label, channel in channels.items():
             terms = terms_of(CONTRACTS[label])
@@ -111,9 +111,9 @@ def test_a_sender_that_outruns_a_narrow_link_keeps_its_queues_short_and_its_newe
             peers.operator_side.other = peers.robot
             opened = {label: asyncio.Event() for label in CONTRACTS}
 
-            def port(label: str, delivery: Delivery, got: Any, counters: StoreCounters, **options: Any) -> ChannelPort:
+            def port(label: str, delivery: Delivery, got: Any, counters: StoreCounters, **options: Any) -> OperatorPort:
                 channel = peers.operator.create_channel(label, protocol=CHANNEL_PROTOCOL, **options)
-                return ChannelPort(channel, delivery, got, lambda on: opened[label].set(), counters=counters)
+                return OperatorPort(channel, delivery, got, lambda on: opened[label].set(), counters=counters)
 
             lossy = {"ordered": False, "max_retransmits": 0}
             ports = (

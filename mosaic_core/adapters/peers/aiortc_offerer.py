@@ -13,7 +13,7 @@ from mosaic_core.adapters.peers.aiortc_peer import AiortcPeer
 from mosaic_core.adapters.peers.named_lines import named_lines
 from mosaic_core.adapters.peers.offer_vetting import refuse_unless_bundled, separated_candidates, with_fragments
 from mosaic_core.adapters.sound.sound_track import OutgoingVoice, ReceivedSound, SoundTrack
-from mosaic_core.adapters.video.incoming_video import IncomingVideo
+from mosaic_core.adapters.video.incoming_video import AiortcVideo
 from mosaic_core.contract.sound import SoundEncoding
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.transport.operator_transport import OffererListener
@@ -134,7 +134,7 @@ class AiortcOfferer:
         if track.kind == "audio":
             self._listener.track_arrived(label, ReceivedSound(track))
             return
-        self._listener.track_arrived(label, IncomingVideo(track, line.receiver if line is not None else None))
+        self._listener.track_arrived(label, AiortcVideo(track, line.receiver if line is not None else None))
 
 
 def aiortc_offerer(

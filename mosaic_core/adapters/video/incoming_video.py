@@ -9,10 +9,10 @@ from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
 from mosaic_core.adapters.aiortc_private.rtp.prompt_pictures import be_prompt
 from mosaic_core.adapters.aiortc_private.rtp.receivers import rtp_timestamp_of
-from mosaic_core.machines.media.first_frame import Received
+from mosaic_core.machines.media.first_frame import ReceivedSoFar
 
 
-class IncomingVideo:
+class AiortcVideo:
     """Implements ``runtime.operator_transport.IncomingVideo``; frames that nobody takes pile up in aiortc."""
 
     def __init__(self, track: MediaStreamTrack, receiver: RTCRtpReceiver | None) -> None:
@@ -33,7 +33,7 @@ class IncomingVideo:
     def rtp_timestamp(self, frame: Any) -> int | None:
         return None if self._receiver is None else rtp_timestamp_of(self._receiver, frame)
 
-    async def received(self) -> Received | None:
+    async def received(self) -> ReceivedSoFar | None:
         """From the receiver's own statistics and the sender's reports."""
         if self._receiver is None:
             return None
@@ -41,7 +41,7 @@ class IncomingVideo:
         inbound = next((one for one in report.values() if one.type == "inbound-rtp"), None)
         told = next((one for one in report.values() if one.type == "remote-outbound-rtp"), None)
         packets = 0 if inbound is None else inbound.packetsReceived
-        return Received(packets, self._frames, None if told is None else told.packetsSent)
+        return ReceivedSoFar(packets, self._frames, None if told is None else told.packetsSent)
 
     def stop(self) -> None:
         self._track.stop()

@@ -43,7 +43,7 @@ class SourceState:
     is_within_ceiling: bool = True
 
 
-class PacketSource:
+class PassedPackets:
     """Of one camera; used on its handler's thread. ``unnamed``: the codec of a packet that belongs to no stream."""
 
     def __init__(self, label: str, unnamed: PacketCodec = "h264", ceiling_bps: int | None = None) -> None:

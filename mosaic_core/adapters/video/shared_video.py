@@ -15,7 +15,7 @@ import av
 from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable
 from mosaic_core.adapters.video.encoder_set import EncodedRung, EncoderSet
 from mosaic_core.adapters.video.found_encoders import ENCODERS
-from mosaic_core.adapters.video.packet_source import PacketSource, SourceState
+from mosaic_core.adapters.video.packet_source import PassedPackets, SourceState
 from mosaic_core.adapters.video.picture import prepared_picture
 from mosaic_core.adapters.video.rung_orders import PASSED_ON, SourceShape, codecs_of, limits_bps, options_of, orders_of
 from mosaic_core.adapters.video.video_encoder import CodecName
@@ -56,7 +56,7 @@ class SharedVideo:
         self._shape = SourceShape()
         self._rate = PictureRate()
         self._packet_codec = packet_codec
-        self._packets = PacketSource(label, packet_codec or "h264", encoding.max_bitrate_bps)
+        self._packets = PassedPackets(label, packet_codec or "h264", encoding.max_bitrate_bps)
         self._needs_pictures = True
         self._has_overflowed = False
         self._counted: Hashable = None

@@ -66,9 +66,9 @@ def doctor(
     Groups: config, machine, install, network, server, ice, webrtc, relay, video, device, whole, and those of plugins.
     """
     if context.invoked_subcommand is None:
-        from mosaic_core.cli.diagnosis.doctor_examination import Account, examine
+        from mosaic_core.cli.diagnosis.doctor_examination import OperatorAccount, examine
 
-        account = Account(email, code) if with_server else None
+        account = OperatorAccount(email, code) if with_server else None
         raise typer.Exit(examine(config, server, only or [], as_json=as_json, account=account))
 
 

@@ -24,7 +24,7 @@ from mosaic_core.words.config import ConnectorConfig, RobotConfig, ServerConfig
 
 
 def examine(
-    config: Path | None, server: str, only: Sequence[str], *, as_json: bool, account: Account | None = None
+    config: Path | None, server: str, only: Sequence[str], *, as_json: bool, account: OperatorAccount | None = None
 ) -> int:
     """The exit code. ``account``: make a whole connection as this operator."""
     set_up_logging(LogLevel.ERROR)
@@ -46,7 +46,7 @@ def examine(
 
 
 @dataclass(frozen=True, slots=True)
-class Account:
+class OperatorAccount:
     """The operator of a whole connection."""
 
     email: str

@@ -14,7 +14,7 @@ from mosaic_core.cli.terminal.error_report import FAILED, FINE, USAGE
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from mosaic_core.drill.findings import Finding
+    from mosaic_core.drill.findings import DrillFinding
     from mosaic_core.runtime.configuration.auto_configurer import Configured
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help="Exercise what keeps a robot safe.")
@@ -90,8 +90,8 @@ def _run(configured: Configured, *, live: bool, only: tuple[str, ...], as_json: 
     set_up_logging(LogLevel.ERROR)
     console = Console(stderr=True)
 
-    async def main() -> list[Finding]:
-        found: list[Finding] = []
+    async def main() -> list[DrillFinding]:
+        found: list[DrillFinding] = []
         with console.status("drilling …") as status:
             async for finding in findings_of(configured, live=live, only=only):
                 found.append(finding)
@@ -107,7 +107,7 @@ def _run(configured: Configured, *, live: bool, only: tuple[str, ...], as_json: 
     return FAILED if any(one.verdict == "failed" for one in found) else FINE
 
 
-def _show(found: list[Finding], console: Console, *, live: bool) -> None:
+def _show(found: list[DrillFinding], console: Console, *, live: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 

@@ -50,7 +50,7 @@ def _say(line: Any, text: str, *, as_json: bool) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Stop:
+class StopAction:
     """``mosaic operator stop``. ``drive_label`` and ``drive_type``: what drives an original robot."""
 
     robot: str

@@ -106,9 +106,9 @@ def stop(
     Software, and it has to sign in and connect first: this is no certified emergency stop. An original robot has no
     stop: what is known to drive it is sent zeros, which is said, and the exit code is 1.
     """
-    from mosaic_core.cli.operator.control_actions import Stop
+    from mosaic_core.cli.operator.control_actions import StopAction
 
-    work = Stop(robot, reason, as_json, drive_label, drive_type)
+    work = StopAction(robot, reason, as_json, drive_label, drive_type)
     signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
 
 

@@ -69,7 +69,7 @@ class KeyReader:
 
 
 @dataclass(frozen=True, slots=True)
-class Velocity:
+class KeyedVelocity:
     """What the keys say now, in shares of full speed: ahead and left are positive."""
 
     ahead: int = 0
@@ -96,9 +96,9 @@ class HeldKeys:
         self._heard_s.pop(opposite[key], None)
         self._heard_s[key] = now_s
 
-    def velocity(self, now_s: float) -> Velocity:
+    def velocity(self, now_s: float) -> KeyedVelocity:
         held = {key for key, heard_s in self._heard_s.items() if now_s - heard_s <= HELD_S}
-        velocity = Velocity(("forward" in held) - ("back" in held), ("left" in held) - ("right" in held))
+        velocity = KeyedVelocity(("forward" in held) - ("back" in held), ("left" in held) - ("right" in held))
         if not velocity.is_zero:
             self._moved_s = now_s
         return velocity

@@ -123,7 +123,7 @@ def send(
     The robot enforces its limits; what it refuses is told. Without a terminal it counts as a program, which gives way
     to persons.
     """
-    from mosaic_core.cli.operator.operator_send import Send
+    from mosaic_core.cli.operator.operator_send import SendAction
 
-    work, is_person = Send(robot, label, data, 1 / rate_hz, for_s, as_json, data_type), sys.stdin.isatty()
+    work, is_person = SendAction(robot, label, data, 1 / rate_hz, for_s, as_json, data_type), sys.stdin.isatty()
     signed_in(work, server, email, code, password_stdin=password_stdin, is_person=is_person, shows_timeline=timeline)

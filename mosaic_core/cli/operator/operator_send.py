@@ -33,7 +33,7 @@ async def leased(connection: RobotConnection, label: str) -> AsyncIterator[str |
 
 
 @dataclass(frozen=True, slots=True)
-class Send:
+class SendAction:
     """``mosaic operator send``."""
 
     robot: str

@@ -14,20 +14,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from mosaic_core.machines.control.lease_events import (
-    Answered,
-    Changed,
     Commanded,
     DeadlinePassed,
     Effect,
     Event,
-    Joined,
     Kept,
-    Left,
+    LeaseChanged,
     LegacyPeers,
     Party,
+    PartyJoined,
+    PartyLeft,
     QueueChanged,
     Released,
     Reply,
+    RequestAnswered,
     Requested,
     Waiting,
 )
@@ -107,7 +107,9 @@ class LeaseDesk:
 
     def handle(self, event: Event, now_s: float) -> list[Effect]:
         """What to do now, in order. What has expired by ``now_s`` ends before the event counts."""
-        effects = self._forget(event.peer_id) if isinstance(event, Left) else []  # it gets nothing of what now ends
+        effects = (
+            self._forget(event.peer_id) if isinstance(event, PartyLeft) else []
+        )  # it gets nothing of what now ends
         effects += self._expired(now_s)
         match event:
             case Commanded(peer_id, resource):
@@ -119,11 +121,11 @@ class LeaseDesk:
                 effects += self._requested(event, now_s)
             case Released(peer_id, resource):
                 effects += self._released(peer_id, resource, now_s)
-            case Answered():
+            case RequestAnswered():
                 effects += self._answered(event, now_s)
-            case Joined(party):
+            case PartyJoined(party):
                 effects += self._joined(party, now_s)
-            case Left(peer_id, on_purpose):
+            case PartyLeft(peer_id, on_purpose):
                 effects += self._left(peer_id, now_s) if on_purpose else []
             case DeadlinePassed():
                 pass
@@ -241,7 +243,7 @@ class LeaseDesk:
             return ended if told[0] in ended else [*told, *ended]
         return [*told, QueueChanged(resource)] if lease.queue.drop_session(party) else told
 
-    def _answered(self, event: Answered, now_s: float) -> list[Effect]:
+    def _answered(self, event: RequestAnswered, now_s: float) -> list[Effect]:
         lease = self._leases.get(event.resource)
         if lease is None or lease.holder is None or lease.holder.peer_id != event.peer_id:
             return []
@@ -262,7 +264,7 @@ class LeaseDesk:
         lease.holder, lease.epoch, lease.alive_s = party, self._next_epoch, now_s
         self._next_epoch = self._next_epoch % EPOCH_MAX + 1
         lease.queue.drop_session(party)
-        changed = Changed(lease.resource, party, lease.epoch, cause, by, before, message)
+        changed = LeaseChanged(lease.resource, party, lease.epoch, cause, by, before, message)
         effects = [*self._ended(before, lease.resource, cause, message), changed]
         if not party.is_original:
             effects.append(Reply(party.peer_id, lease.resource, "granted", lease.epoch))
@@ -273,7 +275,10 @@ class LeaseDesk:
         if following is not None:
             return self._give(lease, following, cause, by, now_s)
         before, lease.holder = lease.holder, None
-        return [*self._ended(before, lease.resource, cause, ""), Changed(lease.resource, None, 0, cause, by, before)]
+        return [
+            *self._ended(before, lease.resource, cause, ""),
+            LeaseChanged(lease.resource, None, 0, cause, by, before),
+        ]
 
     def _ended(self, before: Party | None, resource: str, cause: str, message: str) -> list[Effect]:
         if before is None or before.is_original or before.peer_id not in self._peers:

@@ -1,4 +1,4 @@
-"""What happens to leases and what follows: the vocabulary of :class:`~mosaic_core.machines.control.lease_desk.LeaseDesk`."""
+"""What happens to leases and what follows: the vocabulary of ``LeaseDesk``, see ``lease_desk.py``."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ class Waiting:
 
 
 @dataclass(frozen=True, slots=True)
-class Joined:
+class PartyJoined:
     """A peer is there, or something about it has changed (a late hello)."""
 
     party: Party
 
 
 @dataclass(frozen=True, slots=True)
-class Left:
+class PartyLeft:
     """A peer is gone. ``on_purpose``: it said so (bye, closed); otherwise it was lost and its session may return."""
 
     peer_id: str
@@ -69,7 +69,7 @@ class Released:
 
 
 @dataclass(frozen=True, slots=True)
-class Answered:
+class RequestAnswered:
     """The holder says yes or no to ``to_peer_id``, who waits."""
 
     peer_id: str
@@ -100,7 +100,7 @@ class DeadlinePassed:
     """The time of :attr:`LeaseDesk.deadline_s` has come."""
 
 
-Event = Joined | Left | Requested | Released | Answered | Kept | Commanded | DeadlinePassed
+Event = PartyJoined | PartyLeft | Requested | Released | RequestAnswered | Kept | Commanded | DeadlinePassed
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True)
-class Changed:
+class LeaseChanged:
     """``resource`` belongs to ``holder`` from now on, ``None``: to nobody, and no longer to ``before``.
 
     ``cause`` is the code of why ``before`` lost it, empty if it was free. ``by``: name or peer id of whoever did it,
@@ -139,4 +139,4 @@ class QueueChanged:
     resource: str
 
 
-Effect = Reply | Changed | QueueChanged
+Effect = Reply | LeaseChanged | QueueChanged

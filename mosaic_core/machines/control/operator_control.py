@@ -28,7 +28,7 @@ class LeaseView:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class ControlHeard:
     """A message of the robot."""
 
     message: ControlMessage
@@ -63,7 +63,7 @@ class DeadlinePassed:
     """The time of :attr:`OperatorControl.deadline_s` has come."""
 
 
-Event = Heard | Asked | GaveUp | ConnectionEnded | DeadlinePassed
+Event = ControlHeard | Asked | GaveUp | ConnectionEnded | DeadlinePassed
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,11 +104,11 @@ class Lost:
 
 
 @dataclass(frozen=True, slots=True)
-class Changed:
+class ControlChanged:
     """Something to show: leases, peers, the stop or the limits."""
 
 
-Effect = Say | Granted | Queued | Denied | Lost | Changed
+Effect = Say | Granted | Queued | Denied | Lost | ControlChanged
 
 
 class OperatorControl:
@@ -133,7 +133,7 @@ class OperatorControl:
     def handle(self, event: Event, now_s: float) -> list[Effect]:
         """What to do now, in order."""
         match event:
-            case Heard(message):
+            case ControlHeard(message):
                 return self._heard(message, now_s)
             case Asked(resource, reason, force):
                 self._asked.add(resource)
@@ -159,7 +159,7 @@ class OperatorControl:
                 self.limits[label] = message
             case _:
                 return []
-        return [Changed()]
+        return [ControlChanged()]
 
     def _replied(self, reply: control.LeaseReply, now_s: float) -> list[Effect]:
         resource, text = reply.resource, reply.message or ""
@@ -183,7 +183,7 @@ class OperatorControl:
         if self.deadline_s is None:
             self.deadline_s = now_s + LEASE_KEEP_PERIOD_S
         self._show_as_mine(resource)
-        return [Granted(resource, epoch), Changed()]
+        return [Granted(resource, epoch), ControlChanged()]
 
     def _show_as_mine(self, resource: str) -> None:
         view = self.leases.get(resource, LeaseView(resource))
@@ -198,7 +198,7 @@ class OperatorControl:
         self.leases[state.resource] = LeaseView(
             state.resource, state.holder, state.epoch, state.queue, state.expiry_s, state.resource in self._held
         )
-        return [*effects, Changed()]
+        return [*effects, ControlChanged()]
 
     def _lost(self, resource: str, code: str, message: str) -> list[Effect]:
         """Who only waits has lost nothing: the robot also says ``ended`` to what was given up before."""
@@ -206,7 +206,7 @@ class OperatorControl:
             return []
         self._rest_if_idle()
         self._show_as_mine(resource)
-        return [Lost(resource, code, message), Changed()]
+        return [Lost(resource, code, message), ControlChanged()]
 
     def _rest_if_idle(self) -> None:
         if not self._held:
@@ -218,7 +218,7 @@ class OperatorControl:
         self._asked.discard(resource)
         self._rest_if_idle()
         self._show_as_mine(resource)
-        return [Say(control.LeaseRelease(resource=resource)), Changed()] if is_known else []
+        return [Say(control.LeaseRelease(resource=resource)), ControlChanged()] if is_known else []
 
     def _ended(self, code: str, message: str) -> list[Effect]:
         effects: list[Effect] = []
@@ -227,7 +227,7 @@ class OperatorControl:
         effects += [Denied(resource, code, message) for resource in sorted(self._asked)]
         self._asked.clear()
         self.peers, self.leases, self.stop_state, self.limits = (), {}, None, {}
-        return [*effects, Changed()]
+        return [*effects, ControlChanged()]
 
     def _overdue(self, now_s: float) -> list[Effect]:
         if self.deadline_s is None or now_s < self.deadline_s:

@@ -41,14 +41,14 @@ class SayStop:
 
 
 @dataclass(frozen=True, slots=True)
-class Stopped:
+class StopCallEnded:
     """The call with this id is over."""
 
     id: str
     report: StopReport
 
 
-Effect = SayStop | Stopped
+Effect = SayStop | StopCallEnded
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ class StopCalls:
         del self._calls[call.message.id]
         assert call.acknowledged_at_s is not None
         return [
-            Stopped(
+            StopCallEnded(
                 call.message.id,
                 StopReport(
                     acknowledged_s=call.acknowledged_at_s - call.said_at_s,

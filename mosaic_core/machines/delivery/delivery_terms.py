@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from mosaic_core.machines.delivery.send_scheduler import LIMITS, Lane, QueueLimits
+from mosaic_core.machines.delivery.send_scheduler import LIMITS, Priority, QueueLimits
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract
 
-LANES = {Delivery.RELIABLE: Lane.RELIABLE, Delivery.LATEST: Lane.LATEST, Delivery.BULK: Lane.BULK}
+LANES = {Delivery.RELIABLE: Priority.RELIABLE, Delivery.LATEST: Priority.LATEST, Delivery.BULK: Priority.BULK}
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class DeliveryTerms:
     latch: bool
 
     @property
-    def lane(self) -> Lane:
+    def lane(self) -> Priority:
         return LANES[self.mode]
 
 

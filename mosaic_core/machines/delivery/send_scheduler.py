@@ -18,7 +18,7 @@ PIECE_COST_BYTES = 64
 """What a piece costs the link beside its payload (SCTP, DTLS, UDP and IP headers); counted for fairness only."""
 
 
-class Lane(IntEnum):
+class Priority(IntEnum):
     """Classes of traffic, most urgent first."""
 
     CONTROL = 0
@@ -39,17 +39,17 @@ class QueueLimits:
     newest_wins: bool = False
 
 
-LIMITS: dict[Lane, QueueLimits] = {
-    Lane.CONTROL: QueueLimits(messages=1024, size_bytes=4 * 1024 * 1024),
-    Lane.LATEST: QueueLimits(messages=1, size_bytes=16 * 1024 * 1024, newest_wins=True),
-    Lane.RELIABLE: QueueLimits(messages=512, size_bytes=2 * 1024 * 1024),
-    Lane.BULK: QueueLimits(messages=64, size_bytes=32 * 1024 * 1024),
+LIMITS: dict[Priority, QueueLimits] = {
+    Priority.CONTROL: QueueLimits(messages=1024, size_bytes=4 * 1024 * 1024),
+    Priority.LATEST: QueueLimits(messages=1, size_bytes=16 * 1024 * 1024, newest_wins=True),
+    Priority.RELIABLE: QueueLimits(messages=512, size_bytes=2 * 1024 * 1024),
+    Priority.BULK: QueueLimits(messages=64, size_bytes=32 * 1024 * 1024),
 }
 LEAST_HIGH_WATER_BYTES = 8 * 1024
-_QUARTERS: dict[Lane, int] = {Lane.CONTROL: 16, Lane.LATEST: 1, Lane.RELIABLE: 4, Lane.BULK: 2}
+_QUARTERS: dict[Priority, int] = {Priority.CONTROL: 16, Priority.LATEST: 1, Priority.RELIABLE: 4, Priority.BULK: 2}
 """A lane sends only while fewer quarters of the high water wait below. The lowest ceiling of those who have something
 to send is everybody's but control's: the buffer would never come down to it else."""
-_SHARES: dict[Lane, int] = {Lane.LATEST: 16, Lane.RELIABLE: 4, Lane.BULK: 1}
+_SHARES: dict[Priority, int] = {Priority.LATEST: 16, Priority.RELIABLE: 4, Priority.BULK: 1}
 """How the lanes below control divide a link that they outrun, by bytes: nobody starves, whoever sends too much."""
 
 
@@ -75,7 +75,7 @@ class Offered(IntEnum):
 @dataclass(slots=True, eq=False)
 class _Queue:
     channel: str
-    lane: Lane
+    lane: Priority
     limits: QueueLimits
     waiting: deque[QueuedMessage] = field(default_factory=deque)
     size_bytes: int = 0
@@ -108,14 +108,14 @@ class SendScheduler:
 
     def __init__(self) -> None:
         self._queues: dict[str, _Queue] = {}
-        self._turns: dict[Lane, list[tuple[int, int, _Queue]]] = {lane: [] for lane in Lane}
-        self._reached_bytes: dict[Lane, int] = dict.fromkeys(Lane, 0)
-        self._served: dict[Lane, float] = dict.fromkeys(_SHARES, 0.0)
+        self._turns: dict[Priority, list[tuple[int, int, _Queue]]] = {lane: [] for lane in Priority}
+        self._reached_bytes: dict[Priority, int] = dict.fromkeys(Priority, 0)
+        self._served: dict[Priority, float] = dict.fromkeys(_SHARES, 0.0)
         self._reached = 0.0
         self._number = 0
         self.counters = SchedulerCounters()
 
-    def open(self, channel: str, lane: Lane, limits: QueueLimits | None = None) -> None:
+    def open(self, channel: str, lane: Priority, limits: QueueLimits | None = None) -> None:
         """Messages for ``channel`` may be offered from now on; what an older one of that name left is forgotten."""
         self.close(channel)
         self._queues[channel] = _Queue(channel, lane, limits or LIMITS[lane])
@@ -161,8 +161,8 @@ class SendScheduler:
         ``window_bytes`` may be on their way at a time: on a slow path so much less waits below.
         """
         quarter_bytes = high_water_bytes(window_bytes) // 4
-        if buffered_bytes <= 0 or buffered_bytes < _QUARTERS[Lane.CONTROL] * quarter_bytes:
-            taken = self._take_from(Lane.CONTROL)
+        if buffered_bytes <= 0 or buffered_bytes < _QUARTERS[Priority.CONTROL] * quarter_bytes:
+            taken = self._take_from(Priority.CONTROL)
             if taken is not None:
                 return taken
         lanes = [lane for lane in _SHARES if self._turns[lane]]
@@ -176,7 +176,7 @@ class SendScheduler:
                 return taken
         return None
 
-    def _take_from(self, lane: Lane) -> tuple[str, bytes | str] | None:
+    def _take_from(self, lane: Priority) -> tuple[str, bytes | str] | None:
         turns = self._turns[lane]
         while turns:
             _, _, queue = heappop(turns)

@@ -9,7 +9,7 @@ FIRST_FRAME_TIMEOUT_S = 8.0
 
 
 @dataclass(frozen=True, slots=True)
-class Received:
+class ReceivedSoFar:
     """Of one track: ``packets`` that came, ``frames`` that were decoded, and how many packets the sender reports to
     have sent (RTCP sender reports; ``None``: it has sent no report)."""
 
@@ -18,7 +18,7 @@ class Received:
     reported_packets: int | None
 
 
-def first_frame_code(received: Received | None) -> str:
+def first_frame_code(received: ReceivedSoFar | None) -> str:
     """The reason code; empty where pictures were decoded after all. ``None``: nothing can be measured."""
     if received is None:
         return "media.no_first_frame"

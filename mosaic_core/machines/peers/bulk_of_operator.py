@@ -29,7 +29,7 @@ RETRY = BackoffPolicy(first_s=3.0, factor=3.0, max_s=120.0, stable_s=30.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class BulkWanted:
     """A bulk store is there."""
 
 
@@ -41,14 +41,14 @@ class Opened:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class BulkHeard:
     """Something arrived over the lane."""
 
     attempt: int
 
 
 @dataclass(frozen=True, slots=True)
-class Failed:
+class BulkAttemptFailed:
     """The lane can't be made, or is gone. ``is_told``: the robot said so itself."""
 
     attempt: int
@@ -58,10 +58,10 @@ class Failed:
 
 @dataclass(frozen=True, slots=True)
 class DeadlinePassed:
-    """The time of :attr:`OperatorLane.deadline_s` has come."""
+    """The time of :attr:`OperatorBulkMachine.deadline_s` has come."""
 
 
-Event = Wanted | Opened | Heard | Failed | DeadlinePassed
+Event = BulkWanted | Opened | BulkHeard | BulkAttemptFailed | DeadlinePassed
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ class UseLane:
 
 
 @dataclass(frozen=True, slots=True)
-class SendPing:
+class SendBulkPing:
     """Ask for a sign of life."""
 
 
@@ -90,10 +90,10 @@ class FallBack:
     tells_robot: bool
 
 
-Effect = Begin | UseLane | SendPing | FallBack
+Effect = Begin | UseLane | SendBulkPing | FallBack
 
 
-class OperatorLane:
+class OperatorBulkMachine:
     """The machine of one main connection. ``now_s`` is any monotonic clock, ``random_unit`` of [0, 1)."""
 
     def __init__(self) -> None:
@@ -111,7 +111,7 @@ class OperatorLane:
     def handle(self, event: Event, now_s: float, random_unit: float) -> list[Effect]:
         """What to do now, in order."""
         match event:
-            case Wanted():
+            case BulkWanted():
                 return self._begin(now_s) if self.state == "none" else []
             case DeadlinePassed():
                 is_due = self.deadline_s is not None and now_s >= self.deadline_s
@@ -120,10 +120,10 @@ class OperatorLane:
                 return []
             case Opened():
                 return self._opened(now_s)
-            case Heard():
+            case BulkHeard():
                 self._heard(now_s)
                 return []
-            case Failed(_, code, is_told):
+            case BulkAttemptFailed(_, code, is_told):
                 return self._failed(code, now_s, random_unit, tells_robot=not is_told)
 
     def _begin(self, now_s: float) -> list[Effect]:
@@ -154,7 +154,7 @@ class OperatorLane:
         if now_s >= self._lost_at_s:
             self._lost_at_s = now_s + PING_PERIOD_S + STALL_S
         self._ping_at_s = self.deadline_s = now_s + PING_PERIOD_S
-        return [SendPing()]
+        return [SendBulkPing()]
 
     def _failed(self, code: str, now_s: float, random_unit: float, *, tells_robot: bool) -> list[Effect]:
         ran_for_s = now_s - self._up_at_s if self.state == "up" else 0.0

@@ -44,14 +44,14 @@ class CloseHeard:
 
 
 @dataclass(frozen=True, slots=True)
-class Answered:
+class BulkAnswerMade:
     """Our answer is on its way."""
 
     attempt: int
 
 
 @dataclass(frozen=True, slots=True)
-class Failed:
+class BulkTransportFailed:
     """The offer could not be answered, or the transport is gone."""
 
     attempt: int
@@ -66,10 +66,10 @@ class Connected:
 
 @dataclass(frozen=True, slots=True)
 class DeadlinePassed:
-    """The time of :attr:`RobotLane.deadline_s` has come."""
+    """The time of :attr:`RobotBulkMachine.deadline_s` has come."""
 
 
-Event = OfferHeard | CandidateHeard | CloseHeard | Answered | Failed | Connected | DeadlinePassed
+Event = OfferHeard | CandidateHeard | CloseHeard | BulkAnswerMade | BulkTransportFailed | Connected | DeadlinePassed
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ class AnswerOffer:
 
 
 @dataclass(frozen=True, slots=True)
-class AddCandidate:
+class AddBulkCandidate:
     candidate: IceCandidate
 
 
@@ -99,7 +99,7 @@ class TellClosed:
     message: str = ""
 
 
-Effect = AnswerOffer | AddCandidate | DropTransport | TellClosed
+Effect = AnswerOffer | AddBulkCandidate | DropTransport | TellClosed
 
 
 def is_data_only(sdp: str) -> bool:
@@ -108,7 +108,7 @@ def is_data_only(sdp: str) -> bool:
     return len(lines) <= 1 and all(line.startswith("m=application ") for line in lines)
 
 
-class RobotLane:
+class RobotBulkMachine:
     """The machine of one peer. ``now_s`` is any monotonic clock."""
 
     def __init__(self) -> None:
@@ -132,19 +132,19 @@ class RobotLane:
                 return self._of_current(event, now_s) if is_current else []
 
     def _of_current(
-        self, event: CandidateHeard | CloseHeard | Answered | Failed | Connected, now_s: float
+        self, event: CandidateHeard | CloseHeard | BulkAnswerMade | BulkTransportFailed | Connected, now_s: float
     ) -> list[Effect]:
         match event:
             case CandidateHeard(_, candidate):
                 self._candidates += 1
-                return [AddCandidate(candidate)] if self._candidates <= MAX_CANDIDATES else []
+                return [AddBulkCandidate(candidate)] if self._candidates <= MAX_CANDIDATES else []
             case CloseHeard():
                 return self._ended()
-            case Answered() if self.phase == "answering":
+            case BulkAnswerMade() if self.phase == "answering":
                 self.phase = "connecting"
             case Connected():
                 self.phase, self.deadline_s = "up", None
-            case Failed(_, code, message):
+            case BulkTransportFailed(_, code, message):
                 return self._failed(code, message)
             case _:
                 pass

@@ -37,12 +37,12 @@ STALL_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Offered:
+class OfferMade:
     """The offer is on its way."""
 
 
 @dataclass(frozen=True, slots=True)
-class Answered:
+class AnswerReceived:
     """The robot's answer is applied."""
 
 
@@ -95,11 +95,11 @@ class RobotReturned:
 
 @dataclass(frozen=True, slots=True)
 class DeadlinePassed:
-    """The time of :attr:`OperatorPeer.deadline_s` has come."""
+    """The time of :attr:`OperatorPeerMachine.deadline_s` has come."""
 
 
 Event = (
-    Offered | Answered | TransportChanged | ControlOpened | HelloReceived | ControlReceived | EndReceived
+    OfferMade | AnswerReceived | TransportChanged | ControlOpened | HelloReceived | ControlReceived | EndReceived
     | CloseRequested | Doubted | RobotReturned | DeadlinePassed
 )  # fmt: skip
 
@@ -128,7 +128,7 @@ class End:
 Effect = SendPing | UseConnection | End
 
 
-class OperatorPeer:
+class OperatorPeerMachine:
     """The machine. ``now_s`` is any monotonic clock. ``was_original``: the robot said no hello a moment ago, so that it
     is not waited for long now; a late one counts all the same."""
 
@@ -146,9 +146,9 @@ class OperatorPeer:
         if self.phase == "closed":
             return []
         match event:
-            case Offered() if self.phase == "offering":
+            case OfferMade() if self.phase == "offering":
                 return self._enter("waiting", now_s)
-            case Answered() if self.phase == "waiting":
+            case AnswerReceived() if self.phase == "waiting":
                 return self._enter("connecting", now_s)
             case TransportChanged(state):
                 return self._transport(state, now_s)

@@ -34,7 +34,7 @@ STALL_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Answered:
+class AnswerMade:
     """The answer is on its way."""
 
 
@@ -95,11 +95,11 @@ class Doubted:
 
 @dataclass(frozen=True, slots=True)
 class DeadlinePassed:
-    """The time of :attr:`PeerSession.deadline_s` has come."""
+    """The time of :attr:`RobotPeerMachine.deadline_s` has come."""
 
 
 Event = (
-    Answered | AnswerFailed | TransportChanged | ChannelOpened | HelloReceived | ControlReceived | ByeReceived
+    AnswerMade | AnswerFailed | TransportChanged | ChannelOpened | HelloReceived | ControlReceived | ByeReceived
     | CloseRequested | Doubted | DeadlinePassed
 )  # fmt: skip
 
@@ -120,7 +120,7 @@ class TreatAsOriginal:
 
 
 @dataclass(frozen=True, slots=True)
-class Close:
+class ClosePeer:
     """The end, once. ``say_bye``: the other side is still there to hear it."""
 
     code: str
@@ -128,10 +128,10 @@ class Close:
     say_bye: bool
 
 
-Effect = TellConnected | TreatAsOurs | TreatAsOriginal | Close
+Effect = TellConnected | TreatAsOurs | TreatAsOriginal | ClosePeer
 
 
-class PeerSession:
+class RobotPeerMachine:
     """The machine. ``now_s`` is any monotonic clock; ``is_media_only``: the offer has no line for data channels."""
 
     def __init__(self, now_s: float, *, is_media_only: bool = False) -> None:
@@ -151,7 +151,7 @@ class PeerSession:
         if self._phase == "closed":
             return []
         match event:
-            case Answered():
+            case AnswerMade():
                 if self._phase == "answering":
                     self._enter("connecting", now_s)
                 return []
@@ -257,4 +257,4 @@ class PeerSession:
 
     def _close(self, code: str, message: str, *, say_bye: bool = False) -> list[Effect]:
         self._phase, self.deadline_s = "closed", None
-        return [Close(code, message, say_bye)]
+        return [ClosePeer(code, message, say_bye)]

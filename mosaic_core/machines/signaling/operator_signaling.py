@@ -22,7 +22,7 @@ from mosaic_core.machines.signaling.signaling_events import (
     NetworkChanged,
     ReconnectAfter,
     Report,
-    Send,
+    SendSignal,
     SocketClosed,
     SocketOpened,
 )
@@ -44,10 +44,10 @@ class Deliver:
 
 
 Event = SocketOpened | ConnectFailed | FrameReceived | SocketClosed | NetworkChanged | DeadlinePassed
-Effect = Send | CloseSocket | ReconnectAfter | ChangeState | Report | Deliver
+Effect = SendSignal | CloseSocket | ReconnectAfter | ChangeState | Report | Deliver
 
 
-class OperatorSession:
+class OperatorSignaling:
     """``now_s`` is any monotonic clock, ``random_unit`` a random number of [0, 1)."""
 
     def __init__(self, access_token: str) -> None:
@@ -135,10 +135,10 @@ class OperatorSession:
             return []  # a server that is newer than us may say what we don't understand
         match message:
             case wire.PingPing():
-                return [Send(wire.PingPong(ping_id=message.ping_id))]
+                return [SendSignal(wire.PingPong(ping_id=message.ping_id))]
             case wire.AuthorizeRequest() if self.state == "greeting":
                 self.state, self.agreed = "authorizing", wire.agreed_extensions(message.extensions)
-                return [Send(wire.Authorize(access_token=self._access_token, extensions=self.agreed or None))]
+                return [SendSignal(wire.Authorize(access_token=self._access_token, extensions=self.agreed or None))]
             case wire.AuthorizeResult() if self.state == "authorizing":
                 return self._authorized(message.code, now_s)
             case wire.ErrorEcho() if self.state == "authorizing" and message.request_type.startswith("authorize"):
@@ -166,4 +166,4 @@ class OperatorSession:
         return [ChangeState("ready"), *self._subscription()]
 
     def _subscription(self) -> list[Effect]:
-        return [Send(wire.StatusSubscribe(robot_ids=self._robot_ids))] if self._robot_ids else []
+        return [SendSignal(wire.StatusSubscribe(robot_ids=self._robot_ids))] if self._robot_ids else []

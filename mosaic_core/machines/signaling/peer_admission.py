@@ -83,7 +83,7 @@ class _Prepared:
     candidates: list[wire.IceCandidate] = field(default_factory=list)
 
 
-class Admission:
+class PeerAdmission:
     """The robot's list of prepared and running peers. ``now_s`` is any monotonic clock."""
 
     def __init__(self, max_peers: int) -> None:

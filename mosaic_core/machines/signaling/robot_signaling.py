@@ -10,7 +10,7 @@ Toward an original server exactly its own keys are sent, one peer at a time. Wit
 
 from __future__ import annotations
 
-from mosaic_core.machines.signaling.peer_admission import Admission, PeerIdentity, RefusePeer, StopPeer
+from mosaic_core.machines.signaling.peer_admission import PeerAdmission, PeerIdentity, RefusePeer, StopPeer
 from mosaic_core.machines.signaling.signaling_events import (
     ChangeState,
     CloseSocket,
@@ -26,7 +26,7 @@ from mosaic_core.machines.signaling.signaling_events import (
     ReconnectAfter,
     Report,
     RobotFacts,
-    Send,
+    SendSignal,
     ShutdownBegun,
     SocketClosed,
     SocketOpened,
@@ -45,7 +45,7 @@ REFUSED_POLICY = BackoffPolicy(first_s=30.0, max_s=300.0)
 """Wrong credentials rarely become right by themselves; a token made anew on the server should still be picked up."""
 
 
-class SignalingSession:
+class RobotSignaling:
     """The machine. ``now_s`` is any monotonic clock, ``random_unit`` a random number of [0, 1)."""
 
     def __init__(self, facts: RobotFacts, verify_ticket: VerifyTicket) -> None:
@@ -54,7 +54,7 @@ class SignalingSession:
         self._state = "offline"
         self._agreed: dict[str, int] = {}
         self._welcome: wire.SessionWelcome | None = None
-        self._admission = Admission(facts.max_peers)
+        self._admission = PeerAdmission(facts.max_peers)
         self._backoff = Backoff()
         self._refused_backoff = Backoff(REFUSED_POLICY)
         self._ready_at_s: float | None = None
@@ -93,7 +93,7 @@ class SignalingSession:
             case DeadlinePassed():
                 return self._overdue(now_s)
             case MessageReady(message):
-                return [Send(message)] if self._state == "ready" else []
+                return [SendSignal(message)] if self._state == "ready" else []
             case PeerConnected(peer_id):
                 self._admission.connected(peer_id)
                 return self._status_effects()
@@ -153,7 +153,7 @@ class SignalingSession:
         self._state, self.deadline_s = "stopped", None
         effects: list[Effect] = [ChangeState("stopped")]
         if was_ready:
-            effects.append(Send(wire.StatusUpdate(status=wire.RobotStatus.DISCONNECTED)))
+            effects.append(SendSignal(wire.StatusUpdate(status=wire.RobotStatus.DISCONNECTED)))
         return [*effects, CloseSocket()]
 
     # -- frames --------------------------------------------------------------------------------------------------
@@ -184,7 +184,7 @@ class SignalingSession:
                 self._agreed = wire.agreed_extensions(message.extensions, self._agreed)
                 return self._ready(now_s)
             case wire.PingPing():
-                return [Send(wire.PingPong(ping_id=message.ping_id))]
+                return [SendSignal(wire.PingPong(ping_id=message.ping_id))]
             case _:
                 return []
 
@@ -194,7 +194,7 @@ class SignalingSession:
         answer = wire.Authorize(
             robot_id=self._facts.robot_id, data=self._facts.token, extensions=self._agreed if self._agreed else None
         )
-        return [Send(answer)]
+        return [SendSignal(answer)]
 
     def _authorized(self, code: int, now_s: float) -> list[Effect]:
         if code != ResultCode.SUCCESS:
@@ -217,13 +217,13 @@ class SignalingSession:
             self._reported = ""
             effects.append(Report("", "The server is there again."))
         if "catalogue" in self._agreed:  # before the status: whoever sees it ready may connect at once
-            effects.append(Send(wire.CatalogueAnnounce(catalogue=self._facts.catalogue.short())))
+            effects.append(SendSignal(wire.CatalogueAnnounce(catalogue=self._facts.catalogue.short())))
         return effects + self._status_effects()
 
     def _in_session(self, message: wire.SignalingMessage, now_s: float) -> list[Effect]:
         match message:
             case wire.PingPing():
-                return [Send(wire.PingPong(ping_id=message.ping_id))]
+                return [SendSignal(wire.PingPong(ping_id=message.ping_id))]
             case wire.PrepareConnection():
                 self._admission.prepare(message, now_s)
                 return []
@@ -293,7 +293,7 @@ class SignalingSession:
         """Our operators learn why; one that closed the connection itself knows."""
         if self._state != "ready" or "closeReasons" not in self._agreed or code == "peer.closed":
             return []
-        return [Send(wire.ClosePeerConnection(rtc_connection_id=peer_id, code=code, message=message or None))]
+        return [SendSignal(wire.ClosePeerConnection(rtc_connection_id=peer_id, code=code, message=message or None))]
 
     def _farewell(self, stop: StopPeer) -> list[Effect]:
         """The original sequence says 3 before 0 when a connected peer ends."""
@@ -301,7 +301,7 @@ class SignalingSession:
             return []
         effects: list[Effect] = []
         if not self._takes_several and stop.was_connected:
-            effects.append(Send(wire.StatusUpdate(status=wire.RobotStatus.RTC_DISCONNECTING)))
+            effects.append(SendSignal(wire.StatusUpdate(status=wire.RobotStatus.RTC_DISCONNECTING)))
             self._status = wire.RobotStatus.RTC_DISCONNECTING
         return effects + self._status_effects()
 
@@ -313,4 +313,4 @@ class SignalingSession:
         if status == self._status:
             return []
         self._status = status
-        return [Send(wire.StatusUpdate(status=status))]
+        return [SendSignal(wire.StatusUpdate(status=status))]

@@ -84,7 +84,7 @@ Event = (
 
 
 @dataclass(frozen=True, slots=True)
-class Send:
+class SendSignal:
     message: wire.SignalingMessage
 
 
@@ -115,8 +115,8 @@ class Report:
 
 
 Effect = (
-    Send | CloseSocket | ReconnectAfter | ChangeState | Report | StartPeer | RenegotiatePeer | StopPeer | AddCandidate
-    | RefusePeer
+    SendSignal | CloseSocket | ReconnectAfter | ChangeState | Report
+    | StartPeer | RenegotiatePeer | StopPeer | AddCandidate | RefusePeer
 )  # fmt: skip
 
 

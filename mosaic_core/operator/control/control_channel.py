@@ -9,7 +9,7 @@ from uuid import uuid4
 from mosaic_core.machines.control.stop_call import ClockReading
 from mosaic_core.machines.delivery.framing import Frame, PayloadKind
 from mosaic_core.machines.timing.clock_offset import ClockOffset
-from mosaic_core.operator.delivery.data_port import ChannelPort, now_us
+from mosaic_core.operator.delivery.data_port import DataPort, now_us
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import CONTROL_EXTENSIONS, ControlMessage, Hello, Ping, Pong, parse_control
 from mosaic_core.words.data_type import Delivery
@@ -22,7 +22,7 @@ BOOT_ID = uuid4().hex
 """Names this program's monotonic clock."""
 
 
-class ControlPort:
+class ControlChannel:
     """``heard`` gets every message; pings, which are answered here, and pongs too: they are a sign of life.
 
     ``clock_us`` is this operator's monotonic clock; ``is_person``: a person decides here, not a program;
@@ -47,7 +47,7 @@ class ControlPort:
         self._robot_boot_id = ""
         self._opened = opened
         self._port = _words_port(channel, self._received, self._changed, clock_us)
-        self._stop_port: ChannelPort | None = None
+        self._stop_port: DataPort | None = None
 
     def add_stop_channel(self, channel: Channel) -> None:
         """The stop's own lane; what comes back on it is handed over like everything else."""
@@ -124,5 +124,5 @@ class ControlPort:
 
 def _words_port(
     channel: Channel, received: Callable[[Frame], None], changed: Callable[[bool], None], clock_us: Callable[[], int]
-) -> ChannelPort:
-    return ChannelPort(channel, Delivery.RELIABLE, received, changed, clock_us=clock_us, max_queued_bytes=None)
+) -> DataPort:
+    return DataPort(channel, Delivery.RELIABLE, received, changed, clock_us=clock_us, max_queued_bytes=None)

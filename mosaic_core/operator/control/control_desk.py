@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from mosaic_core.machines.control import operator_control as machine
 from mosaic_core.machines.control.operator_control import LeaseView
 from mosaic_core.machines.control.stop_call import StopReport
-from mosaic_core.operator.control.control_channel import ControlPort
+from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.operator.control.lease import Lease
 from mosaic_core.operator.control.lease_takers import LeaseTakers
 from mosaic_core.operator.control.robot_answers import RobotAnswers
@@ -42,7 +42,7 @@ class ControlDesk:
         self._machine = machine.OperatorControl(peer_id)
         self._stops: StopCaller | None = None
         self._has_said_stop = False
-        self._port: ControlPort | None = None
+        self._port: ControlChannel | None = None
         self._is_original = False
         self._extensions: Mapping[str, int] = {}
         self._takers = LeaseTakers(lambda resource: self._handle(machine.GaveUp(resource)))
@@ -175,7 +175,7 @@ class ControlDesk:
 
     # -- told by the connection --------------------------------------------------------------------------------------
 
-    def open(self, port: ControlPort, extensions: Mapping[str, int]) -> None:
+    def open(self, port: ControlChannel, extensions: Mapping[str, int]) -> None:
         """The robot has said hello and what it knows."""
         self._port, self._extensions, self._is_original = port, extensions, False
         self._stops = StopCaller(port, self._clock_us)
@@ -189,7 +189,7 @@ class ControlDesk:
         self._answers.hear(message)
         if isinstance(message, control.StopAck) and self._stops is not None:
             self._stops.acknowledged(message)
-        self._handle(machine.Heard(message))
+        self._handle(machine.ControlHeard(message))
 
     def close(self, error: ConnectionFailed, *, comes_back: bool = False) -> None:
         """The connection has ended: every lease with it. ``comes_back``: :meth:`regain` will ask for them again."""
@@ -226,7 +226,7 @@ class ControlDesk:
 
     # -- the machine -------------------------------------------------------------------------------------------------
 
-    def _port_for(self, extension: str) -> ControlPort:
+    def _port_for(self, extension: str) -> ControlChannel:
         if self._is_original:
             raise _of_an_original(extension)
         if self._port is None:
@@ -245,7 +245,7 @@ class ControlDesk:
                 case machine.Say(message):
                     if self._port is not None:
                         self._port.send(message)
-                case machine.Changed():
+                case machine.ControlChanged():
                     has_changed = True
                 case _:
                     self._takers.hear(effect)

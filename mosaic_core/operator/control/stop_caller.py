@@ -8,7 +8,7 @@ from uuid import uuid4
 
 from mosaic_core.machines.control import stop_call
 from mosaic_core.machines.control.stop_call import StopReport
-from mosaic_core.operator.control.control_channel import ControlPort
+from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.words.control import StopAck
 from mosaic_core.words.errors import ConnectionFailed
 
@@ -16,7 +16,7 @@ from mosaic_core.words.errors import ConnectionFailed
 class StopCaller:
     """All stops of one connection. Event loop only; ``clock_us`` is the clock that the port's offset speaks of."""
 
-    def __init__(self, port: ControlPort, clock_us: Callable[[], int]) -> None:
+    def __init__(self, port: ControlChannel, clock_us: Callable[[], int]) -> None:
         self._port = port
         self._clock_us = clock_us
         self._calls = stop_call.StopCalls()
@@ -54,7 +54,7 @@ class StopCaller:
                     self._port.send_on_stop_channel(message)
                     if is_first:
                         self._port.send(message)
-                case stop_call.Stopped(id_, report):
+                case stop_call.StopCallEnded(id_, report):
                     waiting = self._reports.get(id_)
                     if waiting is not None and not waiting.done():
                         waiting.set_result(report)

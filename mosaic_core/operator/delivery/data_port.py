@@ -68,7 +68,7 @@ def no_epoch() -> int:
     return 0
 
 
-class ChannelPort:
+class DataPort:
     """Event loop only. ``received`` gets whole messages; ``changed`` is called when the channel opens or closes.
 
     ``epoch`` is read when a message is made, as is the clock: one that has to wait gets neither younger nor a newer

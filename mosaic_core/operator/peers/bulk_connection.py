@@ -16,7 +16,7 @@ from typing import Any
 from mosaic_core.machines.delivery.framing import Frame, PayloadKind
 from mosaic_core.machines.peers import bulk_of_operator as machine
 from mosaic_core.machines.peers.bulk_of_operator import LaneState
-from mosaic_core.operator.delivery.data_port import ChannelPort
+from mosaic_core.operator.delivery.data_port import DataPort
 from mosaic_core.runtime.transport.operator_transport import IncomingVideo, Offerer, OffererFactory
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, LANE_LABEL
@@ -32,7 +32,7 @@ _FRESH_ICE_TIMEOUT_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class LaneOwner:
+class BulkOwner:
     """What a lane needs of its connection. ``changed(lost)``: bulk channels open elsewhere from now on, and those on
     the offerer ``lost`` are gone."""
 
@@ -43,12 +43,12 @@ class LaneOwner:
     changed: Callable[[Offerer | None], None]
 
 
-class BulkLane:
+class BulkConnection:
     """Of one main connection. Event loop only."""
 
-    def __init__(self, owner: LaneOwner) -> None:
+    def __init__(self, owner: BulkOwner) -> None:
         self._owner = owner
-        self._machine = machine.OperatorLane()
+        self._machine = machine.OperatorBulkMachine()
         self._is_known = False
         self._is_closed = False
         self._transport: _LaneTransport | None = None
@@ -72,7 +72,7 @@ class BulkLane:
     def settled(self) -> bool:
         """A bulk channel is wanted: ``False`` while it should wait, because the lane is being made."""
         if self._is_known and not self._is_closed:
-            self.handle(machine.Wanted())
+            self.handle(machine.BulkWanted())
         return self.state != "connecting"
 
     def hear(self, message: control.ControlMessage) -> None:
@@ -84,7 +84,7 @@ class BulkLane:
             case control.LaneCandidate(attempt=attempt) if transport and transport.attempt == attempt:
                 self.run(transport.offerer.add_candidate(message.ice_candidate))
             case control.LaneClose(attempt=attempt, code=code):
-                self.handle(machine.Failed(attempt, code, is_told=True))
+                self.handle(machine.BulkAttemptFailed(attempt, code, is_told=True))
             case _:
                 pass
 
@@ -112,7 +112,7 @@ class BulkLane:
                     self.run(self._begin(attempt))
                 case machine.UseLane():
                     self._owner.changed(None)
-                case machine.SendPing():
+                case machine.SendBulkPing():
                     if self._transport is not None:
                         self._transport.ping()
                 case machine.FallBack(attempt, code, tells_robot):
@@ -164,7 +164,7 @@ class BulkLane:
 class _LaneTransport:
     """One attempt: implements ``OffererListener``."""
 
-    def __init__(self, attempt: int, lane: BulkLane, owner: LaneOwner, ice_servers: Sequence[IceServer]) -> None:
+    def __init__(self, attempt: int, lane: BulkConnection, owner: BulkOwner, ice_servers: Sequence[IceServer]) -> None:
         self.attempt = attempt
         self.offerer = owner.make_offerer(self, ice_servers)
         self._lane = lane
@@ -174,7 +174,7 @@ class _LaneTransport:
         self._early: list[IceCandidate] = []
         channel = self.offerer.create_channel(LANE_LABEL, protocol=CHANNEL_PROTOCOL)
         channel.give_way(True)
-        self._port = ChannelPort(channel, Delivery.RELIABLE, self._heard, self._changed, max_queued_bytes=None)
+        self._port = DataPort(channel, Delivery.RELIABLE, self._heard, self._changed, max_queued_bytes=None)
 
     async def offer(self) -> None:
         try:
@@ -210,10 +210,10 @@ class _LaneTransport:
 
     def _failed(self, code: str) -> None:
         if not self._is_closed:
-            self._lane.handle(machine.Failed(self.attempt, code))
+            self._lane.handle(machine.BulkAttemptFailed(self.attempt, code))
 
     def _heard(self, frame: Frame) -> None:
-        self._lane.handle(machine.Heard(self.attempt))
+        self._lane.handle(machine.BulkHeard(self.attempt))
 
     def _changed(self, is_open: bool) -> None:
         if is_open:

@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 ANSWER_TIMEOUT_S = 10.0
 
 
-class MoreLines:
+class FurtherOffers:
     """Of one connection; event loop only. ``settled``: the lines that were asked for are there, or will never be."""
 
     def __init__(self, offerer: Offerer, say: Callable[[ControlMessage], bool], settled: Callable[[], None]) -> None:

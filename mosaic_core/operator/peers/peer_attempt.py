@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from mosaic_core.machines.peers import peer_of_operator as machine
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
-from mosaic_core.operator.control.control_channel import ControlPort
+from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.operator.delivery.data_port import now_us
 from mosaic_core.runtime.transport.operator_transport import IncomingVideo, OffererFactory, OutgoingSound
 from mosaic_core.words import control, signaling
@@ -62,7 +62,7 @@ class PeerOwner(Protocol):
         """It speaks ``mosaic.1``, or it said no hello in time; the former may still follow the latter."""
         ...
 
-    def greeted(self, port: ControlPort, extensions: Mapping[str, int]) -> None:
+    def greeted(self, port: ControlChannel, extensions: Mapping[str, int]) -> None:
         """The robot's hello: what it knows. Told before :meth:`robot_known`."""
         ...
 
@@ -76,7 +76,7 @@ class PeerOwner(Protocol):
         ...
 
 
-class PeerLink:
+class PeerAttempt:
     """Implements ``OffererListener``. Event loop only."""
 
     def __init__(
@@ -89,13 +89,13 @@ class PeerLink:
         was_original: bool = False,
     ) -> None:
         self.offerer = make_offerer(self, plan.ice_servers)
-        self.control: ControlPort | None = None
+        self.control: ControlChannel | None = None
         self.voices: dict[str, OutgoingSound] = {}
         """One's own voice for each loudspeaker that was asked for, by label."""
         self._plan = plan
         self._owner = owner
         self._send = send
-        self._machine = machine.OperatorPeer(time.monotonic(), was_original=was_original)
+        self._machine = machine.OperatorPeerMachine(time.monotonic(), was_original=was_original)
         self._is_ours = False
         self._woken = asyncio.Event()
         self._tasks: set[asyncio.Task[None]] = set()
@@ -106,7 +106,7 @@ class PeerLink:
         self._clock = asyncio.create_task(self._keep_time())
         self._add_lines()
         channel = self.offerer.create_channel(control.CONTROL_LABEL, protocol=control.CHANNEL_PROTOCOL)
-        self.control = ControlPort(
+        self.control = ControlChannel(
             channel,
             self._heard,
             clock_us=self._plan.clock_us,
@@ -127,7 +127,7 @@ class PeerLink:
             self._handle(machine.EndReceived(error.code, error.message))
             return
         self._mark("offered")
-        self._handle(machine.Offered())
+        self._handle(machine.OfferMade())
 
     def _add_lines(self) -> None:
         """Pictures first: an original robot takes lines in their order, and knows no sound."""
@@ -187,7 +187,7 @@ class PeerLink:
             self._mark("answered")
             if "\na=candidate:" in sdp:
                 self._mark("candidate", "in the answer")
-            self._handle(machine.Answered())
+            self._handle(machine.AnswerReceived())
 
     def _mark(self, moment: Moment, detail: str = "") -> None:
         self._plan.timeline.mark(moment, time.monotonic(), detail)

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from mosaic_core.machines.delivery.framing import Frame
-from mosaic_core.operator.delivery.data_port import ChannelPort, info_of, no_epoch
+from mosaic_core.operator.delivery.data_port import DataPort, info_of, no_epoch
 from mosaic_core.operator.delivery.outgoing_stream import OutgoingStream
 from mosaic_core.operator.delivery.session_streams import SessionStreams
-from mosaic_core.operator.peers.bulk_connection import BulkLane
+from mosaic_core.operator.peers.bulk_connection import BulkConnection
 from mosaic_core.operator.peers.first_frame_watch import FirstFrameWatch
-from mosaic_core.operator.peers.further_offers import MoreLines
+from mosaic_core.operator.peers.further_offers import FurtherOffers
 from mosaic_core.operator.stores.channel_plan import (
     Known,
     PlannedChannel,
@@ -59,19 +59,19 @@ class Surroundings:
 @dataclass(slots=True)
 class _Link:
     store: MosaicStore
-    ports: dict[str, ChannelPort] = field(default_factory=dict)
+    ports: dict[str, DataPort] = field(default_factory=dict)
     lane: Offerer | None = None
     """The second peer connection, if it carries them."""
 
 
-class StoreLinks:
+class StoreBindings:
     """Event loop only."""
 
     def __init__(
         self,
         offerer: Offerer,
-        lane: BulkLane,
-        more_lines: MoreLines,
+        lane: BulkConnection,
+        more_lines: FurtherOffers,
         around: Surroundings,
         voices: Mapping[str, OutgoingSound],
     ) -> None:
@@ -264,7 +264,7 @@ class StoreLinks:
             elif link is not None and isinstance(link.store, SoundStore):
                 link.store.sound_arrived(frame)
 
-    def _port(self, store: MosaicStore, link: _Link, planned: PlannedChannel) -> ChannelPort:
+    def _port(self, store: MosaicStore, link: _Link, planned: PlannedChannel) -> DataPort:
         is_latest = planned.delivery is Delivery.LATEST and self._is_ours is True
         channel = (link.lane or self._offerer).create_channel(
             planned.label,
@@ -290,7 +290,7 @@ class StoreLinks:
 
         resource = planned.resource
         epoch = no_epoch if resource is None else partial(self._around.epoch_of, resource)
-        return ChannelPort(
+        return DataPort(
             channel,
             planned.delivery,
             received,

@@ -19,12 +19,12 @@ from mosaic_core.machines.signaling.signaling_events import (
     NetworkChanged,
     ReconnectAfter,
     Report,
-    Send,
+    SendSignal,
     SocketClosed,
     SocketOpened,
 )
 from mosaic_core.runtime.signaling.socket_renewal import SocketRenewal
-from mosaic_core.runtime.transport.transport import SignalingSocket, SocketConnector
+from mosaic_core.runtime.transport.transport import SocketConnector, TextSocket
 from mosaic_core.words.codes import CloseCode, reason
 from mosaic_core.words.errors import AuthError, SignalingError
 from mosaic_core.words.signaling import SignalingMessage
@@ -40,13 +40,13 @@ FAREWELL_S = 0.5
 """How long the last messages may take to leave."""
 
 
-class SignalingLink:
+class SignalingSocket:
     """``deliver`` gets the messages, on the event loop. Start it with :meth:`start`, end it with :meth:`close`."""
 
     def __init__(
         self, url: str, access_token: str, connect: SocketConnector, deliver: Callable[[SignalingMessage], None]
     ) -> None:
-        self.session = machine.OperatorSession(access_token)
+        self.session = machine.OperatorSignaling(access_token)
         self._url = url
         self._connect = connect
         self._deliver = deliver
@@ -139,7 +139,7 @@ class SignalingLink:
                     await self._renewal.asked()
                     self._handle(NetworkChanged())
 
-    async def _serve(self, socket: SignalingSocket) -> None:
+    async def _serve(self, socket: TextSocket) -> None:
         self._outgoing = asyncio.Queue(MAX_QUEUED)
         self._handle(SocketOpened())
         tasks = [asyncio.create_task(work) for work in (self._read(socket), self._write(socket), self._watch(socket))]
@@ -152,26 +152,26 @@ class SignalingLink:
             await asyncio.gather(*tasks, return_exceptions=True)
             await self._leave(socket, is_moved=is_moved)
 
-    async def _leave(self, socket: SignalingSocket, *, is_moved: bool) -> None:
+    async def _leave(self, socket: TextSocket, *, is_moved: bool) -> None:
         if not is_moved:
             await socket.close()
             return
         self._handle(NetworkChanged())
         self._renewal.leave(socket)
 
-    async def _read(self, socket: SignalingSocket) -> None:
+    async def _read(self, socket: TextSocket) -> None:
         async for text in socket:
             self._frames += 1
             self._changed.set()
             self._handle(FrameReceived(text))
 
-    async def _write(self, socket: SignalingSocket) -> None:
+    async def _write(self, socket: TextSocket) -> None:
         with suppress(SignalingError):
             while True:
                 await socket.send(await self._outgoing.get())
                 self._outgoing.task_done()
 
-    async def _watch(self, socket: SignalingSocket) -> None:
+    async def _watch(self, socket: TextSocket) -> None:
         """Close the socket when the machine says so, or when it has been silent for too long."""
         while self._close_request is None:
             deadline_s = self.session.deadline_s
@@ -200,7 +200,7 @@ class SignalingLink:
     def _carry_out(self, effects: list[machine.Effect]) -> None:
         for effect in effects:
             match effect:
-                case Send(message):
+                case SendSignal(message):
                     self._queued(message)
                 case machine.Deliver(message):
                     self._deliver(message)

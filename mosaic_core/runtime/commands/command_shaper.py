@@ -15,7 +15,7 @@ from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class ShapedCommand:
     """What may act. ``fired``: how many safe actions had been set going when it was shaped."""
 
     value: Any
@@ -51,14 +51,14 @@ class CommandShaper:
         self._last: dict[str, Any] | None = None
         self._last_before: dict[str, Any] | None = None
 
-    def read(self, payload: bytes, peer_id: str) -> Command:
+    def read(self, payload: bytes, peer_id: str) -> ShapedCommand:
         """The command as it may act now; raises :class:`Refused`, or whatever a validator of the plugin raises.
 
         Say :meth:`undone` if it does not act after all.
         """
         fired, value = self._fired(), self._reader.parsed(payload)
         if self._envelope is None or self._defaults is None:
-            return Command(self._reader.validated(value), False, fired)
+            return ShapedCommand(self._reader.validated(value), False, fired)
         if not isinstance(value, dict):
             raise Refused("channel.invalid", "a JSON object is wanted")
         self._defaults.complete(value)
@@ -69,7 +69,7 @@ class CommandShaper:
         factor = self._factor(peer_id) if self._is_slowed else 1.0
         try:
             shaped = self._envelope.shaped(value, factor, self._now_s())
-            command = Command(self._reader.validated(shaped.message), shaped.is_idle, fired)
+            command = ShapedCommand(self._reader.validated(shaped.message), shaped.is_idle, fired)
         except OutOfRange as error:
             raise Refused(error.code, str(error)) from None
         except BaseException:

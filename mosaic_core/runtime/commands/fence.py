@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 
 from mosaic_core.machines.control.lease_desk import LeaseDesk
-from mosaic_core.machines.control.lease_events import Changed, Commanded, DeadlinePassed, Effect, Event
+from mosaic_core.machines.control.lease_events import Commanded, DeadlinePassed, Effect, Event, LeaseChanged
 from mosaic_core.machines.control.stop_latch import StopLatch, StopTimes
 from mosaic_core.runtime.commands.safety_watch import SafetyWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
@@ -64,7 +64,7 @@ class Fence:
         """Something happens to the leases: what it ends is made safe before anybody hears of it."""
         with self.lock:
             for effect in self.desk.handle(event, time.monotonic() if now_s is None else now_s):
-                if isinstance(effect, Changed) and effect.before is not None:
+                if isinstance(effect, LeaseChanged) and effect.before is not None:
                     self._lease_lost(effect.resource, effect.before.peer_id)
                 self._tell(effect)
             self._watchdog.deadline_moved(self.desk.deadline_s)

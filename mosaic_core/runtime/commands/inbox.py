@@ -12,7 +12,7 @@ from collections import OrderedDict, deque
 from dataclasses import dataclass
 
 from mosaic_core.contract.host import Sender
-from mosaic_core.machines.delivery.send_scheduler import LIMITS, Lane, QueueLimits
+from mosaic_core.machines.delivery.send_scheduler import LIMITS, Priority, QueueLimits
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Incoming:
 class Inbox:
     """Filled on the event loop, emptied by the receiver."""
 
-    def __init__(self, *, newest_only: bool, limits: QueueLimits = LIMITS[Lane.RELIABLE]) -> None:
+    def __init__(self, *, newest_only: bool, limits: QueueLimits = LIMITS[Priority.RELIABLE]) -> None:
         self._newest_only = newest_only
         self._limits = limits
         self._filled = threading.Condition()

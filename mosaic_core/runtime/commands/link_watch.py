@@ -18,7 +18,7 @@ _LAST_US = 2**63
 """No clock goes that far; a number of hundreds of digits would not fit a float."""
 
 
-class PeerLink:
+class MeasuredLink:
     """One operator's link. Any thread."""
 
     def __init__(self) -> None:
@@ -64,7 +64,7 @@ class LinkWatch:
     """The links of all operators who know how to be measured."""
 
     def __init__(self) -> None:
-        self._links: dict[str, PeerLink] = {}
+        self._links: dict[str, MeasuredLink] = {}
         self.added: Callable[[], object] = lambda: None
         """Called when there is one more."""
 
@@ -72,8 +72,8 @@ class LinkWatch:
     def peer_ids(self) -> tuple[str, ...]:
         return tuple(self._links)
 
-    def add(self, peer_id: str) -> PeerLink:
-        link = PeerLink()
+    def add(self, peer_id: str) -> MeasuredLink:
+        link = MeasuredLink()
         self._links = {**self._links, peer_id: link}  # replaced as a whole: receivers' threads read it
         self.added()
         return link
@@ -81,7 +81,7 @@ class LinkWatch:
     def remove(self, peer_id: str) -> None:
         self._links = {key: link for key, link in self._links.items() if key != peer_id}
 
-    def get(self, peer_id: str) -> PeerLink | None:
+    def get(self, peer_id: str) -> MeasuredLink | None:
         return self._links.get(peer_id)
 
     def factor_for(self, curves: SlowDownCurves) -> Callable[[str], float]:

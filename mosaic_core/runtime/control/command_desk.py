@@ -14,7 +14,7 @@ from mosaic_core.machines.control import lease_events as lease
 from mosaic_core.machines.timing.rate_gate import RateGate
 from mosaic_core.runtime.commands.fence import SAFE, Fence
 from mosaic_core.runtime.control import control_words as words
-from mosaic_core.runtime.control.journal import Journal
+from mosaic_core.runtime.control.journal import RobotJournal
 from mosaic_core.runtime.threads.handover import Handover
 from mosaic_core.words import control
 from mosaic_core.words.control import CONTROL_LABEL, STOP_LABEL, ControlMessage
@@ -65,10 +65,10 @@ class _Present:
         self.stops = RateGate(STOPS_PER_S)
 
 
-class ControlDesk:
+class CommandDesk:
     """Event loop only, but for :meth:`pass_on`."""
 
-    def __init__(self, journal: Journal, listener: DeskListener) -> None:
+    def __init__(self, journal: RobotJournal, listener: DeskListener) -> None:
         self._loop = asyncio.get_running_loop()
         self._handover: Handover[lease.Effect | str] = Handover(self._loop, self._carry_out)
         self._journal = journal
@@ -94,7 +94,7 @@ class ControlDesk:
     def joined(self, peer: Controlled) -> None:
         """A peer is there, or has said who it is: it hears how things stand, and the others of it."""
         self._present.setdefault(peer.sender.peer_id, _Present(peer))
-        self.fence.handle(lease.Joined(words.party_of(peer.sender)))
+        self.fence.handle(lease.PartyJoined(words.party_of(peer.sender)))
         self._tell_peers()
         with self.fence.lock:
             states: list[ControlMessage] = [
@@ -107,7 +107,7 @@ class ControlDesk:
     def left(self, peer: Controlled, code: str) -> None:
         if self._present.pop(peer.sender.peer_id, None) is None:
             return
-        self.fence.handle(lease.Left(peer.sender.peer_id, on_purpose=code not in LOST))
+        self.fence.handle(lease.PartyLeft(peer.sender.peer_id, on_purpose=code not in LOST))
         self._tell_peers()
 
     def knows(self, peer_id: str) -> bool:
@@ -161,7 +161,7 @@ class ControlDesk:
                 self.fence.handle(lease.Released(peer_id, resource))
             case control.LeaseAnswer():
                 self.fence.handle(
-                    lease.Answered(peer_id, message.resource, message.peer_id, message.grant, message.message)
+                    lease.RequestAnswered(peer_id, message.resource, message.peer_id, message.grant, message.message)
                 )
             case control.StopClear():
                 self._clear(peer, now_s)
@@ -221,14 +221,14 @@ class ControlDesk:
                 present = self._present.get(peer_id)
                 if present is not None:
                     present.peer.tell(words.lease_reply(effect))
-            case lease.Changed():
+            case lease.LeaseChanged():
                 self._lease_changed(effect)
             case lease.QueueChanged(resource):
                 self._tell_lease(resource)
             case _ if effect == SAFE:
                 self._all_safe()
 
-    def _lease_changed(self, change: lease.Changed) -> None:
+    def _lease_changed(self, change: lease.LeaseChanged) -> None:
         self._tell_lease(change.resource)
         holder = change.holder
         present = self._present.get(holder.peer_id) if holder is not None else None

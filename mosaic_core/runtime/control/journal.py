@@ -29,7 +29,7 @@ class _Merged:
     who: str
 
 
-class Journal:
+class RobotJournal:
     """Event loop only. ``written``: gets every entry too."""
 
     def __init__(self, written: Callable[[JournalEntry], object] = lambda entry: None) -> None:

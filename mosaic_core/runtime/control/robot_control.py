@@ -14,8 +14,8 @@ from mosaic_core.machines.control.stop_latch import StopLatch
 from mosaic_core.runtime.commands.fence import Fence
 from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
-from mosaic_core.runtime.control.command_desk import ControlDesk, DeskListener
-from mosaic_core.runtime.control.journal import Journal
+from mosaic_core.runtime.control.command_desk import CommandDesk, DeskListener
+from mosaic_core.runtime.control.journal import RobotJournal
 from mosaic_core.runtime.control.journal_file import JournalFile
 from mosaic_core.runtime.control.link_reports import LinkReports
 from mosaic_core.runtime.handlers.receiver import Outcome
@@ -44,10 +44,10 @@ class RobotControl:
         listener: DeskListener,
     ) -> None:
         self._file = JournalFile(config.journal_file) if config.journal_file is not None else None
-        self.journal = Journal(self._file.write) if self._file is not None else Journal()
+        self.journal = RobotJournal(self._file.write) if self._file is not None else RobotJournal()
         self._routes = routes
         self.links = links
-        self.desk = ControlDesk(self.journal, listener)
+        self.desk = CommandDesk(self.journal, listener)
         self._fence = _fence(config, routes, safety, self.desk)
         self.desk.attach(self._fence)
         self._reports = LinkReports(links, routes.values(), self._commander, self.desk)
@@ -109,7 +109,7 @@ class RobotControl:
             return StopSnapshot(by=latch.by, reason=latch.reason, for_s=time.monotonic() - latch.since_s)
 
 
-def _fence(config: ControlConfig, routes: Mapping[str, Route], safety: SafetyWatchdog, desk: ControlDesk) -> Fence:
+def _fence(config: ControlConfig, routes: Mapping[str, Route], safety: SafetyWatchdog, desk: CommandDesk) -> Fence:
     """Around all receivers. Epochs begin anywhere: none of before a restart fits a lease of after it."""
     named = (route.safety.resource for route in routes.values())
     resources = dict.fromkeys([MOTION, *sorted(name for name in named if name is not None)])

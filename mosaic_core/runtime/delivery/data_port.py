@@ -34,7 +34,7 @@ def _bare(message: Outgoing) -> Iterator[bytes | str]:
         yield payload if message.kind is PayloadKind.BYTES else payload.decode()
 
 
-class ChannelLink:
+class DataPort:
     """Numbers and frames what goes out, reads what comes in. Event loop only."""
 
     def __init__(

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 
 from mosaic_core.contract.host import Loss
-from mosaic_core.machines.delivery.send_scheduler import Lane, Offered, QueuedMessage, QueueLimits, SendScheduler
+from mosaic_core.machines.delivery.send_scheduler import Offered, Priority, QueuedMessage, QueueLimits, SendScheduler
 from mosaic_core.machines.timing.complaint_pace import ComplaintPace
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.errors import ConnectionFailed
@@ -33,7 +33,7 @@ class SendQueue:
         self._loop = asyncio.get_running_loop()
         self._scheduler = SendScheduler()
         self._channels: dict[str, Channel] = {}
-        self._lanes: dict[str, Lane] = {}
+        self._lanes: dict[str, Priority] = {}
         self._full: set[str] = set()
         self._has_room = has_room
         self._left_out = left_out
@@ -41,12 +41,12 @@ class SendQueue:
         self._timer: asyncio.Handle | None = None
         self._is_pumping = False
 
-    def open(self, channel: Channel, lane: Lane, limits: QueueLimits | None = None) -> None:
+    def open(self, channel: Channel, lane: Priority, limits: QueueLimits | None = None) -> None:
         self._channels[channel.label] = channel
         self._scheduler.open(channel.label, lane, limits)
         channel.on_drained = self.pump
         self._lanes[channel.label] = lane
-        channel.give_way(set(self._lanes.values()) == {Lane.BULK})
+        channel.give_way(set(self._lanes.values()) == {Priority.BULK})
 
     def close(self, label: str) -> None:
         self._channels.pop(label, None)

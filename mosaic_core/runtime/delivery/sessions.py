@@ -32,7 +32,7 @@ class Owner(Protocol):
 
 
 @dataclass(slots=True)
-class Session:
+class OperatorSession:
     """One operator's page or program. ``peer_id``: its newest peer, under which its channels are in the outbox."""
 
     session_id: str
@@ -58,14 +58,14 @@ class SessionBook:
         self._outbox = outbox
         self._counters = counters
         self._away_s = away_s
-        self._sessions: dict[tuple[str, str], Session] = {}
+        self._sessions: dict[tuple[str, str], OperatorSession] = {}
 
     def __len__(self) -> int:
         return len(self._sessions)
 
     def claim(
         self, session_id: str, operator_id: str, boot_id: str, peer_id: str, owner: Owner
-    ) -> tuple[Session, bool]:
+    ) -> tuple[OperatorSession, bool]:
         """The session of a peer that has said hello, and whether it is remembered. Another ``boot_id`` is another run
         of the operator's page or program: it remembers nothing itself."""
         key = (session_id, operator_id)
@@ -75,10 +75,10 @@ class SessionBook:
             return known, True
         if known is not None:
             self._end(known)
-        session = self._sessions[key] = Session(session_id, operator_id, boot_id, peer_id, owner)
+        session = self._sessions[key] = OperatorSession(session_id, operator_id, boot_id, peer_id, owner)
         return session, False
 
-    def resume(self, session: Session, received: Mapping[str, int], queues: Mapping[str, QueueLimits]) -> None:
+    def resume(self, session: OperatorSession, received: Mapping[str, int], queues: Mapping[str, QueueLimits]) -> None:
         """The operator has what ``received`` says; of a channel that it doesn't name it wants nothing of before.
         ``queues``: every channel that the robot numbers, and what may wait for it."""
         for label, queue in queues.items():
@@ -91,12 +91,12 @@ class SessionBook:
                 self.release(session, label)
             stream.resumed(received.get(label))
 
-    def release(self, session: Session, label: str) -> None:
+    def release(self, session: OperatorSession, label: str) -> None:
         """Nobody listens to the channel any more, on purpose."""
         self._outbox.leave(label, session.peer_id)
         session.streams[label].forget()
 
-    def left(self, session: Session, owner: Owner, *, is_lost: bool) -> None:
+    def left(self, session: OperatorSession, owner: Owner, *, is_lost: bool) -> None:
         """Its peer has ended. ``is_lost``: it may come back."""
         if session.owner is not owner:
             return
@@ -116,7 +116,7 @@ class SessionBook:
         for session in list(self._sessions.values()):
             self._end(session)
 
-    def _hand_over(self, session: Session, peer_id: str, owner: Owner) -> None:
+    def _hand_over(self, session: OperatorSession, peer_id: str, owner: Owner) -> None:
         previous, session.owner = session.owner, owner
         if session.timer is not None:
             session.timer.cancel()
@@ -130,7 +130,7 @@ class SessionBook:
         if previous is not None and previous is not owner:
             previous.dispossessed()
 
-    def _end(self, session: Session) -> None:
+    def _end(self, session: OperatorSession) -> None:
         if session.timer is not None:
             session.timer.cancel()
         session.owner = None

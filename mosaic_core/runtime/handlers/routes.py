@@ -13,7 +13,7 @@ from mosaic_core.contract.handler import (
     Handler,
     MediaTrackHandler,
 )
-from mosaic_core.machines.delivery.send_scheduler import Lane
+from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.handlers.receiver import Receiver
@@ -36,7 +36,7 @@ class Route:
     receiver: Receiver | None = None
 
     @property
-    def lane(self) -> Lane:
+    def lane(self) -> Priority:
         return self.connector.terms.lane
 
     @property

@@ -19,7 +19,7 @@ from pydantic import ValidationError
 
 from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
 from mosaic_core.runtime.lan.child_process import ChildProcess
-from mosaic_core.runtime.transport.transport import SignalingSocket, SocketConnector
+from mosaic_core.runtime.transport.transport import SocketConnector, TextSocket
 from mosaic_core.words.errors import SignalingError
 from mosaic_core.words.lan import LanChild, LanNews
 
@@ -49,7 +49,7 @@ class LanTwin:
         """Of the running server."""
         return None if self._process is None else self._process.pid
 
-    async def connect(self, url: str) -> SignalingSocket:
+    async def connect(self, url: str) -> TextSocket:
         """A ``SocketConnector`` that waits until the server listens, however long its start takes."""
         waiting = [asyncio.ensure_future(one.wait()) for one in (self._serving, self._ending)]
         await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)

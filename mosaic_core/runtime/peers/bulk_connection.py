@@ -14,11 +14,11 @@ from typing import Any
 
 from mosaic_core.contract.host import Loss
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
-from mosaic_core.machines.delivery.send_scheduler import Lane
+from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.machines.peers import bulk_of_robot as machine
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.media.plain_stream import NewestFeed
-from mosaic_core.runtime.peers.control_channel import ControlLink
+from mosaic_core.runtime.peers.control_channel import ControlChannel
 from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import IncomingSound
 from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, Channel
@@ -34,7 +34,7 @@ LaneMessage = control.LaneOffer | control.LaneAnswer | control.LaneCandidate | c
 
 
 @dataclass(frozen=True, slots=True)
-class LaneOwner:
+class BulkOwner:
     """What a lane needs of its peer. ``opened``: a channel of a connector, and the queue that fills it; ``dropped``:
     the channels of that queue are gone; ``has_room``, ``left_out``: as of every send queue."""
 
@@ -48,13 +48,13 @@ class LaneOwner:
     left_out: Callable[[str, Loss, int], None]
 
 
-class BulkLane:
+class BulkConnection:
     """Carries out ``machines.robot_lane`` for one peer. Event loop only."""
 
-    def __init__(self, owner: LaneOwner) -> None:
+    def __init__(self, owner: BulkOwner) -> None:
         self._owner = owner
         self._loop = asyncio.get_running_loop()
-        self._machine = machine.RobotLane()
+        self._machine = machine.RobotBulkMachine()
         self._transport: _LaneTransport | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._tasks: set[asyncio.Task[None]] = set()
@@ -96,7 +96,7 @@ class BulkLane:
                 case machine.AnswerOffer(attempt, sdp):
                     self._transport = _LaneTransport(attempt, self, self._owner)
                     self.run(self._transport.answer(sdp))
-                case machine.AddCandidate(candidate):
+                case machine.AddBulkCandidate(candidate):
                     if self._transport is not None:
                         self._transport.add_candidate(candidate)
                 case machine.DropTransport():
@@ -131,7 +131,7 @@ class BulkLane:
 class _LaneTransport:
     """One attempt: implements ``AnswererListener``."""
 
-    def __init__(self, attempt: int, lane: BulkLane, owner: LaneOwner) -> None:
+    def __init__(self, attempt: int, lane: BulkConnection, owner: BulkOwner) -> None:
         self.queue = SendQueue(owner.has_room, owner.left_out)
         self._attempt = attempt
         self._lane = lane
@@ -139,7 +139,7 @@ class _LaneTransport:
         self._answerer: Answerer | None = None
         self._early: list[IceCandidate] | None = []
         self._theirs: list[IceCandidate] | None = []
-        self._link: ControlLink | None = None
+        self._link: ControlChannel | None = None
         self._is_closed = False
 
     async def answer(self, offer_sdp: str) -> None:
@@ -157,7 +157,7 @@ class _LaneTransport:
             await self.close()
             return
         self._owner.tell(control.LaneAnswer(attempt=self._attempt, sdp=sdp))
-        self._lane.handle(machine.Answered(self._attempt))
+        self._lane.handle(machine.BulkAnswerMade(self._attempt))
         early, self._early = self._early or [], None
         for candidate in early:
             self.candidate_found(candidate)
@@ -184,7 +184,7 @@ class _LaneTransport:
             logger.warning("a second connection of peer %s did not close cleanly", self._owner.peer_id, exc_info=True)
 
     def _failed(self, code: str, message: str) -> None:
-        self._lane.handle(machine.Failed(self._attempt, code, message))
+        self._lane.handle(machine.BulkTransportFailed(self._attempt, code, message))
 
     # -- what the transport tells --------------------------------------------------------------------------------
 
@@ -205,7 +205,7 @@ class _LaneTransport:
             return
         if channel.label == LANE_LABEL and channel.protocol == CHANNEL_PROTOCOL:
             if self._link is None:  # it answers pings by itself, and nothing else is said there
-                self._link = ControlLink(channel, self.queue, ArrivalBaseline(), lambda _: None, Lane.BULK)
+                self._link = ControlChannel(channel, self.queue, ArrivalBaseline(), lambda _: None, Priority.BULK)
         else:
             self._owner.opened(channel, self.queue)
 

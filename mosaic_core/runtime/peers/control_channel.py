@@ -9,8 +9,8 @@ from collections.abc import Callable
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.delivery.framing import PayloadKind
-from mosaic_core.machines.delivery.send_scheduler import Lane
-from mosaic_core.runtime.delivery.data_port import ChannelLink
+from mosaic_core.machines.delivery.send_scheduler import Priority
+from mosaic_core.runtime.delivery.data_port import DataPort
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import (
@@ -33,7 +33,7 @@ _REFUSAL_PERIOD_S = 0.5
 """The same refusal of the same connector is told at most this often; the robot counts every one."""
 
 
-class ControlLink:
+class ControlChannel:
     """Event loop only. ``heard`` gets every message but pings, which are answered here, and ``None`` for those."""
 
     def __init__(
@@ -42,9 +42,9 @@ class ControlLink:
         queue: SendQueue,
         baseline: ArrivalBaseline,
         heard: Callable[[ControlMessage | None], None],
-        lane: Lane = Lane.CONTROL,
+        lane: Priority = Priority.CONTROL,
     ) -> None:
-        self._link = ChannelLink(channel, baseline, None, MAX_CONTROL_BYTES)
+        self._link = DataPort(channel, baseline, None, MAX_CONTROL_BYTES)
         self._queue = queue
         self._heard = heard
         self._told_at_s: dict[tuple[str, str], float] = {}

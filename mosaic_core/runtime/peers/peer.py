@@ -13,8 +13,8 @@ from mosaic_core.machines.delivery.send_scheduler import Offered
 from mosaic_core.machines.peers import peer_of_robot as session
 from mosaic_core.machines.signaling.peer_admission import StartPeer
 from mosaic_core.runtime.delivery.send_queue import SendQueue
-from mosaic_core.runtime.peers.bulk_connection import BulkLane, LaneOwner
-from mosaic_core.runtime.peers.control_channel import ControlLink
+from mosaic_core.runtime.peers.bulk_connection import BulkConnection, BulkOwner
+from mosaic_core.runtime.peers.control_channel import ControlChannel
 from mosaic_core.runtime.peers.further_offers import FurtherOffers
 from mosaic_core.runtime.peers.peer_channels import PeerChannels
 from mosaic_core.runtime.peers.peer_control import PeerControl
@@ -23,7 +23,7 @@ from mosaic_core.runtime.peers.peer_resume import PeerResume
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.peer_transport import PeerTransport
 from mosaic_core.runtime.peers.site import Site
-from mosaic_core.runtime.peers.stop_channel import StopLink
+from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import IncomingSound
 from mosaic_core.runtime.transport.transport import AnswererFactory, Channel
@@ -38,7 +38,7 @@ _BYE_FLUSH_S = 0.05
 """Time for the bye to leave before the transport closes."""
 
 
-class OperatorPeer:
+class Peer:
     """Implements ``AnswererListener``; event loop only."""
 
     def __init__(self, start: StartPeer, site: Site, make_answerer: AnswererFactory) -> None:
@@ -47,12 +47,12 @@ class OperatorPeer:
         self._start = start
         self._site = site
         self._loop = asyncio.get_running_loop()
-        self._session = session.PeerSession(time.monotonic(), is_media_only=is_media_only(start.offer_sdp))
+        self._session = session.RobotPeerMachine(time.monotonic(), is_media_only=is_media_only(start.offer_sdp))
         self._baseline = ArrivalBaseline()
         self._queue = SendQueue(self._has_room, site.outbox.left_out)
         self._resume = PeerResume(lambda: self.sender, site, self._control.answer)
         self._channels = PeerChannels(lambda: self.sender, site, self._queue, self._baseline, self.refuse, self._resume)
-        self._lane = BulkLane(self._lane_owner(make_answerer))
+        self._lane = BulkConnection(self._lane_owner(make_answerer))
         self.timeline = PeerTimeline(start.peer_id, lambda: self._transport.path(), lambda: self.sender.name)
         self.media = PeerMedia(self, site, self._control, self.timeline)
         self._transport = self._made_transport(make_answerer)
@@ -83,8 +83,8 @@ class OperatorPeer:
         self._site.outbox.has_room(label, self.peer_id)
         self._resume.has_room(label)
 
-    def _lane_owner(self, make_answerer: AnswererFactory) -> LaneOwner:
-        return LaneOwner(
+    def _lane_owner(self, make_answerer: AnswererFactory) -> BulkOwner:
+        return BulkOwner(
             self.peer_id,
             make_answerer,
             lambda: self._site.listener.newest_ice_servers() or self._start.ice_servers,
@@ -160,7 +160,7 @@ class OperatorPeer:
                 case session.TreatAsOriginal():
                     self._treat_as_original()
                     self.media.show_all()
-                case session.Close(code, message, say_bye):
+                case session.ClosePeer(code, message, say_bye):
                     self._end(code, message, say_bye)
         self._rearm()
 
@@ -225,10 +225,10 @@ class OperatorPeer:
         if channel.label == CONTROL_LABEL:
             if self._control.link is None and channel.protocol == CHANNEL_PROTOCOL:
                 self.timeline.mark("control")
-                self._control.link = ControlLink(channel, self._queue, self._baseline, self._heard)
+                self._control.link = ControlChannel(channel, self._queue, self._baseline, self._heard)
                 self._control.link.greet(self._site.software, self._site.boot_id)
         elif channel.label == STOP_LABEL and channel.protocol == CHANNEL_PROTOCOL:
-            self._control.stop_link = StopLink(channel, self._heard_on_stop_channel)
+            self._control.stop_link = StopChannel(channel, self._heard_on_stop_channel)
         else:
             self._channels.opened(channel)
 

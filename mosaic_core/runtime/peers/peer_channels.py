@@ -8,10 +8,10 @@ from collections.abc import Callable
 from mosaic_core.contract.host import Outgoing, Sender
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag
-from mosaic_core.machines.delivery.send_scheduler import Lane, Offered
+from mosaic_core.machines.delivery.send_scheduler import Offered, Priority
 from mosaic_core.machines.timing.rate_gate import RateGate
 from mosaic_core.runtime.commands.inbox import Incoming
-from mosaic_core.runtime.delivery.data_port import ChannelLink
+from mosaic_core.runtime.delivery.data_port import DataPort
 from mosaic_core.runtime.delivery.peer_partials import PeerPartials
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.handlers.receiver import Receiver
@@ -45,7 +45,7 @@ class PeerChannels:
         self._baseline = baseline
         self._refuse = refuse
         self._resume = resume
-        self._links: dict[str, ChannelLink] = {}
+        self._links: dict[str, DataPort] = {}
         self._rates: dict[str, RateGate] = {}
         self._partials = PeerPartials(self._forgotten)
         self._carriers: dict[str, SendQueue] = {}
@@ -57,7 +57,7 @@ class PeerChannels:
     def opened_for_bulk(self, channel: Channel, queue: SendQueue) -> None:
         """A channel on the second peer connection, where nothing else than bulk belongs."""
         route = self._site.routes.get(channel.label)
-        if route is None or (route.lane is Lane.BULK and channel.protocol == CHANNEL_PROTOCOL):
+        if route is None or (route.lane is Priority.BULK and channel.protocol == CHANNEL_PROTOCOL):
             self.opened(channel, queue)
             return
         self._refuse(channel.label, None, "channel.wrong_lane", "")
@@ -74,7 +74,7 @@ class PeerChannels:
             return
         self._detach(channel.label)
         # a late command must not act, whoever promised to deliver it in order; a late request may
-        link = ChannelLink(channel, self._baseline, route.max_age_s, partials=self._partials.shared)
+        link = DataPort(channel, self._baseline, route.max_age_s, partials=self._partials.shared)
         self._partials.opened(channel.label, link.reader)
         self._links[channel.label] = link
         self._carriers[channel.label] = queue or self._queue
@@ -89,10 +89,10 @@ class PeerChannels:
         else:
             channel.on_open = lambda: self._ready(route, link)
 
-    def _ready(self, route: Route, link: ChannelLink) -> None:
+    def _ready(self, route: Route, link: DataPort) -> None:
         self._resume.when_known(route, link.is_framed, lambda: self._join(route, link))
 
-    def _join(self, route: Route, link: ChannelLink) -> None:
+    def _join(self, route: Route, link: DataPort) -> None:
         if self._links.get(route.label) is not link:
             return
         queue = self._carriers[route.label]
@@ -115,7 +115,7 @@ class PeerChannels:
         carrier = self._carriers.get(channel)
         return carrier.waiting(channel) if carrier is not None else (0, 0)
 
-    def _closed(self, link: ChannelLink) -> None:
+    def _closed(self, link: DataPort) -> None:
         label = link.channel.label
         if self._links.get(label) is link:
             self._detach(label)
@@ -154,7 +154,7 @@ class PeerChannels:
         if measured is not None:
             measured.channel_closed(label)
 
-    def _received(self, route: Route, link: ChannelLink, opening: int, data: bytes | str) -> None:
+    def _received(self, route: Route, link: DataPort, opening: int, data: bytes | str) -> None:
         try:
             frame = link.incoming(data)
         except WireError as error:
@@ -182,7 +182,7 @@ class PeerChannels:
     def _forgotten(self, label: str, seq: int) -> None:
         self._reject(self._site.routes[label], seq, "channel.incomplete", "")
 
-    def _incoming(self, receiver: Receiver, link: ChannelLink, frame: Frame, opening: int) -> Incoming:
+    def _incoming(self, receiver: Receiver, link: DataPort, frame: Frame, opening: int) -> Incoming:
         return Incoming(
             receiver.label,
             frame.payload,

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.signaling.peer_admission import PeerIdentity
-from mosaic_core.runtime.commands.link_watch import PeerLink
-from mosaic_core.runtime.peers.control_channel import ControlLink
+from mosaic_core.runtime.commands.link_watch import MeasuredLink
+from mosaic_core.runtime.peers.control_channel import ControlChannel
 from mosaic_core.runtime.peers.site import Site
-from mosaic_core.runtime.peers.stop_channel import StopLink
+from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.words import control
 
 ORDERED_PINGS_EVERY = 5
@@ -23,14 +23,14 @@ class PeerControl:
 
     def __init__(self, peer_id: str, who: PeerIdentity, site: Site) -> None:
         self.sender = Sender(peer_id, who.session_id, who.operator_id, who.name, who.role)
-        self.link: ControlLink | None = None
-        self.stop_link: StopLink | None = None
+        self.link: ControlChannel | None = None
+        self.stop_link: StopChannel | None = None
         self._pings = 0
         self._is_program = who.is_program
         self._site = site
         self._knows_leases = False
         self.knows_near = False
-        self._measured: PeerLink | None = None
+        self._measured: MeasuredLink | None = None
 
     # -- who it is -----------------------------------------------------------------------------------------------
 

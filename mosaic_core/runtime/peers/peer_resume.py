@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Literal
 from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.machines.delivery.framing import FrameFlag
 from mosaic_core.machines.delivery.resume import Arrival, ResumeReceiver
-from mosaic_core.machines.delivery.send_scheduler import Lane
+from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.runtime.control.command_desk import LOST
-from mosaic_core.runtime.delivery.sessions import Session
+from mosaic_core.runtime.delivery.sessions import OperatorSession
 from mosaic_core.words.control import HELLO_TIMEOUT_S, ControlMessage, Delivered, Hello, Resume
 from mosaic_core.words.data_type import Direction
 
 if TYPE_CHECKING:
     from mosaic_core.contract.host import Sender
-    from mosaic_core.runtime.delivery.data_port import ChannelLink
+    from mosaic_core.runtime.delivery.data_port import DataPort
     from mosaic_core.runtime.delivery.send_queue import SendQueue
     from mosaic_core.runtime.handlers.routes import Route
     from mosaic_core.runtime.peers.site import Site
@@ -42,7 +42,7 @@ class PeerResume:
         self._loop = asyncio.get_running_loop()
         self._phase: Literal["unknown", "expecting", "resumed", "plain"] = "unknown"
         self._boot_id = ""
-        self._session: Session | None = None
+        self._session: OperatorSession | None = None
         self._held: list[Callable[[], None]] = []
         self._untold = 0
         self._timers: dict[str, asyncio.TimerHandle] = {}
@@ -66,7 +66,7 @@ class PeerResume:
             self._release(label)
         return self.keeps(label)
 
-    def attach(self, label: str, queue: SendQueue, link: ChannelLink) -> None:
+    def attach(self, label: str, queue: SendQueue, link: DataPort) -> None:
         """Repeat what is missing, then go on; a newcomer begins with the latched value."""
         assert self._session is not None
         stream, outbox, peer_id = self._session.streams[label], self._site.outbox, self._session.peer_id
@@ -217,11 +217,11 @@ class PeerResume:
 def _sends(route: Route) -> bool:
     """What the robot sends there is numbered across connections. Bulk is not: a map is sent anew."""
     is_receiver_only = route.handler.direction is Direction.TO_ROBOT
-    return not is_receiver_only and route.lane is Lane.RELIABLE and not route.connector.terms.limits.newest_wins
+    return not is_receiver_only and route.lane is Priority.RELIABLE and not route.connector.terms.limits.newest_wins
 
 
 def _takes(route: Route) -> bool:
     """What operators send there is numbered across connections: never what moves something, which is never repeated."""
     safety = route.safety
     is_free = not safety.is_motion and safety.max_rate_hz is None and not safety.motion_fields
-    return isinstance(route.handler, DataChannelReceivable) and route.lane is Lane.RELIABLE and is_free
+    return isinstance(route.handler, DataChannelReceivable) and route.lane is Priority.RELIABLE and is_free

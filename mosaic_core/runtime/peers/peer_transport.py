@@ -64,7 +64,7 @@ class PeerTransport:
         self._timeline.mark("answered")
         if start.candidates or "\na=candidate:" in start.offer_sdp:
             self._timeline.mark("candidate", "with the offer")
-        self._tell(session.Answered())
+        self._tell(session.AnswerMade())
         early, self._early = self._early or [], None
         for candidate in early:  # an original dashboard rejects candidates before the answer (UPSTREAM §3.4)
             self.candidate_found(candidate)

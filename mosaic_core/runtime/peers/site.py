@@ -9,7 +9,7 @@ from typing import Protocol
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.control.lease_events import LegacyPeers
 from mosaic_core.runtime.commands.link_watch import LinkWatch
-from mosaic_core.runtime.control.command_desk import ControlDesk
+from mosaic_core.runtime.control.command_desk import CommandDesk
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.delivery.sessions import SessionBook
 from mosaic_core.runtime.handlers.routes import Route
@@ -66,7 +66,7 @@ class Site:
     sessions: SessionBook
     media: MediaHub
     talk: TalkHub
-    desk: ControlDesk
+    desk: CommandDesk
     links: LinkWatch
     near: NearPath
     delivery: DeliveryReports

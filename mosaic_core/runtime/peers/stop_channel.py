@@ -23,7 +23,7 @@ MAX_STOP_BYTES = 2048
 Heard: TypeAlias = Callable[[Stop | Pong, Callable[[ControlMessage], None]], None]
 
 
-class StopLink:
+class StopChannel:
     """Event loop only. ``heard`` gets every stop and pong that arrives, and what answers it here."""
 
     def __init__(self, channel: Channel, heard: Heard) -> None:

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from mosaic_core.machines.peers.network_change import NetworkChange
 from mosaic_core.machines.signaling import signaling_events as session
 from mosaic_core.machines.signaling.peer_admission import AddCandidate, PeerIdentity, RefusePeer, StartPeer, StopPeer
-from mosaic_core.machines.signaling.robot_signaling import SignalingSession
-from mosaic_core.runtime.signaling.signaling_socket import SignalingClient
+from mosaic_core.machines.signaling.robot_signaling import RobotSignaling
+from mosaic_core.runtime.signaling.signaling_socket import SignalingSocket
 from mosaic_core.runtime.signaling.tickets import TicketVerifier
 from mosaic_core.runtime.transport.transport import SocketConnector
 from mosaic_core.words.catalogue import Catalogue
@@ -57,9 +57,9 @@ class ServerLink:
         self.state = "offline"
         """``connecting``, ``ready``, ``offline`` or ``stopped``."""
         self._carry_out = carry_out
-        machine = SignalingSession(_facts(server, catalogue), TicketVerifier(server.robot_id))
+        machine = RobotSignaling(_facts(server, catalogue), TicketVerifier(server.robot_id))
         url = f"{server.config.ws_url.rstrip('/')}/ws/robot"
-        self._client = SignalingClient(url, machine, server.connect, self._take)
+        self._client = SignalingSocket(url, machine, server.connect, self._take)
 
     async def run(self) -> None:
         """Until :meth:`shut_down`, or until the server has put the robot off for good."""

@@ -9,9 +9,9 @@ import time
 from collections.abc import Callable
 
 from mosaic_core.machines.signaling import signaling_events as session
-from mosaic_core.machines.signaling.robot_signaling import SignalingSession
+from mosaic_core.machines.signaling.robot_signaling import RobotSignaling
 from mosaic_core.runtime.signaling.socket_renewal import SocketRenewal
-from mosaic_core.runtime.transport.transport import SignalingSocket, SocketConnector
+from mosaic_core.runtime.transport.transport import SocketConnector, TextSocket
 from mosaic_core.words.errors import SignalingError
 
 logger = logging.getLogger(__name__)
@@ -22,13 +22,13 @@ _CLOSE_PATIENCE_S = 0.5
 """For the closing handshake; a dead server does not answer it."""
 
 
-class SignalingClient:
+class SignalingSocket:
     """Event loop only. ``carry_out`` gets every effect that isn't about the socket."""
 
     def __init__(
         self,
         url: str,
-        machine: SignalingSession,
+        machine: RobotSignaling,
         connect: SocketConnector,
         carry_out: Callable[[session.Effect], None],
     ) -> None:
@@ -37,7 +37,7 @@ class SignalingClient:
         self._connect = connect
         self._carry_out = carry_out
         self._loop = asyncio.get_running_loop()
-        self._unsent: asyncio.Queue[session.Send | session.CloseSocket] | None = None
+        self._unsent: asyncio.Queue[session.SendSignal | session.CloseSocket] | None = None
         self._delay_s = 0.0
         self._timer: asyncio.TimerHandle | None = None
         self._stopped = asyncio.Event()
@@ -47,7 +47,7 @@ class SignalingClient:
         """Something happened: on the socket, or in the robot."""
         for effect in self._machine.handle(event, time.monotonic(), random.random()):
             match effect:
-                case session.Send() | session.CloseSocket():
+                case session.SendSignal() | session.CloseSocket():
                     self._enqueue(effect)
                 case session.ReconnectAfter(delay_s):
                     self._delay_s = delay_s
@@ -86,7 +86,7 @@ class SignalingClient:
         finally:
             stopped.cancel()
 
-    async def _serve(self, socket: SignalingSocket) -> None:
+    async def _serve(self, socket: TextSocket) -> None:
         self._unsent = asyncio.Queue(_MAX_UNSENT)
         reader = self._loop.create_task(self._read(socket))
         writer = self._loop.create_task(self._write(socket, self._unsent))
@@ -103,21 +103,21 @@ class SignalingClient:
             await self._leave(socket, is_moved=is_moved)
             self.tell(session.SocketClosed(socket.close_code if code is None else code))
 
-    async def _leave(self, socket: SignalingSocket, *, is_moved: bool) -> None:
+    async def _leave(self, socket: TextSocket, *, is_moved: bool) -> None:
         if not is_moved:
             await _close(socket, 1000, "")
             return
         self.tell(session.NetworkChanged())
         self._renewal.leave(socket)
 
-    async def _read(self, socket: SignalingSocket) -> None:
+    async def _read(self, socket: TextSocket) -> None:
         try:
             async for text in socket:
                 self.tell(session.FrameReceived(text))
         except SignalingError as error:
             logger.debug("signaling socket: %s", error)
 
-    async def _write(self, socket: SignalingSocket, unsent: asyncio.Queue[session.Send | session.CloseSocket]) -> int:
+    async def _write(self, socket: TextSocket, unsent: asyncio.Queue[session.SendSignal | session.CloseSocket]) -> int:
         """The close code that we chose."""
         while True:
             effect = await unsent.get()
@@ -126,7 +126,7 @@ class SignalingClient:
                 return effect.code
             await socket.send(effect.message.to_text())
 
-    def _enqueue(self, effect: session.Send | session.CloseSocket) -> None:
+    def _enqueue(self, effect: session.SendSignal | session.CloseSocket) -> None:
         if self._unsent is None:
             return
         if self._unsent.full():
@@ -142,7 +142,7 @@ class SignalingClient:
             self._timer = self._loop.call_later(delay_s, self.tell, session.DeadlinePassed())
 
 
-async def _close(socket: SignalingSocket, code: int, reason: str) -> None:
+async def _close(socket: TextSocket, code: int, reason: str) -> None:
     try:
         await asyncio.wait_for(socket.close(code, reason), _CLOSE_PATIENCE_S)
     except (TimeoutError, SignalingError):

@@ -6,13 +6,13 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from mosaic_core.runtime.transport.transport import SignalingSocket
+from mosaic_core.runtime.transport.transport import TextSocket
 
 
 class SocketRenewal:
     """Event loop only. ``close`` says good-bye on a socket, which may take as long as it likes."""
 
-    def __init__(self, close: Callable[[SignalingSocket], Coroutine[Any, Any, None]]) -> None:
+    def __init__(self, close: Callable[[TextSocket], Coroutine[Any, Any, None]]) -> None:
         self._close = close
         self._asked = asyncio.Event()
         self._farewells: set[asyncio.Task[None]] = set()
@@ -30,7 +30,7 @@ class SocketRenewal:
         """Until :meth:`ask`."""
         await self._asked.wait()
 
-    async def opened(self, opening: Coroutine[Any, Any, SignalingSocket]) -> SignalingSocket | None:
+    async def opened(self, opening: Coroutine[Any, Any, TextSocket]) -> TextSocket | None:
         """The new socket; ``None``: the network changed before it was there. Raises what ``opening`` raises."""
         self._asked.clear()
         task, is_there = asyncio.create_task(opening), False
@@ -55,7 +55,7 @@ class SocketRenewal:
             asked.cancel()
         return any(task.done() for task in tasks)
 
-    def leave(self, socket: SignalingSocket) -> None:
+    def leave(self, socket: TextSocket) -> None:
         """Without waiting for it: whoever is out of reach answers nothing."""
         farewell = asyncio.create_task(self._close(socket))
         self._farewells.add(farewell)
@@ -65,7 +65,7 @@ class SocketRenewal:
         """Until the last good-bye is said."""
         await asyncio.gather(*self._farewells, return_exceptions=True)
 
-    def _leave_late(self, opening: asyncio.Task[SignalingSocket]) -> None:
+    def _leave_late(self, opening: asyncio.Task[TextSocket]) -> None:
         """It may have opened in the very moment in which nobody wanted it any more."""
         if not opening.cancelled() and opening.exception() is None:
             self.leave(opening.result())

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from mosaic_core.contract.sound import Sound
-from mosaic_core.machines.media.first_frame import Received
+from mosaic_core.machines.media.first_frame import ReceivedSoFar
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.ice import IceServer
@@ -27,7 +27,7 @@ class IncomingVideo(Protocol):
         """The RTP timestamp that a frame came with; ``None`` where there is none."""
         ...
 
-    async def received(self) -> Received | None:
+    async def received(self) -> ReceivedSoFar | None:
         """What has come of this track so far; ``None`` where nothing is counted."""
         ...
 

@@ -142,7 +142,7 @@ class AnswererFactory(Protocol):
     def __call__(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> Answerer: ...
 
 
-class SignalingSocket(Protocol):
+class TextSocket(Protocol):
     """An open WebSocket with text frames."""
 
     def __aiter__(self) -> AsyncIterator[str]:
@@ -165,6 +165,6 @@ class NetworkWatcher(Protocol):
 
 
 class SocketConnector(Protocol):
-    async def __call__(self, url: str) -> SignalingSocket:
+    async def __call__(self, url: str) -> TextSocket:
         """Open ``url``; raises :class:`SignalingError` (``signal.unreachable``) with the cause in words."""
         ...

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 from pydantic import Field
 
-from mosaic_camera.grabbed import Grabbed, Wanted
+from mosaic_camera.grabbed import Grabbed, WantedSource
 from mosaic_camera.grabber import Grabber
 from mosaic_camera.packet_names import may_have_packets
 from mosaic_camera.source import is_device, open_source, shown
@@ -81,7 +81,7 @@ class Camera(MediaTrackHandler):
 
     def frames(self) -> Iterator[Captured]:
         params = self._params
-        wanted = Wanted(params.source, params.width, params.height, params.fps, self._passes_packets)
+        wanted = WantedSource(params.source, params.width, params.height, params.fps, self._passes_packets)
         with Grabber(lambda: open_source(wanted), is_looping=params.loop, name=self.label, fps=params.fps) as grabber:
             for grabbed, captured_at_s in self._paced(grabber):
                 image = cast("Image | av.Packet[Any]", grabbed.image)

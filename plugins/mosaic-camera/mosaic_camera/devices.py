@@ -14,19 +14,19 @@ DEV_FOLDER = Path("/dev")
 
 
 @dataclass(frozen=True, slots=True)
-class Device:
+class VideoDevice:
     """A video device: where it is and what its driver calls it."""
 
     path: Path
     name: str
 
 
-def found_devices(sys_folder: Path = SYS_FOLDER, dev_folder: Path = DEV_FOLDER) -> list[Device]:
+def found_devices(sys_folder: Path = SYS_FOLDER, dev_folder: Path = DEV_FOLDER) -> list[VideoDevice]:
     """All video devices in order of their numbers; none on a machine without Video4Linux."""
     if not sys_folder.is_dir():
         return []
     entries = sorted(sys_folder.glob("video*"), key=lambda entry: (len(entry.name), entry.name))
-    return [Device(dev_folder / entry.name, _name_of(entry)) for entry in entries]
+    return [VideoDevice(dev_folder / entry.name, _name_of(entry)) for entry in entries]
 
 
 def _name_of(entry: Path) -> str:
@@ -36,7 +36,7 @@ def _name_of(entry: Path) -> str:
         return "unnamed"
 
 
-def check_device(path: Path, devices: Sequence[Device]) -> None:
+def check_device(path: Path, devices: Sequence[VideoDevice]) -> None:
     """Raise :class:`SourceError` if ``path`` is absent or this account may not open it."""
     if not path.exists():
         found = ", ".join(f"{device.path} ({device.name})" for device in devices) or "none"

@@ -7,8 +7,8 @@ import os
 import time
 from collections.abc import AsyncIterator, Sequence
 
-from mosaic_camera.devices import Device, found_devices
-from mosaic_camera.grabbed import Wanted
+from mosaic_camera.devices import VideoDevice, found_devices
+from mosaic_camera.grabbed import WantedSource
 from mosaic_camera.source import open_source, shown
 from mosaic_camera.source_error import SourceError
 from mosaic_core.contract.checks import CheckContext, NamedConnector
@@ -28,7 +28,7 @@ async def examine(context: CheckContext) -> AsyncIterator[Finding]:
             yield warned(f"camera.{one.label}", "media.no_first_frame", f"{one.label}: no picture in time.")
 
 
-def devices_finding(devices: Sequence[Device]) -> Finding:
+def devices_finding(devices: Sequence[VideoDevice]) -> Finding:
     """All of `/dev/video*`, and whether this account may use them."""
     if not devices:
         return skipped("camera.devices", "There is no video device on this machine.")
@@ -47,7 +47,7 @@ def camera_finding(one: NamedConnector) -> Finding:
     check, name = f"camera.{one.label}", shown(one.params.source)
     began_s = time.monotonic()
     try:
-        source = open_source(Wanted(one.params.source, one.params.width, one.params.height, one.params.fps))
+        source = open_source(WantedSource(one.params.source, one.params.width, one.params.height, one.params.fps))
     except SourceError as error:
         code = "plugin.no_permission" if "permission" in error.message else "plugin.no_device"
         what = error.message.removesuffix(f"; {error.cure}")

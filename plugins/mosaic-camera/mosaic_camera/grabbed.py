@@ -21,7 +21,7 @@ def takes_all(at_s: float) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class WantedSource:
     """What the configuration asks for; ``None``: whatever the source has."""
 
     source: int | str

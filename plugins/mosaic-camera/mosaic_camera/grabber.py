@@ -14,7 +14,7 @@ from types import TracebackType
 
 from mosaic_camera.grabbed import Grabbed
 from mosaic_camera.source import Source
-from mosaic_camera.thinning import Thinning
+from mosaic_camera.thinning import PictureThinning
 
 JOIN_S = 0.5
 """A read may hang in a driver. The thread is then left to close the source by itself when the read returns."""
@@ -30,7 +30,7 @@ class Grabber:
         self, open_source: Callable[[], Source], *, is_looping: bool, name: str, fps: float | None = None
     ) -> None:
         self._open_source = open_source
-        self._pace = Thinning(fps)
+        self._pace = PictureThinning(fps)
         self._is_looping = is_looping
         self._changed = threading.Condition()
         self._waiting: deque[Grabbed] = deque()

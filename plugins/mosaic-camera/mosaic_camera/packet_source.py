@@ -9,7 +9,7 @@ from typing import Any
 
 import av
 
-from mosaic_camera.grabbed import Grabbed, Takes, Wanted, capture_time_s, takes_all
+from mosaic_camera.grabbed import Grabbed, Takes, WantedSource, capture_time_s, takes_all
 from mosaic_camera.source_error import SourceError
 
 NETWORK_TIMEOUT_S = 5.0
@@ -38,7 +38,7 @@ def open_packets(source: str) -> PacketSource | None:
     return PacketSource(container, stream, is_live=is_network and not stream.duration and not container.duration)
 
 
-def open_device_packets(path: str, wanted: Wanted) -> PacketSource | None:
+def open_device_packets(path: str, wanted: WantedSource) -> PacketSource | None:
     """The H.264 that a camera of this machine makes itself (USB Video Class 1.5 and the like), in the mode that is
     nearest to what is wanted; ``None`` if it makes none."""
     options = {"input_format": "h264"}

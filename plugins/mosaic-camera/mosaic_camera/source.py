@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from mosaic_camera.devices import check_device, found_devices
-from mosaic_camera.grabbed import Grabbed, Takes, Wanted, capture_time_s, takes_all
+from mosaic_camera.grabbed import Grabbed, Takes, WantedSource, capture_time_s, takes_all
 from mosaic_camera.packet_names import may_have_packets
 from mosaic_camera.source_error import SourceError
 
@@ -57,7 +57,7 @@ def is_device(source: int | str) -> bool:
     return str(source).isdecimal() or str(source).startswith("/dev/")
 
 
-def open_source(wanted: Wanted) -> Source:
+def open_source(wanted: WantedSource) -> Source:
     """Open what ``wanted.source`` names; raises :class:`SourceError`. May block for seconds."""
     text = str(wanted.source)
     if wanted.passes_packets and not is_device(text) and (packets := _packets_of(text)) is not None:
@@ -79,7 +79,7 @@ def _packets_of(text: str) -> Source | None:
     return open_packets(text)
 
 
-def _device_packets(path: Path, wanted: Wanted) -> Source | None:
+def _device_packets(path: Path, wanted: WantedSource) -> Source | None:
     from mosaic_camera.packet_source import open_device_packets  # loads PyAV, as above
 
     packets = open_device_packets(str(path), wanted)
@@ -90,7 +90,7 @@ def _device_packets(path: Path, wanted: Wanted) -> Source | None:
     return packets
 
 
-def _opened_device(path: Path, wanted: Wanted) -> Source:
+def _opened_device(path: Path, wanted: WantedSource) -> Source:
     import cv2
 
     capture = cv2.VideoCapture(str(path), cv2.CAP_V4L2)
@@ -111,7 +111,7 @@ def _opened_device(path: Path, wanted: Wanted) -> Source:
     return CaptureSource(capture, is_live=True)
 
 
-def _warn_of_other_size(path: Path, wanted: Wanted, width: float, height: float) -> None:
+def _warn_of_other_size(path: Path, wanted: WantedSource, width: float, height: float) -> None:
     if (wanted.width or width) != width or (wanted.height or height) != height:
         logger.warning(
             "%s has no mode of %s x %s; it gives %d x %d (`v4l2-ctl --list-formats-ext` names its modes)",

@@ -6,7 +6,7 @@ SLACK = 0.25
 """Share of a period by which a picture may come early: a 30 fps camera that jitters still gives 30 fps, not 15."""
 
 
-class Thinning:
+class PictureThinning:
     """Takes at most ``fps`` pictures per second, on a grid; ``None``: every one."""
 
     def __init__(self, fps: float | None) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from mosaic_camera.devices import Device, check_device, found_devices
+from mosaic_camera.devices import VideoDevice, check_device, found_devices
 from mosaic_camera.source_error import SourceError
 
 
@@ -15,7 +15,7 @@ def test_devices_are_listed_in_the_order_of_their_numbers(tmp_path: Path) -> Non
         entry.mkdir()
         (entry / "name").write_text(f"Cam {number}\n")
     devices = found_devices(tmp_path, Path("/dev"))
-    assert devices == [Device(Path(f"/dev/video{n}"), f"Cam {n}") for n in (0, 2, 10)]
+    assert devices == [VideoDevice(Path(f"/dev/video{n}"), f"Cam {n}") for n in (0, 2, 10)]
 
 
 def test_a_device_without_a_name_is_listed_all_the_same(tmp_path: Path) -> None:
@@ -28,7 +28,7 @@ def test_a_machine_without_video4linux_has_no_devices(tmp_path: Path) -> None:
 
 
 def test_an_absent_camera_names_those_that_are_there() -> None:
-    devices = [Device(Path("/dev/video2"), "HD Webcam")]
+    devices = [VideoDevice(Path("/dev/video2"), "HD Webcam")]
     with pytest.raises(SourceError, match=r"no such camera: /dev/absent9; found: /dev/video2 \(HD Webcam\); set"):
         check_device(Path("/dev/absent9"), devices)
 

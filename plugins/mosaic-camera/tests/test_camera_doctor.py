@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from mosaic_camera.camera import CameraParams
-from mosaic_camera.devices import Device
+from mosaic_camera.devices import VideoDevice
 from mosaic_camera.doctor import devices_finding, examine
 from mosaic_core.contract.checks import CheckContext, NamedConnector
 from mosaic_core.words.finding import Finding
@@ -45,7 +45,7 @@ def test_devices_of_this_machine_are_named_and_closed_ones_have_their_cure(
     assert devices_finding([]).status == "skipped"
     path = tmp_path / "video0"
     path.touch()
-    device = Device(path, "Webcam")
+    device = VideoDevice(path, "Webcam")
     assert "Webcam" in devices_finding([device]).sentence
     monkeypatch.setattr("os.access", lambda *_: False)
     closed = devices_finding([device])

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mosaic_camera.grabbed import Wanted
+from mosaic_camera.grabbed import WantedSource
 from mosaic_camera.marks import read_marks
 from mosaic_camera.source import CaptureSource, is_device, open_source, shown
 from mosaic_camera.source_error import SourceError
 
 
 def test_a_file_gives_its_pictures_in_order_with_their_times(clip: Path) -> None:
-    source = open_source(Wanted(str(clip)))
+    source = open_source(WantedSource(str(clip)))
     grabbed = [source.read() for _ in range(13)]
     source.close()
     assert grabbed[12] is None
@@ -24,7 +24,7 @@ def test_a_file_gives_its_pictures_in_order_with_their_times(clip: Path) -> None
 
 
 def test_a_rewound_file_starts_again_and_its_time_goes_on(clip: Path) -> None:
-    source = open_source(Wanted(f"file://{clip}"))
+    source = open_source(WantedSource(f"file://{clip}"))
     for _ in range(12):
         source.read()
     source.rewind()
@@ -97,30 +97,30 @@ def test_a_picture_that_is_not_taken_is_not_decoded(is_live: bool, monkeypatch: 
 
 def test_an_absent_file_is_named_with_its_whole_path(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match=f"no such video file: {tmp_path}/gone.mp4"):
-        open_source(Wanted(str(tmp_path / "gone.mp4")))
+        open_source(WantedSource(str(tmp_path / "gone.mp4")))
 
 
 def test_a_file_that_is_no_video_says_so(tmp_path: Path) -> None:
     path = tmp_path / "notes.mp4"
     path.write_text("not a video")
     with pytest.raises(SourceError, match="is not a video that can be decoded"):
-        open_source(Wanted(str(path)))
+        open_source(WantedSource(str(path)))
 
 
 def test_an_unreadable_file_says_so(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mosaic_camera.source.os.access", lambda *_: False)
     with pytest.raises(SourceError, match="no permission to read"):
-        open_source(Wanted(str(clip)))
+        open_source(WantedSource(str(clip)))
 
 
 def test_a_camera_number_that_is_not_there_is_an_error_with_a_path() -> None:
     with pytest.raises(SourceError, match="no such camera: /dev/video97"):
-        open_source(Wanted(97))
+        open_source(WantedSource(97))
 
 
 def test_a_stream_that_nobody_serves_is_an_error_without_its_password() -> None:
     with pytest.raises(SourceError, match=r"no video from http://127\.0\.0\.1:9/cam") as caught:
-        open_source(Wanted("http://user:secret@127.0.0.1:9/cam"))
+        open_source(WantedSource("http://user:secret@127.0.0.1:9/cam"))
     assert "secret" not in str(caught.value)
 
 

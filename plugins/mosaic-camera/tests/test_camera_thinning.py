@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_camera.thinning import Thinning
+from mosaic_camera.thinning import PictureThinning
 
 
 def taken(fps: float | None, times: list[float]) -> list[float]:
-    thinning = Thinning(fps)
+    thinning = PictureThinning(fps)
     return [at_s for at_s in times if thinning.takes(at_s)]
 
 

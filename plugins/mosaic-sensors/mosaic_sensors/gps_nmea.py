@@ -15,7 +15,7 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Message, Params, unit
 from mosaic_core.words.data_type import Delivery
-from mosaic_sensors.nmea import Position, PositionTracker, parsed
+from mosaic_sensors.nmea import NmeaPosition, PositionTracker, parsed
 from mosaic_sensors.nmea_source import is_serial, is_tcp, opened, tcp_address
 from mosaic_sensors.nmea_stream import Lines, Pace
 
@@ -121,7 +121,7 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
                 return
 
 
-def _message(position: Position, bad_lines: int) -> GpsPosition:
+def _message(position: NmeaPosition, bad_lines: int) -> GpsPosition:
     utc_s = position.time_utc.timestamp() if position.time_utc is not None else time.time()
     return GpsPosition(
         latitude=position.latitude_deg,

@@ -36,7 +36,7 @@ FIXES = {
 
 
 @dataclass(frozen=True, slots=True)
-class Position:
+class NmeaPosition:
     """Where the antenna is: WGS84 degrees, metres above mean sea level. ``None``: the receiver does not say.
 
     ``course_rad`` is clockwise from true north, as navigation counts it. ``time_utc`` needs an RMC for its date.
@@ -74,7 +74,7 @@ class PositionTracker:
     _reference: datetime | None = None
     _rmc_since_gga: int = 0
 
-    def feed(self, sentence: Any | None) -> Position | None:
+    def feed(self, sentence: Any | None) -> NmeaPosition | None:
         """The position that ``sentence`` (of :func:`parsed`) completes, if it does."""
         kind = sentence.msgID if sentence is not None else None
         if kind is None:
@@ -88,13 +88,13 @@ class PositionTracker:
             return None
         return position
 
-    def _gga(self, sentence: Any) -> Position:
+    def _gga(self, sentence: Any) -> NmeaPosition:
         self._rmc_since_gga = 0
         fix = FIXES.get(getattr(sentence, "quality", 0) or 0, "none")
         has_fix = fix != "none"
         satellites = _number(sentence, "numSV")
         hdop = _number(sentence, "HDOP")
-        return Position(
+        return NmeaPosition(
             fix=fix,
             latitude_deg=_number(sentence, "lat") if has_fix else None,
             longitude_deg=_number(sentence, "lon") if has_fix else None,
@@ -107,7 +107,7 @@ class PositionTracker:
             time_utc=self._dated(getattr(sentence, "time", None)),
         )
 
-    def _rmc(self, sentence: Any) -> Position | None:
+    def _rmc(self, sentence: Any) -> NmeaPosition | None:
         is_valid = getattr(sentence, "status", "V") == "A"
         knots, course_deg = _number(sentence, "spd"), _number(sentence, "cog")
         self._speed_mps = knots * KNOT_MPS if is_valid and knots is not None else None
@@ -118,7 +118,7 @@ class PositionTracker:
         self._rmc_since_gga += 1
         if self._rmc_since_gga < 2:
             return None  # the GGA of this epoch may still come
-        return Position(
+        return NmeaPosition(
             fix="gps" if is_valid else "none",
             latitude_deg=_number(sentence, "lat") if is_valid else None,
             longitude_deg=_number(sentence, "lon") if is_valid else None,
@@ -143,7 +143,7 @@ def _number(sentence: Any, name: str) -> float | None:
     return float(value) if isinstance(value, int | float) and math.isfinite(value) else None
 
 
-def _is_on_earth(position: Position) -> bool:
+def _is_on_earth(position: NmeaPosition) -> bool:
     """Also ``False`` for a fix without a place: its checksum was right, its numbers were not."""
     if position.fix == "none":
         return True

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_sensors.nmea import Position, PositionTracker, parsed
+from mosaic_sensors.nmea import NmeaPosition, PositionTracker, parsed
 
 
 def sentence(body: str) -> bytes:
@@ -19,7 +19,7 @@ def sentence(body: str) -> bytes:
     return f"${body}*{checksum:02X}\r\n".encode()
 
 
-def fed(*bodies: str) -> list[Position]:
+def fed(*bodies: str) -> list[NmeaPosition]:
     tracker = PositionTracker()
     found = [tracker.feed(parsed(sentence(body))) for body in bodies]
     assert tracker.bad_lines == 0

@@ -12,7 +12,7 @@ import av
 import numpy as np
 import pytest
 
-from mosaic_core.adapters.video.packet_source import PacketSource, SourceState
+from mosaic_core.adapters.video.packet_source import PassedPackets, SourceState
 from mosaic_core.adapters.video.picture import prepared_picture
 from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE
 from mosaic_core.adapters.video.rung_orders import PASSED_ON, SourceShape, codecs_of, limits_bps, options_of
@@ -82,7 +82,7 @@ def of_codec(name: str, kind: str = "video") -> Any:
 
 
 def test_bare_packets_are_h264_and_their_key_frames_are_found() -> None:
-    source, packets = PacketSource("front"), h264(21)
+    source, packets = PassedPackets("front"), h264(21)
     for packet in packets:
         source.taken(packet)
     assert source.state.sendable_as == "H264"
@@ -91,13 +91,13 @@ def test_bare_packets_are_h264_and_their_key_frames_are_found() -> None:
 
 @pytest.mark.parametrize(("name", "expected"), [("vp8", "VP8"), ("hevc", None), ("mjpeg", None)])
 def test_the_streams_codec_says_whether_packets_can_be_sent(name: str, expected: str | None) -> None:
-    source = PacketSource("front")
+    source = PassedPackets("front")
     source.taken(of_codec(name))
     assert source.state.sendable_as == expected
 
 
 def test_the_bit_rate_becomes_known_within_two_seconds() -> None:
-    source, packets = PacketSource("front"), h264(90)
+    source, packets = PassedPackets("front"), h264(90)
     for packet in packets:
         source.taken(packet)
     true_bps = sum(packet.size for packet in packets) * 8 / 3
@@ -105,7 +105,7 @@ def test_the_bit_rate_becomes_known_within_two_seconds() -> None:
 
 
 def test_pictures_begin_at_a_key_frame_and_keep_their_capture_times() -> None:
-    source, packets = PacketSource("front"), h264(21)
+    source, packets = PassedPackets("front"), h264(21)
     for packet in packets:
         source.taken(packet)
     assert [source.pictures(packet) for packet in packets[1:10]] == [[]] * 9
@@ -117,7 +117,7 @@ def test_pictures_begin_at_a_key_frame_and_keep_their_capture_times() -> None:
 
 
 def test_damage_costs_pictures_until_the_next_key_frame_only() -> None:
-    source, packets = PacketSource("front"), h264(21)
+    source, packets = PassedPackets("front"), h264(21)
     for packet in packets:
         source.taken(packet)
     broken = prepared_picture(av.Packet(b"\x00\x00\x00\x01\x65garbage"), 11.0)
@@ -127,7 +127,7 @@ def test_damage_costs_pictures_until_the_next_key_frame_only() -> None:
 
 
 def test_a_codec_that_nothing_here_decodes_is_hopeless_for_those_without_it(caplog: pytest.LogCaptureFixture) -> None:
-    source, packet = PacketSource("front"), of_codec("no_such_codec")
+    source, packet = PassedPackets("front"), of_codec("no_such_codec")
     source.taken(packet)
     assert source.pictures(packet) == []
     assert not source.state.is_decodable
@@ -157,7 +157,7 @@ def test_while_nothing_is_known_there_is_nothing_to_choose() -> None:
 
 @pytest.mark.parametrize("name", ["clip.mp4", "clip.mkv", "clip.ts", "clip.h264"])
 def test_h264_of_a_file_is_sent_with_start_codes_and_parameter_sets(tmp_path: Path, name: str) -> None:
-    source, packets = PacketSource("front"), recorded(tmp_path / name)
+    source, packets = PassedPackets("front"), recorded(tmp_path / name)
     before = [bytes(packet) for packet in packets]
     sent = [source.taken(packet) for packet in packets]
     assert source.state.sendable_as == "H264"
@@ -171,13 +171,13 @@ def test_h264_of_a_file_is_sent_with_start_codes_and_parameter_sets(tmp_path: Pa
 
 
 def test_a_recording_that_begins_anew_and_another_one_are_recognised(tmp_path: Path) -> None:
-    source = PacketSource("front")
+    source = PassedPackets("front")
     for packets in (recorded(tmp_path / "a.mp4"), recorded(tmp_path / "a.mp4"), h264(4), recorded(tmp_path / "b.mkv")):
         assert len(brightness([source.taken(packet) for packet in packets])) == len(packets)
 
 
 def test_pictures_that_refer_to_later_ones_are_not_sent_as_they_are_but_decoded_in_order(tmp_path: Path) -> None:
-    source, packets = PacketSource("front"), recorded(tmp_path / "clip.mp4", b_frames=2)
+    source, packets = PassedPackets("front"), recorded(tmp_path / "clip.mp4", b_frames=2)
     pictures = [picture for packet in packets for picture in source.pictures(source.taken(packet))]
     assert source.state.sendable_as is None
     shown = [round(picture.to_ndarray(format="gray").mean()) for picture in pictures]
@@ -191,7 +191,7 @@ def test_bare_packets_that_are_no_h264_with_start_codes_are_refused_with_the_cur
         packets = [prepared_picture(av.Packet(bytes(one)), 10.0) for one in recorded(tmp_path / "clip.mp4")]
     else:
         packets = encoded(name, 3)
-    source = PacketSource("front")
+    source = PassedPackets("front")
     for packet in packets[:2]:
         with pytest.raises(TypeError, match=r"without a stream.* start code .* set packet_codec"):
             source.taken(cast(Any, packet))
@@ -200,7 +200,7 @@ def test_bare_packets_that_are_no_h264_with_start_codes_are_refused_with_the_cur
 
 
 def test_bare_packets_of_the_declared_codec_are_passed_on() -> None:
-    source, packets = PacketSource("front", "vp8"), encoded("libvpx", 21)
+    source, packets = PassedPackets("front", "vp8"), encoded("libvpx", 21)
     sent = [source.taken(packet) for packet in packets]
     assert source.state.sendable_as == "VP8"
     assert [number for number, packet in enumerate(sent) if packet.is_keyframe] == [0, 10, 20]
@@ -209,11 +209,11 @@ def test_bare_packets_of_the_declared_codec_are_passed_on() -> None:
 
 def test_a_packet_of_sound_is_no_picture() -> None:
     with pytest.raises(TypeError, match=r"audio stream is no picture; take those of demux\(video=0\)"):
-        PacketSource("front").taken(of_codec("aac", "audio"))
+        PassedPackets("front").taken(of_codec("aac", "audio"))
 
 
 def test_who_waits_for_a_key_frame_in_vain_is_told_why_once(caplog: pytest.LogCaptureFixture) -> None:
-    source, packets = PacketSource("front"), h264(2, key_every=1000)
+    source, packets = PassedPackets("front"), h264(2, key_every=1000)
     for _ in range(4):
         source.taken(packets[0])
         for _ in range(200):
@@ -224,7 +224,7 @@ def test_who_waits_for_a_key_frame_in_vain_is_told_why_once(caplog: pytest.LogCa
 
 def test_packets_that_can_not_be_decoded_are_told_with_the_cause_once(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO, "mosaic_core")
-    source = PacketSource("front", "vp8")
+    source = PassedPackets("front", "vp8")
     for number in range(400):
         source.pictures(source.taken(cast(Any, prepared_picture(av.Packet(b"\x00garbage"), 10 + number / 30))))
     (message,) = caplog.messages
@@ -232,7 +232,7 @@ def test_packets_that_can_not_be_decoded_are_told_with_the_cause_once(caplog: py
     assert "nvalid data" in message
 
 
-def fed(source: PacketSource, bitrate_bps: int, seconds: float, at_s: float) -> list[bool]:
+def fed(source: PassedPackets, bitrate_bps: int, seconds: float, at_s: float) -> list[bool]:
     """30 packets per second from ``at_s`` on, and whether the source was within its ceiling at each."""
     found = []
     for number in range(round(seconds * 30)):
@@ -243,17 +243,17 @@ def fed(source: PacketSource, bitrate_bps: int, seconds: float, at_s: float) -> 
 
 
 def test_a_source_above_the_ceiling_is_never_taken_for_one_below_it() -> None:
-    source = PacketSource("front", ceiling_bps=1_000_000)
+    source = PassedPackets("front", ceiling_bps=1_000_000)
     assert not any(fed(source, 1_100_000, 6, 10)), "nor before its rate is known"
     assert not any(fed(source, 900_000, 6, 16)), "nor when it varies around it"
     assert fed(source, 500_000, 6, 22)[-1]
     assert fed(source, 900_000, 6, 28)[-1]
     assert not fed(source, 1_100_000, 3, 34)[-1]
-    assert all(fed(PacketSource("front"), 9_000_000, 3, 10)), "no ceiling is set"
+    assert all(fed(PassedPackets("front"), 9_000_000, 3, 10)), "no ceiling is set"
 
 
 def test_a_source_just_below_the_ceiling_is_known_to_be_so_after_a_second_though_it_ends_in_a_key_frame() -> None:
-    source = PacketSource("front", ceiling_bps=1_000_000)
+    source = PassedPackets("front", ceiling_bps=1_000_000)
     for number in range(31):
         size = 40_000 if number % 30 == 0 else 2_500  # 900 kbit/s
         data = b"\x00\x00\x00\x01\x65" + bytes(size)

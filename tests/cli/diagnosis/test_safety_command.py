@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from mosaic_core.cli.diagnosis.safety_commands import _show
-from mosaic_core.drill.findings import Finding
+from mosaic_core.drill.findings import DrillFinding
 
 BASE = """\
   - { type: cmd-vel, label: cmd_vel, params: { drive: { type: log } } }
@@ -44,7 +44,10 @@ def test_in_a_pipe_a_row_is_a_line(
 
 def test_on_a_narrow_terminal_the_reasons_stand_below(capsys: pytest.CaptureFixture[str]) -> None:
     why = "the safe action did not run, or did not return"
-    found = [Finding("stop", "base", "failed", "50 ms", "none", why), Finding("silence", "base", "passed", "300 ms")]
+    found = [
+        DrillFinding("stop", "base", "failed", "50 ms", "none", why),
+        DrillFinding("silence", "base", "passed", "300 ms"),
+    ]
     _show(found, Console(width=80, color_system=None), live=True)
     lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     assert [line.split()[0] for line in lines[:3]] == ["what", "stop", "silence"]

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.cli.operator.drive_keys import HELD_S, HeldKeys, Key, KeyReader, Velocity
+from mosaic_core.cli.operator.drive_keys import HELD_S, HeldKeys, Key, KeyedVelocity, KeyReader
 from mosaic_core.cli.operator.terminal_keys import terminal_keys
 
 
@@ -62,17 +62,17 @@ def test_no_bytes_break_the_reader_and_it_always_comes_to_rest(data: bytes) -> N
 def test_a_key_counts_as_held_until_its_repeat_is_overdue() -> None:
     keys = HeldKeys()
     keys.press("forward", 0.0)
-    assert keys.velocity(HELD_S) == Velocity(1, 0)
-    assert keys.velocity(HELD_S + 0.01) == Velocity(0, 0)
+    assert keys.velocity(HELD_S) == KeyedVelocity(1, 0)
+    assert keys.velocity(HELD_S + 0.01) == KeyedVelocity(0, 0)
 
 
 def test_the_opposite_key_turns_at_once_and_two_axes_go_together() -> None:
     keys = HeldKeys()
     keys.press("forward", 0.0)
     keys.press("left", 0.1)
-    assert keys.velocity(0.2) == Velocity(1, 1)
+    assert keys.velocity(0.2) == KeyedVelocity(1, 1)
     keys.press("back", 0.2)
-    assert keys.velocity(0.2) == Velocity(-1, 1)
+    assert keys.velocity(0.2) == KeyedVelocity(-1, 1)
 
 
 @pytest.mark.parametrize("key", ["stand", "stop", "clear", "give", "quit"])

@@ -20,20 +20,20 @@ from mosaic_core.machines.commands.safety_envelope import MAX_RISE_STEP_S, OutOf
 from mosaic_core.machines.commands.watchdog import Watchdog
 from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.machines.control.lease_events import (
-    Answered,
-    Changed,
     Commanded,
     DeadlinePassed,
     Effect,
     Event,
-    Joined,
     Kept,
-    Left,
+    LeaseChanged,
     LegacyPeers,
     Party,
+    PartyJoined,
+    PartyLeft,
     QueueChanged,
     Released,
     Reply,
+    RequestAnswered,
     Requested,
 )
 from mosaic_core.machines.control.lease_queue import LeaseQueue
@@ -98,7 +98,7 @@ class Robot:
     def handle(self, event: Event, now_s: float) -> list[Effect]:
         effects = self.desk.handle(event, now_s)
         for effect in effects:
-            if isinstance(effect, Changed) and effect.before is not None:
+            if isinstance(effect, LeaseChanged) and effect.before is not None:
                 receiver = self.receivers[effect.resource]
                 if receiver.watchdog.peer_left(effect.before.peer_id):
                     receiver.make_safe()
@@ -108,14 +108,14 @@ class Robot:
         baseline = ArrivalBaseline()
         for resource in RESOURCES:
             self.gates[party.peer_id, resource] = CommandGate(baseline, MAX_AGE_S)
-        return self.handle(Joined(party), now_s)
+        return self.handle(PartyJoined(party), now_s)
 
     def leave(self, peer_id: str, on_purpose: bool, now_s: float) -> list[Effect]:
         for resource, receiver in self.receivers.items():
             self.gates.pop((peer_id, resource), None)
             if receiver.watchdog.peer_left(peer_id):
                 receiver.make_safe()
-        return self.handle(Left(peer_id, on_purpose), now_s)
+        return self.handle(PartyLeft(peer_id, on_purpose), now_s)
 
     def expire(self, receiver: Receiver, now_s: float) -> None:
         if receiver.watchdog.expire(now_s):
@@ -389,7 +389,7 @@ class Walk:
         if operator is None or other is None:
             return
         to_peer_id = self.rng.choice(waiting).party.peer_id if waiting else other.party.peer_id
-        event = Answered(operator.party.peer_id, resource, to_peer_id, self.rng.random() < 0.7)
+        event = RequestAnswered(operator.party.peer_id, resource, to_peer_id, self.rng.random() < 0.7)
         self.follow(self.robot.handle(event, self.now_s), event)
 
     def stop(self) -> None:
@@ -430,12 +430,12 @@ class Walk:
         skew_s = rng.choice((0.0, 3600.0, -3600.0, rng.uniform(-5.0, 5.0)))
         skew_s = max(skew_s, 1.0 - self.now_s)
         self.operators[party.peer_id] = Operator(party, skew_s, rng.randrange(2**32), self.now_s)
-        self.follow(self.robot.join(party, self.now_s), Joined(party))
+        self.follow(self.robot.join(party, self.now_s), PartyJoined(party))
 
     def leave(self) -> None:
         operator = self.somebody()
         if operator is not None:
-            event = Left(operator.party.peer_id, self.rng.random() < 0.5)
+            event = PartyLeft(operator.party.peer_id, self.rng.random() < 0.5)
             effects = self.robot.leave(event.peer_id, event.on_purpose, self.now_s)
             for believers in self.believers.values():
                 believers.discard(event.peer_id)
@@ -453,7 +453,7 @@ class Walk:
 
     def follow(self, effects: list[Effect], event: Event) -> None:
         for effect in effects:
-            if isinstance(effect, Changed):
+            if isinstance(effect, LeaseChanged):
                 self.judge_change(effect, event)
                 if effect.holder is None:
                     self.claims.pop(effect.resource, None)
@@ -481,7 +481,7 @@ class Walk:
         elif reply.outcome == "ended":
             self.believers[reply.resource].discard(reply.peer_id)
 
-    def judge_change(self, change: Changed, event: Event) -> None:
+    def judge_change(self, change: LeaseChanged, event: Event) -> None:
         """A lease changes hands only by the rules."""
         claim = self.claims.get(change.resource)
         before, new, cause = claim.party if claim else None, change.holder, change.cause
@@ -507,9 +507,14 @@ class Walk:
         elif cause == "lease.released":
             demand(isinstance(event, Released) and self.is_same(event.peer_id, before), "the holder releases")
         elif cause == "lease.peer_left":
-            demand(isinstance(event, Left) and event.on_purpose and event.peer_id == before.peer_id, "the holder left")
+            demand(
+                isinstance(event, PartyLeft) and event.on_purpose and event.peer_id == before.peer_id, "the holder left"
+            )
         elif cause == "lease.handed_over":
-            demand(isinstance(event, Answered) and event.grant and event.peer_id == before.peer_id, "the holder gives")
+            demand(
+                isinstance(event, RequestAnswered) and event.grant and event.peer_id == before.peer_id,
+                "the holder gives",
+            )
         else:
             demand(isinstance(event, Requested) and new is not None, "somebody asked")
             assert isinstance(event, Requested)

@@ -12,20 +12,20 @@ from hypothesis import strategies as st
 
 from mosaic_core.machines.control.lease_desk import EPOCH_MAX, MAX_PEERS, LeaseDesk
 from mosaic_core.machines.control.lease_events import (
-    Answered,
-    Changed,
     Commanded,
     DeadlinePassed,
     Effect,
     Event,
-    Joined,
     Kept,
-    Left,
+    LeaseChanged,
     LegacyPeers,
     Party,
+    PartyJoined,
+    PartyLeft,
     QueueChanged,
     Released,
     Reply,
+    RequestAnswered,
     Requested,
 )
 from mosaic_core.machines.control.lease_queue import MAX_WAITING
@@ -44,7 +44,7 @@ OLD_DASHBOARD = Party("o", "so", is_original=True)
 def desk_with(*parties: Party, holder: Party | None = None, legacy: LegacyPeers = "allow") -> LeaseDesk:
     desk = LeaseDesk(["motion", "arm"], first_epoch=100, legacy=legacy)
     for party in parties:
-        assert desk.handle(Joined(party), 0.0) == []
+        assert desk.handle(PartyJoined(party), 0.0) == []
     if holder is not None:
         desk.handle(Requested(holder.peer_id, "motion"), 0.0)
         assert desk.holder("motion") == holder
@@ -55,8 +55,8 @@ def replies(effects: list[Effect]) -> list[tuple[str, str, str]]:
     return [(one.peer_id, one.outcome, one.code) for one in effects if isinstance(one, Reply)]
 
 
-def change(effects: list[Effect]) -> Changed:
-    [one] = [effect for effect in effects if isinstance(effect, Changed)]
+def change(effects: list[Effect]) -> LeaseChanged:
+    [one] = [effect for effect in effects if isinstance(effect, LeaseChanged)]
     return one
 
 
@@ -67,7 +67,7 @@ def test_a_free_lease_is_granted_with_an_epoch() -> None:
     desk = desk_with(ANNA)
     assert desk.epoch("motion") == 0
     assert desk.handle(Requested("a", "motion"), 1.0) == [
-        Changed("motion", ANNA, 100, "", "Anna", None),
+        LeaseChanged("motion", ANNA, 100, "", "Anna", None),
         Reply("a", "motion", "granted", 100),
     ]
     assert (desk.holder("motion"), desk.epoch("motion"), desk.deadline_s) == (ANNA, 100, 3.0)
@@ -92,7 +92,7 @@ def test_a_person_takes_from_a_program_at_once() -> None:
     effects = desk.handle(Requested("a", "motion", "a child on the way"), 1.0)
     assert effects == [
         Reply("p", "motion", "ended", 0, "lease.preempted", "a child on the way"),
-        Changed("motion", ANNA, 101, "lease.preempted", "Anna", PATROL, "a child on the way"),
+        LeaseChanged("motion", ANNA, 101, "lease.preempted", "Anna", PATROL, "a child on the way"),
         Reply("a", "motion", "granted", 101),
     ]
 
@@ -142,7 +142,7 @@ def test_a_supervisor_takes_over_and_the_old_holder_hears_why() -> None:
     effects = desk.handle(Requested("c", "motion", "smoke in hall 2", force=True), 1.0)
     assert effects == [
         Reply("a", "motion", "ended", 0, "lease.taken_over", "smoke in hall 2"),
-        Changed("motion", CHIEF, 101, "lease.taken_over", "Chief", ANNA, "smoke in hall 2"),
+        LeaseChanged("motion", CHIEF, 101, "lease.taken_over", "Chief", ANNA, "smoke in hall 2"),
         Reply("c", "motion", "granted", 101),
     ]
 
@@ -178,7 +178,7 @@ def test_when_the_holder_releases_the_first_in_the_queue_has_it() -> None:
     desk.handle(Requested("b", "motion"), 0.5)
     assert desk.handle(Released("a", "motion"), 1.0) == [
         Reply("a", "motion", "ended", 0, "lease.released"),
-        Changed("motion", BEN, 101, "lease.released", "Anna", ANNA),
+        LeaseChanged("motion", BEN, 101, "lease.released", "Anna", ANNA),
         Reply("b", "motion", "granted", 101),
     ]
     assert desk.queue("motion") == ()
@@ -205,7 +205,7 @@ def test_who_waits_may_stop_waiting() -> None:
 def test_who_leaves_waits_no_longer(on_purpose: bool) -> None:
     desk = desk_with(ANNA, BEN, holder=ANNA)
     desk.handle(Requested("b", "motion"), 0.1)
-    assert desk.handle(Left("b", on_purpose), 0.2) == [QueueChanged("motion")]
+    assert desk.handle(PartyLeft("b", on_purpose), 0.2) == [QueueChanged("motion")]
     assert change(desk.handle(Released("a", "motion"), 0.3)).holder is None
 
 
@@ -229,7 +229,7 @@ def test_the_holder_hands_over() -> None:
     desk = desk_with(ANNA, BEN, CHIEF, holder=ANNA)
     desk.handle(Requested("b", "motion"), 0.1)
     desk.handle(Requested("c", "motion"), 0.2)
-    effects = desk.handle(Answered("a", "motion", "c", True, "yours"), 0.3)
+    effects = desk.handle(RequestAnswered("a", "motion", "c", True, "yours"), 0.3)
     assert replies(effects) == [("a", "ended", "lease.handed_over"), ("c", "granted", "")]
     assert [one.party for one in desk.queue("motion")] == [BEN]
 
@@ -237,15 +237,20 @@ def test_the_holder_hands_over() -> None:
 def test_the_holder_refuses_with_a_word() -> None:
     desk = desk_with(ANNA, BEN, holder=ANNA)
     desk.handle(Requested("b", "motion"), 0.1)
-    effects = desk.handle(Answered("a", "motion", "b", False, "one minute"), 0.3)
+    effects = desk.handle(RequestAnswered("a", "motion", "b", False, "one minute"), 0.3)
     assert effects == [Reply("b", "motion", "denied", 0, "lease.denied", "one minute"), QueueChanged("motion")]
     assert desk.queue("motion") == ()
 
 
 @pytest.mark.parametrize(
-    "answer", [Answered("b", "motion", "b", True), Answered("a", "motion", "c", True), Answered("a", "arm", "b", True)]
+    "answer",
+    [
+        RequestAnswered("b", "motion", "b", True),
+        RequestAnswered("a", "motion", "c", True),
+        RequestAnswered("a", "arm", "b", True),
+    ],
 )
-def test_an_answer_counts_only_from_the_holder_to_somebody_who_waits(answer: Answered) -> None:
+def test_an_answer_counts_only_from_the_holder_to_somebody_who_waits(answer: RequestAnswered) -> None:
     desk = desk_with(ANNA, BEN, CHIEF, holder=ANNA)
     desk.handle(Requested("b", "motion"), 0.1)
     assert desk.handle(answer, 0.3) == []
@@ -261,7 +266,7 @@ def test_a_silent_holder_loses_the_lease_exactly_when_its_time_is_over() -> None
     assert desk.handle(DeadlinePassed(), 1.999) == []
     assert desk.handle(DeadlinePassed(), 2.0) == [
         Reply("a", "motion", "ended", 0, "lease.expired"),
-        Changed("motion", None, 0, "lease.expired", "", ANNA),
+        LeaseChanged("motion", None, 0, "lease.expired", "", ANNA),
     ]
     assert desk.deadline_s is None
 
@@ -310,19 +315,19 @@ def test_a_keep_alive_that_comes_too_late_revives_nothing() -> None:
 
 def test_a_holder_that_says_bye_holds_nothing() -> None:
     desk = desk_with(ANNA, holder=ANNA)
-    assert desk.handle(Left("a", on_purpose=True), 0.5) == [
-        Changed("motion", None, 0, "lease.peer_left", "Anna", ANNA),
+    assert desk.handle(PartyLeft("a", on_purpose=True), 0.5) == [
+        LeaseChanged("motion", None, 0, "lease.peer_left", "Anna", ANNA),
     ]
 
 
 def test_a_lost_holder_has_until_the_expiry_to_come_back_with_a_new_epoch() -> None:
     desk = desk_with(ANNA, BEN, holder=ANNA)
-    assert desk.handle(Left("a", on_purpose=False), 0.5) == []
+    assert desk.handle(PartyLeft("a", on_purpose=False), 0.5) == []
     again = Party("a2", "sa", "Anna", is_person=True)
-    desk.handle(Joined(again), 1.0)
+    desk.handle(PartyJoined(again), 1.0)
     assert desk.refusal("a2", "motion", 100, 1.1) == "lease.not_holder", "it has to ask"
     assert desk.handle(Requested("a2", "motion"), 1.2) == [
-        Changed("motion", again, 101, "peer.replaced", "Anna", ANNA),
+        LeaseChanged("motion", again, 101, "peer.replaced", "Anna", ANNA),
         Reply("a2", "motion", "granted", 101),
     ]
     assert desk.refusal("a", "motion", 100, 1.3) == "lease.not_holder"
@@ -330,7 +335,7 @@ def test_a_lost_holder_has_until_the_expiry_to_come_back_with_a_new_epoch() -> N
 
 def test_a_lost_holder_that_does_not_come_back_makes_way_for_who_waits() -> None:
     desk = desk_with(ANNA, BEN, holder=ANNA)
-    desk.handle(Left("a", on_purpose=False), 0.5)
+    desk.handle(PartyLeft("a", on_purpose=False), 0.5)
     desk.handle(Requested("b", "motion"), 0.6)
     effects = desk.handle(DeadlinePassed(), 2.0)
     assert replies(effects) == [("b", "granted", "")], "nothing is said to somebody who is gone"
@@ -338,8 +343,8 @@ def test_a_lost_holder_that_does_not_come_back_makes_way_for_who_waits() -> None
 
 def test_a_lost_holder_whose_session_says_bye_later_holds_nothing() -> None:
     desk = desk_with(ANNA, holder=ANNA)
-    desk.handle(Left("a", on_purpose=False), 0.5)
-    assert change(desk.handle(Left("a", on_purpose=True), 0.6)).cause == "lease.peer_left"
+    desk.handle(PartyLeft("a", on_purpose=False), 0.5)
+    assert change(desk.handle(PartyLeft("a", on_purpose=True), 0.6)).cause == "lease.peer_left"
 
 
 def test_a_session_may_release_from_its_new_peer_connection() -> None:
@@ -357,8 +362,8 @@ def test_an_empty_session_belongs_to_nobody_else() -> None:
 
 def test_a_stranger_with_the_peer_id_of_a_lost_holder_inherits_nothing() -> None:
     desk = desk_with(ANNA, holder=ANNA)
-    desk.handle(Left("a", on_purpose=False), 0.5)
-    effects = desk.handle(Joined(Party("a", "somebody else")), 0.6)
+    desk.handle(PartyLeft("a", on_purpose=False), 0.5)
+    effects = desk.handle(PartyJoined(Party("a", "somebody else")), 0.6)
     assert change(effects).holder is None
     assert desk.refusal("a", "motion", 100, 0.7) == "lease.old_epoch"
 
@@ -366,14 +371,14 @@ def test_a_stranger_with_the_peer_id_of_a_lost_holder_inherits_nothing() -> None
 def test_a_peer_that_becomes_another_session_keeps_nothing_of_the_old_one() -> None:
     desk = desk_with(ANNA, BEN, holder=ANNA)
     desk.handle(Requested("b", "motion"), 0.1)
-    assert desk.handle(Joined(Party("b", "another", is_person=True)), 0.2) == [QueueChanged("motion")]
-    assert change(desk.handle(Joined(Party("a", "another", is_person=True)), 0.3)).holder is None
+    assert desk.handle(PartyJoined(Party("b", "another", is_person=True)), 0.2) == [QueueChanged("motion")]
+    assert change(desk.handle(PartyJoined(Party("a", "another", is_person=True)), 0.3)).holder is None
 
 
 def test_a_lost_holder_without_a_session_cannot_be_told_from_a_stranger() -> None:
     desk = desk_with(Party("x", ""), holder=Party("x", ""))
-    desk.handle(Left("x", on_purpose=False), 0.5)
-    assert change(desk.handle(Joined(Party("x", "")), 0.6)).holder is None
+    desk.handle(PartyLeft("x", on_purpose=False), 0.5)
+    assert change(desk.handle(PartyJoined(Party("x", "")), 0.6)).holder is None
 
 
 def test_a_peer_without_an_id_is_nobody() -> None:
@@ -385,12 +390,12 @@ def test_a_peer_without_an_id_is_nobody() -> None:
 def test_who_waits_and_says_again_who_it_is_changes_nothing() -> None:
     desk = desk_with(ANNA, BEN, holder=ANNA)
     desk.handle(Requested("b", "motion"), 0.1)
-    assert desk.handle(Joined(BEN), 0.2) == []
+    assert desk.handle(PartyJoined(BEN), 0.2) == []
 
 
 def test_who_becomes_an_observer_loses_its_lease() -> None:
     desk = desk_with(ANNA, holder=ANNA)
-    effects = desk.handle(Joined(Party("a", "sa", "Anna", role="observer", is_person=True)), 0.5)
+    effects = desk.handle(PartyJoined(Party("a", "sa", "Anna", role="observer", is_person=True)), 0.5)
     assert change(effects).holder is None
     assert desk.refusal("a", "motion", 100, 0.6) == "lease.forbidden"
 
@@ -400,18 +405,18 @@ def test_a_late_word_of_being_a_person_counts_in_the_queue() -> None:
     desk.handle(Requested("m", "motion"), 0.1)
     desk.handle(Requested("b", "motion"), 0.2)
     anna = Party("a", "sa", "Anna")
-    desk.handle(Joined(anna), 0.3)
-    assert desk.handle(Joined(anna), 0.3) == [], "twice the same is nothing new"
+    desk.handle(PartyJoined(anna), 0.3)
+    assert desk.handle(PartyJoined(anna), 0.3) == [], "twice the same is nothing new"
     desk.handle(Requested("a", "motion"), 0.4)
     assert [one.party.peer_id for one in desk.queue("motion")] == ["m"], "a person commands: a program is denied"
-    assert desk.handle(Joined(Party("m", "sm", "Mia", is_person=True)), 0.5) == [QueueChanged("motion")]
+    assert desk.handle(PartyJoined(Party("m", "sm", "Mia", is_person=True)), 0.5) == [QueueChanged("motion")]
     assert desk.queue("motion")[0].party.is_person
 
 
 def test_more_peers_than_a_robot_ever_has_are_strangers() -> None:
     desk = LeaseDesk(["motion"])
     for number in range(MAX_PEERS + 50):
-        desk.handle(Joined(Party(f"p{number}", "")), 0.0)
+        desk.handle(PartyJoined(Party(f"p{number}", "")), 0.0)
     assert desk.party(f"p{MAX_PEERS - 1}") is not None
     assert desk.handle(Requested(f"p{MAX_PEERS}", "motion"), 0.1) == []
     assert desk.refusal(f"p{MAX_PEERS}", "motion", 0, 0.1) == "lease.required"
@@ -434,7 +439,7 @@ def test_a_command_needs_the_holders_peer_and_the_present_epoch() -> None:
 def test_an_original_peer_takes_a_free_lease_by_commanding() -> None:
     desk = desk_with(OLD_DASHBOARD, PATROL)
     assert desk.refusal("o", "motion", None, 0.0) is None
-    assert desk.handle(Commanded("o", "motion"), 0.0) == [Changed("motion", OLD_DASHBOARD, 100, "", "o", None)]
+    assert desk.handle(Commanded("o", "motion"), 0.0) == [LeaseChanged("motion", OLD_DASHBOARD, 100, "", "o", None)]
     assert desk.refusal("o", "motion", None, 1.0) is None
     desk.handle(Commanded("o", "motion"), 1.0)
     assert desk.deadline_s == 3.0
@@ -478,7 +483,7 @@ def test_where_originals_only_observe_their_commands_are_refused(legacy: LegacyP
 
 def test_an_epoch_is_never_zero_even_after_the_last_one() -> None:
     desk = LeaseDesk(["motion"], first_epoch=EPOCH_MAX - 1)
-    desk.handle(Joined(ANNA), 0.0)
+    desk.handle(PartyJoined(ANNA), 0.0)
     epochs = []
     for _ in range(4):
         desk.handle(Requested("a", "motion"), 0.0)
@@ -490,7 +495,7 @@ def test_an_epoch_is_never_zero_even_after_the_last_one() -> None:
 @pytest.mark.parametrize("first", [0, -5, EPOCH_MAX, 2**70])
 def test_any_first_epoch_becomes_one_that_fits(first: int) -> None:
     desk = LeaseDesk(["motion"], first_epoch=first)
-    desk.handle(Joined(ANNA), 0.0)
+    desk.handle(PartyJoined(ANNA), 0.0)
     desk.handle(Requested("a", "motion"), 0.0)
     assert 1 <= desk.epoch("motion") <= EPOCH_MAX
 
@@ -512,17 +517,17 @@ def events_now(desk: LeaseDesk, now_s: float) -> list[tuple[Event, float]]:
     for party in CAST:
         peer_id = party.peer_id
         if desk.party(peer_id) is None:
-            now.append(Joined(party))
+            now.append(PartyJoined(party))
             continue
-        now += [Left(peer_id, True), Left(peer_id, False)]
+        now += [PartyLeft(peer_id, True), PartyLeft(peer_id, False)]
         if not party.is_original:
             now += [Requested(peer_id, "motion"), Released(peer_id, "motion")]
     now.append(Requested("c", "motion", "reason", force=True))
     holder = desk.holder("motion")
     if holder is not None:
         now.append(Kept(holder.peer_id, {"motion": desk.epoch("motion")}))
-        now += [Answered(holder.peer_id, "motion", one.party.peer_id, True) for one in desk.queue("motion")]
-        now += [Answered(holder.peer_id, "motion", one.party.peer_id, False) for one in desk.queue("motion")]
+        now += [RequestAnswered(holder.peer_id, "motion", one.party.peer_id, True) for one in desk.queue("motion")]
+        now += [RequestAnswered(holder.peer_id, "motion", one.party.peer_id, False) for one in desk.queue("motion")]
     return [(event, now_s) for event in now] + [(DeadlinePassed(), now_s + 1.0)]
 
 
@@ -556,7 +561,7 @@ def test_every_state_that_can_be_reached_meets_every_event() -> None:
 
 def check_transition(before: LeaseDesk, after: LeaseDesk, effects: list[Effect], now_s: float) -> None:
     old, holder = before.holder("motion"), after.holder("motion")
-    changes = [effect for effect in effects if isinstance(effect, Changed)]
+    changes = [effect for effect in effects if isinstance(effect, LeaseChanged)]
     assert len(changes) == (before.epoch("motion") != after.epoch("motion")), "every change is told once"
     if changes:
         assert (changes[0].before, changes[0].holder) == (old, holder)
@@ -604,11 +609,11 @@ PARTIES = st.builds(
 )  # fmt: skip
 EPOCHS = st.one_of(st.integers(-(2**70), 2**70), st.integers(95, 110))
 EVENTS: st.SearchStrategy[Event] = st.one_of(
-    st.builds(Joined, PARTIES),
-    st.builds(Left, IDS, st.booleans()),
+    st.builds(PartyJoined, PARTIES),
+    st.builds(PartyLeft, IDS, st.booleans()),
     st.builds(Requested, IDS, NAMES, st.text(max_size=3), st.booleans()),
     st.builds(Released, IDS, NAMES),
-    st.builds(Answered, IDS, NAMES, IDS, st.booleans()),
+    st.builds(RequestAnswered, IDS, NAMES, IDS, st.booleans()),
     st.builds(Kept, IDS, st.dictionaries(NAMES, EPOCHS, max_size=4)),
     st.builds(Commanded, IDS, NAMES),
     st.just(DeadlinePassed()),
@@ -640,9 +645,9 @@ def test_thousands_of_strange_resources_and_peers_leave_nothing_behind() -> None
         desk.handle(Requested(f"stranger {number}", "motion", "r", force=True), 0.1)
         desk.handle(Requested("a", f"resource {number}"), 0.1)
         desk.handle(Kept("a", {f"resource {number}": number}), 0.1)
-        desk.handle(Joined(Party(f"guest {number}", f"s{number}")), 0.1)
+        desk.handle(PartyJoined(Party(f"guest {number}", f"s{number}")), 0.1)
         desk.handle(Requested(f"guest {number}", "motion"), 0.1)
-        desk.handle(Left(f"guest {number}", on_purpose=bool(number % 2)), 0.1)
+        desk.handle(PartyLeft(f"guest {number}", on_purpose=bool(number % 2)), 0.1)
     fresh = desk_with(ANNA, holder=ANNA)
     assert desk.queue("motion") == ()
     assert len(repr(vars(desk))) == len(repr(vars(fresh)))

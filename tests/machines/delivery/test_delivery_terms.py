@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions, terms_of
-from mosaic_core.machines.delivery.send_scheduler import LIMITS, Lane, QueueLimits
+from mosaic_core.machines.delivery.send_scheduler import LIMITS, Priority, QueueLimits
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract
 
@@ -22,9 +22,9 @@ def contract(**said: Any) -> DeliveryContract:
 
 def test_a_mode_alone_has_what_the_mode_usually_has() -> None:
     for mode, lane, latch in (
-        (Delivery.RELIABLE, Lane.RELIABLE, True),
-        (Delivery.LATEST, Lane.LATEST, True),
-        (Delivery.BULK, Lane.BULK, False),
+        (Delivery.RELIABLE, Priority.RELIABLE, True),
+        (Delivery.LATEST, Priority.LATEST, True),
+        (Delivery.BULK, Priority.BULK, False),
     ):
         terms = terms_of(mode)
         assert (terms.mode, terms.lane, terms.limits, terms.latch) == (mode, lane, LIMITS[lane], latch)
@@ -32,7 +32,7 @@ def test_a_mode_alone_has_what_the_mode_usually_has() -> None:
 
 
 def test_a_handler_may_choose_bounds_of_its_own() -> None:
-    assert terms_of(CLOUD).limits == QueueLimits(1, LIMITS[Lane.BULK].size_bytes, newest_wins=True)
+    assert terms_of(CLOUD).limits == QueueLimits(1, LIMITS[Priority.BULK].size_bytes, newest_wins=True)
 
 
 def test_bulk_whose_newest_wins_keeps_one_message_unless_more_are_asked_for() -> None:
@@ -48,7 +48,7 @@ def test_the_file_overrides_key_by_key_while_the_mode_stays() -> None:
 
 
 def test_another_mode_takes_nothing_over_that_was_meant_for_the_first() -> None:
-    assert terms_of(chosen(CLOUD, contract(mode="reliable"))).limits == LIMITS[Lane.RELIABLE]
+    assert terms_of(chosen(CLOUD, contract(mode="reliable"))).limits == LIMITS[Priority.RELIABLE]
     assert chosen(Delivery.LATEST, contract(max_rate_hz=5)).mode is Delivery.LATEST
 
 

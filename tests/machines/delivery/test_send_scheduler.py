@@ -14,8 +14,8 @@ from mosaic_core.machines.delivery.send_scheduler import (
     LIMITS,
     LOW_WATER_BYTES,
     PIECE_COST_BYTES,
-    Lane,
     Offered,
+    Priority,
     QueuedMessage,
     QueueLimits,
     SendScheduler,
@@ -27,7 +27,7 @@ def message(channel: str, *pieces: bytes) -> QueuedMessage:
     return QueuedMessage(channel, iter(pieces), sum(len(piece) for piece in pieces))
 
 
-def scheduler(**channels: Lane) -> SendScheduler:
+def scheduler(**channels: Priority) -> SendScheduler:
     it = SendScheduler()
     for channel, lane in channels.items():
         it.open(channel, lane)
@@ -42,7 +42,7 @@ def drained(it: SendScheduler, buffered_bytes: int = 0) -> list[tuple[str, bytes
 
 
 def test_the_lanes_go_in_the_order_of_their_urgency() -> None:
-    it = scheduler(bulk=Lane.BULK, event=Lane.RELIABLE, pose=Lane.LATEST, control=Lane.CONTROL)
+    it = scheduler(bulk=Priority.BULK, event=Priority.RELIABLE, pose=Priority.LATEST, control=Priority.CONTROL)
     for channel in ("bulk", "event", "pose", "control"):
         it.offer(message(channel, channel.encode()))
     assert [channel for channel, _ in drained(it)] == ["control", "pose", "event", "bulk"]
@@ -50,7 +50,7 @@ def test_the_lanes_go_in_the_order_of_their_urgency() -> None:
 
 
 def test_a_stop_overtakes_the_rest_of_a_map() -> None:
-    it = scheduler(map=Lane.BULK, control=Lane.CONTROL)
+    it = scheduler(map=Priority.BULK, control=Priority.CONTROL)
     it.offer(message("map", b"1", b"2", b"3"))
     assert it.take(0) == ("map", b"1")
     it.offer(message("control", b"stop"))
@@ -58,7 +58,7 @@ def test_a_stop_overtakes_the_rest_of_a_map() -> None:
 
 
 def test_a_newer_value_replaces_one_that_waits() -> None:
-    it = scheduler(pose=Lane.LATEST)
+    it = scheduler(pose=Priority.LATEST)
     assert it.offer(message("pose", b"old")) is Offered.QUEUED
     assert it.offer(message("pose", b"new")) is Offered.REPLACED
     assert drained(it) == [("pose", b"new")]
@@ -66,7 +66,7 @@ def test_a_newer_value_replaces_one_that_waits() -> None:
 
 
 def test_a_value_whose_sending_has_begun_is_finished_before_the_newer_one() -> None:
-    it = scheduler(scan=Lane.LATEST)
+    it = scheduler(scan=Priority.LATEST)
     it.offer(message("scan", b"a1", b"a2"))
     assert it.take(0) == ("scan", b"a1")
     assert it.offer(message("scan", b"b")) is Offered.QUEUED
@@ -74,7 +74,7 @@ def test_a_value_whose_sending_has_begun_is_finished_before_the_newer_one() -> N
 
 
 def test_channels_of_one_lane_take_turns() -> None:
-    it = scheduler(a=Lane.RELIABLE, b=Lane.RELIABLE)
+    it = scheduler(a=Priority.RELIABLE, b=Priority.RELIABLE)
     for _ in range(2):
         it.offer(message("a", b"a"))
         it.offer(message("b", b"b"))
@@ -83,7 +83,7 @@ def test_channels_of_one_lane_take_turns() -> None:
 
 def test_a_full_queue_refuses_and_says_when_there_is_room_again() -> None:
     it = SendScheduler()
-    it.open("a", Lane.RELIABLE, QueueLimits(messages=4, size_bytes=100))
+    it.open("a", Priority.RELIABLE, QueueLimits(messages=4, size_bytes=100))
     assert [it.offer(message("a", b"x")) for _ in range(5)] == [Offered.QUEUED] * 4 + [Offered.REFUSED]
     assert not it.has_room("a")
     assert it.waiting("a") == (4, 4)
@@ -95,7 +95,7 @@ def test_a_full_queue_refuses_and_says_when_there_is_room_again() -> None:
 
 def test_one_message_larger_than_the_queue_is_taken_while_nothing_waits() -> None:
     it = SendScheduler()
-    it.open("a", Lane.BULK, QueueLimits(messages=4, size_bytes=10))
+    it.open("a", Priority.BULK, QueueLimits(messages=4, size_bytes=10))
     assert it.offer(message("a", b"x" * 50)) is Offered.QUEUED
     assert it.offer(message("a", b"x")) is Offered.REFUSED
 
@@ -103,13 +103,13 @@ def test_one_message_larger_than_the_queue_is_taken_while_nothing_waits() -> Non
 @pytest.mark.parametrize(
     ("lane", "sends_below", "waits_at"),
     [
-        (Lane.CONTROL, HIGH_WATER_BYTES, 4 * HIGH_WATER_BYTES),
-        (Lane.LATEST, LOW_WATER_BYTES - 1, LOW_WATER_BYTES),
-        (Lane.RELIABLE, HIGH_WATER_BYTES - 1, HIGH_WATER_BYTES),
-        (Lane.BULK, HIGH_WATER_BYTES // 2 - 1, HIGH_WATER_BYTES // 2),
+        (Priority.CONTROL, HIGH_WATER_BYTES, 4 * HIGH_WATER_BYTES),
+        (Priority.LATEST, LOW_WATER_BYTES - 1, LOW_WATER_BYTES),
+        (Priority.RELIABLE, HIGH_WATER_BYTES - 1, HIGH_WATER_BYTES),
+        (Priority.BULK, HIGH_WATER_BYTES // 2 - 1, HIGH_WATER_BYTES // 2),
     ],
 )
-def test_each_lane_waits_for_its_own_buffer_level(lane: Lane, sends_below: int, waits_at: int) -> None:
+def test_each_lane_waits_for_its_own_buffer_level(lane: Priority, sends_below: int, waits_at: int) -> None:
     it = scheduler(a=lane)
     it.offer(message("a", b"x"))
     assert it.take(waits_at) is None
@@ -117,9 +117,9 @@ def test_each_lane_waits_for_its_own_buffer_level(lane: Lane, sends_below: int, 
 
 
 def test_a_closed_channel_forgets_what_waited_and_can_open_again() -> None:
-    it = scheduler(a=Lane.RELIABLE)
+    it = scheduler(a=Priority.RELIABLE)
     it.offer(message("a", b"x"))
-    it.open("a", Lane.RELIABLE)
+    it.open("a", Priority.RELIABLE)
     assert it.take(0) is None
     it.close("a")
     it.close("a")
@@ -134,7 +134,7 @@ Offer = st.tuples(st.sampled_from(["control", "pose", "event", "map"]), st.integ
 
 @given(st.lists(Offer, max_size=60))
 def test_everything_reliable_arrives_complete_and_in_order(offers: list[tuple[str, int, int]]) -> None:
-    it = scheduler(control=Lane.CONTROL, pose=Lane.LATEST, event=Lane.RELIABLE, map=Lane.BULK)
+    it = scheduler(control=Priority.CONTROL, pose=Priority.LATEST, event=Priority.RELIABLE, map=Priority.BULK)
     expected: dict[str, list[bytes]] = {"control": [], "event": [], "map": []}
     sent: dict[str, list[bytes | str]] = {"control": [], "event": [], "map": [], "pose": []}
     for number, (channel, count, buffered_bytes) in enumerate(offers):
@@ -164,26 +164,26 @@ def on_a_link(it: SendScheduler, offers: dict[str, int], *, turns: int, per_turn
 
 
 def test_the_newest_value_gets_through_beside_whoever_sends_without_end() -> None:
-    it = scheduler(pose=Lane.LATEST, event=Lane.RELIABLE, map=Lane.BULK)
+    it = scheduler(pose=Priority.LATEST, event=Priority.RELIABLE, map=Priority.BULK)
     sent = on_a_link(it, {"pose": 100, "event": 4000, "map": 16_000}, turns=500, per_turn_bytes=4000)
     assert sent["pose"] >= 100 * 500 / 6, "a piece of a map takes four turns, and pose goes before the next one"
 
 
 def test_lanes_that_outrun_the_link_together_share_it_and_none_starves() -> None:
-    it = scheduler(pose=Lane.LATEST, event=Lane.RELIABLE, map=Lane.BULK)
+    it = scheduler(pose=Priority.LATEST, event=Priority.RELIABLE, map=Priority.BULK)
     sent = on_a_link(it, {"pose": 8000, "event": 8000, "map": 8000}, turns=2000, per_turn_bytes=6000)
     assert sent["pose"] > sent["event"] > sent["map"] > 0.02 * sum(sent.values())
 
 
 def test_a_lane_that_was_idle_has_saved_nothing_up() -> None:
-    it = scheduler(event=Lane.RELIABLE, map=Lane.BULK)
+    it = scheduler(event=Priority.RELIABLE, map=Priority.BULK)
     on_a_link(it, {"map": 8000}, turns=300, per_turn_bytes=8000)
     sent = on_a_link(it, {"event": 8000, "map": 8000}, turns=300, per_turn_bytes=8000)
     assert sent["map"] > 0.1 * sum(sent.values())
 
 
 def test_while_a_value_waits_nobody_fills_the_buffer_over_its_ceiling() -> None:
-    it = scheduler(pose=Lane.LATEST, event=Lane.RELIABLE)
+    it = scheduler(pose=Priority.LATEST, event=Priority.RELIABLE)
     it.offer(message("event", b"e"))
     assert it.take(LOW_WATER_BYTES) == ("event", b"e")
     it.offer(message("event", b"e"))
@@ -199,7 +199,7 @@ def test_on_a_slow_path_less_waits_below_but_never_nothing(window_bytes: int) ->
     high = high_water_bytes(window_bytes)
     assert LEAST_HIGH_WATER_BYTES <= high <= HIGH_WATER_BYTES
     assert high <= max(LEAST_HIGH_WATER_BYTES, window_bytes / 4)
-    it = scheduler(event=Lane.RELIABLE)
+    it = scheduler(event=Priority.RELIABLE)
     it.offer(message("event", b"x"))
     assert it.take(high, window_bytes) is None
     assert it.take(high - 4, window_bytes) == ("event", b"x")
@@ -207,7 +207,7 @@ def test_on_a_slow_path_less_waits_below_but_never_nothing(window_bytes: int) ->
 
 def test_a_full_queue_whose_newest_wins_loses_its_oldest() -> None:
     it = SendScheduler()
-    it.open("cloud", Lane.BULK, QueueLimits(messages=2, size_bytes=100, newest_wins=True))
+    it.open("cloud", Priority.BULK, QueueLimits(messages=2, size_bytes=100, newest_wins=True))
     offered = [it.offer(message("cloud", bytes([number]))) for number in range(5)]
     assert offered == [Offered.QUEUED] * 2 + [Offered.REPLACED] * 3
     assert it.waiting("cloud") == (2, 2)
@@ -217,7 +217,7 @@ def test_a_full_queue_whose_newest_wins_loses_its_oldest() -> None:
 
 def test_a_newest_message_larger_than_the_queue_takes_the_place_of_all() -> None:
     it = SendScheduler()
-    it.open("cloud", Lane.BULK, QueueLimits(messages=5, size_bytes=10, newest_wins=True))
+    it.open("cloud", Priority.BULK, QueueLimits(messages=5, size_bytes=10, newest_wins=True))
     it.offer(message("cloud", b"a"))
     it.offer(message("cloud", b"b"))
     assert it.offer(message("cloud", b"x" * 50)) is Offered.REPLACED
@@ -225,10 +225,10 @@ def test_a_newest_message_larger_than_the_queue_takes_the_place_of_all() -> None
 
 
 def test_small_messages_get_their_share_of_the_bytes_beside_large_ones() -> None:
-    it = scheduler(log=Lane.RELIABLE, map=Lane.RELIABLE)
+    it = scheduler(log=Priority.RELIABLE, map=Priority.RELIABLE)
     limits = QueueLimits(messages=10_000, size_bytes=10**9)
-    it.open("log", Lane.RELIABLE, limits)
-    it.open("map", Lane.RELIABLE, limits)
+    it.open("log", Priority.RELIABLE, limits)
+    it.open("map", Priority.RELIABLE, limits)
     for _ in range(50):
         it.offer(message("map", b"m" * 60_000))
     for _ in range(2000):
@@ -241,7 +241,7 @@ def test_small_messages_get_their_share_of_the_bytes_beside_large_ones() -> None
 
 
 def test_having_been_idle_earns_nothing() -> None:
-    it = scheduler(old=Lane.RELIABLE, new=Lane.RELIABLE)
+    it = scheduler(old=Priority.RELIABLE, new=Priority.RELIABLE)
     for _ in range(100):
         it.offer(message("old", b"x" * 1000))
         it.take(0)
@@ -253,22 +253,22 @@ def test_having_been_idle_earns_nothing() -> None:
 
 
 def test_a_channel_that_is_opened_anew_in_its_turn_sends_nothing_of_before() -> None:
-    it = scheduler(a=Lane.RELIABLE, b=Lane.RELIABLE)
+    it = scheduler(a=Priority.RELIABLE, b=Priority.RELIABLE)
     it.offer(message("a", b"old", b"older"))
     it.offer(message("b", b"b"))
     it.take(0)
-    it.open("a", Lane.BULK)
+    it.open("a", Priority.BULK)
     it.offer(message("a", b"new"))
     assert sorted(drained(it)) == [("a", b"new"), ("b", b"b")]
 
 
 KINDS = {
-    "control": (Lane.CONTROL, None),
-    "pose": (Lane.LATEST, None),
-    "event": (Lane.RELIABLE, QueueLimits(messages=4, size_bytes=200)),
-    "log": (Lane.RELIABLE, QueueLimits(messages=8, size_bytes=300)),
-    "map": (Lane.BULK, QueueLimits(messages=3, size_bytes=400)),
-    "cloud": (Lane.BULK, QueueLimits(messages=2, size_bytes=400, newest_wins=True)),
+    "control": (Priority.CONTROL, None),
+    "pose": (Priority.LATEST, None),
+    "event": (Priority.RELIABLE, QueueLimits(messages=4, size_bytes=200)),
+    "log": (Priority.RELIABLE, QueueLimits(messages=8, size_bytes=300)),
+    "map": (Priority.BULK, QueueLimits(messages=3, size_bytes=400)),
+    "cloud": (Priority.BULK, QueueLimits(messages=2, size_bytes=400, newest_wins=True)),
 }
 Act = st.one_of(
     st.tuples(st.just("offer"), st.sampled_from(sorted(KINDS)), st.integers(1, 150)),
@@ -320,7 +320,7 @@ def test_no_channel_of_a_lane_starves_whatever_the_others_send(loads: list[tuple
     it = SendScheduler()
     limits = QueueLimits(messages=10, size_bytes=10**9)
     for index in range(len(loads)):
-        it.open(str(index), Lane.BULK, limits)
+        it.open(str(index), Priority.BULK, limits)
     cost = dict.fromkeys(map(str, range(len(loads))), 0)
     for _ in range(400):
         for index, (size, pieces) in enumerate(loads):

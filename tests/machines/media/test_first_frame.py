@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mosaic_core.machines.media.first_frame import Received, first_frame_code
+from mosaic_core.machines.media.first_frame import ReceivedSoFar, first_frame_code
 from mosaic_core.words.codes import REASONS
 
 
@@ -12,14 +12,14 @@ from mosaic_core.words.codes import REASONS
     ("received", "code"),
     [
         (None, "media.no_first_frame"),
-        (Received(0, 0, None), "media.not_sent"),
-        (Received(0, 0, 0), "media.not_sent"),
-        (Received(0, 0, 250), "media.no_packets"),
-        (Received(250, 0, 250), "media.not_decoded"),
-        (Received(250, 0, None), "media.not_decoded"),
-        (Received(250, 3, 250), ""),
+        (ReceivedSoFar(0, 0, None), "media.not_sent"),
+        (ReceivedSoFar(0, 0, 0), "media.not_sent"),
+        (ReceivedSoFar(0, 0, 250), "media.no_packets"),
+        (ReceivedSoFar(250, 0, 250), "media.not_decoded"),
+        (ReceivedSoFar(250, 0, None), "media.not_decoded"),
+        (ReceivedSoFar(250, 3, 250), ""),
     ],
 )
-def test_what_arrived_tells_the_cause(received: Received | None, code: str) -> None:
+def test_what_arrived_tells_the_cause(received: ReceivedSoFar | None, code: str) -> None:
     assert first_frame_code(received) == code
     assert not code or REASONS[code].cure

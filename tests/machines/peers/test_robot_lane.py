@@ -9,18 +9,18 @@ from hypothesis import strategies as st
 from mosaic_core.machines.peers.bulk_of_robot import (
     MAX_CANDIDATES,
     SETUP_TIMEOUT_S,
-    AddCandidate,
-    Answered,
+    AddBulkCandidate,
     AnswerOffer,
+    BulkAnswerMade,
+    BulkTransportFailed,
     CandidateHeard,
     CloseHeard,
     Connected,
     DeadlinePassed,
     DropTransport,
     Event,
-    Failed,
     OfferHeard,
-    RobotLane,
+    RobotBulkMachine,
     TellClosed,
     is_data_only,
 )
@@ -31,34 +31,34 @@ SDP = "v=0\r\nm=application 9 UDP/DTLS/SCTP webrtc-datachannel\r\n"
 CANDIDATE = IceCandidate(candidate="candidate:1", sdp_mid="0")
 
 
-def lane_after(*events: Event) -> RobotLane:
-    lane = RobotLane()
+def lane_after(*events: Event) -> RobotBulkMachine:
+    lane = RobotBulkMachine()
     for event in events:
         lane.handle(event, 0.0)
     return lane
 
 
 def test_an_offer_is_answered_and_its_connection_lives_without_a_deadline() -> None:
-    lane = RobotLane()
+    lane = RobotBulkMachine()
     assert lane.handle(OfferHeard(1, SDP), 0.0) == [AnswerOffer(1, SDP)]
     assert (lane.phase, lane.deadline_s) == ("answering", SETUP_TIMEOUT_S)
-    lane.handle(Answered(1), 0.1)
+    lane.handle(BulkAnswerMade(1), 0.1)
     assert lane.phase == "connecting"
     assert lane.handle(Connected(1), 0.2) == []
     assert (lane.phase, lane.deadline_s) == ("up", None)
 
 
 def test_one_that_does_not_come_up_in_time_is_dropped_and_told() -> None:
-    lane = lane_after(OfferHeard(1, SDP), Answered(1))
+    lane = lane_after(OfferHeard(1, SDP), BulkAnswerMade(1))
     assert lane.handle(DeadlinePassed(), SETUP_TIMEOUT_S - 1) == []
     assert lane.handle(DeadlinePassed(), SETUP_TIMEOUT_S) == [DropTransport(), TellClosed(1, "ice.timeout")]
     assert (lane.phase, lane.deadline_s) == ("none", None)
 
 
 def test_a_newer_offer_takes_the_place_of_the_older_one() -> None:
-    lane = lane_after(OfferHeard(1, SDP), Answered(1), Connected(1))
+    lane = lane_after(OfferHeard(1, SDP), BulkAnswerMade(1), Connected(1))
     assert lane.handle(OfferHeard(2, SDP), 1.0) == [DropTransport(), AnswerOffer(2, SDP)]
-    assert lane.handle(Failed(1, "peer.lost"), 1.0) == []
+    assert lane.handle(BulkTransportFailed(1, "peer.lost"), 1.0) == []
     assert lane.phase == "answering"
 
 
@@ -86,7 +86,7 @@ def test_offers_in_quick_succession_are_refused_in_words() -> None:
 )
 def test_media_lines_have_no_place_on_it(sdp: str) -> None:
     assert not is_data_only(sdp)
-    lane = RobotLane()
+    lane = RobotBulkMachine()
     assert [type(effect) for effect in lane.handle(OfferHeard(1, sdp), 0.0)] == [TellClosed]
     assert lane.phase == "none"
 
@@ -95,12 +95,12 @@ def test_candidates_of_the_current_attempt_are_taken_up_to_a_bound() -> None:
     lane = lane_after(OfferHeard(2, SDP))
     assert lane.handle(CandidateHeard(1, CANDIDATE), 0.0) == []
     for _ in range(MAX_CANDIDATES):
-        assert lane.handle(CandidateHeard(2, CANDIDATE), 0.0) == [AddCandidate(CANDIDATE)]
+        assert lane.handle(CandidateHeard(2, CANDIDATE), 0.0) == [AddBulkCandidate(CANDIDATE)]
     assert lane.handle(CandidateHeard(2, CANDIDATE), 0.0) == []
 
 
 def test_the_operator_closes_it_without_an_answer() -> None:
-    lane = lane_after(OfferHeard(1, SDP), Answered(1), Connected(1))
+    lane = lane_after(OfferHeard(1, SDP), BulkAnswerMade(1), Connected(1))
     assert lane.handle(CloseHeard(7), 1.0) == []
     assert lane.handle(CloseHeard(1), 1.0) == [DropTransport()]
     assert lane.handle(CloseHeard(1), 1.0) == []
@@ -108,12 +108,15 @@ def test_the_operator_closes_it_without_an_answer() -> None:
 
 def test_a_failure_is_told_with_its_code() -> None:
     lane = lane_after(OfferHeard(1, SDP))
-    assert lane.handle(Failed(1, "sdp.invalid", "no"), 0.0) == [DropTransport(), TellClosed(1, "sdp.invalid", "no")]
+    assert lane.handle(BulkTransportFailed(1, "sdp.invalid", "no"), 0.0) == [
+        DropTransport(),
+        TellClosed(1, "sdp.invalid", "no"),
+    ]
 
 
 def test_an_answer_that_is_ready_when_it_is_over_changes_nothing() -> None:
     lane = lane_after(OfferHeard(1, SDP), CloseHeard(1))
-    assert lane.handle(Answered(1), 0.0) == []
+    assert lane.handle(BulkAnswerMade(1), 0.0) == []
     assert lane.phase == "none"
 
 
@@ -122,16 +125,16 @@ events = st.one_of(
     st.builds(OfferHeard, attempts, st.sampled_from([SDP, "m=video 9 x 96"])),
     st.builds(CandidateHeard, attempts, st.just(CANDIDATE)),
     st.builds(CloseHeard, attempts),
-    st.builds(Answered, attempts),
+    st.builds(BulkAnswerMade, attempts),
     st.builds(Connected, attempts),
-    st.builds(Failed, attempts, st.sampled_from(["ice.failed", "peer.lost"])),
+    st.builds(BulkTransportFailed, attempts, st.sampled_from(["ice.failed", "peer.lost"])),
     st.just(DeadlinePassed()),
 )
 
 
 @given(st.lists(st.tuples(events, st.floats(0, 12)), max_size=80))
 def test_there_is_never_more_than_one_transport(steps: list[tuple[Event, float]]) -> None:
-    lane, now_s, transports = RobotLane(), 0.0, 0
+    lane, now_s, transports = RobotBulkMachine(), 0.0, 0
     for event, wait_s in steps:
         now_s += wait_s
         for effect in lane.handle(event, now_s):

@@ -10,7 +10,7 @@ from mosaic_core.machines.signaling.peer_admission import (
     MAX_EARLY_CANDIDATES,
     PREPARED_FOR_S,
     AddCandidate,
-    Admission,
+    PeerAdmission,
     PeerIdentity,
     RefusePeer,
     RenegotiatePeer,
@@ -31,7 +31,9 @@ def ticketed(ticket: str, prepared: PrepareConnection) -> PeerIdentity:
     return PeerIdentity(session_id, operator_id)
 
 
-def offered(admission: Admission, peer_id: str, ticket: str | None, now_s: float = 0.0, several: bool = True) -> Any:
+def offered(
+    admission: PeerAdmission, peer_id: str, ticket: str | None, now_s: float = 0.0, several: bool = True
+) -> Any:
     if ticket is not None:
         admission.prepare(PrepareConnection(rtc_connection_id=peer_id, ticket=ticket), now_s)
     offer = SdpOffer(rtc_connection_id=peer_id, sdp_offer="v=0")
@@ -39,26 +41,26 @@ def offered(admission: Admission, peer_id: str, ticket: str | None, now_s: float
 
 
 def test_a_ticketed_operator_is_taken() -> None:
-    (start,) = offered(Admission(4), "p1", "s/alice")
+    (start,) = offered(PeerAdmission(4), "p1", "s/alice")
     assert isinstance(start, StartPeer)
     assert start.identity == PeerIdentity("s", "alice")
 
 
 @pytest.mark.parametrize("ticket", [None, "forged"])
 def test_without_a_good_ticket_nobody_is_taken(ticket: str | None) -> None:
-    (refused,) = offered(Admission(4), "p1", ticket)
+    (refused,) = offered(PeerAdmission(4), "p1", ticket)
     assert isinstance(refused, RefusePeer)
     assert refused.code == "auth.bad_ticket"
 
 
 def test_an_operator_comes_back_into_the_own_session() -> None:
-    admission = Admission(4)
+    admission = PeerAdmission(4)
     offered(admission, "p1", "s/alice")
     assert isinstance(offered(admission, "p2", "s/alice")[0], StartPeer)
 
 
 def test_nobody_enters_the_session_of_another_operator() -> None:
-    admission = Admission(4)
+    admission = PeerAdmission(4)
     offered(admission, "p1", "s/alice")
     (refused,) = offered(admission, "p2", "s/mallory")
     assert isinstance(refused, RefusePeer)
@@ -68,7 +70,7 @@ def test_nobody_enters_the_session_of_another_operator() -> None:
 
 
 def test_more_than_fits_is_told_so() -> None:
-    admission = Admission(1)
+    admission = PeerAdmission(1)
     offered(admission, "p1", "a/alice")
     assert admission.status(several=True) is RobotStatus.RTC_CONNECTED
     assert offered(admission, "p2", "b/bob")[0].code == "signal.robot_busy"
@@ -77,19 +79,19 @@ def test_more_than_fits_is_told_so() -> None:
 
 
 def test_a_connection_has_one_offer() -> None:
-    admission = Admission(4)
+    admission = PeerAdmission(4)
     offered(admission, "p1", "a/alice")
     assert offered(admission, "p1", "a/alice")[0].code == "signal.bad_message"
 
 
-def again(admission: Admission, certificate: str, several: bool) -> Any:
+def again(admission: PeerAdmission, certificate: str, several: bool) -> Any:
     offer = SdpOffer(rtc_connection_id="p1", sdp_offer=f"v=0\r\na=fingerprint:sha-256 {certificate}\r\n")
     return list(admission.decide(offer, 0.0, tickets=None, several=several))
 
 
 @pytest.mark.parametrize("several", [True, False])
 def test_a_further_offer_of_the_same_peer_connection_renegotiates_it(several: bool) -> None:
-    admission = Admission(4)
+    admission = PeerAdmission(4)
     assert isinstance(again(admission, "AB:CD", several)[0], StartPeer)
     (further,) = again(admission, "ab:cd", several)
     assert isinstance(further, RenegotiatePeer)
@@ -99,7 +101,7 @@ def test_a_further_offer_of_the_same_peer_connection_renegotiates_it(several: bo
 
 
 def test_another_peer_connection_under_a_live_id_leaves_the_live_one_alone() -> None:
-    admission = Admission(4)
+    admission = PeerAdmission(4)
     again(admission, "AB:CD", True)
     (refused,) = again(admission, "00:00", True)
     assert isinstance(refused, RefusePeer)
@@ -108,7 +110,7 @@ def test_another_peer_connection_under_a_live_id_leaves_the_live_one_alone() -> 
 
 
 def test_toward_an_original_server_a_page_that_starts_over_under_its_id_takes_its_own_place() -> None:
-    admission = Admission(4)
+    admission = PeerAdmission(4)
     again(admission, "AB:CD", False)
     stopped, started = again(admission, "00:00", False)
     assert isinstance(stopped, StopPeer)
@@ -116,7 +118,7 @@ def test_toward_an_original_server_a_page_that_starts_over_under_its_id_takes_it
 
 
 def test_toward_an_original_server_the_newest_offer_wins() -> None:
-    admission = Admission(4)
+    admission = PeerAdmission(4)
     offer = SdpOffer(rtc_connection_id="p1", sdp_offer="v=0")
     list(admission.decide(offer, 0.0, tickets=None, several=False))
     admission.connected("p1")
@@ -130,7 +132,7 @@ def test_toward_an_original_server_the_newest_offer_wins() -> None:
 
 
 def test_candidates_wait_for_their_offer_and_not_for_ever() -> None:
-    admission = Admission(4)
+    admission = PeerAdmission(4)
     admission.prepare(PrepareConnection(rtc_connection_id="p1", ticket="a/alice"), 0.0)
     message = ExchangeIceCandidate(rtc_connection_id="p1", ice_candidate=CANDIDATE)
     for _ in range(MAX_EARLY_CANDIDATES + 5):
@@ -141,12 +143,12 @@ def test_candidates_wait_for_their_offer_and_not_for_ever() -> None:
 
 
 def test_candidates_for_nobody_are_dropped() -> None:
-    admission = Admission(4)
+    admission = PeerAdmission(4)
     message = ExchangeIceCandidate(rtc_connection_id="unknown", ice_candidate=CANDIDATE)
     assert not list(admission.candidate(message, 0.0))
 
 
 def test_a_preparation_that_nobody_follows_is_forgotten() -> None:
-    admission = Admission(4)
+    admission = PeerAdmission(4)
     admission.prepare(PrepareConnection(rtc_connection_id="p1", ticket="a/alice"), 0.0)
     assert offered(admission, "p1", None, PREPARED_FOR_S + 1)[0].code == "auth.bad_ticket"

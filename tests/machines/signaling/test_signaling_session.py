@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_core.machines.signaling.peer_admission import AddCandidate, PeerIdentity, RefusePeer, StartPeer, StopPeer
-from mosaic_core.machines.signaling.robot_signaling import GREETING_TIMEOUT_S, SILENCE_TIMEOUT_S, SignalingSession
+from mosaic_core.machines.signaling.robot_signaling import GREETING_TIMEOUT_S, SILENCE_TIMEOUT_S, RobotSignaling
 from mosaic_core.machines.signaling.signaling_events import (
     ChangeState,
     CloseSocket,
@@ -25,7 +25,7 @@ from mosaic_core.machines.signaling.signaling_events import (
     ReconnectAfter,
     Report,
     RobotFacts,
-    Send,
+    SendSignal,
     ShutdownBegun,
     SocketClosed,
     SocketOpened,
@@ -48,9 +48,9 @@ def verify(ticket: str, prepared: PrepareConnection, keys: tuple[TicketKey, ...]
     return PeerIdentity(prepared.session_id or "", "ann", "Ann", "operator")
 
 
-def session(token: str | None = TOKEN, max_peers: int = 3) -> SignalingSession:
+def session(token: str | None = TOKEN, max_peers: int = 3) -> RobotSignaling:
     facts = RobotFacts("r1", token, Catalogue.of(()), ice_servers=(STUN,), max_peers=max_peers)
-    return SignalingSession(facts, verify)
+    return RobotSignaling(facts, verify)
 
 
 def frame(kind: str, data: Any = None) -> FrameReceived:
@@ -58,10 +58,10 @@ def frame(kind: str, data: Any = None) -> FrameReceived:
 
 
 def sent(effects: list[Effect]) -> list[dict[str, Any]]:
-    return [json.loads(effect.message.to_text()) for effect in effects if isinstance(effect, Send)]
+    return [json.loads(effect.message.to_text()) for effect in effects if isinstance(effect, SendSignal)]
 
 
-def original(token: str | None = TOKEN) -> SignalingSession:
+def original(token: str | None = TOKEN) -> RobotSignaling:
     it = session(token)
     it.handle(SocketOpened(), 0.0)
     it.handle(frame("authorize.req"), 0.0)
@@ -70,7 +70,7 @@ def original(token: str | None = TOKEN) -> SignalingSession:
     return it
 
 
-def ours(max_peers: int = 3, **without: bool) -> SignalingSession:
+def ours(max_peers: int = 3, **without: bool) -> RobotSignaling:
     it = session(max_peers=max_peers)
     extensions = {name: version for name, version in OURS.items() if name not in without}
     it.handle(SocketOpened(), 0.0)
@@ -247,7 +247,7 @@ def test_the_newest_offer_replaces_after_an_orderly_close() -> None:
     it.handle(offer("p1"), 0.0)
     it.handle(PeerConnected("p1"), 0.0)
     effects = it.handle(offer("p2"), 1.0)
-    assert [type(effect) for effect in effects] == [StopPeer, Send, Send, StartPeer, Send]
+    assert [type(effect) for effect in effects] == [StopPeer, SendSignal, SendSignal, StartPeer, SendSignal]
     assert statuses(effects) == [3, 0, 1]
     assert it.handle(PeerEnded("p1", "peer.replaced"), 1.1) == []
 
@@ -347,7 +347,7 @@ def test_the_end_of_a_peer_reaches_the_operator_unless_it_closed_itself() -> Non
 def test_an_old_preparation_is_forgotten() -> None:
     it = ours()
     it.handle(prepare(ticket="good"), 0.0)
-    assert isinstance(it.handle(offer(), 61.0)[0], Send)
+    assert isinstance(it.handle(offer(), 61.0)[0], SendSignal)
 
 
 def test_preparations_and_early_candidates_are_bounded() -> None:
@@ -421,7 +421,7 @@ def test_over_any_history_nothing_is_said_before_authorization_and_every_wait_is
     for event, step_s in walk:
         now_s += step_s
         for effect in it.handle(event, now_s, 0.5):
-            if isinstance(effect, Send) and it.state != "ready":
+            if isinstance(effect, SendSignal) and it.state != "ready":
                 assert effect.message.type in ("authorize", "ping.pong")
             if isinstance(effect, StartPeer):
                 assert effect.peer_id not in running
@@ -435,6 +435,6 @@ def test_over_any_history_nothing_is_said_before_authorization_and_every_wait_is
         assert it.state in ("offline", "ready") or it.deadline_s is not None or _asked_to_close(it)
 
 
-def _asked_to_close(it: SignalingSession) -> bool:
+def _asked_to_close(it: RobotSignaling) -> bool:
     """After CloseSocket the driver ends the socket, so no deadline is needed."""
     return it.state in ("greeting", "authorizing", "welcoming")

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from mosaic_core.cli.operator import terminal_keys
-from mosaic_core.cli.operator.control_actions import Clear, LookAtLeases, ReadJournal, Stop, TakeLease
+from mosaic_core.cli.operator.control_actions import Clear, LookAtLeases, ReadJournal, StopAction, TakeLease
 from mosaic_core.cli.operator.drive_session import DriveSession, status_text
-from mosaic_core.cli.operator.operator_send import Send
+from mosaic_core.cli.operator.operator_send import SendAction
 from mosaic_core.operator import LeaseDenied, LeaseLost
 from mosaic_core.words import control
 from mosaic_core.words.errors import ConnectionFailed
@@ -68,12 +68,12 @@ def do(world: Any, work: Any) -> int:
 
 def test_stop_tells_how_long_it_took_and_that_it_is_no_emergency_stop(world: Any, robot: Any, capsys: Any) -> None:
     world.stop_answer = 5_001_000
-    assert do(world, Stop(ROBOT, "a dog", False)) == 0
+    assert do(world, StopAction(ROBOT, "a dog", False)) == 0
     out = capsys.readouterr().out
     assert "stopped: answered after" in out
     assert "no certified emergency stop" in out
     assert robot.stops[0].reason == "a dog"
-    assert do(world, Stop(ROBOT, "", True)) == 0
+    assert do(world, StopAction(ROBOT, "", True)) == 0
     line = json.loads(capsys.readouterr().out)
     assert (line["stopped"], line["is_safe"]) == (True, True)
 
@@ -161,13 +161,13 @@ def test_a_robot_without_leases_is_named(world: Any) -> None:
 
 
 def test_send_takes_the_lease_only_where_one_is_wanted_and_says_so(world: Any, robot: Any, capsys: Any) -> None:
-    assert do(world, Send(ROBOT, "lamp", "{}", 0.1, 0)) == 0
+    assert do(world, SendAction(ROBOT, "lamp", "{}", 0.1, 0)) == 0
     assert robot.said(control.LeaseRequest) == []
-    assert do(world, Send(ROBOT, "cmd_vel", "{}", 0.1, 0)) == 0
+    assert do(world, SendAction(ROBOT, "cmd_vel", "{}", 0.1, 0)) == 0
     assert "holding the lease of 'motion'" in capsys.readouterr().err
     assert robot.channels["cmd_vel"].frames()[0].epoch == 7
     assert len(robot.said(control.LeaseRelease)) == 1
-    assert do(world, Send(ROBOT, "lamp", "{}", 0.1, 0, as_json=True)) == 0
+    assert do(world, SendAction(ROBOT, "lamp", "{}", 0.1, 0, as_json=True)) == 0
     assert json.loads(capsys.readouterr().out.splitlines()[-1]) == {"sent": 1, "refused": 0, "codes": []}
 
 

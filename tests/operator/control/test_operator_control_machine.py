@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 
 from mosaic_core.machines.control.operator_control import (
     Asked,
-    Changed,
     ConnectionEnded,
+    ControlChanged,
+    ControlHeard,
     DeadlinePassed,
     Denied,
     Effect,
     Event,
     GaveUp,
     Granted,
-    Heard,
     Lost,
     OperatorControl,
     Queued,
@@ -29,13 +29,13 @@ from mosaic_core.words import control
 ME = "me"
 
 
-def reply(outcome: Any, epoch: int = 0, code: str = "", resource: str = "motion") -> Heard:
-    return Heard(control.LeaseReply(resource=resource, outcome=outcome, epoch=epoch, code=code))
+def reply(outcome: Any, epoch: int = 0, code: str = "", resource: str = "motion") -> ControlHeard:
+    return ControlHeard(control.LeaseReply(resource=resource, outcome=outcome, epoch=epoch, code=code))
 
 
-def state(holder: str | None, epoch: int, resource: str = "motion") -> Heard:
+def state(holder: str | None, epoch: int, resource: str = "motion") -> ControlHeard:
     peer = control.PeerInfo(peer_id=holder) if holder else None
-    return Heard(control.LeaseState(resource=resource, epoch=epoch, holder=peer, expiry_s=2))
+    return ControlHeard(control.LeaseState(resource=resource, epoch=epoch, holder=peer, expiry_s=2))
 
 
 def after(*events: Event) -> OperatorControl:
@@ -50,7 +50,7 @@ def test_asking_is_said_and_a_grant_is_held() -> None:
     assert machine.handle(Asked("motion", "why", True), 0.0) == [
         Say(control.LeaseRequest(resource="motion", reason="why", force=True))
     ]
-    assert machine.handle(reply("granted", 5), 1.0) == [Granted("motion", 5), Changed()]
+    assert machine.handle(reply("granted", 5), 1.0) == [Granted("motion", 5), ControlChanged()]
     assert machine.held == {"motion": 5}
     assert machine.leases["motion"].is_mine
 
@@ -74,7 +74,7 @@ def test_what_is_held_is_kept_alive_twice_a_second_and_nothing_else_is() -> None
         (reply("denied", code="lease.person_commands"), [Denied("motion", "lease.person_commands")]),
         (reply("denied"), [Denied("motion", "lease.denied")]),
         (reply("ended", code="lease.released"), []),
-        (ConnectionEnded("peer.lost", "gone"), [Denied("motion", "peer.lost", "gone"), Changed()]),
+        (ConnectionEnded("peer.lost", "gone"), [Denied("motion", "peer.lost", "gone"), ControlChanged()]),
     ],
 )
 def test_who_asks_hears_the_answer(event: Event, effects: list[Effect]) -> None:
@@ -108,7 +108,7 @@ def test_a_lease_that_ends_is_lost_and_no_longer_kept(event: Event, code: str) -
 @pytest.mark.parametrize("event", [state(ME, 5), state("bob", 5), state(None, 0)])
 def test_a_state_that_names_no_newer_holder_ends_nothing(event: Event) -> None:
     machine = after(Asked("motion"), reply("granted", 5))
-    assert machine.handle(event, 0.0) == [Changed()]
+    assert machine.handle(event, 0.0) == [ControlChanged()]
     assert machine.held == {"motion": 5}
     assert machine.leases["motion"].is_mine
 
@@ -120,9 +120,9 @@ def test_a_new_grant_of_what_is_held_replaces_its_epoch() -> None:
 
 def test_the_end_of_the_connection_forgets_what_was_known() -> None:
     machine = after(
-        Heard(control.Peers(you="you", peers=(control.PeerInfo(peer_id="bob"),))),
-        Heard(control.StopState(is_stopped=True)),
-        Heard(control.SafetyLimit(label="cmd_vel", factor=0.5)),
+        ControlHeard(control.Peers(you="you", peers=(control.PeerInfo(peer_id="bob"),))),
+        ControlHeard(control.StopState(is_stopped=True)),
+        ControlHeard(control.SafetyLimit(label="cmd_vel", factor=0.5)),
         state("bob", 3),
     )
     assert (len(machine.peers), len(machine.limits), len(machine.leases)) == (1, 1, 1)
@@ -131,7 +131,7 @@ def test_the_end_of_the_connection_forgets_what_was_known() -> None:
 
 
 def test_other_messages_are_none_of_its_business() -> None:
-    assert OperatorControl(ME).handle(Heard(control.Ping(t0=1)), 0.0) == []
+    assert OperatorControl(ME).handle(ControlHeard(control.Ping(t0=1)), 0.0) == []
 
 
 resources = st.sampled_from(["motion", "arm"])

@@ -14,9 +14,9 @@ from typer.testing import CliRunner
 
 from mosaic_core.cli.main import app
 from mosaic_core.cli.operator import terminal_keys
-from mosaic_core.cli.operator.control_actions import Clear, LookAtLeases, Stop
+from mosaic_core.cli.operator.control_actions import Clear, LookAtLeases, StopAction
 from mosaic_core.cli.operator.drive_session import DriveSession
-from mosaic_core.cli.operator.operator_send import Send
+from mosaic_core.cli.operator.operator_send import SendAction
 from mosaic_core.cli.operator.operator_session import list_robots
 from mosaic_core.cli.operator.operator_tail import Tail
 from mosaic_core.machines.peers import peer_of_operator as operator_peer
@@ -103,13 +103,13 @@ def test_silence_at_an_original_robot_is_explained(original: Any, capsys: Any, m
 
 
 def test_send_claims_no_refusals_that_an_original_robot_never_tells(original: Any, capsys: Any) -> None:
-    assert do(original, Send(ROBOT, "cmd_vel", '{"linear":{"x":1}}', 0.1, 0.0)) == 0
+    assert do(original, SendAction(ROBOT, "cmd_vel", '{"linear":{"x":1}}', 0.1, 0.0)) == 0
     assert capsys.readouterr().out == "1 sent, arrived; an original robot does not say what it refuses\n"
     assert sent(original, "cmd_vel") == [{"linear": {"x": 1}}]
 
 
 def test_send_takes_a_data_type_where_nothing_is_described(untold: Any, capsys: Any) -> None:
-    assert do(untold, Send(ROBOT, "gripper", "{}", 0.1, 0.0, True, "json-u2r")) == 0
+    assert do(untold, SendAction(ROBOT, "gripper", "{}", 0.1, 0.0, True, "json-u2r")) == 0
     assert json.loads(capsys.readouterr().out) == {"sent": 1, "arrived": True}
 
 
@@ -130,20 +130,20 @@ def test_robots_are_listed_with_the_labels_that_are_described(original: Any, cap
 
 
 def test_stop_says_that_zeros_went_out_and_that_nothing_was_stopped(original: Any, capsys: Any) -> None:
-    assert do(original, Stop(ROBOT, "", False)) == 1
+    assert do(original, StopAction(ROBOT, "", False)) == 1
     out = capsys.readouterr()
     assert "has no stop" in out.out
     assert "Zeros arrived at 'cmd_vel', 'h1' instead" in out.out
     assert "NOT STOPPED" not in out.err
     assert "stopped:" not in out.out
     assert sent(original, "h1") == [{"lin_vel_x": 0, "ang_vel_yaw": 0}]
-    assert do(original, Stop(ROBOT, "", True)) == 1
+    assert do(original, StopAction(ROBOT, "", True)) == 1
     line = json.loads(capsys.readouterr().out)
     assert line == {"stopped": False, "arrived": ["cmd_vel", "h1"], "failed": []}
 
 
 def test_stop_claims_nothing_where_no_drive_is_known(untold: Any, capsys: Any) -> None:
-    assert do(untold, Stop(ROBOT, "", False)) == 1
+    assert do(untold, StopAction(ROBOT, "", False)) == 1
     out = capsys.readouterr()
     assert "nothing was sent" in out.out
     assert "NOT STOPPED" in out.err
@@ -152,7 +152,7 @@ def test_stop_claims_nothing_where_no_drive_is_known(untold: Any, capsys: Any) -
 def test_stop_claims_nothing_where_the_channel_does_not_open(original: Any, capsys: Any, monkeypatch: Any) -> None:
     monkeypatch.setattr("mosaic_core.operator.control.original_drives.OPEN_S", 0.05)
     original.robot.opens_channels = False
-    assert do(original, Stop(ROBOT, "", False)) == 1
+    assert do(original, StopAction(ROBOT, "", False)) == 1
     out = capsys.readouterr()
     assert "Zeros did NOT arrive at 'cmd_vel', 'h1'" in out.out
     assert "Zeros arrived" not in out.out
@@ -160,7 +160,7 @@ def test_stop_claims_nothing_where_the_channel_does_not_open(original: Any, caps
 
 
 def test_stop_sends_zeros_to_a_drive_that_the_command_line_names(untold: Any, capsys: Any) -> None:
-    assert do(untold, Stop(ROBOT, "", False, "base", "turtlebot-receiver-teleop")) == 1
+    assert do(untold, StopAction(ROBOT, "", False, "base", "turtlebot-receiver-teleop")) == 1
     assert "Zeros arrived at 'base'" in capsys.readouterr().out
     assert sent(untold, "base") == [{"linear_x": 0, "angular_z": 0}]
 

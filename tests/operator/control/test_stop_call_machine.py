@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.control.stop_call import ClockReading, SayStop, StopCalls, Stopped, StopReport
+from mosaic_core.machines.control.stop_call import ClockReading, SayStop, StopCallEnded, StopCalls, StopReport
 from mosaic_core.words.control import STOP_REPEAT_S, Stop, StopAck
 
 HOUR_US = 3_600_000_000
@@ -33,7 +33,7 @@ def test_the_report_counts_on_the_robots_clock_whatever_ours_says(offset_us: int
     robot_us = said_us + offset_us
     clock = ClockReading(offset_us, 8_000)
     (stopped,) = calls.acknowledged(ack(robot_us + 4_000, robot_us + 25_000), clock, said_us / 1e6 + 0.05)
-    assert isinstance(stopped, Stopped)
+    assert isinstance(stopped, StopCallEnded)
     report = stopped.report
     assert report.acknowledged_s == pytest.approx(0.05)
     assert report.received_s == pytest.approx(0.004)
@@ -47,7 +47,7 @@ def test_without_a_known_clock_only_the_round_trip_is_told() -> None:
     calls = StopCalls()
     calls.say("a", "", 0.0)
     (stopped,) = calls.acknowledged(ack(5, 6), None, 0.2)
-    assert stopped == Stopped("a", StopReport(0.2, None, None, None, 1, True))
+    assert stopped == StopCallEnded("a", StopReport(0.2, None, None, None, 1, True))
 
 
 def test_an_acknowledgement_whose_safe_action_runs_is_asked_again_for_two_seconds() -> None:
@@ -58,7 +58,7 @@ def test_an_acknowledgement_whose_safe_action_runs_is_asked_again_for_two_second
     while True:
         now_s = calls.deadline_s or 0.0
         (effect,) = calls.overdue(now_s)
-        if isinstance(effect, Stopped):
+        if isinstance(effect, StopCallEnded):
             break
         copies += 1
     assert 2.1 <= now_s < 2.2
@@ -72,7 +72,7 @@ def test_a_second_answer_tells_that_it_is_safe_and_keeps_the_first_ones_time() -
     calls.say("a", "", 0.0)
     calls.acknowledged(ack(10_000), ClockReading(0, 0), 0.02)
     (stopped,) = calls.acknowledged(ack(10_000, 300_000), ClockReading(0, 0), 0.4)
-    assert isinstance(stopped, Stopped)
+    assert isinstance(stopped, StopCallEnded)
     assert (stopped.report.acknowledged_s, stopped.report.received_s, stopped.report.safe_s) == (0.02, 0.01, 0.3)
     assert calls.acknowledged(ack(10_000, 300_000), None, 0.5) == []
 
@@ -100,7 +100,7 @@ def test_every_stop_is_repeated_until_its_own_answer_and_never_after(steps: list
             calls.acknowledged(ack(1, None, id_), None, now_s)
         else:
             for effect in calls.overdue(now_s):
-                if isinstance(effect, Stopped):
+                if isinstance(effect, StopCallEnded):
                     open_ids.discard(effect.id)
                 else:
                     assert effect.message.id in open_ids

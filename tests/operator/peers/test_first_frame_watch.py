@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import Any
 
-from mosaic_core.machines.media.first_frame import Received
+from mosaic_core.machines.media.first_frame import ReceivedSoFar
 from mosaic_core.operator.peers.first_frame_watch import FirstFrameWatch
 from mosaic_core.operator.stores.media_store import MediaStreamStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
@@ -13,10 +13,10 @@ from mosaic_core.words.data_type import MosaicDataType
 
 
 class Video:
-    def __init__(self, received: Received | None) -> None:
+    def __init__(self, received: ReceivedSoFar | None) -> None:
         self._received = received
 
-    async def received(self) -> Received | None:
+    async def received(self) -> ReceivedSoFar | None:
         return self._received
 
     def __getattr__(self, name: str) -> Any:
@@ -39,7 +39,7 @@ async def until_failed(store: MediaStreamStore) -> None:
 def test_the_store_tells_the_cause_until_a_picture_comes() -> None:
     async def scenario() -> None:
         store, watch = opened_store(), FirstFrameWatch(0.01)
-        watch.began("front", store, Video(Received(0, 0, 120)))
+        watch.began("front", store, Video(ReceivedSoFar(0, 0, 120)))
         await until_failed(store)
         assert store.state.code == "media.no_packets"
         watch.arrived("front")
@@ -53,9 +53,9 @@ def test_a_picture_in_time_or_nobody_who_looks_leaves_the_store_alone() -> None:
     async def scenario() -> None:
         seen, left, late = opened_store(), opened_store(), opened_store()
         watch = FirstFrameWatch(0.01)
-        watch.began("seen", seen, Video(Received(0, 0, 0)))
-        watch.began("left", left, Video(Received(0, 0, 0)))
-        watch.began("late", late, Video(Received(0, 0, 0)))
+        watch.began("seen", seen, Video(ReceivedSoFar(0, 0, 0)))
+        watch.began("left", left, Video(ReceivedSoFar(0, 0, 0)))
+        watch.began("late", late, Video(ReceivedSoFar(0, 0, 0)))
         watch.arrived("seen")
         watch.ended("left")
         await until_failed(late)

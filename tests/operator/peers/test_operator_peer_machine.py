@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mosaic_core.machines.peers.peer_of_operator import (
     CHANNEL_TIMEOUT_S,
     KNOWN_ORIGINAL_S,
-    Answered,
+    AnswerReceived,
     CloseRequested,
     ControlOpened,
     ControlReceived,
@@ -19,8 +19,8 @@ from mosaic_core.machines.peers.peer_of_operator import (
     EndReceived,
     Event,
     HelloReceived,
-    Offered,
-    OperatorPeer,
+    OfferMade,
+    OperatorPeerMachine,
     SendPing,
     TransportChanged,
     UseConnection,
@@ -28,22 +28,22 @@ from mosaic_core.machines.peers.peer_of_operator import (
 from mosaic_core.words.codes import REASONS
 
 TO_GREETING: tuple[Event, ...] = (
-    Offered(),
-    Answered(),
+    OfferMade(),
+    AnswerReceived(),
     TransportChanged("securing"),
     TransportChanged("connected"),
     ControlOpened(),
 )
 
 
-def peer_after(*events: Event, was_original: bool = False) -> OperatorPeer:
-    peer = OperatorPeer(0.0, was_original=was_original)
+def peer_after(*events: Event, was_original: bool = False) -> OperatorPeerMachine:
+    peer = OperatorPeerMachine(0.0, was_original=was_original)
     for event in events:
         peer.handle(event, 0.0)
     return peer
 
 
-def run_until(peer: OperatorPeer, end_s: float) -> list[tuple[float, Effect]]:
+def run_until(peer: OperatorPeerMachine, end_s: float) -> list[tuple[float, Effect]]:
     told: list[tuple[float, Effect]] = []
     while peer.deadline_s is not None and peer.deadline_s <= end_s:
         at_s = peer.deadline_s
@@ -125,14 +125,15 @@ def test_silence_counts_from_the_open_channel_on() -> None:
 
 
 def test_an_end_of_the_robots_is_not_told_back_to_it() -> None:
-    assert peer_after(Offered()).handle(EndReceived("auth.bad_ticket", "no"), 1.0) == [
+    assert peer_after(OfferMade()).handle(EndReceived("auth.bad_ticket", "no"), 1.0) == [
         End("auth.bad_ticket", "no", False)
     ]
-    assert peer_after(Offered()).handle(TransportChanged("closed"), 1.0) == [End("peer.closed", "", False)]
+    assert peer_after(OfferMade()).handle(TransportChanged("closed"), 1.0) == [End("peer.closed", "", False)]
 
 
 EVENTS = st.sampled_from([
-    Offered(), Answered(), ControlOpened(), HelloReceived(), ControlReceived(), CloseRequested(), DeadlinePassed(),
+    OfferMade(), AnswerReceived(), ControlOpened(), HelloReceived(), ControlReceived(), CloseRequested(),
+    DeadlinePassed(),
     EndReceived("peer.shutdown"),
     *(TransportChanged(s) for s in ("connecting", "securing", "connected", "failed", "closed", "?")),
 ])  # fmt: skip
@@ -142,7 +143,7 @@ EVENTS = st.sampled_from([
 def test_a_random_walk_ends_once_with_a_known_code_and_never_forgets_its_deadline(
     walk: list[tuple[Event, float]],
 ) -> None:
-    peer, now_s, ends = OperatorPeer(0.0), 0.0, []
+    peer, now_s, ends = OperatorPeerMachine(0.0), 0.0, []
     for event, later_s in walk:
         now_s += later_s
         ends += [effect for effect in peer.handle(event, now_s) if isinstance(effect, End)]

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.signaling.operator_signaling import Deliver, Effect, OperatorSession
+from mosaic_core.machines.signaling.operator_signaling import Deliver, Effect, OperatorSignaling
 from mosaic_core.machines.signaling.signaling_events import (
     ChangeState,
     CloseSocket,
@@ -17,7 +17,7 @@ from mosaic_core.machines.signaling.signaling_events import (
     FrameReceived,
     ReconnectAfter,
     Report,
-    Send,
+    SendSignal,
     SocketClosed,
     SocketOpened,
 )
@@ -29,11 +29,11 @@ def frame(kind: str, data: object = None) -> FrameReceived:
 
 
 def sent(effects: list[Effect]) -> list[dict[str, object]]:
-    return [json.loads(effect.message.to_text()) for effect in effects if isinstance(effect, Send)]
+    return [json.loads(effect.message.to_text()) for effect in effects if isinstance(effect, SendSignal)]
 
 
-def ready_session(*, original: bool = False) -> OperatorSession:
-    session = OperatorSession("jwt")
+def ready_session(*, original: bool = False) -> OperatorSignaling:
+    session = OperatorSignaling("jwt")
     session.handle(SocketOpened(), 0.0)
     session.handle(frame("authorize.req", None if original else {"extensions": EXTENSIONS}), 0.0)
     session.handle(frame("authorize.res", 100), 0.0)
@@ -44,7 +44,7 @@ def ready_session(*, original: bool = False) -> OperatorSession:
 
 
 def test_toward_an_original_server_exactly_its_keys_are_sent() -> None:
-    session = OperatorSession("jwt")
+    session = OperatorSignaling("jwt")
     session.handle(SocketOpened(), 0.0)
     assert sent(session.handle(frame("authorize.req"), 0.0)) == [{"type": "authorize", "data": {"accessToken": "jwt"}}]
     assert session.handle(frame("authorize.res", 100), 0.0) == [ChangeState("ready")]
@@ -53,7 +53,7 @@ def test_toward_an_original_server_exactly_its_keys_are_sent() -> None:
 
 
 def test_toward_our_server_extensions_are_accepted_and_the_welcome_awaited() -> None:
-    session = OperatorSession("jwt")
+    session = OperatorSignaling("jwt")
     session.handle(SocketOpened(), 0.0)
     offered = {"extensions": {"catalogue": 7, "tickets": 1, "unheard": 3}}
     ((answer),) = sent(session.handle(frame("authorize.req", offered), 0.0))
@@ -76,7 +76,7 @@ def test_subscriptions_are_sent_again_after_every_reconnection() -> None:
 
 
 def test_pings_are_answered_in_every_state() -> None:
-    session = OperatorSession("jwt")
+    session = OperatorSignaling("jwt")
     session.handle(SocketOpened(), 0.0)
     ping = frame("ping.ping", {"pingId": "p"})
     for each in (session, ready_session()):
@@ -86,7 +86,7 @@ def test_pings_are_answered_in_every_state() -> None:
 @pytest.mark.parametrize(("code", "word"), [(10021, "auth.failed"), (2004, "auth.expired"), (999999, "auth.failed")])
 @pytest.mark.parametrize("kind", ["authorize.res", "authorize"])
 def test_a_refused_token_stops_for_good(code: int, word: str, kind: str) -> None:
-    session = OperatorSession("jwt")
+    session = OperatorSignaling("jwt")
     session.handle(SocketOpened(), 0.0)
     session.handle(frame("authorize.req"), 0.0)
     effects = session.handle(frame(kind, code), 0.0)
@@ -97,7 +97,7 @@ def test_a_refused_token_stops_for_good(code: int, word: str, kind: str) -> None
 
 
 def test_a_lost_server_is_reported_once_and_tried_again_ever_later() -> None:
-    session = OperatorSession("jwt")
+    session = OperatorSignaling("jwt")
     waits, reports = [], 0
     for _ in range(8):
         effects = session.handle(ConnectFailed("nothing answers"), 0.0)
@@ -136,7 +136,7 @@ def test_messages_reach_the_operator_only_while_ready_and_nonsense_never() -> No
     )
 )  # fmt: skip
 def test_a_random_walk_never_sends_the_token_unasked(walk: list[object]) -> None:
-    session = OperatorSession("secret-jwt")
+    session = OperatorSignaling("secret-jwt")
     for now_s, event in enumerate(walk):
         effects = session.handle(event, float(now_s))  # type: ignore[arg-type]
         told = any("secret-jwt" in str(message) for message in sent(effects))

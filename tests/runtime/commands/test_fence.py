@@ -13,7 +13,7 @@ import pytest
 
 from mosaic_core import Sender
 from mosaic_core.machines.control.lease_desk import LeaseDesk
-from mosaic_core.machines.control.lease_events import Joined, Kept, Left, Party, Released, Requested
+from mosaic_core.machines.control.lease_events import Kept, Party, PartyJoined, PartyLeft, Released, Requested
 from mosaic_core.machines.control.stop_latch import StopLatch
 from mosaic_core.runtime.commands.fence import SAFE, Fence
 from mosaic_core.runtime.commands.inbox import Incoming
@@ -111,7 +111,7 @@ def scene() -> Iterator[Scene]:
     safety.start()
     it = Scene(safety, fence, watch, motor, told=told)
     for peer_id in PEERS:
-        fence.handle(Joined(Party(peer_id, peer_id, peer_id, "supervisor", is_person=True)))
+        fence.handle(PartyJoined(Party(peer_id, peer_id, peer_id, "supervisor", is_person=True)))
         it.openings[peer_id] = watch.peer_joined(peer_id)
     yield it
     safety.close()
@@ -123,7 +123,7 @@ CHANGES: dict[str, Callable[[Scene], object]] = {
     "take-over": lambda scene: scene.take("bob"),
     "take-over and back": lambda scene: (scene.take("bob"), scene.take("ann")),
     "release": lambda scene: scene.fence.handle(Released("ann", "motion")),
-    "leaving": lambda scene: scene.fence.handle(Left("ann", on_purpose=True)),
+    "leaving": lambda scene: scene.fence.handle(PartyLeft("ann", on_purpose=True)),
     "reopened channel": lambda scene: scene.rejoin("ann"),
 }
 
@@ -183,7 +183,7 @@ def test_however_a_command_and_a_change_race_nothing_moves_in_the_end(scene: Sce
     chance = random.Random(7)
     outcomes: set[bool] = set()
     for _ in range(ROUNDS):
-        scene.fence.handle(Joined(Party("ann", "ann", "ann", "supervisor", is_person=True)))
+        scene.fence.handle(PartyJoined(Party("ann", "ann", "ann", "supervisor", is_person=True)))
         scene.take("ann")
         name = chance.choice(list(CHANGES))
         outcomes.add(_race(scene, scene.item("ann"), CHANGES[name], chance.randrange(-9000, 9000)) is None)
@@ -200,7 +200,7 @@ def test_without_its_guards_the_fence_would_leak(scene: Scene, monkeypatch: pyte
     leaks = []
     for change in CHANGES.values():
         for when in ("before", "after"):
-            scene.fence.handle(Joined(Party("ann", "ann", "ann", "supervisor", is_person=True)))
+            scene.fence.handle(PartyJoined(Party("ann", "ann", "ann", "supervisor", is_person=True)))
             scene.take("ann")
             item = scene.item("ann")
             if when == "before":

@@ -10,7 +10,7 @@ import pytest
 from mosaic_core.cli.configuration.config_schema import config_schema
 from mosaic_core.cli.configuration.connector_description import param_tables
 from mosaic_core.machines.delivery.delivery_terms import DeliveryTerms
-from mosaic_core.machines.delivery.send_scheduler import LIMITS, Lane, QueueLimits
+from mosaic_core.machines.delivery.send_scheduler import LIMITS, Priority, QueueLimits
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
@@ -56,7 +56,7 @@ def test_a_mode_alone_is_the_short_form(terms: Terms) -> None:
 def test_the_long_form_sets_bounds_and_leaves_the_rest_to_the_connector(terms: Terms) -> None:
     long_form = terms("{ mode: reliable, queue_messages: 9, queue_bytes: 4096, max_rate_hz: 20, latch: false }")
     assert long_form == DeliveryTerms(Delivery.RELIABLE, QueueLimits(9, 4096), 20.0, False)
-    assert terms("{ max_rate_hz: 5 }") == DeliveryTerms(Delivery.RELIABLE, LIMITS[Lane.RELIABLE], 5.0, True)
+    assert terms("{ max_rate_hz: 5 }") == DeliveryTerms(Delivery.RELIABLE, LIMITS[Priority.RELIABLE], 5.0, True)
     assert terms("{ mode: bulk, newest_wins: true }").limits.messages == 1
 
 

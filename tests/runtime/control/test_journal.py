@@ -11,7 +11,7 @@ import pytest
 
 from mosaic_core import Sender
 from mosaic_core.runtime.control import journal as module
-from mosaic_core.runtime.control.journal import MAX_ENTRIES, Journal
+from mosaic_core.runtime.control.journal import MAX_ENTRIES, RobotJournal
 from mosaic_core.runtime.control.journal_file import JournalFile
 from mosaic_core.words.control import JournalEntry
 
@@ -33,12 +33,12 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return it
 
 
-def whats(journal: Journal) -> list[tuple[str, str, str]]:
+def whats(journal: RobotJournal) -> list[tuple[str, str, str]]:
     return [(entry.what, entry.who, entry.message) for entry in reversed(journal.newest(200))]
 
 
 def test_it_keeps_the_newest_and_numbers_all() -> None:
-    journal = Journal()
+    journal = RobotJournal()
     for _ in range(MAX_ENTRIES + 5):
         journal.note("stop")
     assert journal.newest(1)[0].number == MAX_ENTRIES + 5
@@ -51,7 +51,7 @@ def test_it_keeps_the_newest_and_numbers_all() -> None:
 
 def test_what_is_kept_reads_as_it_was_written() -> None:
     written: list[JournalEntry] = []
-    journal = Journal(written.append)
+    journal = RobotJournal(written.append)
     journal.note("peer.closed", who='Änn "\u2028" 🤖', subject="drive", code="peer.timeout", message="a\nb" * 200)
     assert journal.newest(1) == tuple(written)
 
@@ -61,7 +61,7 @@ def test_a_full_journal_takes_at_most_a_megabyte() -> None:
         for number in range(2 * MAX_ENTRIES):
             journal.note("peer.closed", who=f"operator-{number}@example.com", code="peer.closed", message="It left.")
 
-    journal = Journal()
+    journal = RobotJournal()
     tracemalloc.start()
     try:
         note_all()
@@ -72,7 +72,7 @@ def test_a_full_journal_takes_at_most_a_megabyte() -> None:
 
 
 def test_the_same_refusal_is_written_at_once_and_then_counted(clock: Clock) -> None:
-    journal = Journal()
+    journal = RobotJournal()
     for _ in range(4):
         journal.refused("drive", ANN, "lease.required")
     journal.refused("drive", BOB, "lease.required")
@@ -90,14 +90,14 @@ def test_the_same_refusal_is_written_at_once_and_then_counted(clock: Clock) -> N
 
 
 def test_refusals_of_many_kinds_stay_bounded(clock: Clock) -> None:
-    journal = Journal()
+    journal = RobotJournal()
     for number in range(5000):
         journal.refused(f"label {number}", ANN, "channel.invalid")
     assert len(journal.newest(5000)) == module.MAX_MERGED
 
 
 def test_the_first_command_and_the_first_after_a_pause_or_a_change_are_written(clock: Clock) -> None:
-    journal = Journal()
+    journal = RobotJournal()
     for _ in range(3):
         journal.accepted("drive", ANN)
         clock.now_s += 1
@@ -112,7 +112,7 @@ def test_the_first_command_and_the_first_after_a_pause_or_a_change_are_written(c
 def test_a_file_gets_every_entry_as_a_line_that_only_its_owner_reads(tmp_path: Path) -> None:
     path = tmp_path / "journal.jsonl"
     file = JournalFile(path)
-    journal = Journal(file.write)
+    journal = RobotJournal(file.write)
     journal.note("stop", who="Ann %s", message="look: 100 %")
     journal.note("stop.clear", who="Ann")
     file.close()
@@ -125,7 +125,7 @@ def test_a_file_that_cannot_be_opened_is_told_and_harms_nothing(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     file = JournalFile(tmp_path / "missing" / "journal.jsonl")
-    journal = Journal(file.write)
+    journal = RobotJournal(file.write)
     journal.note("stop")
     file.close()
     assert len(journal.newest(1)) == 1

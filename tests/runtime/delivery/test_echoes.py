@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from mosaic_core.contract.params import NoParams
-from mosaic_core.machines.delivery.send_scheduler import HIGH_WATER_BYTES, LIMITS, Lane
+from mosaic_core.machines.delivery.send_scheduler import HIGH_WATER_BYTES, LIMITS, Priority
 from mosaic_core.runtime.handlers.connection_check import ConnectionCheckConfigurer
 
 BURST = 2000
-MOST_WAITING = LIMITS[Lane.RELIABLE].messages
+MOST_WAITING = LIMITS[Priority.RELIABLE].messages
 
 
 def check_of(kit: Any) -> Any:

@@ -10,7 +10,7 @@ from typing import Any
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.delivery.delivery_terms import terms_of
 from mosaic_core.machines.delivery.framing import MAX_MESSAGE_BYTES, PayloadKind
-from mosaic_core.machines.delivery.send_scheduler import HIGH_WATER_BYTES, Lane, Offered, QueuedMessage, QueueLimits
+from mosaic_core.machines.delivery.send_scheduler import HIGH_WATER_BYTES, Offered, Priority, QueuedMessage, QueueLimits
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.observation.counters import ConnectorCounters, RateMeter
@@ -162,7 +162,7 @@ def test_the_queue_waits_while_the_buffer_is_long_and_goes_on_when_it_drains(kit
         channel = kit.channel("a")
         rooms: list[str] = []
         queue = SendQueue(rooms.append)
-        queue.open(channel, Lane.RELIABLE)
+        queue.open(channel, Priority.RELIABLE)
         channel.buffered_bytes = HIGH_WATER_BYTES
         offered = [queue.offer(QueuedMessage("a", iter((b"x",)), 1)) for _ in range(600)]
         assert channel.sent == []
@@ -180,7 +180,7 @@ def test_messages_whose_place_a_larger_one_takes_are_all_counted(kit: Any) -> No
         it, counters, _ = outbox(DeliveryContract(mode=Delivery.BULK, newest_wins=True, queue_messages=9))
         channel, queue = kit.channel("a"), SendQueue(it.has_room, it.left_out)
         channel.buffered_bytes = HIGH_WATER_BYTES
-        queue.open(channel, Lane.BULK, QueueLimits(messages=9, size_bytes=10, newest_wins=True))
+        queue.open(channel, Priority.BULK, QueueLimits(messages=9, size_bytes=10, newest_wins=True))
 
         class Peer(Listener):
             def deliver(self, message: Outgoing) -> Offered:
@@ -206,7 +206,7 @@ def test_what_a_channel_finds_too_large_is_counted_each_time_and_logged_once(kit
             raise ConnectionFailed("64 KiB at most", code="channel.too_large")
 
         channel.send = refuse
-        queue.open(channel, Lane.RELIABLE)
+        queue.open(channel, Priority.RELIABLE)
         for _ in range(3):
             assert queue.offer(QueuedMessage("a", iter((b"large",)), 5)) is Offered.QUEUED
         assert counters.too_large == 3
@@ -219,7 +219,7 @@ def test_a_drain_that_nobody_reported_is_noticed(kit: Any) -> None:
     async def body() -> None:
         channel = kit.channel("a")
         queue = SendQueue(lambda _: None)
-        queue.open(channel, Lane.RELIABLE)
+        queue.open(channel, Priority.RELIABLE)
         channel.buffered_bytes = HIGH_WATER_BYTES
         queue.offer(QueuedMessage("a", iter((b"x",)), 1))
         channel.buffered_bytes = 0
@@ -232,7 +232,7 @@ def test_a_channel_that_is_gone_is_forgotten(kit: Any) -> None:
     async def body() -> None:
         channel = kit.channel("a")
         queue = SendQueue(lambda _: None)
-        queue.open(channel, Lane.RELIABLE)
+        queue.open(channel, Priority.RELIABLE)
         channel.is_open = False
         queue.offer(QueuedMessage("a", iter((b"x",)), 1))
         assert queue.offer(QueuedMessage("a", iter((b"x",)), 1)) is Offered.REFUSED

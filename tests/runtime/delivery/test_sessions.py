@@ -9,7 +9,7 @@ from typing import Any
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.delivery.delivery_terms import terms_of
 from mosaic_core.machines.delivery.framing import PayloadKind
-from mosaic_core.machines.delivery.send_scheduler import LIMITS, Lane, Offered, QueueLimits
+from mosaic_core.machines.delivery.send_scheduler import LIMITS, Offered, Priority, QueueLimits
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.delivery.resumed_stream import ResumedStream
 from mosaic_core.runtime.delivery.sessions import AWAY_BYTES, MAX_AWAY, SessionBook
@@ -105,13 +105,13 @@ def test_what_is_kept_for_somebody_away_is_bounded_and_counted_as_lost_at_the_en
         desk = Desk()
         owner = Owner()
         session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
-        desk.book.resume(session, {"events": 0}, {"events": LIMITS[Lane.RELIABLE]})
+        desk.book.resume(session, {"events": 0}, {"events": LIMITS[Priority.RELIABLE]})
         stream = session.streams["events"]
         desk.outbox.join("events", "p1", stream)
         desk.book.left(session, owner, is_lost=True)
         message = Outgoing("events", PayloadKind.BYTES, bytes(100_000), 0)
         taken = sum(stream.deliver(message) is Offered.QUEUED for _ in range(200))
-        assert 0 < taken * 100_000 <= LIMITS[Lane.RELIABLE].size_bytes < AWAY_BYTES
+        assert 0 < taken * 100_000 <= LIMITS[Priority.RELIABLE].size_bytes < AWAY_BYTES
         desk.book.close()
         assert desk.counters.lost == taken
         assert desk.outbox.listeners("events") == 0

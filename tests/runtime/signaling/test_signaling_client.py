@@ -9,18 +9,18 @@ import pytest
 
 from mosaic_core.machines.signaling import signaling_events as session
 from mosaic_core.machines.signaling.peer_admission import PeerIdentity
-from mosaic_core.machines.signaling.robot_signaling import SignalingSession
-from mosaic_core.runtime.signaling.signaling_socket import SignalingClient
+from mosaic_core.machines.signaling.robot_signaling import RobotSignaling
+from mosaic_core.runtime.signaling.signaling_socket import SignalingSocket
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.signaling import SdpAnswer
 
 
-def client(network: Any) -> tuple[SignalingClient, list[session.Effect]]:
+def client(network: Any) -> tuple[SignalingSocket, list[session.Effect]]:
     effects: list[session.Effect] = []
-    machine = SignalingSession(
+    machine = RobotSignaling(
         session.RobotFacts("r1", "t", Catalogue.of(())), lambda ticket, prepared, keys: PeerIdentity("s")
     )
-    return SignalingClient("ws://x/ws/robot", machine, network.connect, effects.append), effects
+    return SignalingSocket("ws://x/ws/robot", machine, network.connect, effects.append), effects
 
 
 def test_messages_leave_in_the_order_in_which_they_were_said(kit: Any) -> None:

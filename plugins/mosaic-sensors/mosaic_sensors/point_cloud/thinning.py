@@ -17,7 +17,7 @@ _MIX = np.uint64(0x9E3779B97F4A7C15)
 
 
 @dataclass(frozen=True, slots=True)
-class Thinning:
+class CloudThinning:
     """What to leave out. ``crop_*``: a box; ``*_range_m``: distances from the origin of the frame; ``voxel_size_m`` 0:
     no voxels; ``max_points``: the most that stay."""
 
@@ -29,7 +29,7 @@ class Thinning:
     max_range_m: float | None = None
 
 
-def thinned(cloud: PointCloud, by: Thinning) -> PointCloud:
+def thinned(cloud: PointCloud, by: CloudThinning) -> PointCloud:
     """The points that stay, in their order."""
     mask = _inside(cloud.xyz, by)
     if mask is not None and not mask.all():
@@ -39,7 +39,7 @@ def thinned(cloud: PointCloud, by: Thinning) -> PointCloud:
     return sampled(cloud, by.max_points)
 
 
-def _inside(xyz: Floats, by: Thinning) -> NDArray[np.bool_] | None:
+def _inside(xyz: Floats, by: CloudThinning) -> NDArray[np.bool_] | None:
     conditions: list[Any] = []
     if by.crop_min_m is not None:
         conditions.append((xyz >= np.asarray(by.crop_min_m)).all(axis=1))

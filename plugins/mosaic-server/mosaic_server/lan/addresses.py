@@ -20,7 +20,7 @@ _USUAL_PORTS = {"http": 80, "ws": 80, "https": 443, "wss": 443}
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class InterfaceAddress:
     """One address of one network interface."""
 
     interface: str
@@ -45,16 +45,16 @@ def lan_addresses(host: str) -> list[str]:
     return usable(places(), wanted)
 
 
-def places() -> list[Place]:
+def places() -> list[InterfaceAddress]:
     found = []
     for adapter in ifaddr.get_adapters():
         for ip in adapter.ips:
             address = ip.ip if isinstance(ip.ip, str) else ip.ip[0]
-            found.append(Place(adapter.name, address))
+            found.append(InterfaceAddress(adapter.name, address))
     return found
 
 
-def usable(found: Iterable[Place], version: int) -> list[str]:
+def usable(found: Iterable[InterfaceAddress], version: int) -> list[str]:
     """Addresses of that IP version that other machines can use: private networks first, in the order of the system."""
     outside = []
     for place in found:

@@ -38,7 +38,7 @@ REVOCATION_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ServingPlace:
     """Where this server is, and what of."""
 
     home: LanHome
@@ -99,7 +99,7 @@ def run(
     logging.getLogger("uvicorn").setLevel(logging.WARNING)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _end)  # uvicorn takes them over while it runs and hands the signal back afterwards
-    place = Place(LanHome(home), host, port, robot_id, name, tls_cert, tls_key)
+    place = ServingPlace(LanHome(home), host, port, robot_id, name, tls_cert, tls_key)
     try:
         _adopt(place)
     except (DatabaseInUse, SQLAlchemyError, OSError) as error:
@@ -116,7 +116,7 @@ def main() -> None:
     typer.run(run)
 
 
-def _adopt(place: Place) -> None:
+def _adopt(place: ServingPlace) -> None:
     database = Database(place.home.directory)
     try:
         database.lock()
@@ -126,7 +126,7 @@ def _adopt(place: Place) -> None:
         database.close()
 
 
-async def _serve(place: Place, offer_pins: bool) -> None:
+async def _serve(place: ServingPlace, offer_pins: bool) -> None:
     listening = asyncio.Event()
     server = make_server(
         place.settings(place.announced()),
@@ -158,7 +158,7 @@ async def _end_with_the_robot(server: Server) -> None:
     server.should_exit = True
 
 
-async def _tell(place: Place, server: Server, listening: asyncio.Event, offer_pins: bool) -> None:
+async def _tell(place: ServingPlace, server: Server, listening: asyncio.Event, offer_pins: bool) -> None:
     """Say how things stand whenever that changes, from the moment on when the server listens."""
     await listening.wait()
     announcement = Announcement(place.announced())
@@ -182,7 +182,7 @@ async def _tell(place: Place, server: Server, listening: asyncio.Event, offer_pi
 class _Teller:
     """What was told last, so that only changes are."""
 
-    def __init__(self, place: Place, announcement: Announcement, offers: StandingOffer) -> None:
+    def __init__(self, place: ServingPlace, announcement: Announcement, offers: StandingOffer) -> None:
         self._place = place
         self._announcement = announcement
         self._offers = offers

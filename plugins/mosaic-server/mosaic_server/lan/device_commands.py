@@ -12,7 +12,7 @@ from mosaic_server.cli.options import BY_COMMAND, AsJson, fail, nearest, opened,
 from mosaic_server.lan.home import LanHome
 from mosaic_server.roles import Role
 from mosaic_server.storage.database import Database
-from mosaic_server.storage.devices import Device, change_device_role, devices, revoke_device
+from mosaic_server.storage.devices import ListedDevice, change_device_role, devices, revoke_device
 
 app = typer.Typer(help="Paired phones and computers.", no_args_is_help=True)
 DeviceArgument = Annotated[str, typer.Argument(help="Its name, or the first characters of its id.")]
@@ -56,7 +56,7 @@ def change_role(device: DeviceArgument, role: Role, data_dir: HomeDir = None) ->
     typer.echo(f"{one.name} is {role} now")
 
 
-def _known(db: Database, wanted: str) -> Device:
+def _known(db: Database, wanted: str) -> ListedDevice:
     """The device, or the end with the nearest name."""
     every = db.work(devices)
     found = [one for one in every if one.name == wanted] or [one for one in every if one.id.startswith(wanted.lower())]

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
-from mosaic_server.rest.envelope import ApiError, Envelope, Message
+from mosaic_server.rest.envelope import ApiError, DoneMessage, Envelope
 from mosaic_server.rest.password_attempts import address_of, must_not_guess_on, person_with_password
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.rest.texts import EMAIL, NAME, NO_NUL
@@ -99,7 +99,7 @@ async def issue_code(person: PersonDep, services: ServicesDep) -> Envelope[OneTi
 
 
 @router.post("/signup")
-async def sign_up(signup: Signup, services: ServicesDep) -> Envelope[Message]:
+async def sign_up(signup: Signup, services: ServicesDep) -> Envelope[DoneMessage]:
     """Public; 403 unless the server was started with ``--allow-signup``."""
     if not services.settings.allow_signup:
         raise ApiError(ResultCode.ACCESS_DENIED, "this server takes no sign-ups; ask its administrator")
@@ -108,13 +108,13 @@ async def sign_up(signup: Signup, services: ServicesDep) -> Envelope[Message]:
             await services.database.run(add_account, signup.email, signup.password, signup.full_name)
     except AccountExists as error:
         raise ApiError(ResultCode.USER_ALREADY_EXISTS, "this e-mail has an account already", status=409) from error
-    return Envelope(resultData=Message(message="signed up"))
+    return Envelope(resultData=DoneMessage(message="signed up"))
 
 
 @router.post("/disconnect")
-async def disconnect(_: PersonDep) -> Envelope[Message]:
+async def disconnect(_: PersonDep) -> Envelope[DoneMessage]:
     """Known to original dashboards; has no effect there either."""
-    return Envelope(resultData=Message(message="disconnected"))
+    return Envelope(resultData=DoneMessage(message="disconnected"))
 
 
 async def _access(services: Services, person: Person, request: Request) -> Envelope[AccessToken]:

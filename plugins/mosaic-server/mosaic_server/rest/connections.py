@@ -21,7 +21,7 @@ from mosaic_server.services import Services
 from mosaic_server.sockets.authorizer import identity_of
 from mosaic_server.storage.accounts import Person
 from mosaic_server.storage.grants import roles_of_account
-from mosaic_server.storage.issued_tickets import NoAccess, Wanted, record_tickets
+from mosaic_server.storage.issued_tickets import NoAccess, WantedTicket, record_tickets
 from mosaic_server.storage.robots import robots_by_id
 from mosaic_server.switchboard.effects import ConnectionsRefused
 from mosaic_server.switchboard.events import ConnectionsRequested, WantedConnection
@@ -79,7 +79,7 @@ async def make_connections(
     robot_ids = list(dict.fromkeys(robot_id.lower() for robot_id in body.robot_ids))
     await _must_belong(services, person, robot_ids)
     plan = [
-        Wanted(robot_id, str(uuid4()), session_id)
+        WantedTicket(robot_id, str(uuid4()), session_id)
         for robot_id, session_id in zip(robot_ids, _session_ids(body, len(robot_ids)), strict=True)
     ]
     await _refuse_early(services, person, plan)
@@ -120,7 +120,7 @@ def _session_ids(request: ConnectionRequest, count: int) -> list[str]:
     return [request.session_id.lower()]
 
 
-async def _refuse_early(services: Services, person: Person, plan: Sequence[Wanted]) -> None:
+async def _refuse_early(services: Services, person: Person, plan: Sequence[WantedTicket]) -> None:
     """Pages knock again and again on a robot that is away; that writes nothing to the database."""
     roles = await services.database.run(roles_of_account, person.id, [one.robot_id for one in plan])
     who = {robot_id: _identity(person, role) for robot_id, role in roles.items()}
@@ -136,7 +136,7 @@ async def _refuse_early(services: Services, person: Person, plan: Sequence[Wante
 
 
 async def _with_tickets(
-    services: Services, person: Person, plan: Sequence[Wanted], address: str
+    services: Services, person: Person, plan: Sequence[WantedTicket], address: str
 ) -> tuple[WantedConnection, ...]:
     await services.forget_what_is_over()
     try:

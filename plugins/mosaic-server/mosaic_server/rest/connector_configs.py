@@ -8,7 +8,7 @@ from pydantic import Field
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.connector_config import MAX_LENGTH, BadConnectorConfig, checked_connector_config
-from mosaic_server.rest.envelope import ApiError, Envelope, Message
+from mosaic_server.rest.envelope import ApiError, DoneMessage, Envelope
 from mosaic_server.rest.robots import robot_of
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.rest.texts import NO_NUL
@@ -31,7 +31,7 @@ class Description(WireModel):
 @router.put("/{robot_id}/connector-config")
 async def describe_robot(
     robot_id: str, description: Description, person: PersonDep, services: ServicesDep
-) -> Envelope[Message]:
+) -> Envelope[DoneMessage]:
     """Ours. For operators and supervisors of this robot; 403 for observers."""
     robot = await robot_of(services, person, robot_id)
     await _must_operate(services, person, robot.id)
@@ -40,7 +40,7 @@ async def describe_robot(
     except BadConnectorConfig as error:
         raise ApiError(ResultCode.INVALID_FORMAT, str(error)) from error
     await services.database.run(keep_connector_config, robot.id, kept)
-    return Envelope(resultData=Message(message="description forgotten" if kept is None else "description saved"))
+    return Envelope(resultData=DoneMessage(message="description forgotten" if kept is None else "description saved"))
 
 
 async def _must_operate(services: Services, person: Person, robot_id: str) -> None:

@@ -53,13 +53,13 @@ class Failure(BaseModel):
     cure: str = ""
 
 
-class Message(WireModel):
+class DoneMessage(WireModel):
     """What the original answers to a change."""
 
     message: str
 
 
-class Created(Message):
+class Created(DoneMessage):
     id: str
 
 

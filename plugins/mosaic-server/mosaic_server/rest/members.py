@@ -10,7 +10,7 @@ from pydantic import Field
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.ids import is_uuid
-from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, Envelope, Message
+from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, DoneMessage, Envelope
 from mosaic_server.rest.role_changes import CHANGES, own_account, role_changes, unknown_account
 from mosaic_server.rest.signed_in import AdminDep, ServicesDep, actor_of
 from mosaic_server.rest.texts import EMAIL, NAME
@@ -94,13 +94,13 @@ async def change_user(account_id: str, change: UserChange, admin: AdminDep, serv
 
 
 @router.delete("/{account_id}")
-async def remove_user(account_id: str, admin: AdminDep, services: ServicesDep) -> Envelope[Message]:
+async def remove_user(account_id: str, admin: AdminDep, services: ServicesDep) -> Envelope[DoneMessage]:
     """The account, its grants and its connections; never the own account."""
     person = await _other(services, admin, account_id)
     with role_changes():
         await services.database.run(remove_member, person.id, actor_of(admin))
     await services.revoke()
-    return Envelope(resultData=Message(message="account removed"))
+    return Envelope(resultData=DoneMessage(message="account removed"))
 
 
 async def member_of(services: Services, admin: Person, account_id: str) -> Person:

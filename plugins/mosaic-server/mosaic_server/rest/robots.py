@@ -13,7 +13,7 @@ from mosaic_core.words.signaling import RobotStatus
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.connector_config import MAX_LENGTH, derived_connector_config
 from mosaic_server.ids import is_uuid
-from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, Envelope, Message
+from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, DoneMessage, Envelope
 from mosaic_server.rest.signed_in import AdminDep, PersonDep, ServicesDep
 from mosaic_server.rest.texts import NAME, NO_NUL
 from mosaic_server.roles import Role
@@ -128,7 +128,9 @@ async def show_robot(robot_id: str, person: PersonDep, services: ServicesDep) ->
 
 
 @router.put("/{robot_id}")
-async def update_robot(robot_id: str, change: RobotChange, admin: AdminDep, services: ServicesDep) -> Envelope[Message]:
+async def update_robot(
+    robot_id: str, change: RobotChange, admin: AdminDep, services: ServicesDep
+) -> Envelope[DoneMessage]:
     robot = await robot_of(services, admin, robot_id)
     given = change.connector_config
     # Forms of original dashboards send back all that they were shown; what was derived stays so.
@@ -142,15 +144,15 @@ async def update_robot(robot_id: str, change: RobotChange, admin: AdminDep, serv
         connector_config=given if is_news else None,
     )
     await services.revoke()
-    return Envelope(resultData=Message(message="robot saved"))
+    return Envelope(resultData=DoneMessage(message="robot saved"))
 
 
 @router.delete("/{robot_id}")
-async def delete_robot(robot_id: str, admin: AdminDep, services: ServicesDep) -> Envelope[Message]:
+async def delete_robot(robot_id: str, admin: AdminDep, services: ServicesDep) -> Envelope[DoneMessage]:
     robot = await robot_of(services, admin, robot_id)
     await services.database.run(remove_robot, robot.id)
     services.exchange.handle(RobotRemoved(robot.id, time.monotonic()))
-    return Envelope(resultData=Message(message="robot removed"))
+    return Envelope(resultData=DoneMessage(message="robot removed"))
 
 
 @router.get("/{robot_id}/catalogue")

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
-from mosaic_server.rest.envelope import ApiError, Envelope, Message, iso_time
+from mosaic_server.rest.envelope import ApiError, DoneMessage, Envelope, iso_time
 from mosaic_server.rest.password_attempts import person_with_password
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.rest.texts import NAME
@@ -45,22 +45,22 @@ async def me(person: PersonDep) -> Envelope[UserDto]:
 
 
 @router.put("/me")
-async def rename_me(change: FullName, person: PersonDep, services: ServicesDep) -> Envelope[Message]:
+async def rename_me(change: FullName, person: PersonDep, services: ServicesDep) -> Envelope[DoneMessage]:
     await services.database.run(change_full_name, person.id, change.full_name)
-    return Envelope(resultData=Message(message="saved"))
+    return Envelope(resultData=DoneMessage(message="saved"))
 
 
 @router.put("/me/password")
 async def change_my_password(
     change: PasswordChange, request: Request, person: PersonDep, services: ServicesDep
-) -> Envelope[Message]:
+) -> Envelope[DoneMessage]:
     """Ends every log-in of the account, this one included."""
     if await person_with_password(services, request, person.email, change.current_password) is None:
         raise ApiError(ResultCode.INVALID_PASSWORD, "the current password is wrong")
     async with services.hashing:
         await services.database.run(change_password, person.id, change.new_password)
     await services.revoke()
-    return Envelope(resultData=Message(message="password changed; log in again"))
+    return Envelope(resultData=DoneMessage(message="password changed; log in again"))
 
 
 def user_dto(person: Person) -> UserDto:

@@ -25,7 +25,7 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
-class Admission:
+class AdmittedSocket:
     """With what a socket was let in; it has to leave when that no longer holds."""
 
     side: Side
@@ -48,7 +48,7 @@ class Authorizer:
         self._database = database
         self._turn_lifetime_s = turn_lifetime_s
         self._access_tokens = access_tokens
-        self._admitted: dict[int, Admission] = {}
+        self._admitted: dict[int, AdmittedSocket] = {}
         self._complained_of: set[str] = set()
 
     async def check(
@@ -73,7 +73,7 @@ class Authorizer:
             return AuthorizationRefused(socket, ResultCode.ROBOT_NOT_FOUND, time.monotonic(), bare=True)
         if not isinstance(login, RobotLogin):
             return AuthorizationRefused(socket, ResultCode.AUTHENTICATION_FAILED, time.monotonic())
-        self._admitted[socket] = Admission(Side.ROBOT, login.robot.id, login.admitted_by)
+        self._admitted[socket] = AdmittedSocket(Side.ROBOT, login.robot.id, login.admitted_by)
         return RobotAuthorized(
             socket,
             login.robot.id,
@@ -88,7 +88,7 @@ class Authorizer:
             person, expires_at_s = await self.person_of(message.access_token)
         except AccessTokenRefused as error:
             return AuthorizationRefused(socket, error.code, time.monotonic())
-        self._admitted[socket] = Admission(Side.OPERATOR, person.id, str(person.login_version), expires_at_s)
+        self._admitted[socket] = AdmittedSocket(Side.OPERATOR, person.id, str(person.login_version), expires_at_s)
         return OperatorAuthorized(
             socket,
             identity_of(person),

@@ -12,8 +12,8 @@ from uuid import uuid4
 from mosaic_core.words.codes import CloseCode
 from mosaic_server.sockets.keep_alive import KeepAlive, KeepAlivePeriods
 from mosaic_server.switchboard import Switchboard
-from mosaic_server.switchboard.effects import Close, Effect, KeepCatalogue, LimitFrames, Send
-from mosaic_server.switchboard.events import Event, PingDue, Side, SocketClosed, SocketCondemned, SocketOpened, Ticked
+from mosaic_server.switchboard.effects import CloseLink, Effect, KeepCatalogue, LimitFrames, SendToLink
+from mosaic_server.switchboard.events import Event, LinkClosed, LinkOpened, PingDue, Side, SocketCondemned, Ticked
 
 _log = logging.getLogger(__name__)
 
@@ -50,12 +50,12 @@ class Exchange:
         now_s = time.monotonic()
         self._wires[number] = wire
         self._keep_alive.watch(number, now_s)
-        self.handle(SocketOpened(number, side, now_s))
+        self.handle(LinkOpened(number, side, now_s))
         return number
 
     def closed(self, number: int, *, said_goodbye: bool = False) -> None:
         self._unplug(number)
-        self.handle(SocketClosed(number, time.monotonic(), said_goodbye))
+        self.handle(LinkClosed(number, time.monotonic(), said_goodbye))
 
     def condemn(self, number: int, code: CloseCode) -> None:
         self.handle(SocketCondemned(number, code, time.monotonic()))
@@ -86,12 +86,12 @@ class Exchange:
         texts: dict[int, str] = {}
         for effect in effects:
             match effect:
-                case Send(socket=number, message=message):
+                case SendToLink(socket=number, message=message):
                     text = texts.setdefault(id(message), "") or message.to_text()
                     texts[id(message)] = text  # one message to many operators is written once
                     if number in self._wires and not self._wires[number].send(text):
                         too_slow.append(number)
-                case Close(socket=number, code=code):
+                case CloseLink(socket=number, code=code):
                     self._close(number, code, effect.reason)
                 case LimitFrames(socket=number, size_bytes=size_bytes):
                     if number in self._wires:

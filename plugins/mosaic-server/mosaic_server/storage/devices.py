@@ -26,8 +26,8 @@ from mosaic_server.storage.tables import (
     Organization,
     PairedDevice,
     PairingOffer,
-    Robot,
     RobotGrant,
+    RobotRow,
     now_ms,
 )
 
@@ -39,7 +39,7 @@ PAIRING = Actor("pairing")
 
 
 @dataclass(frozen=True, slots=True)
-class Device:
+class ListedDevice:
     """A paired device for people to read. Times are milliseconds since 1970; ``None``: never connected."""
 
     id: str
@@ -55,13 +55,13 @@ def adopt_robot(session: Session, robot_id: str, name: str, token: str) -> None:
     organization = session.scalar(select(Organization).where(Organization.name == ORGANIZATION))
     if organization is None:
         organization = add_organization(session, ORGANIZATION)
-    robot = session.get(Robot, robot_id)
+    robot = session.get(RobotRow, robot_id)
     if robot is None:
-        robot = Robot(id=robot_id, organization_id=organization.id, name=name)
+        robot = RobotRow(id=robot_id, organization_id=organization.id, name=name)
         session.add(robot)
     robot.name, robot.auth_type, robot.token_hash = name, 1, hash_of_token(token)
     session.flush()
-    for other in session.scalars(select(Robot).where(Robot.id != robot_id)):
+    for other in session.scalars(select(RobotRow).where(RobotRow.id != robot_id)):
         for grant in session.scalars(select(RobotGrant).where(RobotGrant.robot_id == other.id)):
             grant.robot_id = robot_id
         session.flush()
@@ -126,7 +126,7 @@ def pair(
 
 
 def _added(session: Session, offer: PairingOffer, name: str, address: str) -> tuple[Person, Role]:
-    robot = session.scalars(select(Robot)).one()
+    robot = session.scalars(select(RobotRow)).one()
     role = Role(offer.role) if offer.role else Role.OPERATOR if count_devices(session) else Role.SUPERVISOR
     email = f"{uuid4().hex[:12]}@{_ADDRESSES}"
     person = add_account(session, email, new_password(), name, membership=Membership(robot.organization_id))
@@ -148,9 +148,9 @@ def _added(session: Session, offer: PairingOffer, name: str, address: str) -> tu
     return person, role
 
 
-def devices(session: Session) -> list[Device]:
+def devices(session: Session) -> list[ListedDevice]:
     """All paired ones, the oldest first."""
-    robot = session.scalar(select(Robot))
+    robot = session.scalar(select(RobotRow))
     connected = (
         select(AuditEntryRow.account_id, func.max(AuditEntryRow.at_ms).label("at_ms"))
         .where(AuditEntryRow.action == AuditAction.CONNECTION_MADE)
@@ -164,12 +164,12 @@ def devices(session: Session) -> list[Device]:
         .order_by(PairedDevice.created_at_ms, Account.id)
     )
     return [
-        Device(row.id, row.full_name, _role(session, row.id, robot), row.address, row.created_at_ms, row.at_ms)
+        ListedDevice(row.id, row.full_name, _role(session, row.id, robot), row.address, row.created_at_ms, row.at_ms)
         for row in rows
     ]
 
 
-def _role(session: Session, account_id: str, robot: Robot | None) -> Role | None:
+def _role(session: Session, account_id: str, robot: RobotRow | None) -> Role | None:
     found = None if robot is None else role_on(session, account_id, robot.id)
     return None if found is None else found.standing.role
 
@@ -180,7 +180,7 @@ def count_devices(session: Session) -> int:
 
 def change_device_role(session: Session, device_id: str, role: Role, actor: Actor) -> None:
     """Raises :class:`LastSupervisor`."""
-    set_role(session, session.scalars(select(Robot)).one().id, device_id, role, actor)
+    set_role(session, session.scalars(select(RobotRow)).one().id, device_id, role, actor)
 
 
 def revoke_device(session: Session, device_id: str, actor: Actor) -> None:

@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 
 from mosaic_server.roles import Role, Standing, loses_last_supervisor
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
-from mosaic_server.storage.tables import Account, IssuedTicket, Organization, Robot, RobotGrant, now_ms
+from mosaic_server.storage.tables import Account, IssuedTicket, Organization, RobotGrant, RobotRow, now_ms
 
 
 class UnknownAccount(Exception):
@@ -55,13 +55,13 @@ class RoleOnRobot:
 
 def role_on(session: Session, account_id: str, robot_id: str) -> RoleOnRobot | None:
     """``None`` if there is no such account or robot. The pair may be of two organizations: ask the standing."""
-    row = session.execute(_pairs().where(Account.id == account_id, Robot.id == robot_id)).one_or_none()
+    row = session.execute(_pairs().where(Account.id == account_id, RobotRow.id == robot_id)).one_or_none()
     return None if row is None else _role_on_robot(row)
 
 
 def roles_of_account(session: Session, account_id: str, robot_ids: Collection[str]) -> dict[str, Role]:
     """The account's roles on those of the robots that it may use."""
-    rows = session.execute(_pairs().where(Account.id == account_id, Robot.id.in_(robot_ids)))
+    rows = session.execute(_pairs().where(Account.id == account_id, RobotRow.id.in_(robot_ids)))
     roles = {one.robot_id: one.standing.role for one in map(_role_on_robot, rows)}
     return {robot_id: role for robot_id, role in roles.items() if role is not None}
 
@@ -69,7 +69,9 @@ def roles_of_account(session: Session, account_id: str, robot_ids: Collection[st
 def operates_anything(session: Session, account_id: str) -> bool:
     """Whether the account may operate a robot of its organization, or could if there were one."""
     account = session.get_one(Account, account_id)
-    rows = session.execute(_pairs().where(Account.id == account_id, Account.organization_id == Robot.organization_id))
+    rows = session.execute(
+        _pairs().where(Account.id == account_id, Account.organization_id == RobotRow.organization_id)
+    )
     roles = [_role_on_robot(row).standing.role_if_active for row in rows]
     if not roles:
         default_role = Role(session.get_one(Organization, account.organization_id).default_role)
@@ -85,9 +87,9 @@ def roles_of_tickets(session: Session) -> dict[tuple[str, str], RoleOnRobot]:
 
 def roles_on_robot(session: Session, robot_id: str, skip: int, limit: int) -> tuple[list[RoleOnRobot], int]:
     """One page of the accounts of the robot's organization by e-mail with their roles, and how many there are."""
-    mine = (Robot.id == robot_id, Account.organization_id == Robot.organization_id)
+    mine = (RobotRow.id == robot_id, Account.organization_id == RobotRow.organization_id)
     page = _pairs().where(*mine).order_by(Account.email).offset(skip).limit(limit)
-    count = session.scalar(select(func.count()).select_from(Account).join(Robot, true()).where(*mine)) or 0
+    count = session.scalar(select(func.count()).select_from(Account).join(RobotRow, true()).where(*mine)) or 0
     return [_role_on_robot(row) for row in session.execute(page)], count
 
 
@@ -97,7 +99,7 @@ def set_role(session: Session, robot_id: str, account_id: str, role: Role | None
     Raises :class:`UnknownAccount`, :class:`OwnAccount`, :class:`LastSupervisor`. Granting what is granted already is
     no change.
     """
-    robot = session.get_one(Robot, robot_id)
+    robot = session.get_one(RobotRow, robot_id)
     with supervised(session, robot.organization_id, robot_id):
         before = role_on(session, account_id, robot_id)
         if before is None or not before.standing.is_same_organization:
@@ -121,14 +123,14 @@ def supervised(session: Session, organization_id: str, robot_id: str | None = No
     """
     # Taking this lock first makes two administrators who demote each other at once wait for one another.
     session.execute(update(Organization).where(Organization.id == organization_id).values(updated_at_ms=now_ms()))
-    which = (Robot.organization_id == organization_id, *([Robot.id == robot_id] if robot_id else []))
+    which = (RobotRow.organization_id == organization_id, *([RobotRow.id == robot_id] if robot_id else []))
     before, had_administrator = _standings(session, which), _is_administered(session, organization_id)
     yield
     session.flush()
     after = _standings(session, which)
     for one, standings in before.items():
         if loses_last_supervisor(standings, after.get(one, ())):
-            raise LastSupervisor(session.get_one(Robot, one).name)
+            raise LastSupervisor(session.get_one(RobotRow, one).name)
     if had_administrator and not _is_administered(session, organization_id):
         raise LastAdministrator
 
@@ -142,7 +144,7 @@ def _is_administered(session: Session, organization_id: str) -> bool:
 
 def _standings(session: Session, which: Collection[ColumnElement[bool]]) -> dict[str, list[Standing]]:
     found: dict[str, list[Standing]] = {}
-    for row in session.execute(_pairs().where(*which, Account.organization_id == Robot.organization_id)):
+    for row in session.execute(_pairs().where(*which, Account.organization_id == RobotRow.organization_id)):
         one = _role_on_robot(row)
         found.setdefault(one.robot_id, []).append(one.standing)
     return found
@@ -164,7 +166,7 @@ def _rank(one: RoleOnRobot) -> int:
     return one.standing.role_if_active.rank
 
 
-def _entry(robot: Robot, before: RoleOnRobot, after: RoleOnRobot, actor: Actor) -> AuditEntry:
+def _entry(robot: RobotRow, before: RoleOnRobot, after: RoleOnRobot, actor: Actor) -> AuditEntry:
     return AuditEntry(
         AuditAction.ROLE_REVOKED if after.standing.granted is None else AuditAction.ROLE_GRANTED,
         robot.organization_id,
@@ -180,8 +182,8 @@ def _entry(robot: Robot, before: RoleOnRobot, after: RoleOnRobot, actor: Actor) 
 
 def _pairs(*, of_tickets: bool = False) -> Select[*tuple[Any, ...]]:
     """Accounts × robots with what decides the role; the caller narrows it down, unless only pairs of tickets count."""
-    grant_of_pair = and_(RobotGrant.account_id == Account.id, RobotGrant.robot_id == Robot.id)
-    ticket_of_pair = and_(IssuedTicket.account_id == Account.id, IssuedTicket.robot_id == Robot.id)
+    grant_of_pair = and_(RobotGrant.account_id == Account.id, RobotGrant.robot_id == RobotRow.id)
+    ticket_of_pair = and_(IssuedTicket.account_id == Account.id, IssuedTicket.robot_id == RobotRow.id)
     pairs = (
         select(
             Account.id,
@@ -190,14 +192,14 @@ def _pairs(*, of_tickets: bool = False) -> Select[*tuple[Any, ...]]:
             Account.is_active,
             Account.is_program,
             Account.is_organization_admin,
-            (Account.organization_id == Robot.organization_id).label("is_same_organization"),
+            (Account.organization_id == RobotRow.organization_id).label("is_same_organization"),
             Organization.default_role,
-            Robot.id.label("robot_id"),
+            RobotRow.id.label("robot_id"),
             RobotGrant.role.label("granted"),
         )
         .select_from(Account)
         .join(Organization, Organization.id == Account.organization_id)
-        .join(Robot, true())
+        .join(RobotRow, true())
     )
     if of_tickets:
         pairs = pairs.join(IssuedTicket, ticket_of_pair)

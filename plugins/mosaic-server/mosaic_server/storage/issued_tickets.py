@@ -30,7 +30,7 @@ class NoAccess(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class WantedTicket:
     """A connection that is to be made."""
 
     robot_id: str
@@ -48,7 +48,9 @@ class VoidTicket:
     is_newest: bool
 
 
-def record_tickets(session: Session, account_id: str, wanted: Sequence[Wanted], address: str) -> list[RoleOnRobot]:
+def record_tickets(
+    session: Session, account_id: str, wanted: Sequence[WantedTicket], address: str
+) -> list[RoleOnRobot]:
     """The roles to write on tickets, recorded in the same transaction; raises :class:`NoAccess`, then nothing is.
 
     Superseding comes first because a write is what makes SQLite wait for whoever is changing a role at this moment.
@@ -109,7 +111,7 @@ def _void_because(ticket: IssuedTicket, today: RoleOnRobot | None) -> str | None
     return None
 
 
-def _supersede(session: Session, account_id: str, wanted: Wanted) -> None:
+def _supersede(session: Session, account_id: str, wanted: WantedTicket) -> None:
     mine = (IssuedTicket.account_id == account_id, IssuedTicket.robot_id == wanted.robot_id)
     newest = select(IssuedTicket.id).order_by(IssuedTicket.created_at_ms.desc(), IssuedTicket.id)
     of_session = newest.where(*mine, IssuedTicket.session_id == wanted.session_id).limit(PER_SESSION - 1)
@@ -121,7 +123,7 @@ def _supersede(session: Session, account_id: str, wanted: Wanted) -> None:
     )
 
 
-def _recorded(session: Session, account_id: str, wanted: Wanted) -> RoleOnRobot:
+def _recorded(session: Session, account_id: str, wanted: WantedTicket) -> RoleOnRobot:
     found = role_on(session, account_id, wanted.robot_id)
     if found is None or found.standing.role is None:
         raise NoAccess

@@ -11,7 +11,7 @@ from mosaic_server.roles import Role
 from mosaic_server.storage.accounts import Membership, Person, add_account, change_password, person_by_id
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
 from mosaic_server.storage.grants import Actor, supervised
-from mosaic_server.storage.tables import Account, Organization, Robot
+from mosaic_server.storage.tables import Account, Organization, RobotRow
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ def remove_member(session: Session, account_id: str, actor: Actor) -> None:
 
 def _drop_if_empty(session: Session, organization_id: str) -> None:
     """An organization without accounts and robots would only keep its name from being used again."""
-    for table in (Account, Robot):
+    for table in (Account, RobotRow):
         if session.scalar(select(table.id).where(table.organization_id == organization_id).limit(1)) is not None:
             return
     session.execute(delete(Organization).where(Organization.id == organization_id))

@@ -9,7 +9,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from mosaic_server.security.robot_tokens import hash_of_token, new_robot_token, token_matches
-from mosaic_server.storage.tables import Robot
+from mosaic_server.storage.tables import RobotRow
 
 
 class RobotAuthType(IntEnum):
@@ -33,7 +33,7 @@ class RobotRecord:
     catalogue: str | None
 
 
-def _record(robot: Robot) -> RobotRecord:
+def _record(robot: RobotRow) -> RobotRecord:
     return RobotRecord(
         id=robot.id,
         organization_id=robot.organization_id,
@@ -55,7 +55,7 @@ def add_robot(
     connector_config: str | None = None,
 ) -> RobotRecord:
     """A new robot; it can't connect before :func:`renew_token` made a token (unless it needs none)."""
-    robot = Robot(
+    robot = RobotRow(
         organization_id=organization_id,
         name=name,
         description=description,
@@ -68,25 +68,25 @@ def add_robot(
 
 
 def robot_by_id(session: Session, robot_id: str) -> RobotRecord | None:
-    robot = session.get(Robot, robot_id)
+    robot = session.get(RobotRow, robot_id)
     return None if robot is None else _record(robot)
 
 
 def robots_by_id(session: Session, robot_ids: list[str]) -> dict[str, RobotRecord]:
-    rows = session.scalars(select(Robot).where(Robot.id.in_(robot_ids)))
+    rows = session.scalars(select(RobotRow).where(RobotRow.id.in_(robot_ids)))
     return {robot.id: _record(robot) for robot in rows}
 
 
 def robots_of(session: Session, organization_id: str, skip: int, limit: int) -> tuple[list[RobotRecord], int]:
     """One page of an organization's robots by name, and how many there are in all."""
-    mine = Robot.organization_id == organization_id
-    page = select(Robot).where(mine).order_by(Robot.name, Robot.id).offset(skip).limit(limit)
-    count = session.scalar(select(func.count()).select_from(Robot).where(mine)) or 0
+    mine = RobotRow.organization_id == organization_id
+    page = select(RobotRow).where(mine).order_by(RobotRow.name, RobotRow.id).offset(skip).limit(limit)
+    count = session.scalar(select(func.count()).select_from(RobotRow).where(mine)) or 0
     return [_record(robot) for robot in session.scalars(page)], count
 
 
 def all_robots(session: Session) -> list[RobotRecord]:
-    return [_record(robot) for robot in session.scalars(select(Robot).order_by(Robot.name, Robot.id))]
+    return [_record(robot) for robot in session.scalars(select(RobotRow).order_by(RobotRow.name, RobotRow.id))]
 
 
 def change_robot(
@@ -98,7 +98,7 @@ def change_robot(
     auth_type: RobotAuthType | None = None,
     connector_config: str | None = None,
 ) -> None:
-    robot = session.get_one(Robot, robot_id)
+    robot = session.get_one(RobotRow, robot_id)
     robot.name = robot.name if name is None else name
     robot.description = robot.description if description is None else description
     robot.auth_type = robot.auth_type if auth_type is None else int(auth_type)
@@ -107,23 +107,23 @@ def change_robot(
 
 def keep_connector_config(session: Session, robot_id: str, connector_config: str | None) -> None:
     """What people say the robot has; ``None`` forgets it."""
-    session.get_one(Robot, robot_id).connector_config = connector_config
+    session.get_one(RobotRow, robot_id).connector_config = connector_config
 
 
 def remove_robot(session: Session, robot_id: str) -> None:
-    session.delete(session.get_one(Robot, robot_id))
+    session.delete(session.get_one(RobotRow, robot_id))
 
 
 def renew_token(session: Session, robot_id: str) -> str:
     """A new token, the only time it is seen; the old one is refused from now on."""
     token = new_robot_token()
-    session.get_one(Robot, robot_id).token_hash = hash_of_token(token)
+    session.get_one(RobotRow, robot_id).token_hash = hash_of_token(token)
     return token
 
 
 def keep_catalogue(session: Session, robot_id: str, catalogue: str) -> None:
     """Remember what the robot announced; a robot that was removed meanwhile is left alone."""
-    robot = session.get(Robot, robot_id)
+    robot = session.get(RobotRow, robot_id)
     if robot is not None:
         robot.catalogue = catalogue
 
@@ -141,7 +141,7 @@ def log_in_robot(session: Session, robot_id: str, token: str | None) -> RobotLog
 
     The robot's own auth type decides, never the message.
     """
-    robot = session.get(Robot, robot_id)
+    robot = session.get(RobotRow, robot_id)
     if robot is None:
         return None
     record = _record(robot)
@@ -150,10 +150,10 @@ def log_in_robot(session: Session, robot_id: str, token: str | None) -> RobotLog
     return record
 
 
-def _admission(robot: Robot) -> str:
+def _admission(robot: RobotRow) -> str:
     return f"{robot.auth_type}:{robot.token_hash or ''}"
 
 
 def admissions(session: Session) -> dict[str, str]:
     """What each robot must have been admitted with to stay connected."""
-    return {robot.id: _admission(robot) for robot in session.scalars(select(Robot))}
+    return {robot.id: _admission(robot) for robot in session.scalars(select(RobotRow))}

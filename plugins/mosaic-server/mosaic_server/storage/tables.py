@@ -55,7 +55,7 @@ class Account(Stamped, Base):
     """Raised when the password changes or the account is disabled: older access tokens end there."""
 
 
-class Robot(Stamped, Base):
+class RobotRow(Stamped, Base):
     """A robot as the server knows it; whether it is online is the switchboard's knowledge."""
 
     __tablename__ = "robot"

@@ -22,12 +22,14 @@ from mosaic_core.words.signaling import (
 from mosaic_server.switchboard.book import Book, echo, reply
 from mosaic_server.switchboard.connection_rules import connections_requested, forget_stale, refusal
 from mosaic_server.switchboard.departures import connections_unbound, operator_left
-from mosaic_server.switchboard.effects import Close, ConnectionsRefused, Effect, LimitFrames
+from mosaic_server.switchboard.effects import CloseLink, ConnectionsRefused, Effect, LimitFrames
 from mosaic_server.switchboard.events import (
     AuthorizationRefused,
     ConnectionsRequested,
     ConnectionsVoid,
     Event,
+    LinkClosed,
+    LinkOpened,
     MalformedArrived,
     MessageArrived,
     OperatorAuthorized,
@@ -36,13 +38,11 @@ from mosaic_server.switchboard.events import (
     RobotRemembered,
     RobotRemoved,
     Side,
-    SocketClosed,
     SocketCondemned,
-    SocketOpened,
     Ticked,
 )
 from mosaic_server.switchboard.operator_rules import operator_says
-from mosaic_server.switchboard.parties import Robot, Socket
+from mosaic_server.switchboard.parties import KnownRobot, Socket
 from mosaic_server.switchboard.robot_rules import robot_says, status_changed
 from mosaic_server.switchboard.voiding import connections_void, heard_by_robots
 
@@ -52,7 +52,7 @@ LOGINS_ALLOWED = 5
 
 
 _OnSocket = (
-    SocketClosed
+    LinkClosed
     | SocketCondemned
     | PingDue
     | MalformedArrived
@@ -78,7 +78,7 @@ class Switchboard:
         self._keys = keys
         self._authorize_within_s = authorize_within_s
 
-    def robot(self, robot_id: str) -> Robot | None:
+    def robot(self, robot_id: str) -> KnownRobot | None:
         """What is known of a robot; for REST routes to read."""
         return self.book.robots.get(robot_id)
 
@@ -106,7 +106,7 @@ class Switchboard:
                 return self._robot_removed(event)
             case Ticked(now_s=now_s):
                 return self._ticked(now_s)
-            case SocketOpened():
+            case LinkOpened():
                 socket = Socket(event.socket, event.side, event.now_s)
                 self.book.sockets[event.socket] = socket
                 return [reply(socket, AuthorizeRequest(extensions=dict(EXTENSIONS)))]
@@ -120,7 +120,7 @@ class Switchboard:
         event: _OnSocket,
     ) -> list[Effect]:
         match event:
-            case SocketClosed(now_s=now_s, said_goodbye=said_goodbye):
+            case LinkClosed(now_s=now_s, said_goodbye=said_goodbye):
                 return self._gone(socket, now_s, said_goodbye=said_goodbye)
             case SocketCondemned(code=code, now_s=now_s):
                 return self._close(socket, code, now_s)
@@ -173,12 +173,12 @@ class Switchboard:
         return [reply(socket, answer), *self._close(socket, CloseCode.AUTH, event.now_s)]
 
     def _robot_authorized(self, socket: Socket, event: RobotAuthorized) -> list[Effect]:
-        robot = self.book.robots.setdefault(event.robot_id, Robot(event.robot_id, event.organization_id))
+        robot = self.book.robots.setdefault(event.robot_id, KnownRobot(event.robot_id, event.organization_id))
         effects = [] if socket.robot_id in (None, event.robot_id) else self._robot_left(socket, event.now_s)
         is_renewal = robot.socket == socket.number
         if robot.socket is not None and not is_renewal:
             self.book.sockets.pop(robot.socket, None)
-            effects.append(Close(robot.socket, CloseCode.REPLACED))
+            effects.append(CloseLink(robot.socket, CloseCode.REPLACED))
         robot.organization_id, robot.socket, robot.extensions = event.organization_id, socket.number, event.extensions
         socket.robot_id, socket.organization_id, socket.extensions = (
             robot.robot_id,
@@ -215,7 +215,7 @@ class Switchboard:
         return effects
 
     def _remembered(self, event: RobotRemembered) -> list[Effect]:
-        robot = self.book.robots.setdefault(event.robot_id, Robot(event.robot_id, event.organization_id))
+        robot = self.book.robots.setdefault(event.robot_id, KnownRobot(event.robot_id, event.organization_id))
         robot.catalogue = robot.catalogue or event.catalogue
         return []
 
@@ -235,7 +235,7 @@ class Switchboard:
         return [effect for socket in late for effect in self._close(socket, CloseCode.TIMEOUT, now_s)]
 
     def _close(self, socket: Socket, code: CloseCode, now_s: float) -> list[Effect]:
-        return [Close(socket.number, code), *self._gone(socket, now_s)]
+        return [CloseLink(socket.number, code), *self._gone(socket, now_s)]
 
     def _gone(self, socket: Socket, now_s: float, *, said_goodbye: bool = False) -> list[Effect]:
         self.book.forget_socket(socket)

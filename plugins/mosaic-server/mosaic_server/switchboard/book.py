@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.signaling import CatalogueUpdate, ErrorEcho, OperatorIdentity, SignalingMessage, StatusUpdate
-from mosaic_server.switchboard.effects import Effect, Send
+from mosaic_server.switchboard.effects import Effect, SendToLink
 from mosaic_server.switchboard.events import Side
-from mosaic_server.switchboard.parties import Connection, Robot, Session, Socket
+from mosaic_server.switchboard.parties import Connection, KnownRobot, OperatorClaim, Socket
 
 
 class Book:
@@ -17,9 +17,9 @@ class Book:
 
     def __init__(self) -> None:
         self.sockets: dict[int, Socket] = {}
-        self.robots: dict[str, Robot] = {}
+        self.robots: dict[str, KnownRobot] = {}
         self.connections: dict[str, Connection] = {}
-        self.sessions: dict[str, Session] = {}
+        self.sessions: dict[str, OperatorClaim] = {}
         self._listeners: defaultdict[str, set[int]] = defaultdict(set)
         self._signed_in: defaultdict[str, set[int]] = defaultdict(set)
 
@@ -45,7 +45,7 @@ class Book:
         if socket.operator is not None:
             _drop(self._signed_in, socket.operator.id, socket.number)
 
-    def robot_of(self, socket: Socket) -> Robot | None:
+    def robot_of(self, socket: Socket) -> KnownRobot | None:
         """The robot that speaks on this socket."""
         robot = None if socket.robot_id is None else self.robots.get(socket.robot_id)
         return robot if robot is not None and robot.socket == socket.number else None
@@ -57,24 +57,24 @@ class Book:
     def operator_sockets(self, account_id: str) -> list[Socket]:
         return [self.sockets[number] for number in sorted(self._signed_in.get(account_id, ()))]
 
-    def subscribers(self, robot: Robot) -> Iterator[Socket]:
+    def subscribers(self, robot: KnownRobot) -> Iterator[Socket]:
         """Operators of the robot's organization that want to hear of it."""
         for number in sorted(self._listeners.get(robot.robot_id, ())):
             if self.may_see(self.sockets[number], robot):
                 yield self.sockets[number]
 
-    def may_see(self, socket: Socket, robot: Robot) -> bool:
+    def may_see(self, socket: Socket, robot: KnownRobot) -> bool:
         return socket.organization_id == robot.organization_id
 
-    def status_news(self, robot: Robot) -> list[Effect]:
+    def status_news(self, robot: KnownRobot) -> list[Effect]:
         news = StatusUpdate(robot_id=robot.robot_id, status=robot.status)
-        return [Send(socket.number, news) for socket in self.subscribers(robot)]
+        return [SendToLink(socket.number, news) for socket in self.subscribers(robot)]
 
-    def catalogue_news(self, robot: Robot) -> list[Effect]:
+    def catalogue_news(self, robot: KnownRobot) -> list[Effect]:
         if robot.catalogue is None:
             return []
         news = CatalogueUpdate(robot_id=robot.robot_id, catalogue=robot.catalogue)
-        return [Send(socket.number, news) for socket in self.subscribers(robot) if socket.knows("catalogue")]
+        return [SendToLink(socket.number, news) for socket in self.subscribers(robot) if socket.knows("catalogue")]
 
     def forget_robot(self, robot_id: str) -> None:
         self.robots.pop(robot_id, None)
@@ -91,7 +91,7 @@ class Book:
 def echo(socket: Socket, spelled: str, code: ResultCode, *, res: bool = False) -> list[Effect]:
     """A refusal in the words of the original server: ``.res`` only toward robots (UPSTREAM §1.7)."""
     suffix = ".res" if res and socket.side is Side.ROBOT else ""
-    return [Send(socket.number, ErrorEcho(request_type=f"{spelled}{suffix}", code=code))]
+    return [SendToLink(socket.number, ErrorEcho(request_type=f"{spelled}{suffix}", code=code))]
 
 
 def _drop(index: defaultdict[str, set[int]], key: str, number: int) -> None:
@@ -101,4 +101,4 @@ def _drop(index: defaultdict[str, set[int]], key: str, number: int) -> None:
 
 
 def reply(socket: Socket, message: SignalingMessage) -> Effect:
-    return Send(socket.number, message)
+    return SendToLink(socket.number, message)

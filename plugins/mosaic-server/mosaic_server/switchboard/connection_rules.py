@@ -5,9 +5,9 @@ from __future__ import annotations
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.signaling import PrepareConnection
 from mosaic_server.switchboard.book import Book
-from mosaic_server.switchboard.effects import ConnectionsMade, ConnectionsRefused, Effect, Send
+from mosaic_server.switchboard.effects import ConnectionsMade, ConnectionsRefused, Effect, SendToLink
 from mosaic_server.switchboard.events import ConnectionsRequested, WantedConnection
-from mosaic_server.switchboard.parties import RESERVED_FOR_S, Connection, Pending, Robot, Session
+from mosaic_server.switchboard.parties import RESERVED_FOR_S, Connection, KnownRobot, OperatorClaim, Pending
 
 NEVER_OFFERED_S = 60.0
 ORPHANED_S = 600.0
@@ -27,7 +27,7 @@ def connections_requested(book: Book, event: ConnectionsRequested) -> list[Effec
         robot = book.robots[wanted.robot_id]
         _note(book, robot, wanted, event)
         assert robot.socket is not None
-        effects.append(Send(robot.socket, _prepare(robot, wanted)))
+        effects.append(SendToLink(robot.socket, _prepare(robot, wanted)))
     return [*effects, ConnectionsMade()]
 
 
@@ -72,7 +72,7 @@ def _is_over(book: Book, wanted: WantedConnection) -> bool:
     return robot is not None and wanted.connection_id in robot.told_over
 
 
-def _note(book: Book, robot: Robot, wanted: WantedConnection, event: ConnectionsRequested) -> None:
+def _note(book: Book, robot: KnownRobot, wanted: WantedConnection, event: ConnectionsRequested) -> None:
     account_id = event.account_id
     if robot.pending and not robot.pending.offered and robot.pending.connection_id in book.connections:
         # The same operator asks again: an original robot keeps only the newest id.
@@ -81,7 +81,7 @@ def _note(book: Book, robot: Robot, wanted: WantedConnection, event: Connections
     book.connections[wanted.connection_id] = Connection(
         wanted.connection_id, wanted.session_id, wanted.robot_id, account_id, event.now_s
     )
-    book.sessions[wanted.session_id] = Session(wanted.session_id, wanted.robot_id, account_id, event.now_s)
+    book.sessions[wanted.session_id] = OperatorClaim(wanted.session_id, wanted.robot_id, account_id, event.now_s)
     if not robot.takes_several:
         robot.pending = Pending(wanted.connection_id, account_id, event.now_s + RESERVED_FOR_S)
 
@@ -92,7 +92,7 @@ def _make_room(book: Book, account_id: str, robot_id: str) -> None:
         book.forget_connection(oldest)
 
 
-def _prepare(robot: Robot, wanted: WantedConnection) -> PrepareConnection:
+def _prepare(robot: KnownRobot, wanted: WantedConnection) -> PrepareConnection:
     extensions = robot.extensions
     if not extensions.keys() & {"tickets", "multiPeer"}:
         return PrepareConnection(rtc_connection_id=wanted.connection_id)

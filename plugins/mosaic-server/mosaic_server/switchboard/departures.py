@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from mosaic_core.words.signaling import ClosePeerConnection
 from mosaic_server.switchboard.book import Book
-from mosaic_server.switchboard.effects import Effect, Send
+from mosaic_server.switchboard.effects import Effect, SendToLink
 from mosaic_server.switchboard.parties import Connection, Socket
 from mosaic_server.switchboard.voiding import as_known_to
 
@@ -40,4 +40,4 @@ def _to_robot(book: Book, connection: Connection) -> Iterator[Effect]:
     if robot.takes_several or robot.newest_offer == connection.connection_id:
         # originals close the connection they have, whichever is named
         over = ClosePeerConnection(rtc_connection_id=connection.connection_id, code="peer.closed")
-        yield Send(socket.number, as_known_to(socket, over))
+        yield SendToLink(socket.number, as_known_to(socket, over))

@@ -10,13 +10,13 @@ from mosaic_core.words.signaling import SignalingMessage
 
 
 @dataclass(frozen=True, slots=True)
-class Send:
+class SendToLink:
     socket: int
     message: SignalingMessage
 
 
 @dataclass(frozen=True, slots=True)
-class Close:
+class CloseLink:
     """Close the socket; the switchboard has already forgotten it."""
 
     socket: int
@@ -58,4 +58,4 @@ class ConnectionsRefused:
     """Our reason code, where the number says too little."""
 
 
-Effect = Send | Close | LimitFrames | KeepCatalogue | ConnectionsMade | ConnectionsRefused
+Effect = SendToLink | CloseLink | LimitFrames | KeepCatalogue | ConnectionsMade | ConnectionsRefused

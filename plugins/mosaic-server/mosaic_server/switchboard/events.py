@@ -20,14 +20,14 @@ class Side(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class SocketOpened:
+class LinkOpened:
     socket: int
     side: Side
     now_s: float
 
 
 @dataclass(frozen=True, slots=True)
-class SocketClosed:
+class LinkClosed:
     """The socket is gone, or as good as gone; nothing can be sent on it any more.
 
     ``said_goodbye``: the other side closed it in the way of the protocol, and not because we did.
@@ -169,8 +169,8 @@ class Ticked:
 
 
 Event = (
-    SocketOpened
-    | SocketClosed
+    LinkOpened
+    | LinkClosed
     | MessageArrived
     | MalformedArrived
     | RobotAuthorized

@@ -22,9 +22,9 @@ from mosaic_core.words.signaling import (
 )
 from mosaic_server.ids import is_uuid
 from mosaic_server.switchboard.book import Book, echo, reply
-from mosaic_server.switchboard.effects import Effect, Send
+from mosaic_server.switchboard.effects import Effect, SendToLink
 from mosaic_server.switchboard.events import MessageArrived
-from mosaic_server.switchboard.parties import WEDGED_AFTER_S, Connection, Pending, Robot, Socket
+from mosaic_server.switchboard.parties import WEDGED_AFTER_S, Connection, KnownRobot, Pending, Socket
 
 MAX_SUBSCRIPTIONS = 1000
 
@@ -85,7 +85,7 @@ def _in_connection(book: Book, socket: Socket, event: MessageArrived, message: _
             return echo(socket, event.spelled, ResultCode.ROBOT_NOT_READY_TO_CONNECT)
         _note_offer(robot, connection, event.now_s)
     connection.socket = socket.number
-    return [Send(robot.socket, _as_known_to(robot, message))]
+    return [SendToLink(robot.socket, _as_known_to(robot, message))]
 
 
 def _may_speak(book: Book, socket: Socket, connection: Connection) -> bool:
@@ -95,7 +95,7 @@ def _may_speak(book: Book, socket: Socket, connection: Connection) -> bool:
     return connection.socket in (None, socket.number) or connection.socket not in book.sockets
 
 
-def _note_offer(robot: Robot, connection: Connection, now_s: float) -> None:
+def _note_offer(robot: KnownRobot, connection: Connection, now_s: float) -> None:
     connection.offers += 1
     robot.newest_offer = connection.connection_id
     if not robot.takes_several:
@@ -103,7 +103,7 @@ def _note_offer(robot: Robot, connection: Connection, now_s: float) -> None:
         robot.pending = Pending(connection.connection_id, connection.account_id, until_s, offered=True)
 
 
-def _as_known_to(robot: Robot, message: _InConnection) -> _InConnection:
+def _as_known_to(robot: KnownRobot, message: _InConnection) -> _InConnection:
     """Original robots get exactly the keys of the original protocol."""
     if isinstance(message, SdpOffer) and "catalogue" not in robot.extensions:
         return message.model_copy(update={"tracks": None})

@@ -49,7 +49,7 @@ class Pending:
 
 
 @dataclass(slots=True)
-class Robot:
+class KnownRobot:
     """A robot, online or remembered."""
 
     robot_id: str
@@ -123,7 +123,7 @@ class Connection:
 
 
 @dataclass(slots=True)
-class Session:
+class OperatorClaim:
     """One operator page or program on one robot; survives its connections so that it can be claimed again."""
 
     session_id: str

@@ -15,9 +15,9 @@ from mosaic_core.words.signaling import (
     StatusUpdate,
 )
 from mosaic_server.switchboard.book import Book, echo
-from mosaic_server.switchboard.effects import Effect, KeepCatalogue, Send
+from mosaic_server.switchboard.effects import Effect, KeepCatalogue, SendToLink
 from mosaic_server.switchboard.events import MessageArrived
-from mosaic_server.switchboard.parties import Connection, Robot, Socket
+from mosaic_server.switchboard.parties import Connection, KnownRobot, Socket
 
 REFUSALS = ("signal.", "auth.", "media.", "peer.not_allowed")
 """Reason codes of offers that a robot does not take; all others say how a connection ended."""
@@ -41,7 +41,7 @@ def robot_says(book: Book, socket: Socket, event: MessageArrived) -> list[Effect
             return echo(socket, event.spelled, ResultCode.UNKNOWN_WEBSOCKET_REQUEST_TYPE)
 
 
-def status_changed(book: Book, robot: Robot, status: RobotStatus, now_s: float) -> list[Effect]:
+def status_changed(book: Book, robot: KnownRobot, status: RobotStatus, now_s: float) -> list[Effect]:
     """Note a robot's status and tell its subscribers, if it is news."""
     if status in (RobotStatus.RTC_CONNECTING, RobotStatus.RTC_CONNECTED):
         robot.pending = None  # the robot itself says now that it is taken
@@ -51,7 +51,7 @@ def status_changed(book: Book, robot: Robot, status: RobotStatus, now_s: float) 
     return book.status_news(robot)
 
 
-def _announced(book: Book, robot: Robot, announce: CatalogueAnnounce) -> list[Effect]:
+def _announced(book: Book, robot: KnownRobot, announce: CatalogueAnnounce) -> list[Effect]:
     catalogue = announce.catalogue.short()
     if catalogue == robot.catalogue:
         return []
@@ -59,7 +59,7 @@ def _announced(book: Book, robot: Robot, announce: CatalogueAnnounce) -> list[Ef
     return [KeepCatalogue(robot.robot_id, catalogue), *book.catalogue_news(robot)]
 
 
-def _into_connection(book: Book, robot: Robot, socket: Socket, event: MessageArrived) -> list[Effect]:
+def _into_connection(book: Book, robot: KnownRobot, socket: Socket, event: MessageArrived) -> list[Effect]:
     message = event.message
     assert isinstance(message, SdpAnswer | ExchangeIceCandidate | ClosePeerConnection)
     connection = book.connections.get(message.rtc_connection_id)
@@ -103,4 +103,4 @@ def _toward_operator(book: Book, connection: Connection, message: SignalingMessa
         return []  # the operator is between two sockets; the original says nothing either (code 10050)
     if isinstance(message, ClosePeerConnection) and not socket.knows("closeReasons"):
         return []
-    return [Send(socket.number, message)]
+    return [SendToLink(socket.number, message)]

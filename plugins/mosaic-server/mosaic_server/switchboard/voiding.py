@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from mosaic_core.words.signaling import ClosePeerConnection
 from mosaic_server.switchboard.book import Book
-from mosaic_server.switchboard.effects import Effect, Send
+from mosaic_server.switchboard.effects import Effect, SendToLink
 from mosaic_server.switchboard.events import ConnectionsVoid
-from mosaic_server.switchboard.parties import Robot, Socket
+from mosaic_server.switchboard.parties import KnownRobot, Socket
 
 HEARD_AFTER_S = 60.0
 """A socket that lives a minute later has carried what was sent on it: silence for 12 s would have ended it."""
@@ -38,23 +38,23 @@ def heard_by_robots(book: Book, now_s: float) -> list[str]:
     return heard
 
 
-def _to_robot(book: Book, robot: Robot, close: ClosePeerConnection, event: ConnectionsVoid) -> list[Effect]:
+def _to_robot(book: Book, robot: KnownRobot, close: ClosePeerConnection, event: ConnectionsVoid) -> list[Effect]:
     socket = book.robot_socket(robot.robot_id)
     if socket is None or close.rtc_connection_id in robot.told_over:
         return []
     robot.told_over[close.rtc_connection_id] = event.now_s
     if not robot.takes_several and close.rtc_connection_id != event.newest:
         return []  # originals close the connection they have, whichever is named; the newest one ended this one
-    return [Send(socket.number, as_known_to(socket, close))]
+    return [SendToLink(socket.number, as_known_to(socket, close))]
 
 
-def _to_operator(book: Book, robot: Robot, close: ClosePeerConnection) -> list[Effect]:
+def _to_operator(book: Book, robot: KnownRobot, close: ClosePeerConnection) -> list[Effect]:
     connection = book.connections.get(close.rtc_connection_id)
     if connection is None or connection.robot_id != robot.robot_id:
         return []
     book.forget_connection(connection)
     socket = None if connection.socket is None else book.sockets.get(connection.socket)
-    return [Send(socket.number, close)] if socket is not None and socket.knows("closeReasons") else []
+    return [SendToLink(socket.number, close)] if socket is not None and socket.knows("closeReasons") else []
 
 
 def as_known_to(socket: Socket, close: ClosePeerConnection) -> ClosePeerConnection:

@@ -16,10 +16,16 @@ import pytest
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.lan import LanNews, LanWish
 from mosaic_server.lan import addresses
-from mosaic_server.lan.addresses import Place, lan_addresses, mdns_label, names_of_certificate, url_of, usable
+from mosaic_server.lan.addresses import (
+    InterfaceAddress,
+    lan_addresses,
+    mdns_label,
+    names_of_certificate,
+    url_of,
+    usable,
+)
 from mosaic_server.lan.announcement import Announced
-from mosaic_server.lan.child import Place as ChildPlace
-from mosaic_server.lan.child import fingerprint_of
+from mosaic_server.lan.child import ServingPlace, fingerprint_of
 from mosaic_server.lan.entry import RobotsOwnServer
 from mosaic_server.lan.home import LanHome, Reach
 from mosaic_server.lan.offers import pairing_page
@@ -87,17 +93,29 @@ def test_a_second_handle_takes_no_lock_of_the_first_one_away(tmp_path: Path) -> 
 
 def test_addresses_that_a_phone_can_use_private_ones_first() -> None:
     found = [
-        Place("lo", "127.0.0.1"), Place("docker0", "172.17.0.1"), Place("br-0123456789ab", "172.18.0.1"),
-        Place("vethab12cd3", "172.19.0.1"), Place("wwan0", "8.8.8.8"), Place("wlan0", "192.168.1.20"),
-        Place("eth0", "169.254.1.1"), Place("wlan0", "fe80::1"), Place("wlan0", "fd00::1"), Place("br-lan", "10.0.0.1"),
-        Place("wlan0", "192.168.1.20"),
-    ]  # fmt: skip
+        InterfaceAddress(interface, address)
+        for interface, address in (
+            ("lo", "127.0.0.1"),
+            ("docker0", "172.17.0.1"),
+            ("br-0123456789ab", "172.18.0.1"),
+            ("vethab12cd3", "172.19.0.1"),
+            ("wwan0", "8.8.8.8"),
+            ("wlan0", "192.168.1.20"),
+            ("eth0", "169.254.1.1"),
+            ("wlan0", "fe80::1"),
+            ("wlan0", "fd00::1"),
+            ("br-lan", "10.0.0.1"),
+            ("wlan0", "192.168.1.20"),
+        )
+    ]
     assert usable(found, 4) == ["192.168.1.20", "10.0.0.1", "8.8.8.8"]
     assert usable(found, 6) == ["fd00::1"]
 
 
 def test_a_server_on_one_address_is_reached_there_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(addresses, "places", lambda: [Place("wlan0", "10.0.0.7"), Place("wlan0", "fd00::7")])
+    monkeypatch.setattr(
+        addresses, "places", lambda: [InterfaceAddress("wlan0", "10.0.0.7"), InterfaceAddress("wlan0", "fd00::7")]
+    )
     assert lan_addresses("10.0.0.7") == ["10.0.0.7"]
     assert lan_addresses(addresses.ANY_IPV4) == ["10.0.0.7"]
     assert lan_addresses(addresses.ANY_IPV6) == ["fd00::7"]
@@ -106,14 +124,14 @@ def test_a_server_on_one_address_is_reached_there_alone(monkeypatch: pytest.Monk
 @pytest.mark.parametrize("host", ["127.0.0.1", "127.9.9.9", "::1", "localhost"])
 def test_loopback_is_no_address_on_any_network(host: str, tmp_path: Path) -> None:
     assert lan_addresses(host) == []
-    place = ChildPlace(LanHome(tmp_path), host, 9002, ROBOT, "Rover", None, None)
+    place = ServingPlace(LanHome(tmp_path), host, 9002, ROBOT, "Rover", None, None)
     assert place.is_only_here
     assert place.urls([], "") == (url_of("http", host, 9002),)
 
 
 def test_an_address_on_a_network_is_for_others_too(tmp_path: Path) -> None:
     for host in ("10.0.0.7", "0.0.0.0", "::", "rover.example.org"):  # noqa: S104 - nothing is bound
-        assert not ChildPlace(LanHome(tmp_path), host, 9002, ROBOT, "Rover", None, None).is_only_here
+        assert not ServingPlace(LanHome(tmp_path), host, 9002, ROBOT, "Rover", None, None).is_only_here
 
 
 def test_this_machine_has_its_interfaces() -> None:
@@ -276,7 +294,7 @@ def test_with_a_certificate_it_is_https_under_the_certificates_names(
     assert child.server.ws_url.startswith("wss://127.0.0.1:")
     assert child.certificate == file
     assert names_of_certificate(file) == ["rover.example.org"]
-    place = ChildPlace(LanHome(tmp_path), "10.0.0.7", 443, ROBOT, "Rover", file, key)
+    place = ServingPlace(LanHome(tmp_path), "10.0.0.7", 443, ROBOT, "Rover", file, key)
     assert place.urls(["10.0.0.7"], "rover.local") == ("https://rover.example.org", "https://10.0.0.7")
     assert place.announced().fingerprint == fingerprint_of(file)
     assert len(fingerprint_of(file)) == 32 * 3 - 1

@@ -25,7 +25,7 @@ from mosaic_server.storage.grants import (
     roles_of_account,
     set_role,
 )
-from mosaic_server.storage.issued_tickets import NoAccess, Wanted, record_tickets, void_tickets
+from mosaic_server.storage.issued_tickets import NoAccess, WantedTicket, record_tickets, void_tickets
 from mosaic_server.storage.members import MemberChange, change_member, remove_member, set_default_role, shut_out
 from mosaic_server.storage.robots import add_robot, remove_robot
 from mosaic_server.storage.tables import Account, Base, Organization
@@ -179,7 +179,7 @@ class Organizations(RuleBasedStateMachine):
     @rule(account=pick, robot=pick)
     def a_ticket_is_issued(self, account: int, robot: int) -> None:
         account_id, robot_id = self._member(account), self._robot(robot)
-        wanted = Wanted(robot_id, str(uuid4()), str(uuid4()))
+        wanted = WantedTicket(robot_id, str(uuid4()), str(uuid4()))
         role, is_program = self._role(account_id, robot_id), self.members[account_id].is_program
         try:
             (found,) = record_tickets(self.session, account_id, [wanted], "192.0.2.1")

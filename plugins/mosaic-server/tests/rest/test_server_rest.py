@@ -20,7 +20,7 @@ from mosaic_core.words.ice import IceServer
 from mosaic_server.security.login_limits import PER_EMAIL_AND_ADDRESS
 from mosaic_server.storage.accounts import add_account
 from mosaic_server.storage.ice_servers import add_ice_server
-from mosaic_server.storage.tables import Account, Robot
+from mosaic_server.storage.tables import Account, RobotRow
 
 PASSWORD = "correct horse battery"  # noqa: S105 - of throw-away accounts
 
@@ -217,7 +217,7 @@ def test_nothing_secret_is_stored_in_clear(server: Any) -> None:
     _, robot_token = server.robot(server.account())
 
     def everything(session: Session) -> str:
-        robot, account = session.scalars(select(Robot)).one(), session.scalars(select(Account)).one()
+        robot, account = session.scalars(select(RobotRow)).one(), session.scalars(select(Account)).one()
         return f"{robot.token_hash} {account.password_hash}"
 
     stored = server.work(everything)

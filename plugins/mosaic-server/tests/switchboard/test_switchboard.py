@@ -26,11 +26,13 @@ from mosaic_core.words.signaling import (
 )
 from mosaic_server.switchboard import Switchboard
 from mosaic_server.switchboard.connection_rules import NEVER_OFFERED_S, ORPHANED_S, PER_ACCOUNT_AND_ROBOT, SESSION_S
-from mosaic_server.switchboard.effects import Close, ConnectionsMade, ConnectionsRefused, KeepCatalogue, Send
+from mosaic_server.switchboard.effects import CloseLink, ConnectionsMade, ConnectionsRefused, KeepCatalogue, SendToLink
 from mosaic_server.switchboard.events import (
     AuthorizationRefused,
     ConnectionsRequested,
     ConnectionsVoid,
+    LinkClosed,
+    LinkOpened,
     MalformedArrived,
     MessageArrived,
     OperatorAuthorized,
@@ -39,9 +41,7 @@ from mosaic_server.switchboard.events import (
     RobotRemembered,
     RobotRemoved,
     Side,
-    SocketClosed,
     SocketCondemned,
-    SocketOpened,
     Ticked,
     WantedConnection,
 )
@@ -66,7 +66,7 @@ class Scene:
 
     def opened(self, side: Side) -> int:
         self._count += 1
-        self.board.handle(SocketOpened(self._count, side, self.now_s))
+        self.board.handle(LinkOpened(self._count, side, self.now_s))
         return self._count
 
     def robot(self, robot_id: str = ROBOT, *, ours: bool = False, organization: str = "org", status: int = 0) -> int:
@@ -107,7 +107,7 @@ class Scene:
         return self.board.handle(ConnectionsVoid(ROBOT, codes, self.now_s, newest))
 
     def closed(self, socket: int, *, said_goodbye: bool = False) -> list[Any]:
-        return self.board.handle(SocketClosed(socket, self.now_s, said_goodbye))
+        return self.board.handle(LinkClosed(socket, self.now_s, said_goodbye))
 
     def passes(self, seconds: float) -> list[Any]:
         self.now_s += seconds
@@ -115,11 +115,11 @@ class Scene:
 
 
 def to(effects: list[Any]) -> list[int]:
-    return [effect.socket for effect in effects if isinstance(effect, Send)]
+    return [effect.socket for effect in effects if isinstance(effect, SendToLink)]
 
 
 def texts(effects: list[Any]) -> list[tuple[int, Any]]:
-    return [(effect.socket, effect.message.envelope()) for effect in effects if isinstance(effect, Send)]
+    return [(effect.socket, effect.message.envelope()) for effect in effects if isinstance(effect, SendToLink)]
 
 
 def echoed(effects: list[Any]) -> ResultCode:
@@ -148,14 +148,14 @@ def close(connection_id: str = "c", **more: Any) -> ClosePeerConnection:
 
 
 def test_a_new_socket_is_asked_to_authorize_and_offered_the_extensions() -> None:
-    effects = Switchboard().handle(SocketOpened(1, Side.ROBOT, 0.0))
+    effects = Switchboard().handle(LinkOpened(1, Side.ROBOT, 0.0))
     assert texts(effects) == [(1, {"type": "authorize.req", "data": {"extensions": EXTENSIONS}})]
 
 
 def test_a_socket_that_does_not_authorize_is_closed_in_time(scene: Scene) -> None:
     socket = scene.opened(Side.OPERATOR)
     assert scene.passes(9.9) == []
-    assert scene.passes(0.2) == [Close(socket, CloseCode.TIMEOUT)]
+    assert scene.passes(0.2) == [CloseLink(socket, CloseCode.TIMEOUT)]
 
 
 def test_the_last_status_before_authorization_counts_after_it(scene: Scene) -> None:
@@ -171,7 +171,7 @@ def test_the_last_status_before_authorization_counts_after_it(scene: Scene) -> N
 def test_a_robot_that_authorizes_again_on_its_socket_keeps_its_status(scene: Scene) -> None:
     socket = scene.robot(status=2)
     effects = scene.board.handle(RobotAuthorized(socket, ROBOT, "org", scene.now_s))
-    assert not [effect for effect in effects if isinstance(effect, Close)]
+    assert not [effect for effect in effects if isinstance(effect, CloseLink)]
     assert scene.board.robot(ROBOT).status == 2  # type: ignore[union-attr]
 
 
@@ -195,7 +195,7 @@ def test_five_wrong_logins_close_the_socket(scene: Scene) -> None:
     wrong = AuthorizationRefused(socket, ResultCode.AUTHENTICATION_FAILED, scene.now_s)
     for _ in range(4):
         assert texts(scene.board.handle(wrong)) == [(socket, {"type": "authorize.res", "data": 10021})]
-    assert scene.board.handle(wrong)[-1] == Close(socket, CloseCode.AUTH)
+    assert scene.board.handle(wrong)[-1] == CloseLink(socket, CloseCode.AUTH)
     assert scene.board.handle(wrong) == []
 
 
@@ -208,7 +208,9 @@ def test_malformed_frames_are_echoed_and_then_close_the_socket(scene: Scene) -> 
         ("status.update.res", 10000),
         ("signaling.send_sdp_answer", 10000),
     ]
-    assert scene.board.handle(MalformedArrived(socket, None, scene.now_s))[0] == Close(socket, CloseCode.BAD_MESSAGE)
+    assert scene.board.handle(MalformedArrived(socket, None, scene.now_s))[0] == CloseLink(
+        socket, CloseCode.BAD_MESSAGE
+    )
 
 
 def test_pings_go_to_authorized_sockets_only(scene: Scene) -> None:
@@ -288,7 +290,7 @@ def test_the_newest_socket_of_a_robot_wins_and_the_old_one_is_told(scene: Scene)
     scene.says(operator, StatusSubscribe(robot_ids=(ROBOT,)))
     new = scene.opened(Side.ROBOT)
     effects = scene.board.handle(RobotAuthorized(new, ROBOT, "org", scene.now_s))
-    assert effects[0] == Close(old, CloseCode.REPLACED)
+    assert effects[0] == CloseLink(old, CloseCode.REPLACED)
     assert scene.says(old, StatusUpdate(status=2)) == [], "nothing of the old one counts any more"
     assert scene.closed(old) == [], "and its end does not mark the robot as gone"
     assert scene.board.robot(ROBOT).socket == new  # type: ignore[union-attr]
@@ -297,14 +299,14 @@ def test_the_newest_socket_of_a_robot_wins_and_the_old_one_is_told(scene: Scene)
 def test_a_removed_robot_loses_its_socket_and_its_connections(scene: Scene) -> None:
     robot, operator = scene.robot(), scene.operator()
     scene.connected(operator)
-    assert Close(robot, CloseCode.AUTH) in scene.board.handle(RobotRemoved(ROBOT, scene.now_s))
+    assert CloseLink(robot, CloseCode.AUTH) in scene.board.handle(RobotRemoved(ROBOT, scene.now_s))
     assert echoed(scene.says(operator, candidate())) == 10053
 
 
 def test_a_condemned_socket_is_closed_once(scene: Scene) -> None:
     robot = scene.robot()
     condemned = SocketCondemned(robot, CloseCode.TOO_SLOW, scene.now_s)
-    assert scene.board.handle(condemned) == [Close(robot, CloseCode.TOO_SLOW)]
+    assert scene.board.handle(condemned) == [CloseLink(robot, CloseCode.TOO_SLOW)]
     assert scene.board.handle(condemned) == []
 
 

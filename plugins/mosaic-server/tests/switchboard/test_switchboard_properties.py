@@ -24,17 +24,17 @@ from mosaic_core.words.signaling import (
     StatusUpdate,
 )
 from mosaic_server.switchboard import Switchboard
-from mosaic_server.switchboard.effects import Close, ConnectionsMade, Send
+from mosaic_server.switchboard.effects import CloseLink, ConnectionsMade, SendToLink
 from mosaic_server.switchboard.events import (
     ConnectionsRequested,
     ConnectionsVoid,
+    LinkClosed,
+    LinkOpened,
     MessageArrived,
     OperatorAuthorized,
     RobotAuthorized,
     Side,
-    SocketClosed,
     SocketCondemned,
-    SocketOpened,
     Ticked,
     WantedConnection,
 )
@@ -69,7 +69,7 @@ class Parties(RuleBasedStateMachine):
         number = len(self.sides) + 1
         self.sides[number] = side
         self.live.add(number)
-        self._handle(SocketOpened(number, side, self.now_s))
+        self._handle(LinkOpened(number, side, self.now_s))
 
     @initialize(ours=st.booleans())
     def a_busy_morning(self, ours: bool) -> None:
@@ -117,7 +117,7 @@ class Parties(RuleBasedStateMachine):
         effects = self._handle(ConnectionsRequested(account, ACCOUNTS[account], wanted, self.now_s))
         if ConnectionsMade() not in effects:
             self.owners = before
-            assert not any(isinstance(effect, Send) for effect in effects)
+            assert not any(isinstance(effect, SendToLink) for effect in effects)
         else:
             assert all(ROBOTS[one.robot_id] == ACCOUNTS[account] for one in wanted)
 
@@ -138,7 +138,7 @@ class Parties(RuleBasedStateMachine):
         }[kind]
         effects = self._handle(MessageArrived(socket, message, message.type, self.now_s))
         for effect in effects:
-            if isinstance(effect, Send) and not isinstance(effect.message, ErrorEcho | StatusUpdate):
+            if isinstance(effect, SendToLink) and not isinstance(effect.message, ErrorEcho | StatusUpdate):
                 assert connection_id not in self.void, "nothing is relayed in it any more"
                 self._check_relay(socket, connection_id, effect)
 
@@ -172,7 +172,7 @@ class Parties(RuleBasedStateMachine):
             self._handle(SocketCondemned(socket, ending, self.now_s))
         else:
             self.live.discard(socket)
-            self._handle(SocketClosed(socket, self.now_s, ending == "goodbye"))
+            self._handle(LinkClosed(socket, self.now_s, ending == "goodbye"))
 
     @rule(seconds=st.floats(0.1, 700))
     def time_passes(self, seconds: float) -> None:
@@ -195,15 +195,15 @@ class Parties(RuleBasedStateMachine):
     def _handle(self, event: Any) -> list[Any]:
         effects = self.board.handle(event)
         for effect in effects:
-            if isinstance(effect, Close):
+            if isinstance(effect, CloseLink):
                 assert effect.socket in self.live, "nobody is closed twice"
                 self.live.discard(effect.socket)
-            elif isinstance(effect, Send):
+            elif isinstance(effect, SendToLink):
                 assert effect.socket in self.live, "nothing is sent to a closed socket"
                 self._check_entitled(effect)
         return effects
 
-    def _check_entitled(self, effect: Send) -> None:
+    def _check_entitled(self, effect: SendToLink) -> None:
         """Whoever gets a message of a connection or a robot has a right to it, in a form it knows."""
         message, socket = effect.message, effect.socket
         if isinstance(message, StatusUpdate | CatalogueUpdate):
@@ -217,7 +217,7 @@ class Parties(RuleBasedStateMachine):
             if not self.extensions[socket]:
                 assert message.wire().keys() <= {"rtcConnectionId", "sdpOffer", "sdpAnswer", "iceCandidate"}
 
-    def _check_relay(self, sender: int, connection_id: str, effect: Send) -> None:
+    def _check_relay(self, sender: int, connection_id: str, effect: SendToLink) -> None:
         account, robot_id = self.owners[connection_id]
         assert self.sides[sender] is not self.sides[effect.socket]
         assert self.who[sender] == (robot_id if self.sides[sender] is Side.ROBOT else account), "a stranger got through"

@@ -39,11 +39,11 @@ class Result:
         return cls(str(line["name"]), bool(line["ok"]), str(line["detail"]))
 
 
-class Failed(Exception):
+class CheckFailed(Exception):
     """A check that did not hold; the text says what was seen instead."""
 
 
-class Camera(Protocol):
+class CameraCheck(Protocol):
     async def next_image(self, timeout_s: float = 10.0) -> Any: ...
 
 
@@ -74,7 +74,7 @@ async def told(name: str, check: Callable[[], Awaitable[str]]) -> Result:
         return Result(name, False, str(error) or type(error).__name__)
 
 
-async def pictures_arrive(camera: Camera) -> str:
+async def pictures_arrive(camera: CameraCheck) -> str:
     first = await camera.next_image()
     for _ in range(WARM_UP_PICTURES):
         await camera.next_image(timeout_s=3.0)
@@ -83,7 +83,7 @@ async def pictures_arrive(camera: Camera) -> str:
         await camera.next_image(timeout_s=3.0)
     rate = PICTURES / (time.monotonic() - began_s)
     if int(first.max()) - int(first.min()) < 50:
-        raise Failed("pictures arrive but show nothing")
+        raise CheckFailed("pictures arrive but show nothing")
     return f"{first.shape[1]}×{first.shape[0]}, {rate:.0f} per second"
 
 
@@ -104,11 +104,11 @@ async def driving_moves(wheels: Wheels, pose: Sensor) -> str:
     end_s = time.monotonic() + DRIVE_S
     while time.monotonic() < end_s:
         if not wheels.send_json({"linear": {"x": DRIVE_MPS}, "angular": {"z": 0.0}}):
-            raise Failed("a command was not accepted")
+            raise CheckFailed("a command was not accepted")
         await asyncio.sleep(COMMAND_PERIOD_S)
     moved_m = math.dist(before, _place(await pose.next_message(5.0)))
     if moved_m < MUST_MOVE_M:
-        raise Failed(f"commanded {DRIVE_MPS} m/s for {DRIVE_S} s, but it moved {moved_m:.2f} m only")
+        raise CheckFailed(f"commanded {DRIVE_MPS} m/s for {DRIVE_S} s, but it moved {moved_m:.2f} m only")
     return f"moved {moved_m:.2f} m"
 
 
@@ -117,13 +117,13 @@ async def silence_stops(pose: Sensor) -> str:
     began_s = time.monotonic()
     while (speed_mps := _speed(message := await pose.next_message(5.0))) > STANDSTILL_MPS:
         if time.monotonic() - began_s > STOP_WITHIN_S:
-            raise Failed(f"still {speed_mps:.2f} m/s after {STOP_WITHIN_S} s of silence")
+            raise CheckFailed(f"still {speed_mps:.2f} m/s after {STOP_WITHIN_S} s of silence")
     stopped_s, place = time.monotonic() - began_s, _place(message)
     end_s = time.monotonic() + REST_S
     while time.monotonic() < end_s:
         message = await pose.next_message(5.0)
     if math.dist(place, _place(message)) > 0.02:
-        raise Failed("it stopped and moved again")
+        raise CheckFailed("it stopped and moved again")
     return f"at rest {stopped_s:.2f} s after the last command"
 
 

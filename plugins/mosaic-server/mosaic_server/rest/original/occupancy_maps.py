@@ -13,7 +13,7 @@ from starlette.requests import ClientDisconnect
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.occupancy_map_files import BadMapFile, MapFile, pgm_file, yaml_file, zipped
-from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, Envelope, Message, iso_time
+from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, DoneMessage, Envelope, iso_time
 from mosaic_server.rest.signed_in import OperatorDep, PersonDep, ServicesDep
 from mosaic_server.rest.texts import NAME
 from mosaic_server.services import Services
@@ -102,10 +102,10 @@ async def show_map(map_id: str, person: PersonDep, services: ServicesDep) -> Env
 
 
 @router.delete("/{map_id}")
-async def delete_map(map_id: str, person: OperatorDep, services: ServicesDep) -> Envelope[Message]:
+async def delete_map(map_id: str, person: OperatorDep, services: ServicesDep) -> Envelope[DoneMessage]:
     if not await services.database.run(remove_map, person.organization_id, map_id):
         raise ApiError(ResultCode.OCCUPANCY_MAP_NOT_FOUND)
-    return Envelope(resultData=Message(message="map removed"))
+    return Envelope(resultData=DoneMessage(message="map removed"))
 
 
 @router.get("/{map_id}/pgm", response_class=Response)

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
-from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, Envelope, Message
+from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, DoneMessage, Envelope
 from mosaic_server.rest.members import NewUser, UserPage, create_user, list_users, member_of
 from mosaic_server.rest.role_changes import CHANGES, own_account, role_changes
 from mosaic_server.rest.signed_in import AdminDep, ServicesDep, actor_of
@@ -68,7 +68,7 @@ async def create_member(new: NewMember, admin: AdminDep, services: ServicesDep) 
 
 
 @router.put("")
-async def change_account(change: ChangedMember, admin: AdminDep, services: ServicesDep) -> Envelope[Message]:
+async def change_account(change: ChangedMember, admin: AdminDep, services: ServicesDep) -> Envelope[DoneMessage]:
     """A new password ends every log-in of the account. Of the own account only the name can be changed here."""
     person = await member_of(services, admin, change.id)
     if person.id == admin.id:
@@ -83,11 +83,11 @@ async def change_account(change: ChangedMember, admin: AdminDep, services: Servi
         with role_changes():
             await services.database.run(change_member, person.id, wanted, actor_of(admin))
     await services.revoke()
-    return Envelope(resultData=Message(message="account saved"))
+    return Envelope(resultData=DoneMessage(message="account saved"))
 
 
 @router.delete("")
-async def delete_account(wanted: MemberId, admin: AdminDep, services: ServicesDep) -> Envelope[Message]:
+async def delete_account(wanted: MemberId, admin: AdminDep, services: ServicesDep) -> Envelope[DoneMessage]:
     """The account, its grants and its connections; never the own account."""
     person = await member_of(services, admin, wanted.id)
     if person.id == admin.id:
@@ -95,7 +95,7 @@ async def delete_account(wanted: MemberId, admin: AdminDep, services: ServicesDe
     with role_changes():
         await services.database.run(remove_member, person.id, actor_of(admin))
     await services.revoke()
-    return Envelope(resultData=Message(message="account removed"))
+    return Envelope(resultData=DoneMessage(message="account removed"))
 
 
 def _must_keep_own_kind(change: ChangedMember, admin: Person) -> None:

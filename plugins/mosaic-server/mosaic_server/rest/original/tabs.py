@@ -9,7 +9,7 @@ from pydantic import Field
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
-from mosaic_server.rest.envelope import ApiError, Created, Envelope, Message
+from mosaic_server.rest.envelope import ApiError, Created, DoneMessage, Envelope
 from mosaic_server.rest.signed_in import OperatorDep, PersonDep, ServicesDep
 from mosaic_server.rest.texts import NAME, NO_NUL
 from mosaic_server.storage.tabs import MOST_TABS, TooManyTabs, add_tab, change_tab, remove_tab, tab_of, tabs_of
@@ -65,26 +65,28 @@ async def show_tab(tab_id: str, person: PersonDep, services: ServicesDep) -> Env
 
 
 @router.put("/{tab_id}")
-async def rename_tab(tab_id: str, change: TabName, person: OperatorDep, services: ServicesDep) -> Envelope[Message]:
+async def rename_tab(tab_id: str, change: TabName, person: OperatorDep, services: ServicesDep) -> Envelope[DoneMessage]:
     if not await services.database.run(change_tab, person.organization_id, tab_id, name=change.name):
         raise _unknown()
-    return Envelope(resultData=Message(message="tab saved"))
+    return Envelope(resultData=DoneMessage(message="tab saved"))
 
 
 @router.put("/{tab_id}/configs")
-async def arrange_tab(tab_id: str, change: TabConfig, person: OperatorDep, services: ServicesDep) -> Envelope[Message]:
+async def arrange_tab(
+    tab_id: str, change: TabConfig, person: OperatorDep, services: ServicesDep
+) -> Envelope[DoneMessage]:
     """Kept as it came; what is in it is the dashboard's business."""
     _must_be_object(change.tab_config)
     if not await services.database.run(change_tab, person.organization_id, tab_id, tab_config=change.tab_config):
         raise _unknown()
-    return Envelope(resultData=Message(message="tab saved"))
+    return Envelope(resultData=DoneMessage(message="tab saved"))
 
 
 @router.delete("/{tab_id}")
-async def delete_tab(tab_id: str, person: OperatorDep, services: ServicesDep) -> Envelope[Message]:
+async def delete_tab(tab_id: str, person: OperatorDep, services: ServicesDep) -> Envelope[DoneMessage]:
     if not await services.database.run(remove_tab, person.organization_id, tab_id):
         raise _unknown()
-    return Envelope(resultData=Message(message="tab removed"))
+    return Envelope(resultData=DoneMessage(message="tab removed"))
 
 
 def _must_be_object(text: str) -> None:
