@@ -7,7 +7,7 @@ import {
   type Refusal,
   type SignalingMessage,
 } from '@mosaic/protocol'
-import type { BulkLaneState } from './peers/BulkLane'
+import type { BulkLaneState } from './peers/BulkConnection'
 import { pathText } from './peers/chosenPath'
 import { wallClockMs } from './timing/clock'
 import { ConnectionRequest } from './signaling/ConnectionRequest'
@@ -19,7 +19,7 @@ import { describedCatalogue } from './described/describedCatalogue'
 import type { DeliveryWatch } from './delivery/DeliveryWatch'
 import { PeerAttempt } from './peers/PeerAttempt'
 import type { PeerEffect, PeerEvent } from './peers/peerEvents'
-import { PeerSession } from './peers/peerSession'
+import { OperatorPeerMachine } from './peers/peerOfOperator'
 import type { Platform } from './platform/Platform'
 import { Value, type Readable } from './platform/Readable'
 import type { RestApi } from './signaling/RestApi'
@@ -41,10 +41,10 @@ export interface ConnectionSurroundings {
 
 /**
  * The one connection of this page to one robot. It comes back by itself after a loss, with the same session, until
- * `disconnect`; the stores of the robot live through that. `PeerSession` decides, this carries it out.
+ * `disconnect`; the stores of the robot live through that. `OperatorPeerMachine` decides, this carries it out.
  */
 export class RobotConnection implements StoreHost {
-  private readonly session = new PeerSession()
+  private readonly session = new OperatorPeerMachine()
   private readonly conversation: RobotConversation
   private readonly request: ConnectionRequest
   private readonly status = new Value<ConnectionState>({ phase: 'idle', roundTripMs: null })
@@ -258,7 +258,7 @@ export class RobotConnection implements StoreHost {
     this.attempt = new PeerAttempt(platform, socket, options, {
       happened: (event) => this.handle(event),
       controlHeard: (message) => this.controlHeard(message),
-      laneOpened: () => control.linkUp(),
+      channelOpened: () => control.linkUp(),
       trackArrived: (label, stream, receiver) => stores.trackArrived(label, stream, receiver),
     })
     stores.setLink(this.attempt.link)

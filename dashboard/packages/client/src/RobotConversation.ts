@@ -1,12 +1,12 @@
 import type { CatalogueEntry, ControlMessage, IceServer, Refusal, Resume } from '@mosaic/protocol'
-import { BulkLane } from './peers/BulkLane'
+import { BulkConnection } from './peers/BulkConnection'
 import type { ConnectionTimeline } from './peers/ConnectionTimeline'
 import { ControlDesk } from './control/ControlDesk'
 import { PictureReporter } from './control/PictureReporter'
 import { DeliveryWatch } from './delivery/DeliveryWatch'
 import { KnownCatalogue } from './bindings/KnownCatalogue'
 import { bindingHost, deskSurroundings, pictureSurroundings, type Live } from './liveSurroundings'
-import { MoreLines } from './peers/MoreLines'
+import { FurtherOffers } from './peers/FurtherOffers'
 import { NearPath } from './peers/NearPath'
 import type { Platform } from './platform/Platform'
 import { Listeners } from './platform/Readable'
@@ -29,14 +29,14 @@ export interface ConversationOptions {
 export class RobotConversation {
   readonly stores: StoreBindings
   readonly control: ControlDesk
-  readonly lane: BulkLane
+  readonly lane: BulkConnection
   readonly known = new KnownCatalogue()
   readonly nearPath = new NearPath()
   readonly delivery: DeliveryWatch
   readonly refused = new Listeners<[Refusal]>()
   private readonly streams: SessionStreams
   private readonly pictures: PictureReporter
-  private more: MoreLines | null = null
+  private more: FurtherOffers | null = null
 
   constructor(private readonly around: ConversationOptions) {
     const { platform, live } = around
@@ -47,7 +47,7 @@ export class RobotConversation {
       tell: (delivered) => live.attempt()?.control.send('delivered', delivered),
       missed: (label, lost, sent) => this.stores.missed(label, lost, sent),
     })
-    this.lane = new BulkLane(platform, {
+    this.lane = new BulkConnection(platform, {
       iceServers: around.iceServers,
       send: (type, data) => live.attempt()?.control.send(type, data) ?? false,
       changed: (lost) => this.stores.laneChanged(lost),
@@ -186,9 +186,9 @@ export class RobotConversation {
     return this.around.live.attempt()?.link.remoteAddress() ?? Promise.resolve(null)
   }
 
-  private moreLines(): MoreLines | null {
+  private moreLines(): FurtherOffers | null {
     const attempt = this.around.live.attempt()
-    return attempt && new MoreLines(attempt.link, {
+    return attempt && new FurtherOffers(attempt.link, {
       send: (offer) => attempt.control.send('renegotiate.offer', offer),
       missing: () => this.stores.missingLines(),
       added: () => this.stores.linesAdded(),

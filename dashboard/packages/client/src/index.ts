@@ -1,4 +1,4 @@
-export type { BulkLaneState } from './peers/BulkLane'
+export type { BulkLaneState } from './peers/BulkConnection'
 export { browserPlatform } from './platform/browserPlatform'
 export { timelineJson, type Timeline, type TimelineMark } from './peers/ConnectionTimeline'
 export { nowMs } from './timing/clock'

@@ -17,7 +17,7 @@ export interface AttemptListener {
   happened(event: PeerEvent): void
   controlHeard(message: ControlMessage | null): void
   /** The control or the stop channel can be used from now on. */
-  laneOpened(): void
+  channelOpened(): void
   trackArrived(label: string, stream: MediaStream, receiver: RTCRtpReceiver): void
 }
 
@@ -56,7 +56,7 @@ export class PeerAttempt {
     this.control = new ControlChannel(this.link.control, () => platform.now(), {
       controlOpened: () => {
         this.happened({ type: 'controlOpened' })
-        this.laneOpened()
+        this.channelOpened()
       },
       controlClosed: () => this.happened({ type: 'broken', code: 'peer.lost' }),
       controlHeard: (message) => {
@@ -64,7 +64,7 @@ export class PeerAttempt {
       },
     })
     this.stop = new StopChannel(this.link.stop, () => platform.now(), {
-      opened: () => this.laneOpened(),
+      opened: () => this.channelOpened(),
       acknowledged: (data) => {
         if (!this.isOver) listener.controlHeard({ type: 'stop.ack', data })
       },
@@ -135,8 +135,8 @@ export class PeerAttempt {
     else this.socket.send('signaling.exchange_ice_candidate', { rtcConnectionId, iceCandidate })
   }
 
-  private laneOpened(): void {
-    if (!this.isOver) this.listener.laneOpened()
+  private channelOpened(): void {
+    if (!this.isOver) this.listener.channelOpened()
   }
 
   // What an attempt that is over still says concerns nobody.

@@ -1,13 +1,13 @@
 import { parseSignaling, signalingText, WireError, type SignalingMessage, type SignalingMessages } from '@mosaic/protocol'
 import type { Platform } from '../platform/Platform'
 import { Listeners, Value, type Readable } from '../platform/Readable'
-import { SignalingSession, type SignalingEffect, type SignalingEvent } from './signalingSession'
+import { OperatorSignaling, type SignalingEffect, type SignalingEvent } from './operatorSignaling'
 import type { ServerState } from '../words/types'
 import { WakeTimer } from '../timing/WakeTimer'
 
-/** The operator's WebSocket to the server. `SignalingSession` decides, this carries it out. */
+/** The operator's WebSocket to the server. `OperatorSignaling` decides, this carries it out. */
 export class SignalingSocket {
-  private readonly session = new SignalingSession()
+  private readonly session = new OperatorSignaling()
   private readonly serverState = new Value<ServerState>('offline')
   private readonly messages = new Listeners<[SignalingMessage]>()
   private readonly refusals = new Listeners<[string]>()

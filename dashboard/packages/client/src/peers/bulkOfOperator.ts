@@ -37,7 +37,7 @@ export type LaneEffect =
   | { type: 'fallBack'; attempt: number; code: string; tellsRobot: boolean }
 
 /** The machine of one main connection; times are milliseconds of any monotonic clock, `random` is of [0, 1). */
-export class LaneSession {
+export class OperatorBulkMachine {
   state: LaneState = 'none'
   /** Why it failed; empty otherwise. */
   code = ''

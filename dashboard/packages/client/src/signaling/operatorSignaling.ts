@@ -44,7 +44,7 @@ const SILENCE_MS = 15_000
 const PROBE_MS = 700
 const BACKOFF = { baseMs: 500, maxMs: 10_000 }
 
-export class SignalingSession {
+export class OperatorSignaling {
   private current: SignalingPhase = 'off'
   private token = ''
   private attempt = 0

@@ -1,11 +1,11 @@
 import fc from 'fast-check'
 import { describe, expect, test } from 'vitest'
 import type { PeerEffect, PeerEvent } from '../../src/peers/peerEvents'
-import { PeerSession } from '../../src/peers/peerSession'
+import { OperatorPeerMachine } from '../../src/peers/peerOfOperator'
 
 /** A session with a clock to turn. */
 class Bench {
-  readonly session = new PeerSession()
+  readonly session = new OperatorPeerMachine()
   nowMs = 1000
 
   give(...events: PeerEvent[]): string[] {

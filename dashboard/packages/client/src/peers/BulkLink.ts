@@ -6,7 +6,7 @@ import { RemoteCandidates } from './RemoteCandidates'
 import { plainCandidate } from '../words/rtcWords'
 import type { Platform } from '../platform/Platform'
 
-export interface LaneLinkListener {
+export interface BulkLinkListener {
   candidateFound(candidate: IceCandidate): void
   opened(): void
   heard(): void
@@ -14,7 +14,7 @@ export interface LaneLinkListener {
 }
 
 /** One try at the second peer connection: data channels only, the first of which tells that it is up, and alive. */
-export class LaneLink {
+export class BulkLink {
   private readonly connection: RTCPeerConnection
   private readonly port: DataPort
   private readonly candidates: RemoteCandidates
@@ -23,7 +23,7 @@ export class LaneLink {
   constructor(
     private readonly platform: Platform,
     iceServers: readonly IceServer[],
-    private readonly listener: LaneLinkListener,
+    private readonly listener: BulkLinkListener,
   ) {
     this.connection = platform.openPeerConnection({ iceServers: usableIceServers(iceServers) })
     this.candidates = new RemoteCandidates(this.connection)

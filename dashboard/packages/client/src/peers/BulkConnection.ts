@@ -1,6 +1,6 @@
 import type { ControlMessage, ControlMessages, IceCandidate, IceServer } from '@mosaic/protocol'
-import { LaneLink } from './LaneLink'
-import { LaneSession, type LaneEffect, type LaneEvent, type LaneState } from './laneSession'
+import { BulkLink } from './BulkLink'
+import { OperatorBulkMachine, type LaneEffect, type LaneEvent, type LaneState } from './bulkOfOperator'
 import type { Platform } from '../platform/Platform'
 import { Value, type Readable } from '../platform/Readable'
 import { WakeTimer } from '../timing/WakeTimer'
@@ -18,23 +18,23 @@ export interface LaneHost {
   iceServers(): Promise<readonly IceServer[]>
   send<T extends LaneWord>(type: T, data: ControlMessages[T]): boolean
   /** Bulk channels open elsewhere from now on; those on the link `lost` are gone. */
-  changed(lost: LaneLink | null): void
+  changed(lost: BulkLink | null): void
 }
 
 interface Attempt {
   number: number
-  link: LaneLink
+  link: BulkLink
   /** Candidates wait until the offer has left; null: it has. */
   held: IceCandidate[] | null
 }
 
 /**
  * The second peer connection of one robot connection, for connectors with delivery `bulk`: commands never wait behind
- * them. `LaneSession` decides, this carries it out. It is signaled over the control channel, without the server.
+ * them. `OperatorBulkMachine` decides, this carries it out. It is signaled over the control channel, without the server.
  */
-export class BulkLane {
+export class BulkConnection {
   private readonly status = new Value<BulkLaneState>({ phase: 'none' })
-  private session = new LaneSession()
+  private session = new OperatorBulkMachine()
   private attempt: Attempt | null = null
   private readonly timer: WakeTimer
   private isKnown = false
@@ -52,7 +52,7 @@ export class BulkLane {
   }
 
   /** Where bulk channels open; null: on the main connection. */
-  get link(): LaneLink | null {
+  get link(): BulkLink | null {
     return this.session.state === 'up' ? (this.attempt?.link ?? null) : null
   }
 
@@ -91,7 +91,7 @@ export class BulkLane {
     this.attempt?.link.close()
     this.attempt = null
     this.isKnown = this.hasGreeted = false
-    this.session = new LaneSession()
+    this.session = new OperatorBulkMachine()
     this.publish()
     this.timer.set(this.session.wakeAtMs)
   }
@@ -133,7 +133,7 @@ export class BulkLane {
     const attempt: Attempt = {
       number,
       held: [],
-      link: new LaneLink(this.platform, iceServers, {
+      link: new BulkLink(this.platform, iceServers, {
         candidateFound: (candidate) => this.candidateFound(attempt, candidate),
         opened: () => this.handle({ type: 'opened', attempt: number }),
         heard: () => this.handle({ type: 'heard', attempt: number }),

@@ -16,7 +16,7 @@ export interface MoreLinesHost {
  * Media lines for connectors that became known after the first offer: offered over the control channel, while everything
  * else goes on. One offer at a time; a robot that refuses one, or says nothing, is not asked again on this connection.
  */
-export class MoreLines {
+export class FurtherOffers {
   private attempt = 0
   private isBusy = false
   private isOver = false

@@ -1,14 +1,14 @@
 import { describe, expect, test } from 'vitest'
-import { LaneSession, LOST_AFTER_MS, PING_PERIOD_MS, SETUP_TIMEOUT_MS, type LaneEffect, type LaneEvent } from '../../src/peers/laneSession'
+import { OperatorBulkMachine, LOST_AFTER_MS, PING_PERIOD_MS, SETUP_TIMEOUT_MS, type LaneEffect, type LaneEvent } from '../../src/peers/bulkOfOperator'
 
 /** The tables of `tests/machines/peers/test_operator_lane.py`, for the twin. */
-function laneAfter(...events: LaneEvent[]): LaneSession {
-  const lane = new LaneSession()
+function laneAfter(...events: LaneEvent[]): OperatorBulkMachine {
+  const lane = new OperatorBulkMachine()
   for (const event of events) lane.handle(event, 0, 1)
   return lane
 }
 
-function runUntil(lane: LaneSession, endMs: number): [number, LaneEffect][] {
+function runUntil(lane: OperatorBulkMachine, endMs: number): [number, LaneEffect][] {
   const done: [number, LaneEffect][] = []
   while (lane.wakeAtMs !== null && lane.wakeAtMs <= endMs) {
     const atMs = lane.wakeAtMs
@@ -19,7 +19,7 @@ function runUntil(lane: LaneSession, endMs: number): [number, LaneEffect][] {
 
 describe('the second connection', () => {
   test('is made when it is wanted, and once', () => {
-    const lane = new LaneSession()
+    const lane = new OperatorBulkMachine()
     expect([lane.state, lane.wakeAtMs]).toEqual(['none', null])
     expect(lane.handle({ type: 'wanted' }, 0, 1)).toEqual([{ type: 'begin', attempt: 1 }])
     expect(lane.handle({ type: 'wanted' }, 0, 1)).toEqual([])

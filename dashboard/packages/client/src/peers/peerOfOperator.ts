@@ -35,7 +35,7 @@ const PINGS_BEFORE_LOST = 3
 /** Silence that is noticed this late proves nothing: the page stood still, and answers may be waiting unread. */
 const STALL_MS = 500
 
-export class PeerSession {
+export class OperatorPeerMachine {
   private current: PeerPhase = 'idle'
   private attempt = 0
   private wasUp = false

@@ -1,10 +1,10 @@
 import { parseSignaling } from '@mosaic/protocol'
 import fc from 'fast-check'
 import { describe, expect, test } from 'vitest'
-import { SignalingSession, type SignalingEffect, type SignalingEvent } from '../../src/signaling/signalingSession'
+import { OperatorSignaling, type SignalingEffect, type SignalingEvent } from '../../src/signaling/operatorSignaling'
 
 class Bench {
-  readonly session = new SignalingSession()
+  readonly session = new OperatorSignaling()
   nowMs = 0
 
   give(...events: SignalingEvent[]): SignalingEffect[] {
