@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 from mosaic_core.words.control import Role
 
 Outcome = Literal["granted", "queued", "denied", "ended"]
@@ -93,11 +94,6 @@ class Commanded:
 
     peer_id: str
     resource: str
-
-
-@dataclass(frozen=True, slots=True)
-class DeadlinePassed:
-    """The time of :attr:`LeaseDesk.deadline_s` has come."""
 
 
 Event = PartyJoined | PartyLeft | Requested | Released | RequestAnswered | Kept | Commanded | DeadlinePassed

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 from mosaic_core.words import control
 from mosaic_core.words.control import LEASE_KEEP_PERIOD_S, ControlMessage, LeaseWaiting, PeerInfo, SafetyLimit
 
@@ -56,11 +57,6 @@ class ConnectionEnded:
 
     code: str
     message: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class DeadlinePassed:
-    """The time of :attr:`OperatorControl.deadline_s` has come."""
 
 
 Event = ControlHeard | Asked | GaveUp | ConnectionEnded | DeadlinePassed

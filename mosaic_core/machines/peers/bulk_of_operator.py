@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
+from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 
 LaneState = Literal["none", "connecting", "up", "failed"]
 
@@ -54,11 +55,6 @@ class BulkAttemptFailed:
     attempt: int
     code: str
     is_told: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class DeadlinePassed:
-    """The time of :attr:`OperatorBulkMachine.deadline_s` has come."""
 
 
 Event = BulkWanted | Opened | BulkHeard | BulkAttemptFailed | DeadlinePassed

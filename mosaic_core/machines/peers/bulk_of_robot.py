@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 from mosaic_core.machines.timing.rate_gate import RateGate
 from mosaic_core.words.signaling import IceCandidate
 
@@ -62,11 +63,6 @@ class BulkTransportFailed:
 @dataclass(frozen=True, slots=True)
 class Connected:
     attempt: int
-
-
-@dataclass(frozen=True, slots=True)
-class DeadlinePassed:
-    """The time of :attr:`RobotBulkMachine.deadline_s` has come."""
 
 
 Event = OfferHeard | CandidateHeard | CloseHeard | BulkAnswerMade | BulkTransportFailed | Connected | DeadlinePassed

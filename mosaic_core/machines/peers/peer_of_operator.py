@@ -15,6 +15,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from mosaic_core.machines.peers.peer_events import (
+    ControlReceived as ControlReceived,
+)
+from mosaic_core.machines.peers.peer_events import (
+    Doubted as Doubted,
+)
+from mosaic_core.machines.peers.peer_events import (
+    HelloReceived as HelloReceived,
+)
+from mosaic_core.machines.peers.peer_events import (
+    TransportChanged as TransportChanged,
+)
+from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 from mosaic_core.words.control import HELLO_TIMEOUT_S, PEER_LOST_AFTER_S, PING_PERIOD_S
 
 Phase = Literal[
@@ -47,25 +60,8 @@ class AnswerReceived:
 
 
 @dataclass(frozen=True, slots=True)
-class TransportChanged:
-    """``connecting``, ``securing``, ``connected``, ``failed`` or ``closed``."""
-
-    state: str
-
-
-@dataclass(frozen=True, slots=True)
 class ControlOpened:
     """The control channel is open on our side."""
-
-
-@dataclass(frozen=True, slots=True)
-class HelloReceived:
-    """The robot knows our control channel."""
-
-
-@dataclass(frozen=True, slots=True)
-class ControlReceived:
-    """Any other word on the control channel."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,15 +73,8 @@ class EndReceived:
 
 
 @dataclass(frozen=True, slots=True)
-class CloseRequested:
+class EndRequested:
     """By our own program."""
-
-
-@dataclass(frozen=True, slots=True)
-class Doubted:
-    """The network is another one, or the transport hesitates: a word within ``patience_s``, or the robot is lost."""
-
-    patience_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,14 +82,9 @@ class RobotReturned:
     """The robot has a new connection to the server: what was sent over the one before has perhaps not reached it."""
 
 
-@dataclass(frozen=True, slots=True)
-class DeadlinePassed:
-    """The time of :attr:`OperatorPeerMachine.deadline_s` has come."""
-
-
 Event = (
     OfferMade | AnswerReceived | TransportChanged | ControlOpened | HelloReceived | ControlReceived | EndReceived
-    | CloseRequested | Doubted | RobotReturned | DeadlinePassed
+    | EndRequested | Doubted | RobotReturned | DeadlinePassed
 )  # fmt: skip
 
 
@@ -161,7 +145,7 @@ class OperatorPeerMachine:
                 return []
             case EndReceived(code, message):
                 return self._end(code, message, tells_robot=False)
-            case CloseRequested():
+            case EndRequested():
                 return self._end("peer.closed", "", tells_robot=True)
             case Doubted(patience_s):
                 return self._doubted(now_s + patience_s, now_s)

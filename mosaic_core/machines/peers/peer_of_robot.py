@@ -17,6 +17,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from mosaic_core.machines.peers.peer_events import (
+    ControlReceived as ControlReceived,
+)
+from mosaic_core.machines.peers.peer_events import (
+    Doubted as Doubted,
+)
+from mosaic_core.machines.peers.peer_events import (
+    HelloReceived as HelloReceived,
+)
+from mosaic_core.machines.peers.peer_events import (
+    TransportChanged as TransportChanged,
+)
+from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 from mosaic_core.words.control import HELLO_TIMEOUT_S, PEER_LOST_AFTER_S
 
 Phase = Literal["answering", "connecting", "securing", "greeting", "open", "original", "closed"]
@@ -44,13 +57,6 @@ class AnswerFailed:
     message: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class TransportChanged:
-    """``connecting``, ``securing``, ``connected``, ``failed`` or ``closed``."""
-
-    state: str
-
-
 Speaker = Literal["ours", "original", "unknown"]
 
 
@@ -60,16 +66,6 @@ class ChannelOpened:
     other. Further bare ones may belong to either: an operator of ours opens them on a robot that it takes for one."""
 
     by: Speaker
-
-
-@dataclass(frozen=True, slots=True)
-class HelloReceived:
-    """The operator knows our control channel."""
-
-
-@dataclass(frozen=True, slots=True)
-class ControlReceived:
-    """Any other message on the control channel: a sign of life."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,18 +80,6 @@ class CloseRequested:
 
     code: str
     message: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Doubted:
-    """The robot's network is another one: a word within ``patience_s``, or the operator is lost."""
-
-    patience_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class DeadlinePassed:
-    """The time of :attr:`RobotPeerMachine.deadline_s` has come."""
 
 
 Event = (

@@ -13,6 +13,7 @@ from mosaic_core.machines.signaling.peer_admission import (
     StartPeer,
     StopPeer,
 )
+from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 from mosaic_core.words import signaling as wire
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.ice import IceServer
@@ -44,11 +45,6 @@ class SocketClosed:
 @dataclass(frozen=True, slots=True)
 class NetworkChanged:
     """This machine's network is another one: the socket, if there is one, was dropped and is made anew at once."""
-
-
-@dataclass(frozen=True, slots=True)
-class DeadlinePassed:
-    """The time of :attr:`SignalingSession.deadline_s` has come."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -171,7 +171,7 @@ class PeerAttempt:
 
     async def close(self) -> None:
         """Say good-bye and end everything; doing so twice does nothing."""
-        self._handle(machine.CloseRequested())
+        self._handle(machine.EndRequested())
         if self._clock is not None:
             self._clock.cancel()
         await self.offerer.close()
@@ -253,7 +253,7 @@ class PeerAttempt:
 
     def _end_with(self, end: machine.End) -> None:
         if self._machine.phase != "closed":
-            self._machine.handle(machine.CloseRequested(), time.monotonic())
+            self._machine.handle(machine.EndRequested(), time.monotonic())
             self._end(end)
 
     def _end(self, end: machine.End) -> None:

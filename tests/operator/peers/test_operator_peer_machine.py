@@ -10,13 +10,13 @@ from mosaic_core.machines.peers.peer_of_operator import (
     CHANNEL_TIMEOUT_S,
     KNOWN_ORIGINAL_S,
     AnswerReceived,
-    CloseRequested,
     ControlOpened,
     ControlReceived,
     DeadlinePassed,
     Effect,
     End,
     EndReceived,
+    EndRequested,
     Event,
     HelloReceived,
     OfferMade,
@@ -132,7 +132,7 @@ def test_an_end_of_the_robots_is_not_told_back_to_it() -> None:
 
 
 EVENTS = st.sampled_from([
-    OfferMade(), AnswerReceived(), ControlOpened(), HelloReceived(), ControlReceived(), CloseRequested(),
+    OfferMade(), AnswerReceived(), ControlOpened(), HelloReceived(), ControlReceived(), EndRequested(),
     DeadlinePassed(),
     EndReceived("peer.shutdown"),
     *(TransportChanged(s) for s in ("connecting", "securing", "connected", "failed", "closed", "?")),
