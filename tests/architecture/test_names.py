@@ -1,0 +1,38 @@
+"""A class name stands for one thing. The same thing on robot and operator has the same name, and is in the glossary."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = [ROOT / "mosaic_core", *sorted(ROOT.glob("plugins/*/mosaic_*"))]
+
+TWINS = {"BulkConnection", "BulkOwner", "ControlChannel", "DataPort", "FurtherOffers", "SignalingSocket"}
+"""The same thing on the robot and on the operator."""
+MESSAGES = {"AngularVelocity", "Twist"}
+"""Parts of messages of several plugins; their names are titles in the schemas that robots announce."""
+
+
+def homes() -> dict[str, set[str]]:
+    """The modules of every public class."""
+    found = defaultdict(set)
+    for package in PACKAGES:
+        for path in package.rglob("*.py"):
+            for node in ast.parse(path.read_text()).body:
+                if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                    found[node.name].add(path.relative_to(package.parent).as_posix())
+    return found
+
+
+def test_a_class_name_stands_for_one_thing() -> None:
+    several = {name: places for name, places in homes().items() if len(places) > 1}
+    assert {name: places for name, places in several.items() if name not in TWINS | MESSAGES} == {}
+    assert several.keys() == TWINS | MESSAGES, "what is no twin any more leaves the list"
+
+
+def test_a_twin_is_once_on_the_robot_and_once_on_the_operator() -> None:
+    for name in TWINS:
+        sides = sorted(place.split("/")[1] for place in homes()[name])
+        assert sides == ["operator", "runtime"], name
