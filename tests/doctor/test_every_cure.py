@@ -34,7 +34,7 @@ def codes_of_findings() -> Iterator[str]:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("failed", "warned"):
                 yield from (str(one.value) for one in node.args[1:2] if isinstance(one, ast.Constant))
-    for path in ROOT.glob("dashboard/packages/client/src/check/*.ts"):
+    for path in ROOT.glob("dashboard/packages/client/src/diagnosis/*.ts"):
         yield from (code for code in re.findall(r"'([a-z]+\.[a-z0-9_]+)'", path.read_text()) if code in REASONS)
 
 

@@ -321,7 +321,8 @@ ROBOT = """
 import asyncio, runpy, sys
 from pathlib import Path
 from mosaic_core.adapters.video.shared_video import SharedVideo
-from mosaic_core.testing import joined, memory_network
+from mosaic_core.laboratory import memory_network
+from mosaic_core.testing import joined
 memory_network.plain_streams = lambda prepare: SharedVideo
 tests = runpy.run_path(sys.argv[1])
 

@@ -18,8 +18,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from OpenSSL import SSL
 
+from mosaic_core.adapters.aiortc_private.sctp import sctp_retransmitting, sctp_sending
 from mosaic_core.adapters.aiortc_private.sctp.quick_sctp import QuickSctp, quicken
-from mosaic_core.adapters.aiortc_private.sctp.sctp import MeasuredQueue, SctpQueue, sctp_retransmitting, sctp_sending
+from mosaic_core.adapters.aiortc_private.sctp.sctp import MeasuredQueue, SctpQueue
 from mosaic_core.laboratory.joining import until
 from mosaic_core.machines.congestion.ack_pace import AckPace
 

@@ -7,8 +7,9 @@ from collections.abc import Awaitable, Callable
 import pytest
 
 from mosaic_core.operator.delivery.data_port import MessageInfo
+from mosaic_core.operator.stores import stores
 from mosaic_core.operator.stores.robot_connector import RobotConnector
-from mosaic_core.operator.stores.stores import ReceivableStore, stores
+from mosaic_core.operator.stores.stores import ReceivableStore
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from mosaic_core.runtime.commands.safety_watch import GONE, SafetyWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
-PATIENCE_S = 5.0
+PATIENCE_S = 30.0
 PEERS = ("ann", "bob")
 ROUNDS = 300
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from mosaic_core import DataChannelBidirectional, DataChannelConfigurer, DataChannelSendable, Message, NoParams
-from mosaic_core.machines.peers import operator_lane, robot_lane
+from mosaic_core.machines.peers import bulk_of_operator, bulk_of_robot
 from mosaic_core.operator import ReceivableStore
 from mosaic_core.testing import Joined, connector, joined, until
 
@@ -60,9 +60,9 @@ def channels(link: Joined, number: int) -> list[str]:
 
 @pytest.fixture
 def quick_retry(monkeypatch: pytest.MonkeyPatch) -> None:
-    policy = operator_lane.BackoffPolicy(first_s=0.1, factor=1.0, max_s=0.1, jitter=0.0)
-    monkeypatch.setattr(operator_lane, "RETRY", policy)
-    monkeypatch.setattr(robot_lane, "MAX_OFFERS_HZ", 100.0)
+    policy = bulk_of_operator.BackoffPolicy(first_s=0.1, factor=1.0, max_s=0.1, jitter=0.0)
+    monkeypatch.setattr(bulk_of_operator, "RETRY", policy)
+    monkeypatch.setattr(bulk_of_robot, "MAX_OFFERS_HZ", 100.0)
 
 
 async def first_of(store: ReceivableStore) -> Any:
