@@ -11,7 +11,7 @@ from mosaic_core.machines.peers.bulk_of_operator import LaneState
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
 from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.operator.control.control_desk import ControlDesk
-from mosaic_core.operator.control.original_drives import ZerosReport, send_zeros
+from mosaic_core.operator.control.original_drives import ZerosReport, leave_standing, send_zeros
 from mosaic_core.operator.control.picture_reports import PictureReports
 from mosaic_core.operator.delivery.delivery_watcher import DeliveryWatcher
 from mosaic_core.operator.delivery.session_streams import SessionStreams
@@ -19,7 +19,7 @@ from mosaic_core.operator.peers.bulk_connection import BulkConnection, BulkOwner
 from mosaic_core.operator.peers.further_offers import FurtherOffers
 from mosaic_core.operator.peers.peer_attempt import ConnectionPlan, PeerAttempt
 from mosaic_core.operator.peers.store_bindings import StoreBindings, Surroundings
-from mosaic_core.operator.stores.channel_plan import Known
+from mosaic_core.operator.stores.channel_plan import Known, naming
 from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.stores.media_store import MediaStreamStore
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
@@ -74,6 +74,7 @@ class RobotConnection:
         self._interrupted = asyncio.Event()
         self._refusals: list[Callable[[control.Refusal], None]] = []
         self._closings: list[Callable[[ConnectionFailed], None]] = []
+        self._let_go: dict[str, SendableStore] = {}
         self._begin(plan)
 
     def _begin(self, plan: ConnectionPlan) -> None:
@@ -204,16 +205,34 @@ class RobotConnection:
         return await send_zeros(self._stores, self.robot_id, self.known)
 
     async def close(self) -> None:
-        """Say good-bye and end the connection for good; doing so twice does nothing."""
+        """Say good-bye and end the connection for good; doing so twice does nothing.
+
+        What drives an original robot, as far as described, and was commanded by this connection is sent a zero before:
+        it would go on with the last command. That takes half a second at most, and raises nothing.
+        """
         self._is_kept = False
-        await self._peer.close()
-        await self._lane.close()
+        try:
+            if self.state == "connected" and self.is_original:
+                await leave_standing(self._commanded(), self.known)
+        finally:
+            await self._peer.close()
+            await self._lane.close()
         if self.state == "reconnecting":
             self.give_up(ConnectionFailed(reason("peer.closed").sentence, code="peer.closed"))
 
+    def _commanded(self) -> list[SendableStore]:
+        """The stores that something was sent with; one that was released is opened once more."""
+        live = [store for store in self._stores.stores_of(self.robot_id) if isinstance(store, SendableStore)]
+        labels = {store.robot_connector.connector_id for store in live}
+        again = [store for label, store in self._let_go.items() if label not in labels]
+        for store in again:
+            self._links.open(store)
+        return [*(one for one in live if one.last_sent or one.robot_connector.connector_id in self._let_go), *again]
+
     def _store(self, label: str, data_type: MosaicDataType | str | None, kind: type[S]) -> S:
         connector = RobotConnector(self.robot_id, label, data_type)
-        store = self._stores.get_or_create_store(connector)
+        with naming(MosaicDataType.JSON_U2R if issubclass(kind, SendableStore) else MosaicDataType.JSON_R2U):
+            store = self._stores.get_or_create_store(connector)
         if isinstance(store, kind):
             return store
         self._stores.release_store(connector)
@@ -288,6 +307,8 @@ class RobotConnection:
         self._links.open(store)
 
     def store_released(self, store: MosaicStore) -> None:
+        if isinstance(store, SendableStore) and store.last_sent is not None:
+            self._let_go[store.robot_connector.connector_id] = store
         self._links.release(store)
 
     # -- told by the peer link -------------------------------------------------------------------------------------

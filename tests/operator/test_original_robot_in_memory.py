@@ -12,6 +12,7 @@ import pytest
 from mosaic_core.machines.peers import peer_of_operator as operator_peer
 from mosaic_core.operator import (
     ConnectionCheckingStore,
+    LeaseDenied,
     MediaStreamStore,
     ReceivableStore,
     RobotConnector,
@@ -371,5 +372,128 @@ def test_a_robot_of_ours_is_sent_no_zeros_behind_its_stop(world: Any) -> None:
             connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
             assert (await connection.send_zeros()).arrived == ()
             assert "cmd_vel" not in world.robot.channels
+
+    run(scenario)
+
+
+# -- the end of a connection ---------------------------------------------------------------------------------------
+
+ZERO = {"linear": {"x": 0, "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": 0}}
+
+
+def messages(world: Any, label: str) -> list[Any]:
+    return [json.loads(text) for text in world.robot.channels[label].from_operator]
+
+
+@pytest.mark.parametrize("closes", [True, False])
+def test_an_orderly_end_leaves_standing_what_was_commanded_and_nothing_else(original: Any, closes: bool) -> None:
+    async def scenario() -> None:
+        async with original.operator() as operator:
+            connection = await operator.connect(original.robot_id, timeout_s=WAIT_S)
+            pad = connection.sendable("wheels")
+            await pad.wait_open(WAIT_S)
+            assert pad.send_json({"linear": {"x": 0.2}})
+            if closes:
+                await connection.close()
+                assert not pad.send_json({"linear": {"x": 0.2}})
+        assert messages(original, "wheels") == [{"linear": {"x": 0.2}}, ZERO]
+        assert "teleop" not in original.robot.channels
+
+    run(scenario)
+
+
+def test_an_end_after_a_zero_sends_no_second_one(original: Any) -> None:
+    async def scenario() -> None:
+        async with original.operator() as operator:
+            connection = await operator.connect(original.robot_id, timeout_s=WAIT_S)
+            pad = connection.sendable("wheels")
+            await pad.wait_open(WAIT_S)
+            assert pad.send_json(ZERO)
+        assert messages(original, "wheels") == [ZERO]
+
+    run(scenario)
+
+
+def test_a_drive_whose_store_was_released_is_left_standing_too(original: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr("mosaic_core.operator.stores.store_manager.LINGER_S", 0.0)
+
+    async def scenario() -> None:
+        async with original.operator() as operator:
+            connection = await operator.connect(original.robot_id, timeout_s=WAIT_S)
+            pad = connection.sendable("wheels")
+            await pad.wait_open(WAIT_S)
+            assert pad.send_json({"linear": {"x": 0.2}})
+            released = asyncio.Event()
+            pad.on_after_disconnected(released.set)
+            operator.stores.release_store(pad.robot_connector)
+            await released.wait()
+        assert messages(original, "wheels") == [ZERO]  # on a channel of its own
+
+    run(scenario)
+
+
+def test_a_task_that_goes_on_commanding_does_not_get_behind_the_last_zero(original: Any) -> None:
+    async def scenario() -> None:
+        async with original.operator() as operator:
+            connection = await operator.connect(original.robot_id, timeout_s=WAIT_S)
+            pad = connection.sendable("wheels")
+            await pad.wait_open(WAIT_S)
+
+            async def command() -> None:
+                while True:
+                    pad.send_json({"linear": {"x": 0.2}})
+                    await asyncio.sleep(0)
+
+            commanding = asyncio.create_task(command())
+            await asyncio.sleep(0)
+        commanding.cancel()
+        assert messages(original, "wheels")[-1] == ZERO
+
+    run(scenario)
+
+
+def test_an_end_waits_no_longer_than_half_a_second_for_a_robot_that_is_silent(original: Any, caplog: Any) -> None:
+    async def scenario() -> None:
+        async with original.operator() as operator:
+            connection = await operator.connect(original.robot_id, timeout_s=WAIT_S)
+            pad = connection.sendable("wheels")
+            await pad.wait_open(WAIT_S)
+            original.robot.channels["wheels"].acknowledges = False
+            assert pad.send_json({"linear": {"x": 0.2}})
+            begun_s = asyncio.get_running_loop().time()
+            await connection.close()
+            assert asyncio.get_running_loop().time() - begun_s < 2.0
+            assert original.robot.is_closed
+
+    run(scenario)
+    assert "the robot may go on" in caplog.text
+
+
+def test_a_lease_of_an_original_robot_is_denied_with_what_to_do_instead(original: Any) -> None:
+    async def scenario() -> None:
+        async with original.operator() as operator:
+            connection = await operator.connect(original.robot_id, timeout_s=WAIT_S)
+            with pytest.raises(LeaseDenied, match="original MOSAIC") as denied:
+                await connection.control.take()
+            assert denied.value.code == "lease.unknown_resource"
+            assert "is_original" in denied.value.cure
+            with pytest.raises(LeaseDenied):
+                connection.control.answer("somebody", grant=True)
+            with pytest.raises(ConnectionFailed) as none:
+                await connection.control.journal()
+            assert none.value.cure
+
+    run(scenario)
+
+
+@pytest.mark.parametrize(("ask", "right"), [("sendable", "json-u2r"), ("receivable", "json-r2u")])
+def test_the_cure_of_an_unknown_label_names_the_data_type_of_the_store(untold: Any, ask: str, right: str) -> None:
+    async def scenario() -> None:
+        async with untold.operator() as operator:
+            connection = await operator.connect(untold.robot_id, timeout_s=WAIT_S)
+            with pytest.raises(ConnectionFailed) as unknown:
+                getattr(connection, ask)("what")
+            assert f"'{right}'" in unknown.value.cure
+            assert "dashboard" in unknown.value.cure
 
     run(scenario)

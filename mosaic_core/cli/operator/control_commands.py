@@ -10,6 +10,7 @@ from mosaic_core.cli.operator.operator_commands import (
     DEFAULT_SERVER,
     AsJson,
     Code,
+    DriveType,
     Email,
     Label,
     PasswordStdin,
@@ -18,42 +19,14 @@ from mosaic_core.cli.operator.operator_commands import (
     app,
     signed_in,
 )
-from mosaic_core.words.errors import hint_at
-from mosaic_core.words.original_types import ORIGINAL_TYPES
 
 __all__ = ["app"]
 
-DriveType = Annotated[
-    str | None,
-    typer.Option(
-        "--type",
-        callback=lambda value: checked_drive_type(value),
-        autocompletion=lambda: drive_types(),
-        help="Of an original robot whose drive nobody has described: its connector type in the robot's YAML file.",
-    ),
-]
 Resource = Annotated[str, typer.Option(help="Which of the robot's resources.")]
 Force = Annotated[
     str, typer.Option(metavar="REASON", help="Take it over from whoever has it: supervisors only, with a reason.")
 ]
 WaitS = Annotated[float, typer.Option(min=0, help="How long somebody who commands may take to hand over.")]
-
-
-def drive_types() -> list[str]:
-    """The original connector types that take velocities."""
-    return [entry.type for entry in ORIGINAL_TYPES.values() if entry.drive is not None]
-
-
-def checked_drive_type(value: str | None) -> str | None:
-    """Refuse what is no such type, naming the nearest."""
-    if value is not None and value not in drive_types():
-        hint = hint_at(value, drive_types())
-        raise typer.BadParameter(f"no original connector type {value!r} takes velocities{hint} {_known_drives()}")
-    return value
-
-
-def _known_drives() -> str:
-    return f"There are: {', '.join(drive_types())}"
 
 
 @app.command()

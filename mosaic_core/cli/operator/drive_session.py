@@ -16,9 +16,10 @@ from mosaic_core.cli.operator.drive_keys import HeldKeys, Key
 from mosaic_core.cli.operator.operator_session import connected, until_closed, usage, wrong_way
 from mosaic_core.cli.terminal.error_report import FINE
 from mosaic_core.operator import LeaseDenied, LeaseLost, MosaicOperator, RobotConnection, SendableStore
-from mosaic_core.operator.stores.channel_plan import entry_of, nothing_known, resource_of
+from mosaic_core.operator.stores.channel_plan import entry_of, naming, nothing_known, resource_of
 from mosaic_core.words.catalogue import CatalogueEntry
 from mosaic_core.words.control import Refusal
+from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.described import drive_of
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
 from mosaic_core.words.original_types import ORIGINAL_DRIVES, DriveCommand
@@ -64,8 +65,9 @@ class DriveSession:
 
     async def __call__(self, operator: MosaicOperator) -> int:
         described = told_drive(self.label, self.drive_type) if self.drive_type else ()
-        connection = await connected(operator, self.robot, self.label, described=described)
-        command, resource = self._command(connection)
+        with naming(MosaicDataType.JSON_U2R):
+            connection = await connected(operator, self.robot, self.label, described=described)
+            command, resource = self._command(connection)
         pad = connection.sendable(self.label)
         await pad.wait_open()
         try:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from mosaic_core.words.data_type import MosaicDataType
-from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.errors import ConnectionFailed, hint_at
+from mosaic_core.words.original_types import ORIGINAL_TYPES
 
 if TYPE_CHECKING:
     from mosaic_core.cli.operator.operator_session import Work
@@ -35,6 +36,15 @@ DataType = Annotated[
         help="What travels there, where an original robot's connector is not described: json-r2u, media, …",
     ),
 ]
+DriveType = Annotated[
+    str | None,
+    typer.Option(
+        "--type",
+        callback=lambda value: checked_drive_type(value),
+        autocompletion=lambda: drive_types(),
+        help="Of an original robot whose drive nobody has described: its connector type in the robot's YAML file.",
+    ),
+]
 Timeline = Annotated[bool, typer.Option("--timeline", help="At the end, show how the connection came up.")]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
 
@@ -47,6 +57,23 @@ def checked_data_type(value: str | None) -> str | None:
         except ConnectionFailed as error:
             raise typer.BadParameter(f"{error.message} {error.cure}") from None
     return value
+
+
+def drive_types() -> list[str]:
+    """The original connector types that take velocities."""
+    return [entry.type for entry in ORIGINAL_TYPES.values() if entry.drive is not None]
+
+
+def checked_drive_type(value: str | None) -> str | None:
+    """Refuse what is no such type, naming the nearest."""
+    if value is not None and value not in drive_types():
+        hint = hint_at(value, drive_types())
+        raise typer.BadParameter(f"no original connector type {value!r} takes velocities{hint} {_known_drives()}")
+    return value
+
+
+def _known_drives() -> str:
+    return f"There are: {', '.join(drive_types())}"
 
 
 DEFAULT_SERVER = "http://127.0.0.1:9001"
@@ -115,15 +142,18 @@ def send(
     data_type: DataType = None,
     rate_hz: Annotated[float, typer.Option(min=0.1, max=200, help="Messages per second, with --for-s.")] = 10.0,
     for_s: Annotated[float, typer.Option(min=0, help="Repeat for so many seconds; 0: send once.")] = 0.0,
+    drive_type: DriveType = None,
     as_json: AsJson = False,
     timeline: Timeline = False,
 ) -> None:
     """Send to a connector, once or repeatedly; takes the lease where the connector wants one, and gives it back.
 
     The robot enforces its limits; what it refuses is told. Without a terminal it counts as a program, which gives way
-    to persons.
+    to persons. An original robot would go on with the last command: a drive of it that somebody described, or `--type`
+    names, is sent a zero after it, which is said.
     """
     from mosaic_core.cli.operator.operator_send import SendAction
 
-    work, is_person = SendAction(robot, label, data, 1 / rate_hz, for_s, as_json, data_type), sys.stdin.isatty()
+    work = SendAction(robot, label, data, 1 / rate_hz, for_s, as_json, data_type, drive_type)
+    is_person = sys.stdin.isatty()
     signed_in(work, server, email, code, password_stdin=password_stdin, is_person=is_person, shows_timeline=timeline)

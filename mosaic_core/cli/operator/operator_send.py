@@ -10,14 +10,19 @@ from dataclasses import dataclass
 
 import typer
 
+from mosaic_core.cli.operator.control_actions import told_drive
 from mosaic_core.cli.operator.operator_session import connected, store_of, until_closed, wrong_way
 from mosaic_core.cli.terminal.error_report import FAILED, FINE
 from mosaic_core.operator import MosaicOperator, RobotConnection, SendableStore
-from mosaic_core.operator.stores.channel_plan import entry_of, resource_of
+from mosaic_core.operator.control.original_drives import command_of, is_zero, leave_at_zero
+from mosaic_core.operator.stores.channel_plan import entry_of, naming, resource_of
 from mosaic_core.words.control import Refusal
+from mosaic_core.words.data_type import MosaicDataType
 
 REFUSAL_WAIT_S = 0.5
 """After the last message, for the robot to refuse it: a long round trip."""
+ZERO_WAIT_S = 1.0
+"""For the last zero to reach a robot that would go on without it: a bad round trip or two."""
 
 
 @asynccontextmanager
@@ -43,10 +48,13 @@ class SendAction:
     for_s: float
     as_json: bool = False
     data_type: str | None = None
+    drive_type: str | None = None
 
     async def __call__(self, operator: MosaicOperator) -> int:
-        connection = await connected(operator, self.robot, self.label, self.data_type)
-        store = store_of(operator, connection, self.label, self.data_type)
+        described = told_drive(self.label, self.drive_type) if self.drive_type else ()
+        with naming(MosaicDataType.JSON_U2R):
+            connection = await connected(operator, self.robot, self.label, self.data_type, described)
+            store = store_of(operator, connection, self.label, self.data_type)
         if not isinstance(store, SendableStore):
             raise wrong_way(self.label, "takes nothing; use `mosaic operator tail`")
         refusals: list[Refusal] = []
@@ -55,28 +63,42 @@ class SendAction:
         async with leased(connection, self.label) as resource:
             if resource is not None:
                 typer.echo(f"holding the lease of {resource!r}", err=True)
-            sent = await until_closed(connection, self._send(store))
+            sent = await until_closed(connection, self._send(connection, store))
             arrived = await store.wait_arrived()
         if connection.is_original:
-            return self._report_of_an_original(sent, arrived)
+            return self._report_of_an_original(sent, arrived, await self._stand(connection, store))
         return self._report(sent, refusals)
 
-    async def _send(self, store: SendableStore) -> int:
+    async def _stand(self, connection: RobotConnection, store: SendableStore) -> bool | None:
+        """A drive of an original robot goes on with the last command: let it be a zero. Whether that has arrived;
+        ``None``: it is no drive that is known, or was told to stand already."""
+        command = command_of(connection.known, self.label)
+        if command is None or is_zero(store.last_sent, command):
+            return None
+        return await leave_at_zero(store, command, ZERO_WAIT_S)
+
+    async def _send(self, connection: RobotConnection, store: SendableStore) -> int:
         loop = asyncio.get_running_loop()
         start_s, sent, tick = loop.time(), 0, 0
         while tick == 0 or tick * self.period_s <= self.for_s:
             await asyncio.sleep(max(0.0, start_s + tick * self.period_s - loop.time()))
             sent += store.send_data(self.data)
             tick += 1
-        await asyncio.sleep(REFUSAL_WAIT_S)
+        is_quiet = connection.is_original  # it refuses nothing aloud; the last command counts as long as any other
+        await asyncio.sleep(min(self.period_s, REFUSAL_WAIT_S) if is_quiet else REFUSAL_WAIT_S)
         return sent
 
-    def _report_of_an_original(self, sent: int, arrived: bool) -> int:
+    def _report_of_an_original(self, sent: int, arrived: bool, stands: bool | None) -> int:
         """It refuses nothing aloud, and knows no numbers: what is known is whether its network side has it."""
-        how = "arrived" if arrived else "NOT acknowledged"
-        text = f"{sent} sent, {how}; an original robot does not say what it refuses"
-        typer.echo(json.dumps({"sent": sent, "arrived": arrived}) if self.as_json else text)
-        return FINE if sent and arrived else FAILED
+        text = f"{sent} sent, {_how(arrived)}; an original robot does not say what it refuses"
+        line = {"sent": sent, "arrived": arrived}
+        if stands is not None:
+            text += f"\na zero after them, {_how(stands)}: it would have gone on with the last command"
+            line["zero_arrived"] = stands
+        typer.echo(json.dumps(line) if self.as_json else text)
+        if stands is False:
+            typer.secho("the last zero was NOT acknowledged: the robot may go on", err=True, fg=typer.colors.RED)
+        return FINE if sent and arrived and stands is not False else FAILED
 
     def _report(self, sent: int, refusals: list[Refusal]) -> int:
         for refusal in refusals[:3]:
@@ -85,3 +107,7 @@ class SendAction:
         line = {"sent": sent, "refused": len(refusals), "codes": sorted({refusal.code for refusal in refusals})}
         typer.echo(json.dumps(line) if self.as_json else f"{sent} sent, {len(refusals)} refused")
         return FAILED if refusals or not sent else FINE
+
+
+def _how(arrived: bool) -> str:
+    return "arrived" if arrived else "NOT acknowledged"

@@ -16,6 +16,8 @@ from mosaic_core.cli.operator.operator_session import connected, store_of, until
 from mosaic_core.cli.terminal.error_report import FINE
 from mosaic_core.contract.sound import Sound
 from mosaic_core.operator import MediaStreamStore, MosaicOperator, ReceivableStore, Received, SoundStore
+from mosaic_core.operator.stores.channel_plan import naming
+from mosaic_core.words.data_type import MosaicDataType
 
 SILENCE_S = 5.0
 """Most connectors say something every second or two."""
@@ -32,8 +34,9 @@ class Tail:
     data_type: str | None = None
 
     async def __call__(self, operator: MosaicOperator) -> int:
-        connection = await connected(operator, self.robot, self.label, self.data_type)
-        store = store_of(operator, connection, self.label, self.data_type)
+        with naming(MosaicDataType.JSON_R2U):
+            connection = await connected(operator, self.robot, self.label, self.data_type)
+            store = store_of(operator, connection, self.label, self.data_type)
         if isinstance(store, MediaStreamStore):
             if connection.is_original:
                 await store.wait_open()  # one that it does not have never comes, and is said at once

@@ -13,7 +13,7 @@ from mosaic_core.machines.control import operator_control as machine
 from mosaic_core.machines.control.operator_control import LeaseView
 from mosaic_core.machines.control.stop_call import StopReport
 from mosaic_core.operator.control.control_channel import ControlChannel
-from mosaic_core.operator.control.lease import Lease
+from mosaic_core.operator.control.lease import Lease, LeaseDenied
 from mosaic_core.operator.control.lease_takers import LeaseTakers
 from mosaic_core.operator.control.robot_answers import RobotAnswers
 from mosaic_core.operator.control.stop_caller import StopCaller
@@ -33,8 +33,8 @@ ANSWER_S = 5.0
 class ControlDesk:
     """``connection.control``. All calls and callbacks on the event loop.
 
-    Original robots know none of this: :attr:`is_available` is false, and what asks the robot raises
-    :class:`ConnectionFailed`.
+    Original robots know none of this: :attr:`is_available` is false, what asks for a lease raises
+    :class:`LeaseDenied`, and anything else that asks the robot :class:`ConnectionFailed`.
     """
 
     def __init__(self, peer_id: str, clock_us: Callable[[], int] = now_us) -> None:
@@ -109,7 +109,8 @@ class ControlDesk:
 
         Somebody who commands already is asked and has ``wait_s`` seconds to answer. ``force`` takes it over: only
         supervisors, with a reason. Raises :class:`LeaseDenied` with the robot's code (``lease.queued``: nobody answered
-        in time), :class:`ConnectionFailed` where the robot knows no leases or the connection ends.
+        in time; ``lease.unknown_resource``: the robot knows no leases, as an original one, which needs none), and
+        :class:`ConnectionFailed` if the connection ends.
         """
         self._port_for("lease")
         return await self._takers.take(
@@ -232,7 +233,7 @@ class ControlDesk:
         if self._port is None:
             raise ConnectionFailed("The connection is not up.", code="peer.closed")
         if extension not in self._extensions:
-            raise ConnectionFailed(f"This robot does not know {extension!r}.", code="lease.unknown_resource", cure="")
+            raise _not_known(extension, f"This robot does not know {extension!r}.", "Update MOSAIC on the robot.")
         return self._port
 
     def _now_s(self) -> float:
@@ -273,8 +274,16 @@ class ControlDesk:
         self._handle(machine.DeadlinePassed())
 
 
-def _of_an_original(extension: str) -> ConnectionFailed:
+def _of_an_original(extension: str) -> MosaicError:
     if extension == "stop":
         return ConnectionFailed(reason("safety.no_stop").sentence, code="safety.no_stop")
     message = "This robot runs an original MOSAIC: it knows no leases and keeps no journal, and obeys who is connected."
-    return ConnectionFailed(message, code="lease.unknown_resource", cure="")
+    cure = "Ask `connection.is_original` or `control.is_available` first; there, send without a lease."
+    return _not_known(extension, message, cure)
+
+
+def _not_known(extension: str, message: str, cure: str) -> MosaicError:
+    """What the robot has no notion of; a lease of it is denied like any other."""
+    if extension == "lease":
+        return LeaseDenied(MOTION, "lease.unknown_resource", message, cure=cure)
+    return ConnectionFailed(message, code="lease.unknown_resource", cure=cure)

@@ -17,9 +17,9 @@ _log = logging.getLogger(__name__)
 class LeaseDenied(MosaicError):
     """The robot did not grant what was asked for; ``code`` says why: ``lease.person_commands``, ``lease.queued``…"""
 
-    def __init__(self, resource: str, code: str, message: str = "") -> None:
+    def __init__(self, resource: str, code: str, message: str = "", *, cure: str | None = None) -> None:
         known = code if code in REASONS else "lease.denied"
-        super().__init__(message or reason(known).sentence, code=known)
+        super().__init__(message or reason(known).sentence, code=known, cure=cure)
         self.resource = resource
 
 

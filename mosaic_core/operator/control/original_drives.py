@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import logging
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from mosaic_core.operator.stores.channel_plan import Known
@@ -15,8 +18,12 @@ from mosaic_core.words.described import drive_of
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.original_types import DriveCommand
 
+_log = logging.getLogger(__name__)
+
 OPEN_S = 2.0
 """A channel opens within a round trip."""
+ORDERLY_END_S = 0.5
+"""So long a connection that ends waits for its last zeros; a robot that is not there any more keeps nobody longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +55,45 @@ async def send_zeros(stores: StoreManager, robot_id: str, known: Known) -> Zeros
         tuple(label for label, arrived in zip(labels, done, strict=True) if arrived),
         tuple(label for label, arrived in zip(labels, done, strict=True) if not arrived),
     )
+
+
+def command_of(known: Known, label: str) -> DriveCommand | None:
+    """How this drive of an original robot is commanded; ``None`` where it is none that is known."""
+    return next((command for entry, command in drives_of(known) if entry.label == label), None)
+
+
+def is_zero(payload: bytes | None, command: DriveCommand) -> bool:
+    """Whether this message asks the drive to stand; one that leaves out a number may not."""
+    try:
+        return payload is not None and bool(json.loads(payload) == command.zero)
+    except ValueError:
+        return False
+
+
+async def leave_at_zero(store: SendableStore, command: DriveCommand, timeout_s: float) -> bool:
+    """Let a zero be the last message to a drive, and wait until it is acknowledged; ``False``: nobody can tell."""
+    try:
+        async with asyncio.timeout(timeout_s):
+            await store.wait_open(timeout_s)
+            is_sent = is_zero(store.last_sent, command) or store.send_json(command.zero)
+            store.end()
+            return is_sent and await store.wait_arrived(timeout_s)
+    except (MosaicError, TimeoutError):
+        return False
+
+
+async def leave_standing(commanded: Iterable[SendableStore], known: Known) -> None:
+    """The end of a connection: a zero is the last message to every drive among the stores that were used. Takes at most
+    :data:`ORDERLY_END_S` and raises nothing."""
+    drives = [(store, command_of(known, store.robot_connector.connector_id)) for store in commanded]
+    work = [_left_at_zero(store, command) for store, command in drives if command is not None]
+    await asyncio.gather(*work, return_exceptions=True)
+
+
+async def _left_at_zero(store: SendableStore, command: DriveCommand) -> None:
+    if not await leave_at_zero(store, command, ORDERLY_END_S):
+        label = store.robot_connector.connector_id
+        _log.warning("the last zero for %r was not acknowledged: the robot may go on", label)
 
 
 async def _send_zero(stores: StoreManager, robot_id: str, label: str, command: DriveCommand) -> bool:

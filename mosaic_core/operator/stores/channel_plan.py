@@ -5,7 +5,8 @@ Pure: no connection needed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
 
@@ -20,10 +21,31 @@ from mosaic_core.words.described import DescribedConnector, described_entry
 from mosaic_core.words.errors import ConnectionFailed, hint_at
 from mosaic_core.words.original_types import CONNECTION_CHECK
 
-SAY_WHAT = (
-    "In Python RobotConnector(robot_id, label, 'json-r2u'), in a terminal --data-type json-r2u (to drive: --type "
-    "ros2-receiver-geometry-Twist)."
-)
+
+def say_what(data_type: MosaicDataType | None = None) -> str:
+    """The cure where nobody knows what travels under a label: for who ``data_type`` is likely for, or for anybody."""
+    name = data_type or "DATA-TYPE"
+    likely = {
+        None: "json-r2u for what it sends, json-u2r for what it takes",
+        MosaicDataType.JSON_R2U: "for a camera media",
+        MosaicDataType.JSON_U2R: "for a drive --type ros2-receiver-geometry-Twist",
+    }
+    also = f" ({likely[data_type]})" if data_type in likely else ""
+    python = f"RobotConnector(robot_id, label, '{name}')"
+    return (
+        "Describe the robot on its page in the dashboard, or name the data type: "
+        f"in Python {python}, in a terminal --data-type {name}{also}."
+    )
+
+
+@contextmanager
+def naming(data_type: MosaicDataType) -> Iterator[None]:
+    """Where a label is unknown here, the cure names this data type: that of the direction that was meant."""
+    try:
+        yield
+    except ConnectionFailed as error:
+        error.cure = error.cure.replace(say_what(), say_what(data_type))
+        raise
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +105,7 @@ class UnknownLabel(ConnectionFailed):
         has = ", ".join(dict.fromkeys(known)) or "none"
         if is_told:
             message = f"Nobody has described a connector {label!r} of this robot{hint} Described are: {has}."
-            cure = f"If the robot has it all the same, say what it is. {SAY_WHAT}"
+            cure = f"If the robot has it all the same, say what it is. {say_what()}"
         else:
             message, cure = f"The robot has no connector {label!r}{hint} It has: {has}.", None
         super().__init__(message, code="channel.unknown_label", cure=cure)
@@ -104,7 +126,7 @@ def plan_of(connector: RobotConnector, known: Known) -> StorePlan:
 def nothing_known(label: str) -> ConnectionFailed:
     """Nobody can tell what travels under ``label``."""
     message = f"Nothing is known about {label!r} yet: name its data type."
-    return ConnectionFailed(message, code="channel.unknown_label", cure=SAY_WHAT)
+    return ConnectionFailed(message, code="channel.unknown_label", cure=say_what())
 
 
 def found_entry(catalogue: Catalogue, label: str) -> CatalogueEntry | None:

@@ -135,6 +135,8 @@ class SendableStore(MosaicStore):
 
     def __init__(self, robot_connector: RobotConnector) -> None:
         super().__init__(robot_connector)
+        self.last_sent: bytes | None = None
+        """The newest message that was accepted."""
         self._outlet: Outlet | None = None
         self._outlives = False
         self._has_arrived: Callable[[], bool] = _never
@@ -161,6 +163,8 @@ class SendableStore(MosaicStore):
         payload = data.encode() if isinstance(data, str) else bytes(data)
         accepted = self._outlet is not None and self._outlet(_kind_of(self.robot_connector.data_type), payload)
         self.counters.refused += not accepted
+        if accepted:
+            self.last_sent = payload
         return accepted
 
     def send_json(self, value: BaseModel | Mapping[str, Any] | list[Any]) -> bool:
@@ -176,6 +180,10 @@ class SendableStore(MosaicStore):
         while self.state.phase == "open" and not self._has_arrived() and loop.time() < ends_at_s:  # noqa: ASYNC110
             await asyncio.sleep(ARRIVAL_POLL_S)
         return self.state.phase == "open" and self._has_arrived()
+
+    def end(self) -> None:
+        """What was sent was the last: nothing more is accepted before the next connection."""
+        self._outlet = None
 
     def closed(self) -> None:
         self._outlet = None

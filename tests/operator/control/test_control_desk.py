@@ -251,8 +251,9 @@ def test_the_holder_answers_who_asks(world: Any) -> None:
 def test_a_robot_without_leases_is_told_from_one_with(world: Any) -> None:
     async def scenario(robot: Any, connection: RobotConnection) -> None:
         assert not connection.control.is_available
-        with pytest.raises(ConnectionFailed, match="lease"):
+        with pytest.raises(LeaseDenied, match="lease") as denied:
             await connection.control.take()
+        assert "Update" in denied.value.cure
         with pytest.raises(ConnectionFailed, match="stop"):
             await connection.control.stop()
 

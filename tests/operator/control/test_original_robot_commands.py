@@ -104,8 +104,53 @@ def test_silence_at_an_original_robot_is_explained(original: Any, capsys: Any, m
 
 def test_send_claims_no_refusals_that_an_original_robot_never_tells(original: Any, capsys: Any) -> None:
     assert do(original, SendAction(ROBOT, "cmd_vel", '{"linear":{"x":1}}', 0.1, 0.0)) == 0
-    assert capsys.readouterr().out == "1 sent, arrived; an original robot does not say what it refuses\n"
-    assert sent(original, "cmd_vel") == [{"linear": {"x": 1}}]
+    first, second = capsys.readouterr().out.splitlines()
+    assert first == "1 sent, arrived; an original robot does not say what it refuses"
+    assert "zero after them, arrived" in second
+
+
+TWIST_ZERO = {"linear": {"x": 0, "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": 0}}
+
+
+@pytest.mark.parametrize(("label", "drive_type"), [("cmd_vel", None), ("base", "ros2-receiver-geometry-Twist")])
+def test_send_leaves_a_drive_standing(original: Any, capsys: Any, label: str, drive_type: str | None) -> None:
+    work = SendAction(ROBOT, label, '{"linear":{"x":1}}', 0.01, 0.02, True, None, drive_type)
+    assert do(original, work) == 0
+    assert sent(original, label) == [{"linear": {"x": 1}}] * 3 + [TWIST_ZERO]
+    assert json.loads(capsys.readouterr().out) == {"sent": 3, "arrived": True, "zero_arrived": True}
+
+
+def test_send_sends_no_second_zero(original: Any, capsys: Any) -> None:
+    assert do(original, SendAction(ROBOT, "cmd_vel", json.dumps(TWIST_ZERO), 0.01, 0.0)) == 0
+    assert sent(original, "cmd_vel") == [TWIST_ZERO]
+    assert "zero" not in capsys.readouterr().out
+
+
+def test_send_says_when_its_last_zero_is_not_acknowledged(original: Any, capsys: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr("mosaic_core.cli.operator.operator_send.ZERO_WAIT_S", 0.05)
+    original.robot.acknowledges = False
+    assert do(original, SendAction(ROBOT, "cmd_vel", '{"linear":{"x":1}}', 0.01, 0.0)) == 1
+    assert "the robot may go on" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("work", "right", "wrong"),
+    [
+        (SendAction(ROBOT, "what", "{}", 0.1, 0.0), "json-u2r", "json-r2u"),
+        (Tail(ROBOT, "what", 1, False), "json-r2u", "json-u2r"),
+    ],
+)
+@pytest.mark.parametrize("is_described", [True, False])
+def test_the_cure_of_an_unknown_label_names_the_right_direction_and_the_dashboard(
+    original: Any, work: Any, right: str, wrong: str, is_described: bool
+) -> None:
+    if not is_described:
+        original.server.connector_config = None
+    with pytest.raises(ConnectionFailed) as unknown:
+        do(original, work)
+    assert f"--data-type {right}" in unknown.value.cure
+    assert wrong not in unknown.value.cure
+    assert "dashboard" in unknown.value.cure
 
 
 def test_send_takes_a_data_type_where_nothing_is_described(untold: Any, capsys: Any) -> None:
