@@ -8,6 +8,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # the same names for type checkers and editors
+    from collections.abc import Callable, Coroutine
+    from typing import Any
+
     from mosaic_core.contract.configurer import (
         API_VERSION,
         Configurer,
@@ -33,13 +36,14 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from mosaic_core.contract.media import Captured, EncodingParams
     from mosaic_core.contract.params import CameraLabel, Message, NoParams, Params, unit
     from mosaic_core.contract.sound import Sound, SoundEncoding
-    from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+    from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
     from mosaic_core.runtime.configuration.resolver import ConnectorResolver
     from mosaic_core.words.data_type import Delivery, MosaicDataType
     from mosaic_core.words.delivery import DeliveryContract
     from mosaic_core.words.errors import ConfigError, MosaicError, PluginError
 
     AMediaTrackHandler = MediaTrackHandler
+    run_configured: Callable[[Configured], Coroutine[Any, Any, None]]  # declared: its module asks this one's version
 __version__ = "0.1.0"
 
 __all__ = [
@@ -78,12 +82,14 @@ __all__ = [
     "Sound",
     "SoundEncoding",
     "hookimpl",
+    "run_configured",
     "unit",
 ]
 
 _PLACES = ("contract.configurer", "contract.handler", "contract.hooks", "contract.host", "contract.media",
            "contract.params", "contract.sound", "words.data_type", "words.delivery", "words.errors",
-           "runtime.configuration.resolver", "runtime.configuration.auto_configurer")  # fmt: skip
+           "runtime.configuration.resolver", "runtime.configuration.auto_configurer",
+           "cli.robot.run_command")  # fmt: skip
 _OLD_NAMES = {"AMediaTrackHandler": "MediaTrackHandler"}
 """Names of MOSAIC's own documentation, and ours."""
 

@@ -100,6 +100,15 @@ def make_robot(configured: Configured, *, lan: KnownServer | None = None) -> Rob
     )
 
 
+async def run_configured(configured: Configured) -> None:
+    """Run a robot from Python, as ``mosaic run`` does, until the task is cancelled; its end is orderly then. Ctrl+C in
+    ``asyncio.run`` cancels it. Raises :class:`ConfigError` where the configuration names no server, and
+    :class:`SignalingError` if the same robot connected elsewhere."""
+    if configured.config.server is None:
+        raise ConfigError([Problem("'server' is missing", path="server", cure="add a server section")])
+    await make_robot(configured).run()
+
+
 async def _run_with_table(
     configured: Configured, log_level: LogLevel, serving: LanServing | None, metrics: MetricsAddress | None
 ) -> int:
