@@ -253,7 +253,9 @@ LIMITS = """
 - A robot of the original library before its version 1.1 (C1) can be listed and monitored; it never answers an offer.
 - libdatachannel codes no pictures: its pairs carry data alone.
 - Original peers know no lease, no safety envelope and no stop: [Safety and its limits](../topics/safety.md).
-- An original robot serves one operator; the next one takes its place.
+- An original robot serves one operator; while it is connected the server refuses a second one with `signal.robot_busy`.
+  After a page that was killed the original C++ robot needs up to about 45 s (its own ICE time-out of 30 s and more)
+  until it says that it is free.
 """
 
 PAGES: dict[str, Callable[[], str]] = {

@@ -1,5 +1,5 @@
 /**
- * Writes `docs/reference/library.md` from the comments of the public names; `--check` only says whether it is current.
+ * Writes `docs/reference/library.md` from the types and comments of the public names; `--check` only says whether it is current.
  * A name without a sentence is a mistake.
  */
 import { readFileSync, writeFileSync } from 'node:fs'
@@ -20,6 +20,8 @@ const PACKAGES = { client: 'no framework', react: 'hooks over it' }
 const program = programOf(Object.keys(PACKAGES))
 const checker = program.getTypeChecker()
 const silent = []
+const printer = ts.createPrinter({ removeComments: true })
+const SHOWN = ts.TypeFormatFlags.NoTruncation | ts.TypeFormatFlags.UseAliasDefinedOutsideCurrentScope
 
 function programOf(names) {
   const { config } = ts.readConfigFile(join(ROOT, 'tsconfig.json'), (path) => readFileSync(path, 'utf8'))
@@ -35,11 +37,11 @@ function sectionOf(name, what) {
   const module = checker.getSymbolAtLocation(program.getSourceFile(indexOf(name)))
   const symbols = checker.getExportsOfModule(module).map(resolved).filter(isOurs)
   const classes = symbols.filter(({ flags }) => flags & ts.SymbolFlags.Class)
-  const types = symbols.filter(({ flags }) => flags & (ts.SymbolFlags.Interface | ts.SymbolFlags.TypeAlias))
+  const types = symbols.filter(isType)
   const values = symbols.filter((symbol) => !classes.includes(symbol) && !types.includes(symbol))
   const parts = classes.sort(byName).map((symbol) => `### \`${symbol.name}\`\n\n${whole(symbol)}\n\n${membersOf(symbol)}`)
   const tables = [['Functions and values', values], ['Types', types]].filter(([, list]) => list.length > 0)
-  for (const [title, list] of tables) parts.push(`### ${title} of ${name}\n\n${table(list.sort(byName).map(rowOf))}`)
+  for (const [title, list] of tables) parts.push(`### ${title} of ${name}\n\n${declared(list.sort(byName))}${table(list.map(rowOf))}`)
   return `## @mosaic/${name}: ${what}\n\n${parts.join('\n')}`
 }
 
@@ -61,7 +63,61 @@ function membersOf(symbol) {
     return !hidden && isOurs(member) && !inherited.has(member.name) && !whole(member, symbol).startsWith('Called by')
   })
   const rows = own.map((member) => rowOf(member, symbol))
-  return rows.length === 0 ? '' : table(rows)
+  const lines = own.map((member) => `  ${modifiersOf(member)}${signatureOf(member, symbol)}`)
+  return rows.length === 0 ? '' : fenced([`${headOf(symbol)} {`, ...lines, '}']) + table(rows)
+}
+
+/** `abstract class ReceivableStore extends MosaicStore`. */
+function headOf(symbol) {
+  const node = symbol.declarations.find(ts.isClassDeclaration)
+  const isAbstract = ts.getCombinedModifierFlags(node) & ts.ModifierFlags.Abstract
+  const bases = (node.heritageClauses ?? []).map((clause) => ` ${clause.getText()}`).join('')
+  const parameters = node.typeParameters ? `<${node.typeParameters.map((one) => one.getText()).join(', ')}>` : ''
+  return `${isAbstract ? 'abstract ' : ''}class ${symbol.name}${parameters}${bases}`
+}
+
+/** `protected`: for a class of one's own to override. */
+function modifiersOf(member) {
+  const flags = ts.getCombinedModifierFlags(member.valueDeclaration)
+  const words = { protected: ts.ModifierFlags.Protected, static: ts.ModifierFlags.Static, abstract: ts.ModifierFlags.Abstract }
+  return Object.keys(words)
+    .filter((word) => flags & words[word])
+    .map((word) => `${word} `)
+    .join('')
+}
+
+/** What it takes and what it gives, as an editor shows it. */
+function signatureOf(symbol, place) {
+  const node = place.valueDeclaration ?? place.declarations[0]
+  const type = checker.getTypeOfSymbolAtLocation(symbol, node)
+  const mark = symbol.flags & ts.SymbolFlags.Optional ? '?' : ''
+  if (!isCallable(symbol)) return `${symbol.name}${mark}: ${checker.typeToString(type, node, SHOWN)}`
+  const signatures = type.getNonNullableType().getCallSignatures()
+  return signatures.map((one) => `${symbol.name}${mark}${checker.signatureToString(one, node, SHOWN)}`).join('\n  ')
+}
+
+/** Functions and values by their signatures, types as they are written. */
+function declared(symbols) {
+  return fenced(symbols.flatMap((symbol) => (isType(symbol) ? printed(symbol) : declarationOf(symbol))))
+}
+
+function declarationOf(symbol) {
+  return `${isCallable(symbol) ? 'function' : 'const'} ${signatureOf(symbol, symbol)}`
+}
+
+function printed(symbol) {
+  return symbol.declarations
+    .filter((node) => ts.isInterfaceDeclaration(node) || ts.isTypeAliasDeclaration(node))
+    .map((node) => printer.printNode(ts.EmitHint.Unspecified, node, node.getSourceFile()))
+    .map((text) => text.replace(/^export /, '').replace(/^( {4})+/gm, (indent) => indent.slice(indent.length / 2)).replace(/;$/gm, ''))
+}
+
+function isType({ flags }) {
+  return Boolean(flags & (ts.SymbolFlags.Interface | ts.SymbolFlags.TypeAlias))
+}
+
+function fenced(lines) {
+  return `\`\`\`ts\n${lines.join('\n')}\n\`\`\`\n\n`
 }
 
 /** What stands under another class of this page already. */

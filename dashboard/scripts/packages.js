@@ -92,6 +92,23 @@ function pack() {
   return readdirSync(TARBALLS).map((file) => join(TARBALLS, file))
 }
 
+const HELP = `Usage: node scripts/packages.js [--check]
+
+Builds and packs @mosaic/${PUBLISHED.join(', @mosaic/')} into dashboard/dist/*.tgz.
+
+  --check   let publint and arethetypeswrong judge each
+  --help    show this and build nothing
+`
+const unknown = process.argv.slice(2).find((word) => !['--check', '--help', '-h'].includes(word))
+if (unknown !== undefined) {
+  process.stderr.write(`There is no option ${unknown}.\n\n${HELP}`)
+  process.exit(2)
+}
+if (process.argv.includes('--help') || process.argv.includes('-h')) {
+  process.stdout.write(HELP)
+  process.exit(0)
+}
+
 for (const name of PUBLISHED) build(name)
 const tarballs = pack()
 if (process.argv.includes('--check')) {

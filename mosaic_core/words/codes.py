@@ -93,6 +93,23 @@ REASONS: dict[str, Reason] = {
             "This robot knows no roles, so that an observer could drive it.",
             "Give the account the role operator, or update the robot.",
         ),
+        # rest.*: one request to the server
+        Reason(
+            "rest.unknown_path",
+            "The server has nothing at this path.",
+            "Compare it with /openapi.json, which lists every path of the server.",
+        ),
+        Reason(
+            "rest.wrong_method",
+            "This path is there, but not for this method.",
+            "Use a method that the message names; /openapi.json lists them all.",
+        ),
+        Reason(
+            "rest.bad_request",
+            "The server did not accept this request.",
+            "Change what the message names; /openapi.json has the fields of every request.",
+        ),
+        Reason("rest.server_mistake", "The server made a mistake.", "See what the server's log says, and report it."),
         # signal.*: the server in the middle
         Reason("signal.bad_message", "A message could not be understood.", "Update the older of the two sides."),
         Reason("signal.too_large", "A message was larger than allowed.", "Update the older of the two sides."),
@@ -122,6 +139,11 @@ REASONS: dict[str, Reason] = {
             "signal.unknown_connection",
             "No such connection, or it isn't yours.",
             "See which robots this account has, and connect anew.",
+        ),
+        Reason(
+            "signal.no_user_socket",
+            "This account has no open and authorized /ws/user, over which its offer has to go.",
+            "Open /ws/user and authorize first, and keep it open while the connection is made.",
         ),
         Reason("signal.unknown_tab", "The organization has no such tab.", "Load the list of tabs again."),
         Reason("signal.unknown_map", "The organization has no such map.", "Load the list of maps again."),
@@ -574,7 +596,7 @@ RESULT_REASONS: dict[ResultCode, str] = {
     ResultCode.AUTHENTICATION_FAILED: "auth.failed",
     ResultCode.WEBSOCKET_SESSION_NOT_EXIST: "signal.robot_offline",
     ResultCode.ROBOT_WS_SESSION_NOT_EXIST: "signal.robot_offline",
-    ResultCode.USER_WS_SESSION_NOT_EXIST: "auth.required",
+    ResultCode.USER_WS_SESSION_NOT_EXIST: "signal.no_user_socket",
     ResultCode.WEBRTC_SESSION_NOT_EXIST: "signal.unknown_connection",
     ResultCode.USER_NOT_FOUND: "auth.failed",
     ResultCode.USER_NOT_ACTIVE: "auth.forbidden",

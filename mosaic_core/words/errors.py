@@ -81,8 +81,8 @@ class PluginError(MosaicError):
 class AuthError(MosaicError):
     """The server refused who we say we are."""
 
-    def __init__(self, message: str, *, code: str = "auth.failed") -> None:
-        super().__init__(message, code=code)
+    def __init__(self, message: str, *, code: str = "auth.failed", cure: str | None = None) -> None:
+        super().__init__(message, code=code, cure=cure)
 
 
 class SignalingError(MosaicError):

@@ -165,7 +165,7 @@ def _refused(path: str, status: int, content: dict[str, Any]) -> MosaicError:
         entry = reason("signal.bad_message")
     message = str(content.get("message") or f"{entry.sentence} ({path}: HTTP {status})")
     if entry.code.startswith("auth."):
-        return AuthError(message, code=entry.code)
+        return AuthError(message, code=entry.code, cure=content.get("cure") or entry.cure)
     return SignalingError(message, code=entry.code, cure=content.get("cure") or entry.cure)
 
 

@@ -230,7 +230,7 @@ describe('the REST interface', () => {
     [404, { resultCode: 'ROBOT_NOT_FOUND', resultData: null }, 'auth.unknown_robot'],
     [500, { resultCode: 10000 }, 'signal.unreachable'],
     [429, 'slow down', 'signal.too_slow'],
-    [200, { resultCode: 10052, resultData: null }, 'auth.required'],
+    [200, { resultCode: 10052, resultData: null }, 'signal.no_user_socket'],
   ])('%i %j is the error %s', async (status, body, code) => {
     const { client, platform } = await signedIn()
     platform.routes['GET /api/v1/robots/x'] = refused(status, body)

@@ -19,6 +19,7 @@ from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
 from mosaic_server.serving import announce, make_server
 from mosaic_server.settings import LOOPBACK_HOSTS, Settings
 from mosaic_server.storage.database import Database, DatabaseInUse
+from mosaic_server.web.origins import origin_in
 
 
 def run(
@@ -60,7 +61,7 @@ def run(
         database_url=database,
         allow_signup=allow_signup,
         allowed_hosts=frozenset(allow_host or (LOOPBACK_HOSTS if is_local else ())),
-        allowed_origins=frozenset(origin.rstrip("/") for origin in allow_origin or ()),
+        allowed_origins=frozenset(map(_origin, allow_origin or ())),
         uses_tls=ssl_certfile is not None,
         audit_days=audit_days,
         turn_lifetime_s=turn_lifetime,
@@ -83,6 +84,13 @@ def run(
 
 def _end(_number: int, _frame: FrameType | None) -> NoReturn:
     sys.exit(0)
+
+
+def _origin(text: str) -> str:
+    try:
+        return origin_in(text)
+    except ValueError as error:
+        fail(f"--allow-origin: {error}", exit_code=2)
 
 
 def _is_loopback(host: str) -> bool:

@@ -26,6 +26,8 @@ from mosaic_server.storage.accounts import (
 )
 
 router = APIRouter(prefix="/api/v1/account", tags=["account"])
+WRONG_PASSWORD_CURE = "Check what was typed; an administrator of the server can set a new password."  # noqa: S105
+ASK_FOR_A_NEW_CODE = "Sign in with e-mail and password, or ask for a new code."
 
 
 class Login(WireModel):
@@ -61,7 +63,7 @@ async def log_in(login: Login, request: Request, services: ServicesDep) -> Envel
     """Public. 429 after several wrong passwords."""
     person = await person_with_password(services, request, normalised_email(login.username), login.password)
     if person is None:
-        raise ApiError(ResultCode.INVALID_PASSWORD, "e-mail or password is wrong", status=401)
+        raise ApiError(ResultCode.INVALID_PASSWORD, "e-mail or password is wrong", status=401, cure=WRONG_PASSWORD_CURE)
     return await _access(services, person, request)
 
 
@@ -73,7 +75,8 @@ async def log_in_to_organization(
     email, name = normalised_email(login.username), login.organization_name
     person = await person_with_password(services, request, email, login.password, name)
     if person is None:
-        raise ApiError(ResultCode.INVALID_PASSWORD, "organization, e-mail or password is wrong", status=401)
+        message = "organization, e-mail or password is wrong"
+        raise ApiError(ResultCode.INVALID_PASSWORD, message, status=401, cure=WRONG_PASSWORD_CURE)
     return await _access(services, person, request)
 
 
@@ -87,7 +90,8 @@ async def log_in_with_code(code: OneTimeCode, request: Request, services: Servic
     if login is None or person is None or person.login_version != login.login_version:
         services.login_limits.failed(None, address, time.monotonic())
         await services.database.run(note_failed_login, None, address, "wrong sign-in code")
-        raise ApiError(ResultCode.AUTHENTICATION_FAILED, "this sign-in code was used already or is too old")
+        message = "this sign-in code was used already or is too old"
+        raise ApiError(ResultCode.AUTHENTICATION_FAILED, message, cure=ASK_FOR_A_NEW_CODE)
     return await _access(services, person, request)
 
 

@@ -14,6 +14,7 @@ from starlette.responses import JSONResponse
 
 from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
 from mosaic_core.words.wire_model import WireModel
+from mosaic_server.rest.missed_route import missed_route
 
 T = TypeVar("T")
 _log = logging.getLogger(__name__)
@@ -75,19 +76,26 @@ class ApiError(Exception):
         status: int | None = None,
         headers: dict[str, str] | None = None,
         name: str | None = None,
+        cure: str | None = None,
     ) -> None:
-        """``name``: the original's, where two of them share a number."""
+        """``name``: the original's, where two of them share a number; ``cure``: better than the code's own."""
         super().__init__(message or result.name)
         self.name = name or result.name
-        self.code = code or RESULT_REASONS.get(result, "signal.bad_message")
+        self.code = code or _code_of(result)
         self.message = message or reason(self.code).sentence
         self.status = status or HTTP_STATUS.get(result, 400)
         self.headers = headers
+        self.cure = cure
 
 
-def failure(name: str, code: str, message: str) -> dict[str, Any]:
+def _code_of(result: ResultCode) -> str:
+    """What can't be understood here is a request, and no version of either side mends it."""
+    return "rest.bad_request" if result is ResultCode.INVALID_FORMAT else RESULT_REASONS.get(result, "rest.bad_request")
+
+
+def failure(name: str, code: str, message: str, cure: str | None = None) -> dict[str, Any]:
     """``name``: of a :class:`ResultCode`."""
-    return Failure(resultCode=name, code=code, message=message, cure=reason(code).cure).model_dump()
+    return Failure(resultCode=name, code=code, message=message, cure=cure or reason(code).cure).model_dump()
 
 
 def install_error_handlers(app: FastAPI) -> None:
@@ -95,22 +103,26 @@ def install_error_handlers(app: FastAPI) -> None:
 
     @app.exception_handler(ApiError)
     async def _api_error(_: Request, error: ApiError) -> JSONResponse:
-        return JSONResponse(failure(error.name, error.code, error.message), error.status, error.headers)
+        return JSONResponse(failure(error.name, error.code, error.message, error.cure), error.status, error.headers)
 
     @app.exception_handler(RequestValidationError)
     async def _invalid(_: Request, error: RequestValidationError) -> JSONResponse:
         problems = "; ".join(f"{_place(problem['loc'])}: {problem['msg']}" for problem in error.errors()[:10])
-        return JSONResponse(failure(ResultCode.INVALID_FORMAT.name, "signal.bad_message", problems), 400)
+        return JSONResponse(failure(ResultCode.INVALID_FORMAT.name, "rest.bad_request", problems), 400)
 
     @app.exception_handler(HTTPException)
-    async def _http(_: Request, error: HTTPException) -> JSONResponse:
-        words = failure(ResultCode.INVALID_FORMAT.name, "signal.bad_message", str(error.detail))
-        return JSONResponse(words, error.status_code, error.headers)
+    async def _http(request: Request, error: HTTPException) -> JSONResponse:
+        if error.status_code not in (404, 405):
+            words = failure(ResultCode.INVALID_FORMAT.name, "rest.bad_request", str(error.detail))
+            return JSONResponse(words, error.status_code, error.headers)
+        missed = missed_route(app.openapi()["paths"], request.method, request.url.path)
+        words = failure(ResultCode.INVALID_FORMAT.name, missed.code, missed.message)
+        return JSONResponse(words, missed.status, missed.headers)
 
     @app.exception_handler(Exception)
     async def _unexpected(request: Request, error: Exception) -> JSONResponse:
         _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
-        words = failure(ResultCode.UNKNOWN_EXCEPTION_OCCURRED.name, "signal.bad_message", "the server made a mistake")
+        words = failure(ResultCode.UNKNOWN_EXCEPTION_OCCURRED.name, "rest.server_mistake", "the server made a mistake")
         return JSONResponse(words, 500)
 
 

@@ -22,6 +22,19 @@ def origin_is_allowed(headers: Mapping[str, str], allowed: Collection[str]) -> b
         return False
 
 
+def origin_in(text: str) -> str:
+    """The origin of a page as browsers send it (``https://host:port``); raises ``ValueError`` for what is none."""
+    parts = urlsplit(text.strip())
+    if parts.scheme not in ("http", "https") or not parts.hostname or parts.username is not None:
+        raise ValueError(f"{text!r} is no origin: write http://HOST:PORT or https://HOST")
+    name = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
+    default = {"http": 80, "https": 443}[parts.scheme]
+    origin = f"{parts.scheme}://{name}" + (f":{parts.port}" if parts.port not in (None, default) else "")
+    if parts.path not in ("", "/") or parts.query or parts.fragment:
+        raise ValueError(f"{text!r} is a page, and an origin has no path: write {origin}")
+    return origin
+
+
 def host_name(host_header: str) -> str:
     """The name without port: ``[::1]:9001`` → ``::1``. Empty for nonsense."""
     try:

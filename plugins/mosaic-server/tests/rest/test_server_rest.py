@@ -57,7 +57,7 @@ def test_wrong_passwords_look_alike_and_are_slowed_down(server: Any, email: str)
         "resultData": None,
         "code": "auth.failed",
         "message": "e-mail or password is wrong",
-        "cure": "Check the robot id and token, or log in again.",
+        "cure": "Check what was typed; an administrator of the server can set a new password.",
     }
     assert answers[-1].status_code == 429
     assert int(answers[-1].headers["retry-after"]) > 0
