@@ -47,6 +47,7 @@ def must_not_guess_on(services: Services, email: str | None, address: str) -> No
             ResultCode.AUTHENTICATION_FAILED,
             f"too many failed attempts; try again in {math.ceil(wait_s)} s",
             status=429,
+            cure="Wait that long; whoever forgot the password asks an administrator of the server for a new one.",
             headers={"Retry-After": str(math.ceil(wait_s))},
         )
 
