@@ -18,6 +18,7 @@ from mosaic_core.operator.control.original_drives import command_of, is_zero, le
 from mosaic_core.operator.stores.channel_plan import entry_of, naming, resource_of
 from mosaic_core.words.control import Refusal
 from mosaic_core.words.data_type import MosaicDataType
+from mosaic_core.words.errors import ConnectionFailed
 
 REFUSAL_WAIT_S = 0.5
 """After the last message, for the robot to refuse it: a long round trip."""
@@ -57,6 +58,7 @@ class SendAction:
             store = store_of(operator, connection, self.label, self.data_type)
         if not isinstance(store, SendableStore):
             raise wrong_way(self.label, "takes nothing; use `mosaic operator tail`")
+        self._check_json(store)
         refusals: list[Refusal] = []
         connection.on_refusal(refusals.append)
         await store.wait_open()
@@ -68,6 +70,18 @@ class SendAction:
         if connection.is_original:
             return self._report_of_an_original(sent, arrived, await self._stand(connection, store))
         return self._report(sent, refusals)
+
+    def _check_json(self, store: SendableStore) -> None:
+        """An original robot does not say that it could not read a message. Raises ``channel.invalid``."""
+        data_type = store.robot_connector.data_type or MosaicDataType.JSON_U2R
+        if not data_type.value.startswith("json"):
+            return
+        try:
+            json.loads(self.data)
+        except ValueError as error:
+            message = f"{self.label!r} takes JSON, and this is none: {error}"
+            cure = """Write one JSON value in single quotes: '{"linear": {"x": 0.1}}'."""
+            raise ConnectionFailed(message, code="channel.invalid", cure=cure) from error
 
     async def _stand(self, connection: RobotConnection, store: SendableStore) -> bool | None:
         """A drive of an original robot goes on with the last command: let it be a zero. Whether that has arrived;

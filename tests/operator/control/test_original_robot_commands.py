@@ -120,6 +120,12 @@ def test_send_leaves_a_drive_standing(original: Any, capsys: Any, label: str, dr
     assert json.loads(capsys.readouterr().out) == {"sent": 3, "arrived": True, "zero_arrived": True}
 
 
+def test_send_refuses_what_is_no_json(original: Any) -> None:
+    with pytest.raises(ConnectionFailed, match="takes JSON, and this is none"):
+        do(original, SendAction(ROBOT, "cmd_vel", "{bad", 0.01, 0.0))
+    assert "cmd_vel" not in original.robot.channels or sent(original, "cmd_vel") == []
+
+
 def test_send_sends_no_second_zero(original: Any, capsys: Any) -> None:
     assert do(original, SendAction(ROBOT, "cmd_vel", json.dumps(TWIST_ZERO), 0.01, 0.0)) == 0
     assert sent(original, "cmd_vel") == [TWIST_ZERO]
