@@ -16,7 +16,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 sys.path.insert(0, str(Path(__file__).parent))
-from original_robot import OriginalRobot
+from original_robot import READY, OriginalRobot
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
 
@@ -132,13 +132,45 @@ def drive(page: Page, original: OriginalRobot, wait_for: Callable[..., float]) -
     wait_for(lambda: original.commands("cmd_vel")[-19:] == [ZERO] * 19, "the zeros are repeated")
 
 
+LEAVINGS: dict[str, Callable[[Page], Any]] = {
+    "the link back": lambda page: page.get_by_role("link", name="Back to all robots").click(),
+    "a reload": lambda page: page.reload(),
+    "another page": lambda page: page.goto("about:blank"),
+    "a closed tab": lambda page: page.close(),
+}
+
+
+@pytest.mark.parametrize("leave", LEAVINGS.values(), ids=LEAVINGS.keys())
+def test_a_page_that_is_left_while_it_drives_leaves_the_robot_standing(
+    page: Page, original: OriginalRobot, server: Any, seed: Any, wait_for: Callable[..., float], leave: Callable[[Page], Any]
+) -> None:
+    describe(server, seed, {"connectorId": "cmd_vel", "connectorType": "ros2-receiver-geometry-Twist", "params": {}})
+    open_robot(page, server, seed)
+    page.get_by_role("application", name="Drive pad").wait_for()
+    wait_for(lambda: "cmd_vel" in original._open, "the drive's channel is open")
+    page.keyboard.down("w")
+    wait_for(lambda: len(original.commands("cmd_vel")) > 5, "commands arrive")
+    leave(page)
+    wait_for(lambda: original.commands("cmd_vel")[-1] == ZERO, "the last command is zero")
+    wait_for(lambda: original.state == READY or "cmd_vel" not in original._open, "the connection is gone")
+    assert original.commands("cmd_vel")[-1] == ZERO
+
+
+def describe(server: Any, seed: Any, *connectors: dict[str, Any]) -> None:
+    put_description(server, seed, json.dumps({"connectors": connectors}))
+
+
 def forget_description(server: Any, seed: Any) -> None:
+    put_description(server, seed, None)
+
+
+def put_description(server: Any, seed: Any, config: str | None) -> None:
     with httpx.Client(base_url=server.url) as http:
         account = {"username": seed.email, "password": seed.password}
         answer = http.post("/api/v1/account/login/access-token", json=account).json()
         http.headers["Authorization"] = f"Bearer {answer['resultData']['accessToken']}"
         path = f"/api/v1/robots/{seed.robot_id}/connector-config"
-        assert http.put(path, json={"connectorConfig": None}).is_success
+        assert http.put(path, json={"connectorConfig": config}).is_success
 
 
 def test_a_label_that_nobody_knows_is_tried_and_found_out(page: Page, server: Any, seed: Any, tmp_path: Path) -> None:

@@ -234,10 +234,12 @@ export class RobotConnection implements StoreHost {
   private drop(bye: boolean): void {
     const { attempt } = this
     this.request.giveUp()
+    // First of all, in this very moment: a page that is put away may have no other.
+    const zerosLeave = bye && this.control.leaving()
     this.attempt = null
     this.record.end(this.session.reason.code ?? 'peer.closed', this.around.platform.now())
     this.conversation.linkLost(bye)
-    attempt?.close(bye)
+    attempt?.close(bye, zerosLeave)
   }
 
   private serverChanged(): void {

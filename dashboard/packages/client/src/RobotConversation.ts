@@ -54,7 +54,11 @@ export class RobotConversation {
     })
     this.stores = new StoreBindings(this.storesHost(), platform.isVisible())
     this.control = new ControlDesk(
-      { ...deskSurroundings(platform, live, entryOf), sendOn: (label, text) => this.stores.sendOn(label, text) },
+      {
+        ...deskSurroundings(platform, live, entryOf),
+        sendOn: (label, text) => this.stores.sendOn(label, text),
+        hasSentOn: (label) => this.stores.hasSentOn(label),
+      },
       () => this.stores.showBlocks(),
     )
     this.pictures = new PictureReporter(pictureSurroundings(platform, live))

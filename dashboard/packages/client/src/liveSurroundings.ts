@@ -17,7 +17,7 @@ const COMING: ReadonlySet<ConnectionPhase> = new Set(['connecting', 'connected',
 
 type EntryOf = (label: string) => CatalogueEntry | null
 
-export function deskSurroundings(platform: Platform, { attempt, phase }: Live, entryOf: EntryOf): Omit<DeskSurroundings, 'sendOn'> {
+export function deskSurroundings(platform: Platform, { attempt, phase }: Live, entryOf: EntryOf): Omit<DeskSurroundings, 'sendOn' | 'hasSentOn'> {
   return {
     now: () => platform.now(),
     every: (periodMs, onTick) => platform.ticks.every(periodMs, onTick),

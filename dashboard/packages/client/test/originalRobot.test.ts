@@ -223,3 +223,56 @@ describe('a stop', () => {
     expect((await desk.stop()).zeros).toEqual({ sent: [], unsent: [] })
   })
 })
+
+describe('leaving it', () => {
+  const ZERO = '{"linear_x":0,"angular_z":0}'
+  const DRIVE = '{"linear_x":1,"angular_z":0}'
+
+  async function driven() {
+    const bench = await linked(described())
+    const store = bench.client.storeManager.getOrCreateStore(connector('teleop')) as SendableStore
+    await silence()
+    bench.peer.channel('teleop').opens()
+    return { ...bench, store, connection: bench.client.connection(ROBOT), teleop: bench.peer.channel('teleop') }
+  }
+  type Bench = Awaited<ReturnType<typeof driven>>
+
+  test.each<[string, (bench: Bench) => void]>([
+    ['by the way back', ({ connection }) => connection.disconnect()],
+    ['with the page', ({ platform }) => platform.happens('hide')],
+    ['by signing out', ({ client }) => client.logout()],
+  ])('%s sends the zeros of what was driven, before anything is closed', async (_how, leave) => {
+    const bench = await driven()
+    bench.store.sendData(DRIVE)
+    leave(bench)
+    expect(bench.teleop.texts()).toEqual([DRIVE, ZERO])
+    expect(bench.peer.isClosed).toBe(false)
+  })
+
+  test('tells the server only when they have had time to arrive, then closes', async () => {
+    const { store, connection, platform, peer } = await driven()
+    store.sendData(DRIVE)
+    connection.disconnect()
+    await vi.advanceTimersByTimeAsync(199)
+    expect(platform.socket.sentOf('signaling.close_peer_connection')).toEqual([])
+    await vi.advanceTimersByTimeAsync(1)
+    expect(platform.socket.sentOf('signaling.close_peer_connection')).toEqual([{ rtcConnectionId: 'c1' }])
+    expect(peer.isClosed).toBe(true)
+  })
+
+  test('without having driven it sends nothing: who only watched must not stop what others let it do', async () => {
+    const { connection, platform, teleop } = await driven()
+    connection.disconnect()
+    expect(teleop.texts()).toEqual([])
+    expect(platform.socket.sentOf('signaling.close_peer_connection')).toHaveLength(1)
+  })
+
+  test('before it was found to be an original one sends them too', async () => {
+    const { client, peer } = await linked(described())
+    const store = client.storeManager.getOrCreateStore(connector('teleop')) as SendableStore
+    peer.channel('teleop').opens()
+    store.sendData(DRIVE)
+    client.connection(ROBOT).disconnect()
+    expect(peer.channel('teleop').texts()).toEqual([DRIVE, ZERO])
+  })
+})

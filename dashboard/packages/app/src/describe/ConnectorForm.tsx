@@ -26,26 +26,44 @@ interface Draft {
   lanes: number
 }
 
-const EMPTY: Draft = { label: '', type: '', dataType: '', widget: '', lanes: 0 }
+/** What a try-out fills in. */
+const GUESSED = { dataType: '', widget: '', lanes: 0 } as const
+const EMPTY: Draft = { label: '', type: '', ...GUESSED }
 
 /** One connector by hand: its label, what travels there, how it is shown; or found out by listening. */
 export function ConnectorForm({ robotId, isBusy, onAdd }: ConnectorFormProps) {
   const [draft, setDraft] = useState(EMPTY)
   const [tried, setTried] = useState<{ label: string; attempt: number } | null>(null)
+  const [isNumbered, setIsNumbered] = useState(false)
+  const forget = () => {
+    setTried(null)
+    setIsNumbered(false)
+  }
   const change = (more: Partial<Draft>) => setDraft((before) => ({ ...before, ...more }))
+  const changeByHand = (more: Partial<Draft>) => {
+    // What was heard was heard on the former label.
+    const isOther = tried !== null && more.label !== undefined && more.label.trim() !== tried.label
+    change(isOther ? { ...GUESSED, ...more } : more)
+    if (isOther) forget()
+  }
   const connector = connectorOf(draft)
   const entry = describedEntry(connector)
   const label = draft.label.trim()
+  // Nothing comes on the label itself: the card would stay empty for ever.
+  const needsCount = isNumbered && draft.lanes === 0
   const submit = async (event: SubmitEvent<HTMLFormElement>) => {
     event.preventDefault()
-    if (label === '' || entry === null || !(await onAdd(connector))) return
+    if (label === '' || entry === null || needsCount || !(await onAdd(connector))) return
     setDraft(EMPTY)
-    setTried(null)
+    forget()
   }
-  const take = (found: TryOut) => change(draftOf(found))
+  const take = (found: TryOut) => {
+    change(draftOf(found))
+    setIsNumbered(found.isNumbered)
+  }
   return (
     <form className={classes.form} onSubmit={(event) => void submit(event)} aria-label="Describe a connector by hand">
-      <Fields draft={draft} entry={entry} onChange={change} />
+      <Fields draft={draft} entry={entry} onChange={changeByHand} />
       {tried !== null && <TryOutLine key={tried.attempt} {...{ robotId }} label={tried.label} onTake={take} />}
       <Group justify="flex-end" gap="sm">
         {label !== '' && entry === null && (
@@ -53,10 +71,15 @@ export function ConnectorForm({ robotId, isBusy, onAdd }: ConnectorFormProps) {
             Choose a type or say what travels there; or try the label.
           </Text>
         )}
+        {needsCount && (
+          <Text size="xs" c="dimmed" className={classes.grow}>
+            It comes on numbered channels: say how many.
+          </Text>
+        )}
         <Button variant="default" disabled={label === ''} onClick={() => setTried({ label, attempt: (tried?.attempt ?? 0) + 1 })}>
           Try this label
         </Button>
-        <Button type="submit" loading={isBusy} disabled={label === '' || entry === null}>
+        <Button type="submit" loading={isBusy} disabled={label === '' || entry === null || needsCount}>
           Add
         </Button>
       </Group>

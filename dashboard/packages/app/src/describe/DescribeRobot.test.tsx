@@ -179,6 +179,25 @@ describe('a try-out', () => {
     expect(form().getByLabelText<HTMLInputElement>(/Numbered channels/).value).toBe('1')
   })
 
+  test('lets nobody add numbered channels without their count', () => {
+    tryLabel('cloud')
+    site.says('cloud-0', '\u0000\u0001')
+    const add = form().getByRole<HTMLButtonElement>('button', { name: 'Add' })
+    expect(add.disabled).toBe(false)
+    fireEvent.change(form().getByLabelText(/Numbered channels/), { target: { value: '0' } })
+    expect(add.disabled).toBe(true)
+    expect(screen.getByText(/say how many\.$/)).toBeTruthy()
+  })
+
+  test('of one label says nothing of another', () => {
+    tryLabel('cloud')
+    site.says('cloud-0', '\u0000\u0001')
+    fireEvent.change(form().getByLabelText(/Label/), { target: { value: 'odom' } })
+    expect(form().queryByRole('status')).toBeNull()
+    expect(form().getByLabelText<HTMLSelectElement>(/What travels there/).value).toBe('')
+    expect(form().queryByLabelText(/Numbered channels/)).toBeNull()
+  })
+
   test('sees a picture', () => {
     site.arrivedPictures.set(['front'])
     tryLabel('front')

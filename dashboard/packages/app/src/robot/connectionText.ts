@@ -19,13 +19,23 @@ const PHASES: Record<ConnectionPhase, Pick<ConnectionText, 'tone' | 'text' | 'ca
   closed: { tone: 'idle', text: 'Closed', canRetry: true },
 }
 
+/** Nobody tells an original robot that a page was killed; it finds out by itself. */
+const BUSY_CODE = 'signal.robot_busy'
+const BUSY_CURE = 'A page that was killed may hold an original robot for up to 45 s.'
+
 export function connectionText(state: ConnectionState): ConnectionText {
   const known = reasonOf(state.code ?? '')
   return {
     ...PHASES[state.phase],
     reason: state.code === undefined ? '' : (state.message ?? known.sentence),
-    cure: state.code === undefined ? '' : known.cure,
+    cure: state.code === undefined ? '' : cureOf(state.code, state.phase),
   }
+}
+
+function cureOf(code: string, phase: ConnectionPhase): string {
+  const { cure } = reasonOf(code)
+  if (code !== BUSY_CODE) return cure
+  return `${cure} ${BUSY_CURE}${phase === 'failed' ? '' : ' This page keeps trying.'}`
 }
 
 /** `8 ms`; below ten with one decimal, because there it matters. */

@@ -54,6 +54,14 @@ describe('the badge', () => {
     expect(text.canRetry).toBe(true)
   })
 
+  test('a robot that has somebody else may be free soon, and the page says for how long it tries', () => {
+    const trying = connectionText({ phase: 'connecting', code: 'signal.robot_busy', roundTripMs: null })
+    expect(trying.cure).toContain('up to 45 s. This page keeps trying.')
+    const failed = connectionText({ phase: 'failed', code: 'signal.robot_busy', roundTripMs: null })
+    expect(failed.cure).toMatch(/up to 45 s\.$/)
+    expect(failed.canRetry).toBe(true)
+  })
+
   test('says where bulk data goes, and why not over a connection of its own', () => {
     expect(bulkLaneText({ phase: 'none' })).toBe('')
     expect(bulkLaneText({ phase: 'up' })).toContain('of its own')

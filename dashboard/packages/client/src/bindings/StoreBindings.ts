@@ -78,6 +78,11 @@ export class StoreBindings {
     return store !== undefined && isSending(store) && store.state.get().phase === 'open' && store.sendData(text)
   }
 
+  /** Whether anything was sent to this connector. */
+  hasSentOn(label: string): boolean {
+    return (this.bindings.get(label)?.store.counters.sent ?? 0) > 0
+  }
+
   /** Who may send what may have changed. */
   showBlocks(): void {
     for (const binding of this.bindings.values()) this.showBlock(binding)

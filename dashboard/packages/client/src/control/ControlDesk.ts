@@ -48,6 +48,8 @@ export interface DeskSurroundings {
   readonly entryOf: (label: string) => CatalogueEntry | null
   /** On a connector's channel; false where none is open, or it took nothing. */
   readonly sendOn: (label: string, text: string) => boolean
+  /** Whether this page has sent anything to this connector. */
+  readonly hasSentOn: (label: string) => boolean
 }
 
 const MOTION = 'motion'
@@ -132,9 +134,7 @@ export class ControlDesk {
    */
   stop(reason = ''): Promise<StopReport> {
     const isUnavailable = this.availability.get() === 'unavailable'
-    // While a described robot has not shown that it knows a stop, it gets both.
-    const isDoubtful = this.availability.get() === 'unknown' && this.endDescribed !== null
-    const zeros = isUnavailable || isDoubtful ? this.rests.sendAll() : null
+    const zeros = this.needsZeros ? this.rests.sendAll() : null
     this.hasSaidStop = !isUnavailable
     return this.stops.say(cut(reason), isUnavailable ? zeros : null)
   }
@@ -206,6 +206,14 @@ export class ControlDesk {
     this.stops.linkUp()
   }
 
+  /**
+   * Called by the connection, whose channels are about to be closed: a robot that knows no stop would go on with the
+   * last command of this page. True: zeros are on their way to it. Drives that this page left alone are none of its business.
+   */
+  leaving(): boolean {
+    return this.needsZeros && this.rests.sendAll((label) => this.around.hasSentOn(label)).sent.length > 0
+  }
+
   /** Called by the connection: its channels are gone; `onPurpose` if this page said goodbye. */
   linkLost(onPurpose: boolean): void {
     this.board.clear()
@@ -252,6 +260,12 @@ export class ControlDesk {
       default:
         return
     }
+  }
+
+  /** While a described robot has not shown that it knows a stop, it gets both. */
+  private get needsZeros(): boolean {
+    const availability = this.availability.get()
+    return availability === 'unavailable' || (availability === 'unknown' && this.endDescribed !== null)
   }
 
   private restOf(entry: CatalogueEntry): (() => void)[] {

@@ -28,10 +28,12 @@ export class Rests {
     }
   }
 
-  sendAll(): ZerosReport {
+  /** To all of them, or to those that are `meant`. */
+  sendAll(meant: (label: string) => boolean = () => true): ZerosReport {
     const sent: string[] = []
     const unsent: string[] = []
     for (const [label, [message]] of this.messages) {
+      if (!meant(label)) continue
       const isSent = message !== undefined && this.send(label, message.text)
       ;(isSent ? sent : unsent).push(label)
     }

@@ -101,18 +101,25 @@ export class PeerAttempt {
     return true
   }
 
-  /** Drop everything; with `bye` the robot is told on both ways that this was on purpose. */
-  close(bye: boolean): void {
-    const { rtcConnectionId } = this
+  /**
+   * Drop everything; with `bye` the robot is told on both ways that this was on purpose. `zerosLeave`: the server tells
+   * it only when they have had time to arrive, because a robot that hears it listens to nothing more.
+   */
+  close(bye: boolean, zerosLeave = false): void {
     this.isOver = true
-    if (bye) {
-      this.control.send('bye', { code: 'peer.closed' })
-      this.socket.send('signaling.close_peer_connection', { rtcConnectionId })
-    }
+    if (bye) this.control.send('bye', { code: 'peer.closed' })
+    if (bye && !zerosLeave) this.tellServer()
     this.control.close()
     this.stop.close()
-    if (bye) setTimeout(() => this.link.close(), FAREWELL_MS)
-    else this.link.close()
+    if (!bye) return this.link.close()
+    setTimeout(() => {
+      if (zerosLeave) this.tellServer()
+      this.link.close()
+    }, FAREWELL_MS)
+  }
+
+  private tellServer(): void {
+    this.socket.send('signaling.close_peer_connection', { rtcConnectionId: this.rtcConnectionId })
   }
 
   private async answered(sdp: string): Promise<void> {

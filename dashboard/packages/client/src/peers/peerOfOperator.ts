@@ -30,6 +30,8 @@ const PERMANENT: ReadonlySet<string> = new Set([
   'sdp.invalid',
   'sdp.no_common_codec',
 ])
+/** An original robot takes one page, and keeps one that was killed for up to 45 s: its place may be free soon. */
+const BUSY = { code: 'signal.robot_busy', patienceMs: 60_000 }
 /** Fewer unanswered pings than this prove nothing: the page itself may have been frozen, and has just begun to ask. */
 const PINGS_BEFORE_LOST = 3
 /** Silence that is noticed this late proves nothing: the page stood still, and answers may be waiting unread. */
@@ -39,6 +41,7 @@ export class OperatorPeerMachine {
   private current: PeerPhase = 'idle'
   private attempt = 0
   private wasUp = false
+  private busySinceMs: number | null = null
   private deadline: { atMs: number; code: string } | null = null
   private retryAtMs = 0
   private greeted: boolean | null = null
@@ -124,6 +127,7 @@ export class OperatorPeerMachine {
   private beginAnew(nowMs: number): PeerEffect[] {
     this.attempt = 0
     this.wasUp = false
+    this.busySinceMs = null
     return this.begin(nowMs)
   }
 
@@ -252,8 +256,9 @@ export class OperatorPeerMachine {
     this.why = why.message === undefined ? { code: why.code } : { code: why.code, message: why.message }
     const effects: PeerEffect[] = [{ type: 'drop', bye: false }]
     if (wasConnected) effects.push({ type: 'tellDisconnected', ...this.why })
+    const isBusy = this.noteBusy(why.code, nowMs)
     this.attempt += 1
-    const isFinal = PERMANENT.has(why.code) || (!this.wasUp && this.attempt >= FIRST_ATTEMPTS)
+    const isFinal = PERMANENT.has(why.code) || (!this.wasUp && !isBusy && this.attempt >= FIRST_ATTEMPTS)
     this.enter(isFinal ? 'failed' : 'waiting', nowMs)
     // Most losses are a change of network that is over when it is noticed: the first try is made at once.
     const isAtOnce = wasConnected && why.code !== 'peer.shutdown'
@@ -261,6 +266,13 @@ export class OperatorPeerMachine {
     this.doubt = null
     if (isFinal) effects.push({ type: 'tellFailed', ...this.why, code: why.code })
     return effects
+  }
+
+  /** True while a robot that has somebody else is worth the wait; what fails once it is free is counted from the start. */
+  private noteBusy(code: string, nowMs: number): boolean {
+    if (code !== BUSY.code && this.busySinceMs !== null) this.attempt = 0
+    this.busySinceMs = code === BUSY.code ? (this.busySinceMs ?? nowMs) : null
+    return this.busySinceMs !== null && nowMs - this.busySinceMs < BUSY.patienceMs
   }
 
   private close(phase: 'closed' | 'suspended'): PeerEffect[] {

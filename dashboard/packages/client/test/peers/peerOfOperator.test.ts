@@ -112,6 +112,36 @@ describe('connecting', () => {
     expect(bench.give({ type: 'connectWanted' })).toEqual(['request'])
   })
 
+  test('a robot that has somebody else is asked again for a minute: a killed page may hold it for most of that', () => {
+    const bench = new Bench()
+    bench.give({ type: 'connectWanted' })
+    const startMs = bench.nowMs
+    while (bench.session.phase !== 'failed') {
+      expect(bench.session.publicPhase).toBe('connecting')
+      bench.give({ type: 'broken', code: 'signal.robot_busy' })
+      if (bench.session.phase === 'waiting') bench.pass((bench.session.wakeAtMs ?? 0) - bench.nowMs)
+    }
+    expect(bench.nowMs - startMs).toBeGreaterThanOrEqual(60_000)
+    expect(bench.nowMs - startMs).toBeLessThan(71_000)
+  })
+
+  test('what fails once the robot is free has its three attempts', () => {
+    const bench = new Bench()
+    bench.give({ type: 'connectWanted' })
+    for (let attempt = 0; attempt < 4; attempt += 1) {
+      bench.give({ type: 'broken', code: 'signal.robot_busy' })
+      bench.pass(10_000)
+    }
+    bench.give({ type: 'broken', code: 'ice.failed' })
+    expect(bench.session.publicPhase).toBe('connecting')
+  })
+
+  test('a page that is left asks no more', () => {
+    const bench = new Bench()
+    bench.give({ type: 'connectWanted' }, { type: 'broken', code: 'signal.robot_busy' }, { type: 'disconnectWanted' })
+    expect(bench.pass(60_000)).toEqual([])
+  })
+
   test.each(['auth.forbidden', 'auth.failed', 'peer.not_allowed', 'sdp.no_common_codec'])(
     '%s fails at once: trying again changes nothing',
     (code) => {

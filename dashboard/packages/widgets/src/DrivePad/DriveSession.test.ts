@@ -92,6 +92,7 @@ const STOPS: [string, (session: DriveSession) => void][] = [
   ['the window loses the focus', () => window.dispatchEvent(new Event('blur'))],
   ['the page is hidden', hide],
   ['the page is left', () => window.dispatchEvent(new Event('pagehide'))],
+  ['the page is about to be left', () => window.dispatchEvent(new Event('beforeunload'))],
   ['the connection is lost', (session) => session.setOpen(false)],
   ['the pad is unmounted', (session) => session.dispose()],
   ['the space bar is pressed', () => press('Space')],

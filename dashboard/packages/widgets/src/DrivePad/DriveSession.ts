@@ -155,6 +155,8 @@ export class DriveSession {
     page.addEventListener('keydown', (event) => this.onKeyDown(event), { signal })
     page.addEventListener('keyup', (event) => this.onKeyUp(event), { signal })
     page.addEventListener('blur', () => this.stop('blur'), { signal })
+    // Told before the page is left, while its channels still carry: zeros go out until it is.
+    page.addEventListener('beforeunload', () => this.stop('pagehide'), { signal })
     page.addEventListener('pagehide', () => this.stop('pagehide'), { signal })
     // An unplugged gamepad must not wait for a tick.
     page.addEventListener('gamepaddisconnected', () => this.lookAtGamepad(), { signal })

@@ -20,13 +20,13 @@ export function StoppedBanner({ robotId }: { robotId: string }) {
   if (view.isStopped || mine?.phase === 'sending') {
     const isMine = mine !== null && mine.id !== dismissed && isKnown(mine)
     return (
-      <Banner tone="stopped" title={!view.isStopped ? 'Stopping…' : isMine ? stopReportText(mine) : 'Stopped'} text={detailOf(view)} note={since}>
+      <Banner tone="stopped" title={titleOf(view, isMine)} text={detailOf(view)} note={since}>
         {view.isStopped && <Clear robotId={robotId} />}
       </Banner>
     )
   }
   if (mine === null || mine.id === dismissed || (mine.phase !== 'unconfirmed' && mine.phase !== 'unavailable')) return null
-  const isUnsent = mine.phase === 'unavailable' && (mine.zeros?.sent.length ?? 0) === 0
+  const isUnsent = mine.phase === 'unavailable' ? (mine.zeros?.sent.length ?? 0) === 0 : mine.copies === 0
   const isBad = mine.phase === 'unconfirmed' || isUnsent || (mine.zeros?.unsent.length ?? 0) > 0
   return (
     <Banner tone={isBad ? 'stopped' : 'zeros'} title={stopReportText(mine)} text={whatNow(mine.phase, isUnsent)} isOnTheWay={!isUnsent}>
@@ -36,8 +36,9 @@ export function StoppedBanner({ robotId }: { robotId: string }) {
 }
 
 function whatNow(phase: StopReport['phase'], isUnsent: boolean): string {
+  if (isUnsent) return 'Stop it at the robot.'
   if (phase === 'unconfirmed') return 'The connection ended before its answer. Stop it at the robot if you can’t see that it stands.'
-  return isUnsent ? 'Stop it at the robot.' : 'Look at it: nothing here can confirm that it stands.'
+  return 'Look at it: nothing here can confirm that it stands.'
 }
 
 interface BannerProps {
@@ -74,7 +75,13 @@ function isKnown({ phase }: StopReport): boolean {
   return phase === 'acknowledged' || phase === 'safe'
 }
 
-function detailOf({ isStopped, by, reason }: StopView): string {
+function titleOf({ isStopped, mine }: StopView, isMine: boolean): string {
+  if (mine !== null && (isMine || !isStopped)) return stopReportText(mine)
+  return 'Stopped'
+}
+
+function detailOf({ isStopped, by, reason, mine }: StopView): string {
+  if (!isStopped && mine?.copies === 0) return 'It leaves as soon as the page is connected. Until then, stop it at the robot.'
   if (!isStopped) return 'Waiting for the robot’s answer; the stop is being repeated.'
   const who = by === '' ? 'Somebody stopped it' : `Stopped by ${by}`
   return `${who}${reason === '' ? '.' : `: “${reason}”.`} The robot takes no commands.`

@@ -181,6 +181,19 @@ describe('the banner of a stopped robot', () => {
   })
 })
 
+describe('of a page that is not connected', () => {
+  test.each([
+    ['sending', 'It leaves as soon as the page is connected'],
+    ['unconfirmed', 'Stop it at the robot'],
+  ] as const)('a stop (%s) says that nothing was sent', (phase, whatNow) => {
+    show(<StoppedBanner robotId="r" />)
+    act(() => desk().stopState.set({ isStopped: false, by: '', reason: '', mine: { ...SENDING, copies: 0, phase } }))
+    expect(screen.getByRole('alert').textContent).toContain('this page is not connected, so nothing was sent')
+    expect(screen.getByRole('alert').textContent).toContain(whatNow)
+    expect(screen.getByRole('alert').textContent).not.toContain('did not confirm')
+  })
+})
+
 describe('of a robot that knows no stop', () => {
   const report = (zeros: { sent: string[]; unsent: string[] }) => {
     desk().availability.set('unavailable')

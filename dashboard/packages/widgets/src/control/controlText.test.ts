@@ -11,6 +11,8 @@ describe('a stop', () => {
     [{ phase: 'safe', safeMs: 43.2, acknowledgedMs: 21 }, 'Stopped in 43 ms'],
     [{ phase: 'safe', acknowledgedMs: 8.26 }, 'Stopped, confirmed after 8.3 ms'],
     [{ phase: 'acknowledged', acknowledgedMs: 21 }, 'The robot has your stop after 21 ms; its safe action is still running'],
+    [{ copies: 0 }, 'Not stopped: this page is not connected, so nothing was sent yet'],
+    [{ phase: 'unconfirmed', copies: 0 }, 'Not stopped: this page is not connected, so nothing was sent'],
     [{ phase: 'unconfirmed' }, 'The robot did not confirm the stop'],
     [{ phase: 'unavailable' }, 'Not stopped: this robot knows no stop, and no drive of it is known here: nothing was sent'],
     [{ phase: 'unavailable', zeros: { sent: [], unsent: ['cmd_vel'] } }, 'Not stopped: this robot knows no stop; nothing was sent to ‘cmd_vel’, whose channel is not open'],

@@ -28,18 +28,18 @@ export function formattedMs(ms: number): string {
 }
 
 /** How far the stop has come that was pressed on this page. */
-export function stopReportText({ phase, safeMs, acknowledgedMs, zeros }: Omit<StopReport, 'id' | 'reason' | 'copies' | 'receivedMs'>): string {
+export function stopReportText({ phase, copies, safeMs, acknowledgedMs, zeros }: Omit<StopReport, 'id' | 'reason' | 'receivedMs'>): string {
   const afterMs = safeMs ?? acknowledgedMs
   const measured = afterMs === null ? '' : formattedMs(afterMs)
   switch (phase) {
     case 'sending':
-      return 'Stopping…'
+      return copies === 0 ? 'Not stopped: this page is not connected, so nothing was sent yet' : 'Stopping…'
     case 'acknowledged':
       return `The robot has your stop${acknowledgedMs === null ? '' : ` after ${formattedMs(acknowledgedMs)}`}; its safe action is still running`
     case 'safe':
       return measured === '' ? 'Stopped' : safeMs === null ? `Stopped, confirmed after ${measured}` : `Stopped in ${measured}`
     case 'unconfirmed':
-      return 'The robot did not confirm the stop'
+      return copies === 0 ? 'Not stopped: this page is not connected, so nothing was sent' : 'The robot did not confirm the stop'
     case 'unavailable':
       return zerosText(zeros)
   }
