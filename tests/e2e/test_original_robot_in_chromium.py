@@ -142,7 +142,12 @@ LEAVINGS: dict[str, Callable[[Page], Any]] = {
 
 @pytest.mark.parametrize("leave", LEAVINGS.values(), ids=LEAVINGS.keys())
 def test_a_page_that_is_left_while_it_drives_leaves_the_robot_standing(
-    page: Page, original: OriginalRobot, server: Any, seed: Any, wait_for: Callable[..., float], leave: Callable[[Page], Any]
+    page: Page,
+    original: OriginalRobot,
+    server: Any,
+    seed: Any,
+    wait_for: Callable[..., float],
+    leave: Callable[[Page], Any],
 ) -> None:
     describe(server, seed, {"connectorId": "cmd_vel", "connectorType": "ros2-receiver-geometry-Twist", "params": {}})
     open_robot(page, server, seed)
@@ -152,7 +157,7 @@ def test_a_page_that_is_left_while_it_drives_leaves_the_robot_standing(
     wait_for(lambda: len(original.commands("cmd_vel")) > 5, "commands arrive")
     leave(page)
     wait_for(lambda: original.commands("cmd_vel")[-1] == ZERO, "the last command is zero")
-    wait_for(lambda: original.state == READY or "cmd_vel" not in original._open, "the connection is gone")
+    wait_for(lambda: original.state == READY, "the robot is free for the next page")
     assert original.commands("cmd_vel")[-1] == ZERO
 
 

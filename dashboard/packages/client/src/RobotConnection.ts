@@ -32,6 +32,9 @@ import type { MosaicStore } from './stores/MosaicStore'
 import type { ConnectionState, RobotInfo } from './words/types'
 import { WakeTimer } from './timing/WakeTimer'
 
+/** How long the zeros for an original robot travel ahead of the server's word, which makes it listen to nothing more. */
+const ZEROS_LEAVE_MS = 100
+
 export interface ConnectionSurroundings {
   platform: Platform
   api: RestApi
@@ -236,10 +239,12 @@ export class RobotConnection implements StoreHost {
     this.request.giveUp()
     // First of all, in this very moment: a page that is put away may have no other.
     const zerosLeave = bye && this.control.leaving()
+    const isPutAway = this.session.phase === 'suspended'
+    if (zerosLeave && isPutAway) this.around.platform.standStill(ZEROS_LEAVE_MS)
     this.attempt = null
     this.record.end(this.session.reason.code ?? 'peer.closed', this.around.platform.now())
     this.conversation.linkLost(bye)
-    attempt?.close(bye, zerosLeave)
+    attempt?.close(bye, zerosLeave && !isPutAway)
   }
 
   private serverChanged(): void {

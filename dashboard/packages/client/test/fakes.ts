@@ -271,6 +271,7 @@ export class FakePlatform implements Platform {
   localStorage: Storage | null = new FakeStorage()
   sessionStorage: Storage | null = new FakeStorage()
   visible = true
+  readonly stoodStillMs: number[] = []
   private readonly listeners = { visibility: [], hide: [], show: [], network: [] } as Record<string, (() => void)[]>
 
   now = (): number => performance.now() + 1_000_000
@@ -309,6 +310,7 @@ export class FakePlatform implements Platform {
   isVisible = (): boolean => this.visible
   onVisibilityChange = (listener: () => void): void => this.on('visibility', listener)
   onPageHide = (listener: () => void): void => this.on('hide', listener)
+  standStill = (ms: number): void => void this.stoodStillMs.push(ms)
   onPageShow = (listener: () => void): void => this.on('show', listener)
   onNetworkChange = (listener: () => void): void => this.on('network', listener)
 

@@ -260,6 +260,15 @@ describe('leaving it', () => {
     expect(peer.isClosed).toBe(true)
   })
 
+  test('with the page holds the page until they have left, because it gets no later moment', async () => {
+    const { store, platform, peer } = await driven()
+    store.sendData(DRIVE)
+    platform.happens('hide')
+    expect(platform.stoodStillMs).toEqual([100])
+    expect(platform.socket.sentOf('signaling.close_peer_connection')).toEqual([{ rtcConnectionId: 'c1' }])
+    expect(peer.isClosed).toBe(false)
+  })
+
   test('without having driven it sends nothing: who only watched must not stop what others let it do', async () => {
     const { connection, platform, teleop } = await driven()
     connection.disconnect()

@@ -21,6 +21,7 @@ export function offlineClient(): MosaicClient {
     isVisible: () => true,
     onVisibilityChange: nothing,
     onPageHide: nothing,
+    standStill: nothing,
     onPageShow: nothing,
     onNetworkChange: nothing,
   }

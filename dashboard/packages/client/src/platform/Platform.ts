@@ -18,6 +18,8 @@ export interface Platform {
   onVisibilityChange(listener: () => void): void
   /** The page is left: closed, reloaded or put aside. */
   onPageHide(listener: () => void): void
+  /** Hold the page, which is being left and gets no later moment: what it has sent leaves meanwhile. */
+  standStill(ms: number): void
   /** A page that was put aside is shown again. */
   onPageShow(listener: () => void): void
   /** The machine has a network again, none any more, or another one. */

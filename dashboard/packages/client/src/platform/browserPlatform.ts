@@ -17,6 +17,10 @@ export function browserPlatform(): Platform {
     isVisible: () => document.visibilityState !== 'hidden',
     onVisibilityChange: (listener) => document.addEventListener('visibilitychange', listener),
     onPageHide: (listener) => window.addEventListener('pagehide', listener),
+    standStill: (ms) => {
+      // The browser sends on threads of its own; nothing else keeps a page that is being left.
+      for (const untilMs = performance.now() + ms; performance.now() < untilMs; );
+    },
     onPageShow: (listener) => window.addEventListener('pageshow', listener),
     onNetworkChange: (listener) => {
       window.addEventListener('online', listener)
