@@ -52,3 +52,9 @@ def own_logging() -> Iterator[None]:
         if handler not in before and not type(handler).__module__.startswith("_pytest"):
             root.removeHandler(handler)
     root.setLevel(level)
+
+
+@pytest.fixture(scope="session")
+def anyio_backend() -> str:
+    """`async def test_…` runs on asyncio's own loop."""
+    return "asyncio"

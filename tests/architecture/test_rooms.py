@@ -32,6 +32,7 @@ CORE_ROOMS = {
         "signaling",
     ],
     "runtime": [
+        "timing",
         "threads",
         "observation",
         "configuration",
