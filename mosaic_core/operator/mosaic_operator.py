@@ -14,7 +14,7 @@ import httpx
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
 from mosaic_core.machines.peers.network_change import NetworkChange
 from mosaic_core.operator.delivery.data_port import now_us
-from mosaic_core.operator.peers.peer_attempt import ConnectionPlan
+from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.operator.reconnection import Keeper
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.signaling.rest_api import RestApi, RobotSummary, log_in

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Literal, TypeVar
 
-from mosaic_core.machines.peers.bulk_of_operator import LaneState
+from mosaic_core.machines.peers.bulk_of_operator import BulkState
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
 from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.operator.control.control_desk import ControlDesk
@@ -15,9 +15,8 @@ from mosaic_core.operator.control.original_drives import ZerosReport, leave_stan
 from mosaic_core.operator.control.picture_reports import PictureReports
 from mosaic_core.operator.delivery.delivery_watcher import DeliveryWatcher
 from mosaic_core.operator.delivery.session_streams import SessionStreams
-from mosaic_core.operator.peers.bulk_connection import BulkConnection, BulkOwner
-from mosaic_core.operator.peers.further_offers import FurtherOffers
-from mosaic_core.operator.peers.peer_attempt import ConnectionPlan, PeerAttempt
+from mosaic_core.operator.peers.connection_plan import ConnectionPlan
+from mosaic_core.operator.peers.peer_attempt import PeerAttempt
 from mosaic_core.operator.peers.store_bindings import StoreBindings, Surroundings
 from mosaic_core.operator.stores.channel_plan import Known, naming
 from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
@@ -27,7 +26,7 @@ from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.stores.store_manager import StoreManager
 from mosaic_core.operator.stores.stores import BidirectionalStore, ReceivableStore, SendableStore
-from mosaic_core.runtime.transport.operator_transport import IncomingVideo, Offerer, OffererFactory
+from mosaic_core.runtime.transport.operator_transport import IncomingVideo, OffererFactory
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words import control
 from mosaic_core.words.codes import REASONS, reason
@@ -93,11 +92,7 @@ class RobotConnection:
             self._value_arrived,
             self._make_anew,
         )
-        self._lane = BulkConnection(
-            BulkOwner(self._make_offerer, plan.ice_servers, plan.fresh_ice_servers, self._say, self._lane_changed)
-        )
-        self._more_lines = FurtherOffers(self._peer.offerer, self._say, lambda: self._links.lines_settled())
-        self._links = StoreBindings(self._peer.offerer, self._lane, self._more_lines, around, self._peer.voices)
+        self._links = StoreBindings(self._peer, plan, self._make_offerer, around)
         self._settled = asyncio.Event()
         self._is_ours = None
 
@@ -122,10 +117,10 @@ class RobotConnection:
         return Known(self.catalogue, is_told=self._is_ours is False)
 
     @property
-    def bulk_lane(self) -> LaneState:
+    def bulk_lane(self) -> BulkState:
         """The second peer connection, for connectors with ``delivery: bulk``: ``none`` (none wanted, or the robot
         knows none), ``connecting``, ``up``, or ``failed``: bulk goes over the main one, and it is tried again."""
-        return self._lane.state
+        return self._links.bulk.state
 
     @property
     def timeline(self) -> ConnectionTimeline:
@@ -216,7 +211,7 @@ class RobotConnection:
                 await leave_standing(self._commanded(), self.known)
         finally:
             await self._peer.close()
-            await self._lane.close()
+            await self._links.bulk.closed()
         if self.state == "reconnecting":
             self.give_up(ConnectionFailed(reason("peer.closed").sentence, code="peer.closed"))
 
@@ -271,7 +266,7 @@ class RobotConnection:
         if self.state != "reconnecting":
             return
         await self._peer.close()
-        await self._lane.close()
+        await self._links.bulk.closed()
         self.error = None
         self.control.renew(plan.peer_id)
         self._begin(plan)
@@ -328,8 +323,7 @@ class RobotConnection:
         self.control.open(port, extensions)
         self._streams.greeted(extensions)
         self.delivery.greeted(extensions)
-        self._more_lines.greeted(is_known="renegotiate" in extensions)
-        self._lane.greeted(is_known="bulkLane" in extensions and self._plan.uses_bulk_lane)
+        self._links.greeted(extensions)
 
     def word(self) -> control.Resume:
         return self._streams.word()
@@ -358,9 +352,9 @@ class RobotConnection:
             case control.MediaOrigin(label=label, rtp_origin=origin):
                 self._pictures.origin_known(label, origin)
             case control.RenegotiateAnswer():
-                self._more_lines.hear(message)
+                self._links.further_offers.hear(message)
             case control.LaneAnswer() | control.LaneCandidate() | control.LaneClose():
-                self._lane.hear(message)
+                self._links.bulk.heard(message)
             case control.MediaTalking(label=label, peer_id=peer_id, name=name):
                 self._links.talking_changed(label, None if peer_id is None else name)
             case control.MediaUnavailable(label=label, code=code, message=text):
@@ -374,8 +368,6 @@ class RobotConnection:
         comes_back = (self._is_kept or self._is_breaking) and not error.code.startswith(FINAL)
         self._is_breaking = False
         self.control.close(error, comes_back=comes_back)
-        self._lane.drop()
-        self._more_lines.close()
         self._links.close(comes_back=comes_back)
         self._settled.set()
         if comes_back:
@@ -414,10 +406,7 @@ class RobotConnection:
             self._say(control.MediaWatch(label=label, on=on))
 
     def _say(self, message: control.ControlMessage) -> bool:
-        return self._peer.control is not None and self._peer.control.send(message)
-
-    def _lane_changed(self, lost: Offerer | None) -> None:
-        self._links.lane_changed(lost)
+        return self._peer.say(message)
 
     def _picture_shown(self, label: str, rtp_timestamp: int | None) -> None:
         self._plan.timeline.mark("frame", time.monotonic(), label)

@@ -78,8 +78,8 @@ def test_bulk_arrives_whole_over_the_lane_and_over_the_main_connection_when_it_i
         await store.wait_open()
         assert link.connection.bulk_lane == "up"
         assert (await store.next_message(WAIT_S)).data == MAP
-        robot_lane = next(iter(link.robot._peers.values()))._lane
-        await robot_lane._transport._answerer.close()
+        bulk = next(iter(link.robot._peers.values()))._bulk
+        await bulk._attempt.end.close()
         await until(lambda: link.connection.bulk_lane == "failed")
         await store.wait_open()
         assert (await store.next_message(WAIT_S)).data == MAP

@@ -10,13 +10,15 @@ again with back-off. Nobody waits longer for it than :data:`SETUP_TIMEOUT_S`: th
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+from mosaic_core.machines.peers.bulk_events import BulkCloseHeard, BulkFailed, DropBulk, TellBulkClosed
 from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
 from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 
-LaneState = Literal["none", "connecting", "up", "failed"]
+BulkState = Literal["none", "connecting", "up", "failed"]
 
 SETUP_TIMEOUT_S = 5.0
 """The main connection is up, so a path exists; through a relay it takes about two seconds."""
@@ -36,28 +38,19 @@ class BulkWanted:
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """The lane's own channel is open: everything below it works."""
+    """The connection's own channel is open: everything below it works."""
 
     attempt: int
 
 
 @dataclass(frozen=True, slots=True)
 class BulkHeard:
-    """Something arrived over the lane."""
+    """Something arrived over the second connection."""
 
     attempt: int
 
 
-@dataclass(frozen=True, slots=True)
-class BulkAttemptFailed:
-    """The lane can't be made, or is gone. ``is_told``: the robot said so itself."""
-
-    attempt: int
-    code: str
-    is_told: bool = False
-
-
-Event = BulkWanted | Opened | BulkHeard | BulkAttemptFailed | DeadlinePassed
+Event = BulkWanted | Opened | BulkHeard | BulkFailed | BulkCloseHeard | DeadlinePassed
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +61,8 @@ class Begin:
 
 
 @dataclass(frozen=True, slots=True)
-class UseLane:
-    """Bulk channels open on the lane from now on."""
+class UseBulk:
+    """Bulk channels open on the second connection from now on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,23 +70,17 @@ class SendBulkPing:
     """Ask for a sign of life."""
 
 
-@dataclass(frozen=True, slots=True)
-class FallBack:
-    """Close the transport; bulk channels open on the main connection. ``tells_robot``: it may not know yet."""
-
-    attempt: int
-    code: str
-    tells_robot: bool
-
-
-Effect = Begin | UseLane | SendBulkPing | FallBack
+Effect = Begin | UseBulk | SendBulkPing | DropBulk | TellBulkClosed
 
 
 class OperatorBulkMachine:
-    """The machine of one main connection. ``now_s`` is any monotonic clock, ``random_unit`` of [0, 1)."""
+    """Decides when the operator makes a second connection, and when bulk goes over the main one.
 
-    def __init__(self) -> None:
-        self.state: LaneState = "none"
+    ``now_s`` is any monotonic clock, ``draw`` gives random numbers of [0, 1)."""
+
+    def __init__(self, draw: Callable[[], float]) -> None:
+        self._draw = draw
+        self.state: BulkState = "none"
         self.code = ""
         """Why it failed; empty otherwise."""
         self.deadline_s: float | None = None
@@ -104,14 +91,14 @@ class OperatorBulkMachine:
         self._ping_at_s = 0.0
         self._lost_at_s = 0.0
 
-    def handle(self, event: Event, now_s: float, random_unit: float) -> list[Effect]:
+    def handle(self, event: Event, now_s: float) -> list[Effect]:
         """What to do now, in order."""
         match event:
             case BulkWanted():
                 return self._begin(now_s) if self.state == "none" else []
             case DeadlinePassed():
                 is_due = self.deadline_s is not None and now_s >= self.deadline_s
-                return self._overdue(now_s, random_unit) if is_due else []
+                return self._overdue(now_s) if is_due else []
             case _ if event.attempt != self._attempt or self.state not in ("connecting", "up"):
                 return []
             case Opened():
@@ -119,8 +106,10 @@ class OperatorBulkMachine:
             case BulkHeard():
                 self._heard(now_s)
                 return []
-            case BulkAttemptFailed(_, code, is_told):
-                return self._failed(code, now_s, random_unit, tells_robot=not is_told)
+            case BulkCloseHeard(_, code):
+                return self._failed(code, now_s)
+            case BulkFailed(_, code):
+                return self._gave_up(code, now_s)
 
     def _begin(self, now_s: float) -> list[Effect]:
         self._attempt += 1
@@ -133,27 +122,30 @@ class OperatorBulkMachine:
         self.state, self._up_at_s = "up", now_s
         self._lost_at_s, self._ping_at_s = now_s + LOST_AFTER_S, now_s + PING_PERIOD_S
         self.deadline_s = self._ping_at_s
-        return [UseLane()]
+        return [UseBulk()]
 
     def _heard(self, now_s: float) -> None:
         if self.state == "up":
             self._lost_at_s = now_s + LOST_AFTER_S
 
-    def _overdue(self, now_s: float, random_unit: float) -> list[Effect]:
+    def _overdue(self, now_s: float) -> list[Effect]:
         if self.state == "failed":
             return self._begin(now_s)
         if self.state == "connecting":
-            return self._failed("ice.timeout", now_s, random_unit, tells_robot=True)
+            return self._gave_up("ice.timeout", now_s)
         late_s = now_s - self._ping_at_s
         if now_s >= self._lost_at_s and late_s <= STALL_S:
-            return self._failed("peer.lost", now_s, random_unit, tells_robot=True)
+            return self._gave_up("peer.lost", now_s)
         if now_s >= self._lost_at_s:
             self._lost_at_s = now_s + PING_PERIOD_S + STALL_S
         self._ping_at_s = self.deadline_s = now_s + PING_PERIOD_S
         return [SendBulkPing()]
 
-    def _failed(self, code: str, now_s: float, random_unit: float, *, tells_robot: bool) -> list[Effect]:
+    def _gave_up(self, code: str, now_s: float) -> list[Effect]:
+        return [TellBulkClosed(self._attempt, code), *self._failed(code, now_s)]
+
+    def _failed(self, code: str, now_s: float) -> list[Effect]:
         ran_for_s = now_s - self._up_at_s if self.state == "up" else 0.0
         self.state, self.code = "failed", code
-        self.deadline_s = now_s + self._backoff.failed(ran_for_s, random_unit)
-        return [FallBack(self._attempt, code, tells_robot)]
+        self.deadline_s = now_s + self._backoff.failed(ran_for_s, self._draw())
+        return [DropBulk()]

@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from mosaic_core.machines.peers.bulk_events import BulkCloseHeard, BulkFailed, DropBulk, TellBulkClosed
 from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 from mosaic_core.machines.timing.rate_gate import RateGate
 from mosaic_core.words.signaling import IceCandidate
@@ -20,7 +21,7 @@ from mosaic_core.words.signaling import IceCandidate
 Phase = Literal["none", "answering", "connecting", "up"]
 
 SETUP_TIMEOUT_S = 10.0
-"""From the offer to the connection; the operator gives up earlier (``machines.operator_lane``)."""
+"""From the offer to the connection; the operator gives up earlier (``machines.peers.bulk_of_operator``)."""
 MAX_OFFERS_HZ = 0.5
 """An operator's second try comes after two seconds, the next ones later."""
 MAX_CANDIDATES = 64
@@ -40,11 +41,6 @@ class CandidateHeard:
 
 
 @dataclass(frozen=True, slots=True)
-class CloseHeard:
-    attempt: int
-
-
-@dataclass(frozen=True, slots=True)
 class BulkAnswerMade:
     """Our answer is on its way."""
 
@@ -52,20 +48,11 @@ class BulkAnswerMade:
 
 
 @dataclass(frozen=True, slots=True)
-class BulkTransportFailed:
-    """The offer could not be answered, or the transport is gone."""
-
-    attempt: int
-    code: str
-    message: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class Connected:
     attempt: int
 
 
-Event = OfferHeard | CandidateHeard | CloseHeard | BulkAnswerMade | BulkTransportFailed | Connected | DeadlinePassed
+Event = OfferHeard | CandidateHeard | BulkCloseHeard | BulkAnswerMade | BulkFailed | Connected | DeadlinePassed
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,21 +68,7 @@ class AddBulkCandidate:
     candidate: IceCandidate
 
 
-@dataclass(frozen=True, slots=True)
-class DropTransport:
-    """Close what :class:`AnswerOffer` made, and its channels."""
-
-
-@dataclass(frozen=True, slots=True)
-class TellClosed:
-    """Say why there is no lane, so that bulk takes the other way at once."""
-
-    attempt: int
-    code: str
-    message: str = ""
-
-
-Effect = AnswerOffer | AddBulkCandidate | DropTransport | TellClosed
+Effect = AnswerOffer | AddBulkCandidate | DropBulk | TellBulkClosed
 
 
 def is_data_only(sdp: str) -> bool:
@@ -105,7 +78,7 @@ def is_data_only(sdp: str) -> bool:
 
 
 class RobotBulkMachine:
-    """The machine of one peer. ``now_s`` is any monotonic clock."""
+    """Decides which offers of a second connection a robot answers. ``now_s`` is any monotonic clock."""
 
     def __init__(self) -> None:
         self.phase: Phase = "none"
@@ -128,19 +101,19 @@ class RobotBulkMachine:
                 return self._of_current(event, now_s) if is_current else []
 
     def _of_current(
-        self, event: CandidateHeard | CloseHeard | BulkAnswerMade | BulkTransportFailed | Connected, now_s: float
+        self, event: CandidateHeard | BulkCloseHeard | BulkAnswerMade | BulkFailed | Connected, now_s: float
     ) -> list[Effect]:
         match event:
             case CandidateHeard(_, candidate):
                 self._candidates += 1
                 return [AddBulkCandidate(candidate)] if self._candidates <= MAX_CANDIDATES else []
-            case CloseHeard():
+            case BulkCloseHeard():
                 return self._ended()
             case BulkAnswerMade() if self.phase == "answering":
                 self.phase = "connecting"
             case Connected():
                 self.phase, self.deadline_s = "up", None
-            case BulkTransportFailed(_, code, message):
+            case BulkFailed(_, code, message):
                 return self._failed(code, message)
             case _:
                 pass
@@ -150,15 +123,15 @@ class RobotBulkMachine:
         ended = self._ended() if self.phase != "none" else []
         self._attempt, self._candidates = attempt, 0
         if not self._rate.admits(now_s):
-            return [*ended, TellClosed(attempt, "lane.refused", "too many attempts")]
+            return [*ended, TellBulkClosed(attempt, "lane.refused", "too many attempts")]
         if not is_data_only(sdp):
-            return [*ended, TellClosed(attempt, "sdp.invalid", "the second connection carries data channels only")]
+            return [*ended, TellBulkClosed(attempt, "sdp.invalid", "the second connection carries data channels only")]
         self.phase, self.deadline_s = "answering", now_s + SETUP_TIMEOUT_S
         return [*ended, AnswerOffer(attempt, sdp)]
 
     def _failed(self, code: str, message: str) -> list[Effect]:
-        return [*self._ended(), TellClosed(self._attempt, code, message)]
+        return [*self._ended(), TellBulkClosed(self._attempt, code, message)]
 
     def _ended(self) -> list[Effect]:
         self.phase, self.deadline_s = "none", None
-        return [DropTransport()]
+        return [DropBulk()]

@@ -5,21 +5,17 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Awaitable, Callable, Coroutine, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Coroutine, Mapping
 from typing import Any, Protocol
 
 from mosaic_core.machines.peers import peer_of_operator as machine
-from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
 from mosaic_core.operator.control.control_channel import ControlChannel
-from mosaic_core.operator.delivery.data_port import now_us
+from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.runtime.transport.operator_transport import IncomingVideo, OffererFactory, OutgoingSound
 from mosaic_core.words import control, signaling
-from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import REASONS, reason
 from mosaic_core.words.data_type import Direction, Kind
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
-from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate, SignalingMessage
 from mosaic_core.words.timeline import Moment
 
@@ -28,30 +24,6 @@ _log = logging.getLogger(__name__)
 DOUBT_S = 0.7
 """Patience with a robot after a change of network; a live one answers a ping within a round trip."""
 DOUBT_ROUND_TRIPS = 4
-
-
-def _new_timeline() -> ConnectionTimeline:
-    return ConnectionTimeline(time.monotonic())
-
-
-@dataclass(frozen=True, slots=True)
-class ConnectionPlan:
-    """What a connection is made from. ``catalogue`` is the server's short one, ``described`` what people wrote down
-    of a robot that announces none, ``clock_us`` the operator's clock."""
-
-    robot_id: str
-    peer_id: str
-    session_id: str | None
-    catalogue: Catalogue | None
-    media_labels: tuple[str, ...]
-    ice_servers: tuple[IceServer, ...]
-    agreed: dict[str, int]
-    is_person: bool = False
-    clock_us: Callable[[], int] = now_us
-    timeline: ConnectionTimeline = field(default_factory=_new_timeline)
-    fresh_ice_servers: Callable[[], Awaitable[Sequence[IceServer]]] | None = None
-    uses_bulk_lane: bool = True
-    described: Catalogue | None = None
 
 
 class PeerOwner(Protocol):
@@ -175,6 +147,10 @@ class PeerAttempt:
         if self._clock is not None:
             self._clock.cancel()
         await self.offerer.close()
+
+    def say(self, message: control.ControlMessage) -> bool:
+        """Tell the robot, over the control channel; ``False`` where there is none (yet)."""
+        return self.control is not None and self.control.send(message)
 
     async def _accept(self, sdp: str) -> None:
         if self._machine.phase != "waiting":

@@ -11,9 +11,11 @@ from mosaic_core.machines.delivery.framing import Frame
 from mosaic_core.operator.delivery.data_port import DataPort, info_of, no_epoch
 from mosaic_core.operator.delivery.outgoing_stream import OutgoingStream
 from mosaic_core.operator.delivery.session_streams import SessionStreams
-from mosaic_core.operator.peers.bulk_connection import BulkConnection
+from mosaic_core.operator.peers.bulk_of_operator import BulkOfOperator
+from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.operator.peers.first_frame_watch import FirstFrameWatch
 from mosaic_core.operator.peers.further_offers import FurtherOffers
+from mosaic_core.operator.peers.peer_attempt import PeerAttempt
 from mosaic_core.operator.stores.channel_plan import (
     Known,
     PlannedChannel,
@@ -28,7 +30,7 @@ from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.stores.stores import ReceivableStore, SendableStore
 from mosaic_core.runtime.delivery.peer_partials import PeerPartials
-from mosaic_core.runtime.transport.operator_transport import IncomingVideo, Offerer, OutgoingSound
+from mosaic_core.runtime.transport.operator_transport import IncomingVideo, Offerer, OffererFactory
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import ConnectionFailed
@@ -60,7 +62,7 @@ class Surroundings:
 class _Link:
     store: MosaicStore
     ports: dict[str, DataPort] = field(default_factory=dict)
-    lane: Offerer | None = None
+    bulk: Offerer | None = None
     """The second peer connection, if it carries them."""
 
 
@@ -69,17 +71,16 @@ class StoreBindings:
 
     def __init__(
         self,
-        offerer: Offerer,
-        lane: BulkConnection,
-        more_lines: FurtherOffers,
+        peer: PeerAttempt,
+        plan: ConnectionPlan,
+        make_offerer: OffererFactory,
         around: Surroundings,
-        voices: Mapping[str, OutgoingSound],
     ) -> None:
-        self._offerer = offerer
-        self._lane = lane
-        self._more_lines = more_lines
+        self.bulk = BulkOfOperator(plan, make_offerer, peer.say, self)
+        self.further_offers = FurtherOffers(peer.offerer, peer.say, self.lines_settled)
+        self._offerer = peer.offerer
         self._lineless: set[str] = set()
-        self._voices = voices
+        self._voices = peer.voices
         self._around = around
         self._links: dict[str, _Link] = {}
         self._partials = PeerPartials(self._incomplete)
@@ -97,10 +98,15 @@ class StoreBindings:
         self._known, self._offered, self._is_ours = known, frozenset(offered), not known.is_told
         self._open_waiting()
 
-    def lane_changed(self, lost: Offerer | None) -> None:
+    def greeted(self, extensions: Mapping[str, int]) -> None:
+        """The robot's hello says whether it takes further offers, and a second connection for bulk."""
+        self.further_offers.greeted(is_known="renegotiate" in extensions)
+        self.bulk.greeted(extensions)
+
+    def bulk_changed(self, lost: Offerer | None) -> None:
         """There is a second peer connection for bulk, or there is none any more: what was on it opens anew."""
         for label, link in list(self._links.items()):
-            if lost is not None and link.lane is lost:
+            if lost is not None and link.bulk is lost:
                 del self._links[label]
                 for port in link.ports.values():
                     port.close()
@@ -128,11 +134,11 @@ class StoreBindings:
             store.failed(error)
             return
         is_bulk = self._is_ours and any(channel.delivery is Delivery.BULK for channel in plan)
-        if is_bulk and not self._lane.settled():
+        if is_bulk and not self.bulk.settled():
             self._waiting[label] = store
             return
         store.opening()
-        link = self._links[label] = _Link(store, lane=self._lane.offerer if is_bulk else None)
+        link = self._links[label] = _Link(store, bulk=self.bulk.offerer if is_bulk else None)
         if isinstance(store, VoiceStore):
             self._lend_voice(store)
             return
@@ -196,6 +202,8 @@ class StoreBindings:
 
     def close(self, *, comes_back: bool = False) -> None:
         """The connection is gone; the stores wait for the next one."""
+        self.bulk.close()
+        self.further_offers.close()
         for link in list(self._links.values()):
             if comes_back:
                 link.store.interrupted()
@@ -235,7 +243,7 @@ class StoreBindings:
             store.failed(ConnectionFailed(IS_SOUND, code="channel.unknown_label", cure=""))
             return
         if label not in self._videos:
-            if not is_sound and self._more_lines.want(label):
+            if not is_sound and self.further_offers.want(label):
                 self._lineless.add(label)
             elif is_sound or not self._around.make_anew(label):
                 store.failed(self._no_line(label))
@@ -266,7 +274,7 @@ class StoreBindings:
 
     def _port(self, store: MosaicStore, link: _Link, planned: PlannedChannel) -> DataPort:
         is_latest = planned.delivery is Delivery.LATEST and self._is_ours is True
-        channel = (link.lane or self._offerer).create_channel(
+        channel = (link.bulk or self._offerer).create_channel(
             planned.label,
             protocol=CHANNEL_PROTOCOL if self._is_ours else "",
             ordered=not is_latest,

@@ -1,226 +1,152 @@
-"""The robot's end of the second peer connection of one operator: bulk data only, so that commands never wait behind it.
+"""Makes the second peer connection of a robot and an operator: bulk data only, so that commands never wait behind it.
 
-It is made over the control channel of the first one, lives no longer than that, and carries neither control nor media.
+What both ends do alike is here; the robot answers (``bulk_of_robot``), the operator offers
+(``operator.peers.bulk_of_operator``). Signaling runs over the control channel of the main connection, so that the
+server need not be there; the second one lives no longer than that, and carries neither control nor media.
 """
 
 from __future__ import annotations
 
-import asyncio
 import logging
-import time
-from collections.abc import Callable, Coroutine, Sequence
-from dataclasses import dataclass
-from typing import Any
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, Generic, Protocol, TypeVar
 
-from mosaic_core.contract.host import Loss
-from mosaic_core.machines.commands.command_gate import ArrivalBaseline
-from mosaic_core.machines.delivery.send_scheduler import Priority
-from mosaic_core.machines.peers import bulk_of_robot as machine
-from mosaic_core.runtime.delivery.send_queue import SendQueue
-from mosaic_core.runtime.media.plain_stream import NewestFeed
-from mosaic_core.runtime.peers.control_channel import ControlChannel
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
-from mosaic_core.runtime.transport.sound_transport import IncomingSound
-from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, Channel
-from mosaic_core.words import control
-from mosaic_core.words.control import CHANNEL_PROTOCOL, LANE_LABEL, ControlMessage
-from mosaic_core.words.errors import MosaicError
-from mosaic_core.words.ice import IceServer
+from mosaic_core.machines.peers.bulk_events import BulkCloseHeard, BulkFailed, DropBulk, TellBulkClosed
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
+from mosaic_core.runtime.timing.machine_driver import Machine, MachineDriver
+from mosaic_core.words.control import ControlMessage, LaneAnswer, LaneCandidate, LaneClose, LaneOffer
 from mosaic_core.words.signaling import IceCandidate
 
 logger = logging.getLogger(__name__)
 
-LaneMessage = control.LaneOffer | control.LaneAnswer | control.LaneCandidate | control.LaneClose
+LaneMessage = LaneOffer | LaneAnswer | LaneCandidate | LaneClose
 
 
-@dataclass(frozen=True, slots=True)
-class BulkOwner:
-    """What a lane needs of its peer. ``opened``: a channel of a connector, and the queue that fills it; ``dropped``:
-    the channels of that queue are gone; ``has_room``, ``left_out``: as of every send queue."""
+class BulkEnd(Protocol):
+    """One end of the peer connection itself: an ``Answerer`` or an ``Offerer``."""
 
-    peer_id: str
-    make_answerer: AnswererFactory
-    ice_servers: Callable[[], Sequence[IceServer]]
-    tell: Callable[[ControlMessage], None]
-    opened: Callable[[Channel, SendQueue], None]
-    dropped: Callable[[SendQueue], None]
-    has_room: Callable[[str], None]
-    left_out: Callable[[str, Loss, int], None]
+    async def add_candidate(self, candidate: IceCandidate) -> None: ...
+    async def close(self) -> None: ...
 
 
-class BulkConnection:
-    """Carries out ``machines.robot_lane`` for one peer. Event loop only."""
+End = TypeVar("End", bound=BulkEnd)
 
-    def __init__(self, owner: BulkOwner) -> None:
-        self._owner = owner
-        self._loop = asyncio.get_running_loop()
-        self._machine = machine.RobotBulkMachine()
-        self._transport: _LaneTransport | None = None
-        self._timer: asyncio.TimerHandle | None = None
-        self._tasks: set[asyncio.Task[None]] = set()
-        self._is_closed = False
+
+class BulkAttempt(ABC, Generic[End]):
+    """Carries one attempt, under its number: what it tells after its end, nobody hears."""
+
+    def __init__(self, attempt: int, connection: BulkConnection[Any]) -> None:
+        self.attempt = attempt
+        self.end: End | None = None
+        self.is_closed = False
+        self._connection = connection
+        self._early: list[IceCandidate] | None = []
 
     @property
-    def phase(self) -> str:
-        return self._machine.phase
+    @abstractmethod
+    def is_up(self) -> bool:
+        """Whether it was connected, so that its failure is a loss."""
 
-    def heard(self, message: LaneMessage) -> None:
-        """The operator's word about the lane."""
-        match message:
-            case control.LaneOffer(attempt=attempt, sdp=sdp):
-                self.handle(machine.OfferHeard(attempt, sdp))
-            case control.LaneCandidate(attempt=attempt):
-                self.handle(machine.CandidateHeard(attempt, message.ice_candidate))
-            case control.LaneClose(attempt=attempt):
-                self.handle(machine.CloseHeard(attempt))
-            case _:
-                pass
-
-    def close(self) -> None:
-        """The main connection is over, and with it the lane."""
-        self._is_closed = True
-        self._drop()
-        self._rearm()
-
-    async def closed(self) -> None:
-        """After :meth:`close`: until nothing of it is left."""
-        while self._tasks:
-            await asyncio.wait(self._tasks)
-
-    def handle(self, event: machine.Event) -> None:
-        """What the transport, or time, tells."""
-        if self._is_closed:
-            return
-        for effect in self._machine.handle(event, time.monotonic()):
-            match effect:
-                case machine.AnswerOffer(attempt, sdp):
-                    self._transport = _LaneTransport(attempt, self, self._owner)
-                    self.run(self._transport.answer(sdp))
-                case machine.AddBulkCandidate(candidate):
-                    if self._transport is not None:
-                        self._transport.add_candidate(candidate)
-                case machine.DropTransport():
-                    self._drop()
-                case machine.TellClosed(attempt, code, message):
-                    fields = {"peerId": self._owner.peer_id, "code": code}
-                    logger.info("no second connection for bulk data (%s) %s", code, message, extra=fields)
-                    self._owner.tell(control.LaneClose(attempt=attempt, code=code, message=message[:500] or None))
-        self._rearm()
-
-    def run(self, work: Coroutine[Any, Any, None]) -> None:
-        """As a task that :meth:`closed` waits for."""
-        task = self._loop.create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-
-    def _drop(self) -> None:
-        transport, self._transport = self._transport, None
-        if transport is not None:
-            self._owner.dropped(transport.queue)
-            self.run(transport.close())
-
-    def _rearm(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-        if self._machine.deadline_s is not None and not self._is_closed:
-            delay_s = max(0.0, self._machine.deadline_s - time.monotonic())
-            self._timer = self._loop.call_later(delay_s, self.handle, machine.DeadlinePassed())
-
-
-class _LaneTransport:
-    """One attempt: implements ``AnswererListener``."""
-
-    def __init__(self, attempt: int, lane: BulkConnection, owner: BulkOwner) -> None:
-        self.queue = SendQueue(owner.has_room, owner.left_out)
-        self._attempt = attempt
-        self._lane = lane
-        self._owner = owner
-        self._answerer: Answerer | None = None
-        self._early: list[IceCandidate] | None = []
-        self._theirs: list[IceCandidate] | None = []
-        self._link: ControlChannel | None = None
-        self._is_closed = False
-
-    async def answer(self, offer_sdp: str) -> None:
-        try:
-            self._answerer = self._owner.make_answerer(self, self._owner.ice_servers())
-            sdp = await self._answerer.answer(offer_sdp, (), None)
-        except MosaicError as error:
-            self._failed(error.code, error.message)
-            return
-        except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
-            logger.exception("the offer of a second connection of peer %s could not be answered", self._owner.peer_id)
-            self._failed("sdp.invalid", type(error).__name__)
-            return
-        if self._is_closed:
-            await self.close()
-            return
-        self._owner.tell(control.LaneAnswer(attempt=self._attempt, sdp=sdp))
-        self._lane.handle(machine.BulkAnswerMade(self._attempt))
+    def describe(self, message: LaneOffer | LaneAnswer) -> None:
+        """Say our description, and after it the candidates that were found meanwhile."""
+        self._connection.say(message)
         early, self._early = self._early or [], None
         for candidate in early:
             self.candidate_found(candidate)
-        theirs, self._theirs = self._theirs or [], None
-        for candidate in theirs:
-            await self._answerer.add_candidate(candidate)
 
-    def add_candidate(self, candidate: IceCandidate) -> None:
-        """A remote one; those that come before the offer is answered wait."""
-        if self._theirs is not None:
-            self._theirs.append(candidate)
-        elif self._answerer is not None:
-            self._lane.run(self._answerer.add_candidate(candidate))
+    def fail(self, code: str, message: str = "") -> None:
+        """It can't be made, or is gone."""
+        if not self.is_closed:
+            self._connection.tell(BulkFailed(self.attempt, code, message))
+
+    async def add_candidate(self, candidate: IceCandidate) -> None:
+        """One of the other side."""
+        if self.end is not None:
+            await self.end.add_candidate(candidate)
 
     async def close(self) -> None:
-        """End it; doing so twice does nothing more."""
-        self._is_closed = True
-        self.queue.close_all()
-        if self._answerer is None:
+        """End it; doing so twice does nothing more. Never raises."""
+        self.is_closed = True
+        if self.end is None:
             return
         try:
-            await self._answerer.close()
+            await self.end.close()
         except Exception:  # it is over either way, but whoever looks for a leak must find it
-            logger.warning("a second connection of peer %s did not close cleanly", self._owner.peer_id, exc_info=True)
-
-    def _failed(self, code: str, message: str) -> None:
-        self._lane.handle(machine.BulkTransportFailed(self._attempt, code, message))
+            logger.warning("a second connection did not close cleanly", exc_info=True)
 
     # -- what the transport tells --------------------------------------------------------------------------------
 
     def candidate_found(self, candidate: IceCandidate) -> None:
         if self._early is not None:
             self._early.append(candidate)
-        elif not self._is_closed:
-            self._owner.tell(control.LaneCandidate.of(self._attempt, candidate))
+        elif not self.is_closed:
+            self._connection.say(LaneCandidate.of(self.attempt, candidate))
 
     def state_changed(self, state: str) -> None:
-        if state == "connected":
-            self._lane.handle(machine.Connected(self._attempt))
-        elif state in ("failed", "closed"):
-            self._failed("ice.failed" if self._lane.phase != "up" else "peer.lost", "")
+        if state in ("failed", "closed"):
+            self.fail("peer.lost" if self.is_up else "ice.failed")
 
-    def channel_opened(self, channel: Channel) -> None:
-        if self._is_closed:
-            return
-        if channel.label == LANE_LABEL and channel.protocol == CHANNEL_PROTOCOL:
-            if self._link is None:  # it answers pings by itself, and nothing else is said there
-                self._link = ControlChannel(channel, self.queue, ArrivalBaseline(), lambda _: None, Priority.BULK)
-        else:
-            self._owner.opened(channel, self.queue)
 
-    def track_bound(self, label: str) -> PictureFeed:
-        """Never told: no label was given to the answerer."""
-        return NewestFeed()
+Attempt = TypeVar("Attempt", bound=BulkAttempt[Any])
 
-    def voice_bound(self, label: str, sound: IncomingSound) -> None:
-        sound.stop()
 
-    def tracks_unbound(self, labels: Sequence[str]) -> None:
-        """There are none."""
+class BulkConnection(ABC, Generic[Attempt]):
+    """Drives the machine of one side, and keeps the attempt that lives. Event loop only.
 
-    def track_refused(self, label: str, cause: str) -> None:
-        """There are none."""
+    ``say`` says something on the control channel of the main connection.
+    """
 
-    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
-        """There are none."""
+    def __init__(self, machine: Machine[Any, Any], say: Callable[[ControlMessage], object], peer_id: str) -> None:
+        self.say = say
+        self.tasks = BackgroundTasks()
+        self._attempt: Attempt | None = None
+        self._peer_id = peer_id
+        self._driver = MachineDriver(machine, self._carry_out)
+        self._is_closed = False
+
+    @abstractmethod
+    def begin(self, effect: Any) -> None:
+        """Carry out what only this side's machine decides."""
+
+    @abstractmethod
+    def dropped(self, attempt: Attempt | None) -> None:
+        """The attempt is given up, before or after it had a transport: bulk goes over the main connection."""
+
+    def tell(self, event: object) -> None:
+        """What the transport tells, or who wants bulk."""
+        if not self._is_closed:
+            self._driver.tell(event)
+
+    def heard(self, message: LaneMessage) -> None:
+        """The other side's word about the second connection."""
+        if isinstance(message, LaneClose):
+            self.tell(BulkCloseHeard(message.attempt, message.code))
+
+    def close(self) -> None:
+        """The main connection is over, and this one with it."""
+        self._is_closed = True
+        self._driver.stop()
+        self._drop()
+
+    async def closed(self) -> None:
+        """After :meth:`close`: until nothing of it is left."""
+        await self.tasks.done()
+
+    def _carry_out(self, effect: Any) -> None:
+        match effect:
+            case DropBulk():
+                self.dropped(self._drop())
+            case TellBulkClosed(attempt, code, message):
+                fields = {"peerId": self._peer_id, "code": code}
+                logger.info("no second connection for bulk data (%s) %s", code, message, extra=fields)
+                self.say(LaneClose(attempt=attempt, code=code, message=message[:500] or None))
+            case _:
+                self.begin(effect)
+
+    def _drop(self) -> Attempt | None:
+        attempt, self._attempt = self._attempt, None
+        if attempt is not None:
+            attempt.is_closed = True
+            self.tasks.start(attempt.close())
+        return attempt

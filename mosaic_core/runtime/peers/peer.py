@@ -13,7 +13,7 @@ from mosaic_core.machines.delivery.send_scheduler import Offered
 from mosaic_core.machines.peers import peer_of_robot as session
 from mosaic_core.machines.signaling.peer_admission import StartPeer
 from mosaic_core.runtime.delivery.send_queue import SendQueue
-from mosaic_core.runtime.peers.bulk_connection import BulkConnection, BulkOwner
+from mosaic_core.runtime.peers.bulk_of_robot import BulkOfRobot
 from mosaic_core.runtime.peers.control_channel import ControlChannel
 from mosaic_core.runtime.peers.further_offers import FurtherOffers
 from mosaic_core.runtime.peers.peer_channels import PeerChannels
@@ -29,6 +29,7 @@ from mosaic_core.runtime.transport.sound_transport import IncomingSound
 from mosaic_core.runtime.transport.transport import AnswererFactory, Channel
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, PING_PERIOD_S, STOP_LABEL
+from mosaic_core.words.ice import IceServer
 from mosaic_core.words.session_description import is_media_only
 from mosaic_core.words.signaling import IceCandidate, SdpAnswer
 
@@ -49,10 +50,10 @@ class Peer:
         self._loop = asyncio.get_running_loop()
         self._session = session.RobotPeerMachine(time.monotonic(), is_media_only=is_media_only(start.offer_sdp))
         self._baseline = ArrivalBaseline()
-        self._queue = SendQueue(self._has_room, site.outbox.left_out)
+        self._queue = self.new_queue()
         self._resume = PeerResume(lambda: self.sender, site, self._control.answer)
         self._channels = PeerChannels(lambda: self.sender, site, self._queue, self._baseline, self.refuse, self._resume)
-        self._lane = BulkConnection(self._lane_owner(make_answerer))
+        self._bulk = BulkOfRobot(self, self._channels, make_answerer)
         self.timeline = PeerTimeline(start.peer_id, lambda: self._transport.path(), lambda: self.sender.name)
         self.media = PeerMedia(self, site, self._control, self.timeline)
         self._transport = self._made_transport(make_answerer)
@@ -83,17 +84,18 @@ class Peer:
         self._site.outbox.has_room(label, self.peer_id)
         self._resume.has_room(label)
 
-    def _lane_owner(self, make_answerer: AnswererFactory) -> BulkOwner:
-        return BulkOwner(
-            self.peer_id,
-            make_answerer,
-            lambda: self._site.listener.newest_ice_servers() or self._start.ice_servers,
-            self._control.answer,
-            self._channels.opened_for_bulk,
-            self._channels.drop,
-            self._has_room,
-            self._site.outbox.left_out,
-        )
+    # -- what the second connection needs ------------------------------------------------------------------------
+
+    def say(self, message: control.ControlMessage) -> None:
+        """Tell the operator, over the control channel."""
+        self._control.answer(message)
+
+    def new_queue(self) -> SendQueue:
+        """A queue for one peer connection of this operator."""
+        return SendQueue(self._has_room, self._site.outbox.left_out)
+
+    def newest_ice_servers(self) -> Sequence[IceServer]:
+        return self._site.listener.newest_ice_servers() or self._start.ice_servers
 
     def _made_transport(self, make_answerer: AnswererFactory) -> PeerTransport:
         start = self._start
@@ -189,7 +191,7 @@ class Peer:
         if say_bye and self._control.link is not None:
             self._control.link.send(control.Bye(code=code, message=message or None))
         self.media.left()
-        self._lane.close()
+        self._bulk.close()
         self._channels.close_all()
         self._resume.left(code)
         self._control.left(code)
@@ -201,7 +203,7 @@ class Peer:
         await asyncio.sleep(flush_s)
         self._queue.close_all()
         await self._transport.close()
-        await self._lane.closed()
+        await self._bulk.closed()
         self._closed.set()
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
@@ -263,7 +265,7 @@ class Peer:
             case control.LaneOffer() | control.LaneCandidate() | control.LaneClose():
                 self._handle(session.ControlReceived())
                 if self.phase == "open":
-                    self._lane.heard(message)
+                    self._bulk.heard(message)
             case control.RenegotiateOffer():
                 self._handle(session.ControlReceived())
                 if self.phase == "open":

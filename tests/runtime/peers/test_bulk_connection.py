@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from mosaic_core import DataChannelJsonReceivable, DataChannelSendable
-from mosaic_core.machines.peers import bulk_of_robot as robot_lane
+from mosaic_core.machines.peers import bulk_of_robot
 from mosaic_core.words import control
 from mosaic_core.words.data_type import Delivery
 
@@ -62,7 +62,7 @@ def played(kit: Any, body: Callable[[Place], Coroutine[Any, Any, None]]) -> None
 @pytest.fixture
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """A robot that takes offers as fast as a test makes them."""
-    monkeypatch.setattr(robot_lane, "MAX_OFFERS_HZ", 1000.0)
+    monkeypatch.setattr(bulk_of_robot, "MAX_OFFERS_HZ", 1000.0)
 
 
 def test_an_offer_is_answered_with_its_number_and_candidates_follow(kit: Any) -> None:
@@ -230,7 +230,7 @@ def test_a_lane_that_is_still_being_answered_ends_too(kit: Any, monkeypatch: pyt
             return answerer
 
         peer = next(iter(place.scene.robot._peers.values()))
-        peer._lane._owner = robot_lane_owner(peer._lane._owner, slow)
+        monkeypatch.setattr(peer._bulk, "make_answerer", slow)
         place.ann.say(control.LaneOffer(attempt=1, sdp="offer"))
         await kit.until(lambda: len(place.scene.network.order) == 2)
         place.ann.leave()
@@ -240,12 +240,6 @@ def test_a_lane_that_is_still_being_answered_ends_too(kit: Any, monkeypatch: pyt
         assert place.ann.heard("lane.answer") == []
 
     played(kit, body)
-
-
-def robot_lane_owner(owner: Any, make_answerer: Any) -> Any:
-    from dataclasses import replace
-
-    return replace(owner, make_answerer=make_answerer)
 
 
 def test_a_hundred_lanes_leave_no_task_behind(kit: Any, patient: None) -> None:
@@ -261,6 +255,6 @@ def test_a_hundred_lanes_leave_no_task_behind(kit: Any, patient: None) -> None:
         await kit.until(lambda: len(asyncio.all_tasks()) <= tasks)
         peer = next(iter(place.scene.robot._peers.values()))
         assert peer.channels == ()
-        assert peer._lane._transport is None
+        assert peer._bulk._attempt is None
 
     played(kit, body)

@@ -1,0 +1,36 @@
+"""What happens to the second peer connection on either side of it, and what either side does at its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class BulkFailed:
+    """Our own transport of this attempt can't be made, or is gone."""
+
+    attempt: int
+    code: str
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class BulkCloseHeard:
+    """The other side says itself that this attempt is over."""
+
+    attempt: int
+    code: str
+
+
+@dataclass(frozen=True, slots=True)
+class DropBulk:
+    """Close the transport of the attempt, and its channels."""
+
+
+@dataclass(frozen=True, slots=True)
+class TellBulkClosed:
+    """Say why there is no second connection, so that bulk takes the other way at once."""
+
+    attempt: int
+    code: str
+    message: str = ""

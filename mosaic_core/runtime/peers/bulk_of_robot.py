@@ -1,0 +1,151 @@
+"""Answers the operator's offers of a second peer connection, and hands its channels to the peer."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from typing import Protocol
+
+from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.delivery.send_scheduler import Priority
+from mosaic_core.machines.peers import bulk_of_robot as machine
+from mosaic_core.runtime.delivery.send_queue import SendQueue
+from mosaic_core.runtime.media.plain_stream import NewestFeed
+from mosaic_core.runtime.peers.bulk_connection import BulkAttempt, BulkConnection, LaneMessage
+from mosaic_core.runtime.peers.control_channel import ControlChannel
+from mosaic_core.runtime.peers.peer_channels import PeerChannels
+from mosaic_core.runtime.transport.picture_transport import PictureFeed
+from mosaic_core.runtime.transport.sound_transport import IncomingSound
+from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, Channel
+from mosaic_core.words.control import (
+    CHANNEL_PROTOCOL,
+    LANE_LABEL,
+    ControlMessage,
+    LaneAnswer,
+    LaneCandidate,
+    LaneOffer,
+)
+from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.ice import IceServer
+
+logger = logging.getLogger(__name__)
+
+
+class BulkHost(Protocol):
+    """The peer of the main connection, as the second one needs it."""
+
+    @property
+    def peer_id(self) -> str: ...
+    def say(self, message: ControlMessage) -> None:
+        """Tell the operator, over the control channel."""
+        ...
+
+    def new_queue(self) -> SendQueue:
+        """A queue that tells the same as that of the main connection."""
+        ...
+
+    def newest_ice_servers(self) -> Sequence[IceServer]: ...
+
+
+class BulkOfRobot(BulkConnection["_AnsweredAttempt"]):
+    """Is the robot's end of the second connection with one operator."""
+
+    def __init__(self, host: BulkHost, channels: PeerChannels, make_answerer: AnswererFactory) -> None:
+        self._machine = machine.RobotBulkMachine()
+        super().__init__(self._machine, host.say, host.peer_id)
+        self.host = host
+        self.channels = channels
+        self.make_answerer = make_answerer
+
+    @property
+    def is_up(self) -> bool:
+        return self._machine.phase == "up"
+
+    def heard(self, message: LaneMessage) -> None:
+        match message:
+            case LaneOffer(attempt=attempt, sdp=sdp):
+                self.tell(machine.OfferHeard(attempt, sdp))
+            case LaneCandidate(attempt=attempt):
+                self.tell(machine.CandidateHeard(attempt, message.ice_candidate))
+            case _:
+                super().heard(message)
+
+    def begin(self, effect: machine.AnswerOffer | machine.AddBulkCandidate) -> None:
+        match effect:
+            case machine.AnswerOffer(attempt, sdp):
+                self._attempt = _AnsweredAttempt(attempt, self)
+                self.tasks.start(self._attempt.answer(sdp))
+            case machine.AddBulkCandidate(candidate) if self._attempt is not None:
+                self.tasks.start(self._attempt.add_candidate(candidate))
+
+    def dropped(self, attempt: _AnsweredAttempt | None) -> None:
+        if attempt is not None:
+            self.channels.drop(attempt.queue)
+
+
+class _AnsweredAttempt(BulkAttempt[Answerer]):
+    """Implements ``AnswererListener`` for one offer."""
+
+    def __init__(self, attempt: int, connection: BulkOfRobot) -> None:
+        super().__init__(attempt, connection)
+        self.queue = connection.host.new_queue()
+        self._bulk = connection
+        self._control: ControlChannel | None = None
+
+    @property
+    def is_up(self) -> bool:
+        return self._bulk.is_up
+
+    async def answer(self, offer_sdp: str) -> None:
+        try:
+            self.end = self._bulk.make_answerer(self, self._bulk.host.newest_ice_servers())
+            sdp = await self.end.answer(offer_sdp, (), None)
+        except MosaicError as error:
+            self.fail(error.code, error.message)
+            return
+        except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
+            peer_id = self._bulk.host.peer_id
+            logger.exception("the offer of a second connection of peer %s could not be answered", peer_id)
+            self.fail("sdp.invalid", type(error).__name__)
+            return
+        if self.is_closed:
+            await self.close()
+            return
+        self._bulk.tell(machine.BulkAnswerMade(self.attempt))
+        self.describe(LaneAnswer(attempt=self.attempt, sdp=sdp))
+
+    async def close(self) -> None:
+        self.queue.close_all()
+        await super().close()
+
+    # -- what the transport tells --------------------------------------------------------------------------------
+
+    def state_changed(self, state: str) -> None:
+        if state == "connected":
+            self._bulk.tell(machine.Connected(self.attempt))
+        super().state_changed(state)
+
+    def channel_opened(self, channel: Channel) -> None:
+        if self.is_closed:
+            return
+        if channel.label == LANE_LABEL and channel.protocol == CHANNEL_PROTOCOL:
+            if self._control is None:  # it answers pings by itself, and nothing else is said there
+                self._control = ControlChannel(channel, self.queue, ArrivalBaseline(), lambda _: None, Priority.BULK)
+        else:
+            self._bulk.channels.opened_for_bulk(channel, self.queue)
+
+    def track_bound(self, label: str) -> PictureFeed:
+        """Never told: no label was given to the answerer."""
+        return NewestFeed()
+
+    def voice_bound(self, label: str, sound: IncomingSound) -> None:
+        sound.stop()
+
+    def tracks_unbound(self, labels: Sequence[str]) -> None:
+        """There are none."""
+
+    def track_refused(self, label: str, cause: str) -> None:
+        """There are none."""
+
+    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
+        """There are none."""
