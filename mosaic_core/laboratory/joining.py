@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import time
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -182,8 +183,11 @@ def checked_config(entries: Sequence[ConnectorEntry], control: Mapping[str, Any]
     return CheckedConfig(config, tuple(checked), document)
 
 
-async def until(condition: Callable[[], object], timeout_s: float = PATIENCE_S) -> None:
-    """Wait until ``condition()`` is true; raises :class:`TimeoutError`."""
-    async with asyncio.timeout(timeout_s):
-        while not condition():  # noqa: ASYNC110 - what it waits for may happen on any thread
-            await asyncio.sleep(0.005)
+async def until(condition: Callable[[], object], what: str = "", timeout_s: float = PATIENCE_S) -> float:
+    """Wait until ``condition()`` is true; returns the seconds it took, raises :class:`TimeoutError` with ``what``."""
+    start_s = time.monotonic()
+    while not condition():
+        if time.monotonic() - start_s > timeout_s:
+            raise TimeoutError(f"after {timeout_s} s still not true: {what or 'the condition'}")
+        await asyncio.sleep(0.005)  # what it waits for may happen on any thread
+    return time.monotonic() - start_s

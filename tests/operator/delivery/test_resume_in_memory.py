@@ -205,7 +205,7 @@ def test_of_what_was_accepted_nothing_is_lost_however_much_it_was() -> None:
         assert counters(link, "events").dropped > 0, "a sender is refused before anything is forgotten"
         link.network.lose()
         await until(lambda: len(heard.numbers) + counters(link, "events").dropped == MORE_THAN_IS_KEPT)
-        await until(lambda: events.send_json({"n": MORE_THAN_IS_KEPT}), 5)
+        await until(lambda: events.send_json({"n": MORE_THAN_IS_KEPT}), timeout_s=5)
         await until(lambda: heard.numbers[-1] == MORE_THAN_IS_KEPT)
         assert heard.numbers == sorted(set(heard.numbers))
         assert heard.gaps == []
