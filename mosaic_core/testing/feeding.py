@@ -15,7 +15,7 @@ from pydantic import BaseModel
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.watchdog import Watchdog
-from mosaic_core.machines.timing.rate_gate import RateGate
+from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.commands.command_shaper import CommandShaper, ShapedCommand
 from mosaic_core.runtime.commands.safety_watch import ZEROS_FOR_S
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
@@ -95,7 +95,7 @@ class _Feeder:
         self._is_stopped = False
         self._mover: Sender | None = None
         self._without_lease: set[str] = set()
-        self._rates: dict[str, RateGate] = {}
+        self._rates: dict[str, TokenBucket] = {}
         self._zeros_at_s: list[float] = []
         self._last_sender = OPERATOR
         self._is_handling = False
@@ -147,11 +147,12 @@ class _Feeder:
     def _refusal(self, sender: Sender) -> str | None:
         """As the robot's fence refuses, but for epochs."""
         safety = self._safety
-        rate = self._rates.setdefault(sender.peer_id, RateGate(safety.max_rate_hz))
         if sender.role not in ("operator", "supervisor") and not safety.takes_observers:
             return "lease.forbidden"
-        if not rate.admits(self.host.clock.now_s):
-            return "safety.too_fast"
+        if safety.max_rate_hz is not None:
+            rate = self._rates.setdefault(sender.peer_id, TokenBucket.of_rate(safety.max_rate_hz))
+            if not rate.admits(self.host.clock.now_s):
+                return "safety.too_fast"
         if safety.is_motion and self._is_stopped:
             return "safety.stopped"
         return "lease.required" if safety.resource and sender.peer_id in self._without_lease else None

@@ -21,7 +21,7 @@ from mosaic_core.adapters.video.rung_orders import PASSED_ON, SourceShape, codec
 from mosaic_core.adapters.video.video_encoder import CodecName
 from mosaic_core.adapters.video.viewer_feed import ViewerFeed
 from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
-from mosaic_core.machines.media.picture_rate import PictureRate
+from mosaic_core.machines.timing.pacing import PictureRate
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
 from mosaic_core.runtime.transport.picture_transport import TellUnavailable

@@ -14,7 +14,7 @@ from av.video.frame import PictureType
 
 from mosaic_core.adapters.video.picture import own_frame
 from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE
-from mosaic_core.machines.media.picture_rate import PictureRate
+from mosaic_core.machines.timing.pacing import PictureRate
 
 CodecName = Literal["VP8", "H264"]
 _NEVER = 1_000_000

@@ -15,7 +15,7 @@ from typing import Literal
 
 from mosaic_core.machines.peers.bulk_events import BulkCloseHeard, BulkFailed, DropBulk, TellBulkClosed
 from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
-from mosaic_core.machines.timing.rate_gate import RateGate
+from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.words.signaling import IceCandidate
 
 Phase = Literal["none", "answering", "connecting", "up"]
@@ -86,7 +86,7 @@ class RobotBulkMachine:
         """When the driver must say :class:`DeadlinePassed`; ``None``: never."""
         self._attempt = 0
         self._candidates = 0
-        self._rate = RateGate(MAX_OFFERS_HZ)
+        self._rate = TokenBucket.of_rate(MAX_OFFERS_HZ)
 
     def handle(self, event: Event, now_s: float) -> list[Effect]:
         """What to do now, in order."""

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.control import lease_events as lease
-from mosaic_core.machines.timing.rate_gate import RateGate
+from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.commands.fence import SAFE, Fence
 from mosaic_core.runtime.control import control_words as words
 from mosaic_core.runtime.control.journal import RobotJournal
@@ -60,9 +60,9 @@ class _Present:
 
     def __init__(self, peer: Controlled) -> None:
         self.peer = peer
-        self.requests = RateGate(REQUESTS_PER_S)
-        self.keeps = RateGate(KEEPS_PER_S)
-        self.stops = RateGate(STOPS_PER_S)
+        self.requests = TokenBucket.of_rate(REQUESTS_PER_S)
+        self.keeps = TokenBucket.of_rate(KEEPS_PER_S)
+        self.stops = TokenBucket.of_rate(STOPS_PER_S)
 
 
 class CommandDesk:

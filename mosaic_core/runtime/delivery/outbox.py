@@ -18,9 +18,7 @@ from mosaic_core.contract.host import Loss, Outgoing
 from mosaic_core.machines.delivery.delivery_terms import DeliveryTerms
 from mosaic_core.machines.delivery.framing import MAX_MESSAGE_BYTES
 from mosaic_core.machines.delivery.send_scheduler import Offered
-from mosaic_core.machines.delivery.thinning import Thinner
-from mosaic_core.machines.timing.complaint_pace import ComplaintPace
-from mosaic_core.machines.timing.rate_gate import RateGate
+from mosaic_core.machines.timing.pacing import ComplaintPace, NewestThinning, TokenBucket
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
 
@@ -52,8 +50,8 @@ class _Channel:
     full: frozenset[str] = frozenset()
     """The peers that refused a message and have not said that they take more."""
     latched: Outgoing | None = None
-    gate: RateGate | None = None
-    thinner: Thinner[Outgoing] | None = None
+    bucket: TokenBucket | None = None
+    thinner: NewestThinning[Outgoing] | None = None
     timer: asyncio.TimerHandle | None = None
 
     def hearing(self, to: str | None) -> tuple[str, ...]:
@@ -78,9 +76,9 @@ class Outbox:
         """A channel of a connector that sends."""
         self._channels[channel] = known = _Channel(terms, counters)
         if terms.max_rate_hz is not None and terms.limits.newest_wins:
-            known.thinner = Thinner(terms.max_rate_hz)
+            known.thinner = NewestThinning(terms.max_rate_hz)
         elif terms.max_rate_hz is not None:
-            known.gate = RateGate(terms.max_rate_hz)
+            known.bucket = TokenBucket.of_rate(terms.max_rate_hz)
 
     def post(self, message: Outgoing) -> bool:
         """Any thread. ``False``: nobody listens, or the message is too large, too soon, or every listener's queue is
@@ -91,7 +89,7 @@ class Outbox:
         hearing, full = self._hearing(channel, message), channel.full
         if hearing and full and full.issuperset(hearing):
             return self._dropped(channel)
-        if channel.gate is not None and message.to is None and not self._admitted(channel, channel.gate):
+        if channel.bucket is not None and message.to is None and not self._admitted(channel, channel.bucket):
             return False
         too_much = len(self._handover) * message.size_bytes > _MAX_PENDING_BYTES
         if too_much or not self._handover.put(message):
@@ -122,9 +120,9 @@ class Outbox:
             channel.counters.lose("dropped")
         return False
 
-    def _admitted(self, channel: _Channel, gate: RateGate) -> bool:
+    def _admitted(self, channel: _Channel, bucket: TokenBucket) -> bool:
         with self._lock:
-            admitted = gate.admits(time.monotonic())
+            admitted = bucket.admits(time.monotonic())
             channel.counters.thinned += not admitted
         return admitted
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from mosaic_core.contract.host import Loss
 from mosaic_core.machines.delivery.send_scheduler import Offered, Priority, QueuedMessage, QueueLimits, SendScheduler
-from mosaic_core.machines.timing.complaint_pace import ComplaintPace
+from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.errors import ConnectionFailed
 

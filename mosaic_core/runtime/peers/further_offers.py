@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Awaitable, Callable, Mapping
 
-from mosaic_core.machines.timing.rate_gate import RateGate
+from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.words.control import ControlMessage, RenegotiateAnswer, RenegotiateOffer
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
 
@@ -25,7 +25,7 @@ class FurtherOffers:
         self._peer_id = peer_id
         self._answer = answer
         self._tell = tell
-        self._rate = RateGate(MAX_OFFERS_HZ)
+        self._rate = TokenBucket.of_rate(MAX_OFFERS_HZ)
         self._is_busy = False
 
     async def take(self, offer: RenegotiateOffer) -> None:

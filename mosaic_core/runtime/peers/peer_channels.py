@@ -9,7 +9,7 @@ from mosaic_core.contract.host import Outgoing, Sender
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag
 from mosaic_core.machines.delivery.send_scheduler import Offered, Priority
-from mosaic_core.machines.timing.rate_gate import RateGate
+from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.commands.inbox import Incoming
 from mosaic_core.runtime.delivery.data_port import DataPort
 from mosaic_core.runtime.delivery.peer_partials import PeerPartials
@@ -46,7 +46,7 @@ class PeerChannels:
         self._refuse = refuse
         self._resume = resume
         self._links: dict[str, DataPort] = {}
-        self._rates: dict[str, RateGate] = {}
+        self._rates: dict[str, TokenBucket] = {}
         self._partials = PeerPartials(self._forgotten)
         self._carriers: dict[str, SendQueue] = {}
         """The queue of every open channel: that of the main connection, or of the one for bulk."""
@@ -81,7 +81,8 @@ class PeerChannels:
         opening = 0
         if route.receiver is not None:
             opening = route.receiver.channel_opened(self._sender())
-            self._rates.setdefault(route.label, RateGate(route.safety.max_rate_hz))
+            if route.safety.max_rate_hz is not None:
+                self._rates.setdefault(route.label, TokenBucket.of_rate(route.safety.max_rate_hz))
         channel.on_message = lambda data: self._received(route, link, opening, data)
         channel.on_close = lambda: self._closed(link)
         if channel.is_open:
@@ -203,7 +204,8 @@ class PeerChannels:
             is_ours = not sender.is_original and self._site.desk.knows(sender.peer_id)
             if not is_ours and self._site.legacy_peers != "allow":  # nor one that has not said hello yet
                 return "lease.original_observes"
-        if not self._rates[route.label].admits(item.arrived_at_s):
+        rate = self._rates.get(route.label)
+        if rate is not None and not rate.admits(item.arrived_at_s):
             return "safety.too_fast"
         return self._site.desk.fence.refusal(safety, sender.peer_id, item.epoch)
 

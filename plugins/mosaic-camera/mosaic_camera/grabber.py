@@ -12,9 +12,9 @@ from collections import deque
 from collections.abc import Callable
 from types import TracebackType
 
-from mosaic_camera.grabbed import Grabbed
+from mosaic_camera.grabbed import Grabbed, takes_all
 from mosaic_camera.source import Source
-from mosaic_camera.thinning import PictureThinning
+from mosaic_core.machines.timing.pacing import GridThinning
 
 JOIN_S = 0.5
 """A read may hang in a driver. The thread is then left to close the source by itself when the read returns."""
@@ -30,7 +30,7 @@ class Grabber:
         self, open_source: Callable[[], Source], *, is_looping: bool, name: str, fps: float | None = None
     ) -> None:
         self._open_source = open_source
-        self._pace = PictureThinning(fps)
+        self._takes = takes_all if fps is None else GridThinning(fps).takes
         self._is_looping = is_looping
         self._changed = threading.Condition()
         self._waiting: deque[Grabbed] = deque()
@@ -103,7 +103,7 @@ class Grabber:
     def _read_all(self, source: Source) -> None:
         read_this_turn = 0
         while not self._is_stopping:
-            grabbed = source.read(self._pace.takes)
+            grabbed = source.read(self._takes)
             if grabbed is not None:
                 read_this_turn += 1
                 self._count += 1

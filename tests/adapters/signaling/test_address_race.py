@@ -18,7 +18,7 @@ from mosaic_core.adapters.aiortc_private.ice import gathering
 from mosaic_core.adapters.signaling import address_race
 from mosaic_core.adapters.signaling.address_race import first_address
 from mosaic_core.adapters.signaling.named_tls import NamedTls
-from mosaic_core.machines.timing.complaint_pace import ComplaintPace
+from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.words.ice import parse_ice_url
 
 LONG_S = 20.0

@@ -38,7 +38,7 @@ from mosaic_core.machines.control.lease_events import (
 )
 from mosaic_core.machines.control.lease_queue import LeaseQueue
 from mosaic_core.machines.control.stop_latch import StopLatch
-from mosaic_core.machines.timing.rate_gate import BURST_S, RateGate
+from mosaic_core.machines.timing.pacing import BURST_S, TokenBucket
 from mosaic_core.words.codes import REASONS
 from mosaic_core.words.control import Role
 from mosaic_core.words.limits import FieldLimit
@@ -92,7 +92,7 @@ class Robot:
         self.desk = LeaseDesk(RESOURCES, expiry_s=EXPIRY_S, first_epoch=first_epoch, legacy=legacy)
         self.latch = StopLatch()
         self.receivers = {resource: Receiver(resource) for resource in RESOURCES}
-        self.rates = {resource: RateGate(MAX_RATE_HZ) for resource in RESOURCES}
+        self.rates = {resource: TokenBucket.of_rate(MAX_RATE_HZ) for resource in RESOURCES}
         self.gates: dict[tuple[str, str], CommandGate] = {}
 
     def handle(self, event: Event, now_s: float) -> list[Effect]:
@@ -774,7 +774,7 @@ GUARDS: dict[str, Patch] = {
     "age is measured from the fastest, whatever the clocks say": instead(
         ArrivalBaseline, "age_s", lambda self, stamp_us, now_s: now_s - stamp_us / 1e6
     ),
-    "rate": instead(RateGate, "admits", lambda self, now_s: True),
+    "rate": instead(TokenBucket, "admits", lambda self, now_s: True),
     "only finite numbers move": in_module("mosaic_core.machines.commands.safety_envelope._number", without_numbers),
     "clamp": in_module("mosaic_core.machines.commands.safety_envelope.clamped", lambda *_: None),
     "slew": in_module("mosaic_core.machines.commands.safety_envelope.reach", far_too_far),

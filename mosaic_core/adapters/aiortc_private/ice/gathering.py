@@ -21,7 +21,7 @@ from aiortc.rtcicetransport import candidate_from_aioice
 from mosaic_core.adapters.signaling.address_race import first_address
 from mosaic_core.adapters.signaling.name_lookup import addresses_of, ipv4_addresses
 from mosaic_core.adapters.signaling.named_tls import NamedTls
-from mosaic_core.machines.timing.complaint_pace import ComplaintPace
+from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer, IceUrl, parse_ice_url
 

@@ -26,7 +26,7 @@ from OpenSSL import SSL
 
 from mosaic_core.adapters.aiortc_private.sctp.sctp import MeasuredQueue
 from mosaic_core.adapters.aiortc_private.sctp.sctp_window import QuickWindow
-from mosaic_core.machines.timing.time_share import TimeShare
+from mosaic_core.machines.timing.pacing import TimeShare
 
 BURST_BYTES = 16 * USERDATA_MAX_LENGTH
 """RFC 9260 §6.1 D asks for a limit and leaves it to us."""

@@ -10,12 +10,12 @@ from fastapi import APIRouter
 from sqlalchemy.exc import SQLAlchemyError
 from starlette.websockets import WebSocket
 
+from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.words.codes import CloseCode
 from mosaic_core.words.errors import WireError
 from mosaic_core.words.signaling import Authorize, ErrorEcho, parse_signaling
 from mosaic_server.services import Services, services_of
 from mosaic_server.sockets.link import LINK, Link
-from mosaic_server.sockets.message_rate import MessageRate
 from mosaic_server.switchboard.events import MalformedArrived, MessageArrived, RobotAuthorized, Side
 from mosaic_server.web.origins import origin_is_allowed
 
@@ -32,6 +32,13 @@ async def robot_socket(websocket: WebSocket) -> None:
 @router.websocket("/ws/user")
 async def operator_socket(websocket: WebSocket) -> None:
     await _serve(websocket, Side.OPERATOR)
+
+
+MESSAGES_PER_S = 50.0
+MESSAGE_BURST = 500.0
+"""A page that opens several robots at once sends some hundred candidates within a second."""
+_BYTES_PER_TOKEN = 16 * 1024
+"""A message costs one token, and one more for so many bytes."""
 
 
 async def _serve(websocket: WebSocket, side: Side) -> None:
@@ -52,14 +59,14 @@ async def _serve(websocket: WebSocket, side: Side) -> None:
 
 async def _read(websocket: WebSocket, services: Services, number: int, side: Side) -> None:
     """One message at a time, so that the order of a socket's messages is kept."""
-    rate = MessageRate(time.monotonic())
+    rate = TokenBucket(MESSAGES_PER_S, MESSAGE_BURST)
     while True:
         frame = await websocket.receive()
         if frame["type"] == "websocket.disconnect":
             return
         text: str | None = frame.get("text")
         size_bytes = len(text or frame.get("bytes") or b"")
-        if not rate.allows(size_bytes, time.monotonic()):
+        if not rate.admits(time.monotonic(), 1 + size_bytes / _BYTES_PER_TOKEN):
             services.exchange.condemn(number, CloseCode.TOO_SLOW)
         elif text is None:
             services.exchange.handle(MalformedArrived(number, None, time.monotonic()))
