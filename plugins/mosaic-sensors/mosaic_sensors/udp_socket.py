@@ -14,7 +14,7 @@ from typing import Self, TypeAlias
 from urllib.parse import urlsplit
 
 from mosaic_core.contract.handler import Handler
-from mosaic_core.machines.timing.complaint_pace import ComplaintPace
+from mosaic_core.machines.timing.pacing import ComplaintPace
 
 _log = logging.getLogger(__name__)
 
