@@ -12,8 +12,6 @@ T = TypeVar("T")
 
 BURST_S = 0.25
 """What a network held back for this long may arrive at once (FIELD-NOTES: Wi-Fi roaming and LTE stalls)."""
-SLACK = 0.25
-"""Share of a period by which a picture may come early: a 30 fps camera that jitters still gives 30 fps, not 15."""
 COMPLAINT_PERIOD_S = 60.0
 _INTERVALS = 9
 """Their median: neither a left-out picture nor a hiccup of a driver moves it."""
@@ -88,15 +86,19 @@ class NewestThinning(Generic[T]):
 
 
 class GridThinning:
-    """Takes at most ``rate_hz`` of a faster source's pictures a second, evenly, and none of the others later."""
+    """Takes at most ``rate_hz`` of a faster source's pictures a second, evenly, and none of the others later.
 
-    def __init__(self, rate_hz: float) -> None:
+    ``slack``: share of a period by which one may come early: a 30 fps camera that jitters still gives 30 fps, not 15.
+    """
+
+    def __init__(self, rate_hz: float, slack: float = 0.25) -> None:
         self._period_s = 1.0 / _positive(rate_hz)
+        self._early_s = self._period_s * slack
         self._due_s = float("-inf")
 
     def takes(self, at_s: float) -> bool:
         """Whether the picture of time ``at_s`` is taken; times rise from call to call."""
-        if at_s < self._due_s - self._period_s * SLACK:
+        if at_s < self._due_s - self._early_s:
             return False
         self._due_s = _next_on_grid(self._due_s, self._period_s, at_s)
         return True

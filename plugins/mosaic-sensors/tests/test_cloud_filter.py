@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from mosaic_sensors.point_cloud.cloud import Floats, cloud_of
-from mosaic_sensors.point_cloud.thinning import CloudThinning, one_per_voxel, sampled, thinned
+from mosaic_sensors.point_cloud.cloud_filter import filtered, one_per_voxel, sampled
+from mosaic_sensors.point_cloud.params import PointCloudParams
 
 points = arrays.arrays(
     np.float32, st.tuples(st.integers(0, 60), st.just(3)), elements=st.floats(-50, 50, width=32, allow_nan=False)
@@ -45,11 +46,11 @@ def test_an_extent_beyond_the_keys_is_still_thinned() -> None:
 
 def test_the_box_and_the_range_leave_out_what_is_beyond() -> None:
     cloud = cloud_of([[0.1, 0, 0], [1, 0, 0], [2, 2, 0], [9, 0, 0]])
-    assert thinned(cloud, CloudThinning(min_range_m=0.5, max_range_m=5)).xyz[:, 0].tolist() == [1, 2]
-    box = CloudThinning(crop_min_m=(-1, -1, -1), crop_max_m=(1.5, 1, 1))
-    assert thinned(cloud, box).xyz[:, 0].tolist() == pytest.approx([0.1, 1])
-    assert thinned(cloud, CloudThinning(min_range_m=50)).xyz.shape == (0, 3)
-    assert thinned(cloud, CloudThinning()) is cloud
+    assert filtered(cloud, PointCloudParams(min_range_m=0.5, max_range_m=5)).xyz[:, 0].tolist() == [1, 2]
+    box = PointCloudParams(crop_min_m=(-1, -1, -1), crop_max_m=(1.5, 1, 1))
+    assert filtered(cloud, box).xyz[:, 0].tolist() == pytest.approx([0.1, 1])
+    assert filtered(cloud, PointCloudParams(min_range_m=50)).xyz.shape == (0, 3)
+    assert filtered(cloud, PointCloudParams()) is cloud
 
 
 @given(st.integers(0, 500), st.integers(0, 300))
@@ -63,7 +64,7 @@ def test_a_sample_has_the_asked_size_and_spans_the_cloud(have: int, count: int) 
 
 def test_all_columns_go_with_their_points() -> None:
     cloud = cloud_of(np.full((4, 3), [[0], [0], [1], [2]]), intensity=[5, 6, 7, 8], rgb=np.eye(4, 3, dtype=np.uint8))
-    some = thinned(cloud, CloudThinning(voxel_size_m=0.5))
+    some = filtered(cloud, PointCloudParams(voxel_size_m=0.5))
     assert len(some) == 3
     assert some.intensity is not None
     assert some.intensity[1:].tolist() == [7, 8]

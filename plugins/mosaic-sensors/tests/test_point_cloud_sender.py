@@ -109,7 +109,7 @@ def test_nothing_is_computed_for_nobody(monkeypatch: pytest.MonkeyPatch) -> None
     sender, lanes = depth(parallel_num=2)
     for handler in (sender, *lanes):
         fake_host(handler).heard = set()
-    monkeypatch.setattr("mosaic_sensors.point_cloud.sender.thinned", lambda *_: pytest.fail("computed"))
+    monkeypatch.setattr("mosaic_sensors.point_cloud.sender.filtered", lambda *_: pytest.fail("computed"))
     assert not sender.is_heard
     assert not sender.send_points(LINE)
     assert fake_host(sender).losses == {}

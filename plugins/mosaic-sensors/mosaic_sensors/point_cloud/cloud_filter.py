@@ -1,14 +1,14 @@
-"""Fewer points: a crop box, a range, one per voxel, a most. Vectorized, order kept, memory bounded by the points."""
+"""Filters a point cloud: a crop box, a range, one point per voxel, a most. Vectorized; the points keep their order."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mosaic_sensors.point_cloud.cloud import Floats, PointCloud
+from mosaic_sensors.point_cloud.params import PointCloudParams
 
 _KEY_BITS = 21
 """Voxels per axis that a 63-bit key tells apart: two million."""
@@ -16,20 +16,7 @@ _MIX = np.uint64(0x9E3779B97F4A7C15)
 """2^64 divided by the golden ratio: spreads neighbouring keys (Fibonacci hashing, Knuth 6.4)."""
 
 
-@dataclass(frozen=True, slots=True)
-class CloudThinning:
-    """What to leave out. ``crop_*``: a box; ``*_range_m``: distances from the origin of the frame; ``voxel_size_m`` 0:
-    no voxels; ``max_points``: the most that stay."""
-
-    voxel_size_m: float = 0.0
-    max_points: int = 2_000_000
-    crop_min_m: tuple[float, float, float] | None = None
-    crop_max_m: tuple[float, float, float] | None = None
-    min_range_m: float = 0.0
-    max_range_m: float | None = None
-
-
-def thinned(cloud: PointCloud, by: CloudThinning) -> PointCloud:
+def filtered(cloud: PointCloud, by: PointCloudParams) -> PointCloud:
     """The points that stay, in their order."""
     mask = _inside(cloud.xyz, by)
     if mask is not None and not mask.all():
@@ -39,7 +26,7 @@ def thinned(cloud: PointCloud, by: CloudThinning) -> PointCloud:
     return sampled(cloud, by.max_points)
 
 
-def _inside(xyz: Floats, by: CloudThinning) -> NDArray[np.bool_] | None:
+def _inside(xyz: Floats, by: PointCloudParams) -> NDArray[np.bool_] | None:
     conditions: list[Any] = []
     if by.crop_min_m is not None:
         conditions.append((xyz >= np.asarray(by.crop_min_m)).all(axis=1))

@@ -9,7 +9,6 @@ from pydantic import Field, model_validator
 from mosaic_core.contract.params import Params
 from mosaic_sensors.point_cloud.deflation import Compress
 from mosaic_sensors.point_cloud.original_form import StreamMode
-from mosaic_sensors.point_cloud.thinning import CloudThinning
 
 Corner: TypeAlias = Annotated[tuple[float, float, float], Field(description="[x, y, z] in metres.")]
 
@@ -40,13 +39,3 @@ class PointCloudParams(Params):
         if low is not None and high is not None and any(a >= b for a, b in zip(low, high, strict=True)):
             raise ValueError(f"crop_min_m {low} is not below crop_max_m {high} on every axis")
         return self
-
-    def thinning(self) -> CloudThinning:
-        return CloudThinning(
-            voxel_size_m=self.voxel_size_m,
-            max_points=self.max_points,
-            crop_min_m=self.crop_min_m,
-            crop_max_m=self.crop_max_m,
-            min_range_m=self.min_range_m,
-            max_range_m=self.max_range_m,
-        )

@@ -1,4 +1,4 @@
-"""The base of every point cloud connector: whatever yields arrays becomes a sender of thinned, quantized clouds.
+"""The base of every point cloud connector: whatever yields arrays becomes a sender of filtered, quantized clouds.
 
 All the work is done on the handler's own thread (or on the one that pushes), once per cloud whatever the number of
 operators, and only in the forms that somebody listens to.
@@ -14,14 +14,15 @@ from typing import Any, ClassVar
 
 from mosaic_core.contract.handler import DataChannelSendable, Handler
 from mosaic_core.machines.delivery.framing import MAX_MESSAGE_BYTES
+from mosaic_core.machines.timing.pacing import GridThinning
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract
 from mosaic_sensors.point_cloud.cloud import PointCloud, cloud_of
+from mosaic_sensors.point_cloud.cloud_filter import filtered, sampled
 from mosaic_sensors.point_cloud.compact_form import encoded
 from mosaic_sensors.point_cloud.deflation import Deflation
 from mosaic_sensors.point_cloud.original_form import OriginalForm
 from mosaic_sensors.point_cloud.params import PointCloudParams
-from mosaic_sensors.point_cloud.thinning import sampled, thinned
 
 _FITTING_SHARE = 0.9
 """A cloud that is too large for one message is thinned to this share of what would just fit."""
@@ -62,10 +63,9 @@ class PointCloudSender(DataChannelSendable[bytes]):
         super().__init__(label)
         self.cloud_params = params or PointCloudParams()
         self.lanes = tuple(OriginalLane(f"{label}-{number}") for number in range(self.cloud_params.parallel_num))
-        self._thinning = self.cloud_params.thinning()
         self._deflation = Deflation(self.cloud_params.compress)
         self._original_form = OriginalForm(self.cloud_params.stream_mode)
-        self._due_at_s = float("-inf")
+        self._pace = GridThinning(self.cloud_params.max_rate_hz, slack=0.5)
         self._lock = threading.Lock()
 
     def clouds(self) -> Iterable[Any]:
@@ -93,7 +93,7 @@ class PointCloudSender(DataChannelSendable[bytes]):
         """Send one cloud now; ``captured_at_s`` is of the robot's monotonic clock.
 
         ``False``: nobody watches, it comes before its turn (``max_rate_hz``), or every operator's queue is full.
-        Raises :class:`ValueError` where the arrays don't fit together. Any thread; takes as long as the thinning and
+        Raises :class:`ValueError` where the arrays don't fit together. Any thread; takes as long as filtering and
         encoding, a few milliseconds per 100 000 points.
         """
         if not self._is_due():
@@ -117,22 +117,18 @@ class PointCloudSender(DataChannelSendable[bytes]):
         return self.send_bytes(data) if data is not None else was_original_sent
 
     def _is_due(self) -> bool:
-        """Half a period of tolerance: a source at just this rate may jitter; on average the rate is kept."""
-        period_s = 1.0 / self.cloud_params.max_rate_hz
         with self._lock:
-            now_s = self.monotonic_s()
             if not self.is_heard:
                 return False
-            if now_s < self._due_at_s - period_s / 2:
+            is_due = self._pace.takes(self.monotonic_s())
+            if not is_due:
                 self.count_loss("thinned")
-                return False
-            self._due_at_s = max(self._due_at_s, now_s) + period_s
-            return True
+            return is_due
 
     def _made(self, cloud: PointCloud) -> bytes | None:
         """The compact form, if somebody hears it; the original one is sent from here."""
         with self._lock:
-            stays = thinned(cloud, self._thinning)
+            stays = filtered(cloud, self.cloud_params)
             lane = self._original_lane()
             if lane is not None:
                 lane.send_burst(self._original_form.messages(stays, self._wall_time_us(cloud)))
