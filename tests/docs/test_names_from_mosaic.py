@@ -84,32 +84,29 @@ def test_the_camera_of_the_example_yields_pictures(example: Any) -> None:
     assert [int(picture[0, 0, 2]) for picture in (first, second)] == [0, 1]
 
 
-def test_the_program_of_the_example_runs_the_robot_until_it_is_cancelled(example: Any, tmp_path: Path) -> None:
-    async def scenario() -> None:
-        called = asyncio.Event()
+async def test_the_program_of_the_example_runs_the_robot_until_it_is_cancelled(example: Any, tmp_path: Path) -> None:
+    called = asyncio.Event()
 
-        async def answer(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-            called.set()
-            writer.close()
+    async def answer(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        called.set()
+        writer.close()
 
-        server = await asyncio.start_server(answer, "127.0.0.1")
-        port = server.sockets[0].getsockname()[1]
-        config = tmp_path / "mosaic_config.yaml"
-        config.write_text(
-            f"server: {{ws_url: 'ws://127.0.0.1:{port}', auth: {{type: no-authorization, robot_id: "
-            "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11}}\n"
-            "connectors: [{type: ramp, label: front, params: {fps: 15}}]\n"
-        )
-        running = asyncio.create_task(example.main(str(config)))
-        waiting = asyncio.create_task(called.wait())
-        await asyncio.wait({running, waiting}, timeout=30, return_when=asyncio.FIRST_COMPLETED)
-        assert called.is_set(), running
-        running.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await running
-        server.close()
-
-    asyncio.run(scenario())
+    server = await asyncio.start_server(answer, "127.0.0.1")
+    port = server.sockets[0].getsockname()[1]
+    config = tmp_path / "mosaic_config.yaml"
+    config.write_text(
+        f"server: {{ws_url: 'ws://127.0.0.1:{port}', auth: {{type: no-authorization, robot_id: "
+        "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11}}\n"
+        "connectors: [{type: ramp, label: front, params: {fps: 15}}]\n"
+    )
+    running = asyncio.create_task(example.main(str(config)))
+    waiting = asyncio.create_task(called.wait())
+    await asyncio.wait({running, waiting}, timeout=30, return_when=asyncio.FIRST_COMPLETED)
+    assert called.is_set(), running
+    running.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await running
+    server.close()
 
 
 def test_a_robot_without_a_server_is_not_run(example: Any) -> None:

@@ -22,19 +22,16 @@ def names_of_the_page() -> dict[str, Any]:
     return names
 
 
-def test_the_page_drives_and_stops_a_robot(capsys: pytest.CaptureFixture[str]) -> None:
+async def test_the_page_drives_and_stops_a_robot(capsys: pytest.CaptureFixture[str]) -> None:
     names = names_of_the_page()
 
-    async def scenario() -> None:
-        base = connector(CmdVelConfigurer, label="cmd_vel", params={"drive": {"type": "log"}})
-        async with asyncio.timeout(30), joined(base, takes_leases=False) as link:
-            refused: list[str] = []
-            link.connection.on_refusal(lambda refusal: refused.append(refusal.code))
-            await names["drive"](link.connection)
-            assert refused == []
-            (row,) = link.robot.snapshot().connectors
-            assert row.messages >= 10  # of twenty; newer ones replace those that a busy machine has not taken yet
-            await names["stop"](link.connection)
-
-    asyncio.run(scenario())
+    base = connector(CmdVelConfigurer, label="cmd_vel", params={"drive": {"type": "log"}})
+    async with asyncio.timeout(30), joined(base, takes_leases=False) as link:
+        refused: list[str] = []
+        link.connection.on_refusal(lambda refusal: refused.append(refusal.code))
+        await names["drive"](link.connection)
+        assert refused == []
+        (row,) = link.robot.snapshot().connectors
+        assert row.messages >= 10  # of twenty; newer ones replace those that a busy machine has not taken yet
+        await names["stop"](link.connection)
     assert re.search(r"standing after \d+ ± \d+ ms", capsys.readouterr().out)

@@ -125,11 +125,8 @@ def test_closing_while_it_tries_ends_the_trying(world: Any) -> None:
     with_kept(world, scenario)
 
 
-def test_without_being_asked_it_does_not_come_back(world: Any) -> None:
-    async def main() -> None:
-        async with asyncio.timeout(20), world.operator() as operator:
-            connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
-            world.robot.say(control.Bye(code="peer.shutdown"))
-            assert connection.state == "closed"
-
-    asyncio.run(main())
+async def test_without_being_asked_it_does_not_come_back(world: Any) -> None:
+    async with asyncio.timeout(20), world.operator() as operator:
+        connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
+        world.robot.say(control.Bye(code="peer.shutdown"))
+        assert connection.state == "closed"

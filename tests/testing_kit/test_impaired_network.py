@@ -65,47 +65,38 @@ async def numbers(link: Any, count: int) -> list[int]:
 
 
 @pytest.mark.parametrize("in_memory", [True, pytest.param(False, marks=pytest.mark.webrtc)])
-def test_a_reliable_connector_loses_nothing_on_a_bad_network(impaired_network: Any, in_memory: bool) -> None:
-    async def run() -> None:
-        network = impaired_network(LinkProfile("bad", delay_ms=10, loss=0.2), in_memory=in_memory)
-        async with joined(connector(CountingConfigurer), network=network) as link:
-            found = await numbers(link, 30)
-            assert found == list(range(found[0], found[0] + 30))
-
-    asyncio.run(run())
+async def test_a_reliable_connector_loses_nothing_on_a_bad_network(impaired_network: Any, in_memory: bool) -> None:
+    network = impaired_network(LinkProfile("bad", delay_ms=10, loss=0.2), in_memory=in_memory)
+    async with joined(connector(CountingConfigurer), network=network) as link:
+        found = await numbers(link, 30)
+        assert found == list(range(found[0], found[0] + 30))
 
 
-def test_commands_of_the_kind_latest_may_be_lost_but_arrive_when_the_network_is_well_again(
+async def test_commands_of_the_kind_latest_may_be_lost_but_arrive_when_the_network_is_well_again(
     impaired_network: Any,
 ) -> None:
-    async def run() -> None:
-        async with joined(connector(NotingConfigurer), network=impaired_network(in_memory=True)) as link:
-            noting = link.configured.connectors[0].handlers[0]
-            assert isinstance(noting, Noting)
-            pad = link.connection.sendable("under_test")
-            await pad.wait_open()
-            link.network.become(LinkProfile("dead", loss=1.0))
-            assert pad.send_json({"n": 1})
-            link.network.become("pristine")
-            assert pad.send_json({"n": 2})
-            await until(lambda: noting.heard == [{"n": 2}])
-
-    asyncio.run(run())
+    async with joined(connector(NotingConfigurer), network=impaired_network(in_memory=True)) as link:
+        noting = link.configured.connectors[0].handlers[0]
+        assert isinstance(noting, Noting)
+        pad = link.connection.sendable("under_test")
+        await pad.wait_open()
+        link.network.become(LinkProfile("dead", loss=1.0))
+        assert pad.send_json({"n": 1})
+        link.network.become("pristine")
+        assert pad.send_json({"n": 2})
+        await until(lambda: noting.heard == [{"n": 2}])
 
 
-def test_a_cable_that_is_back_in_time_ends_nothing(impaired_network: Any) -> None:
-    async def run() -> None:
-        async with joined(connector(CountingConfigurer), network=impaired_network(in_memory=True)) as link:
-            before = (await numbers(link, 1))[0]
-            link.cut()
-            await asyncio.sleep(0.3)
-            link.network.heal()
-            found = await numbers(link, 30)
-            assert found == list(range(found[0], found[0] + 30))
-            assert found[0] > before
-            assert link.connection.state == "connected"
-
-    asyncio.run(run())
+async def test_a_cable_that_is_back_in_time_ends_nothing(impaired_network: Any) -> None:
+    async with joined(connector(CountingConfigurer), network=impaired_network(in_memory=True)) as link:
+        before = (await numbers(link, 1))[0]
+        link.cut()
+        await asyncio.sleep(0.3)
+        link.network.heal()
+        found = await numbers(link, 30)
+        assert found == list(range(found[0], found[0] + 30))
+        assert found[0] > before
+        assert link.connection.state == "connected"
 
 
 def test_there_is_no_nat_in_memory(impaired_network: Any) -> None:

@@ -114,95 +114,74 @@ def motor_of(link: Any) -> Motor:
     return motor
 
 
-def test_messages_arrive_at_every_operator() -> None:
-    async def main() -> None:
-        async with joined(connector(GaugeConfigurer, label="gauge", params={"period_s": 0.01})) as link:
-            bob = await link.another_operator()
-            for connection in (link.connection, bob):
-                first = (await connection.receivable("gauge").next_message()).json()["number"]
-                second = (await connection.receivable("gauge").next_message()).json()["number"]
-                assert second > first
-            assert {sender.name for sender in link.robot.peers} == {"Alice", "Bob"}
-
-    run(main())
+async def test_messages_arrive_at_every_operator() -> None:
+    async with joined(connector(GaugeConfigurer, label="gauge", params={"period_s": 0.01})) as link:
+        bob = await link.another_operator()
+        for connection in (link.connection, bob):
+            first = (await connection.receivable("gauge").next_message()).json()["number"]
+            second = (await connection.receivable("gauge").next_message()).json()["number"]
+            assert second > first
+        assert {sender.name for sender in link.robot.peers} == {"Alice", "Bob"}
 
 
-def test_commands_arrive_and_silence_makes_safe() -> None:
-    async def main() -> None:
-        async with joined(connector(MotorConfigurer, label="motor")) as link:
-            store = link.connection.sendable("motor")
+async def test_commands_arrive_and_silence_makes_safe() -> None:
+    async with joined(connector(MotorConfigurer, label="motor")) as link:
+        store = link.connection.sendable("motor")
+        await store.wait_open()
+        refused: list[Any] = []
+        link.connection.on_refusal(refused.append)
+        assert store.send_json({"mps": 1.5})
+        assert store.send_json({"speed": 1})
+        motor = motor_of(link)
+        await until(lambda: motor.safe)
+        assert (motor.speeds, motor.safe) == ([1.5], ["safety.timeout"])
+        await until(lambda: refused)
+        assert refused[0].code == "channel.invalid"
+
+
+async def test_a_cut_cable_makes_safe() -> None:
+    async with joined(connector(MotorConfigurer, label="motor", safety={"timeout_s": 30})) as link:
+        store = link.connection.sendable("motor")
+        await store.wait_open()
+        store.send_json({"mps": 1})
+        motor = motor_of(link)
+        await until(lambda: motor.speeds)
+        link.cut()
+        await until(lambda: motor.safe)
+        assert motor.safe == ["safety.peer_left"]
+
+
+async def test_answers_reach_only_who_asked() -> None:
+    async with joined(connector(EchoConfigurer, label="echo")) as link:
+        bob = await link.another_operator("Bob")
+        stores = [link.connection.bidirectional("echo"), bob.bidirectional("echo")]
+        for store in stores:
             await store.wait_open()
-            refused: list[Any] = []
-            link.connection.on_refusal(refused.append)
-            assert store.send_json({"mps": 1.5})
-            assert store.send_json({"speed": 1})
-            motor = motor_of(link)
-            await until(lambda: motor.safe)
-            assert (motor.speeds, motor.safe) == ([1.5], ["safety.timeout"])
-            await until(lambda: refused)
-            assert refused[0].code == "channel.invalid"
-
-    run(main())
+        waiting = asyncio.create_task(stores[1].next_message())
+        await asyncio.sleep(0)
+        stores[1].send_json({"a": 1})
+        assert (await waiting).json() == {"a": 1, "to": "Bob"}
+        assert stores[0].latest is None
 
 
-def test_a_cut_cable_makes_safe() -> None:
-    async def main() -> None:
-        async with joined(connector(MotorConfigurer, label="motor", safety={"timeout_s": 30})) as link:
-            store = link.connection.sendable("motor")
-            await store.wait_open()
-            store.send_json({"mps": 1})
-            motor = motor_of(link)
-            await until(lambda: motor.speeds)
-            link.cut()
-            await until(lambda: motor.safe)
-            assert motor.safe == ["safety.peer_left"]
-
-    run(main())
+async def test_pictures_arrive_as_they_were_yielded() -> None:
+    async with joined(connector(EyeConfigurer, label="front")) as link:
+        frame: Any = await link.connection.media("front").next_frame()
+        assert isinstance(frame, MemoryFrame)
+        assert frame.image.startswith("picture ")
+        assert frame.captured_at_s == 5.0
 
 
-def test_answers_reach_only_who_asked() -> None:
-    async def main() -> None:
-        async with joined(connector(EchoConfigurer, label="echo")) as link:
-            bob = await link.another_operator("Bob")
-            stores = [link.connection.bidirectional("echo"), bob.bidirectional("echo")]
-            for store in stores:
-                await store.wait_open()
-            waiting = asyncio.create_task(stores[1].next_message())
-            await asyncio.sleep(0)
-            stores[1].send_json({"a": 1})
-            assert (await waiting).json() == {"a": 1, "to": "Bob"}
-            assert stores[0].latest is None
-
-    run(main())
+async def test_built_in_connectors_work_too() -> None:
+    async with joined(connector(ConnectionCheckConfigurer, label="link")) as link:
+        assert link.connection.catalogue is not None
+        assert [entry.label for entry in link.connection.catalogue.entries] == ["link"]
 
 
-def test_pictures_arrive_as_they_were_yielded() -> None:
-    async def main() -> None:
-        async with joined(connector(EyeConfigurer, label="front")) as link:
-            frame: Any = await link.connection.media("front").next_frame()
-            assert isinstance(frame, MemoryFrame)
-            assert frame.image.startswith("picture ")
-            assert frame.captured_at_s == 5.0
-
-    run(main())
-
-
-def test_built_in_connectors_work_too() -> None:
-    async def main() -> None:
-        async with joined(connector(ConnectionCheckConfigurer, label="link")) as link:
-            assert link.connection.catalogue is not None
-            assert [entry.label for entry in link.connection.catalogue.entries] == ["link"]
-
-    run(main())
-
-
-def test_the_end_leaves_no_thread() -> None:
-    async def main() -> None:
-        async with joined(connector(GaugeConfigurer, label="gauge"), connector(MotorConfigurer, label="motor")):
-            pass
-
+async def test_the_end_leaves_no_thread() -> None:
     before = set(threading.enumerate())
-    run(main())
+    async with joined(connector(GaugeConfigurer, label="gauge"), connector(MotorConfigurer, label="motor")):
+        pass
     left = [thread.name for thread in set(threading.enumerate()) - before if thread.name.startswith("mosaic")]
     assert left == []
 

@@ -93,18 +93,15 @@ def assert_smooth(movie: Any) -> None:
 
 
 @pytest.mark.parametrize(("container", "codec"), [("mp4", "h264"), ("mkv", "vp8")])
-def test_what_the_camera_shows_is_in_the_file(studio: Any, tmp_path: Path, container: str, codec: str) -> None:
+async def test_what_the_camera_shows_is_in_the_file(studio: Any, tmp_path: Path, container: str, codec: str) -> None:
     rows: list[Any] = []
 
-    async def scenario() -> None:
-        async with joined(pattern(), recorder(tmp_path, container=container, codec=codec)) as link:
-            pad = Pad(link)
-            await pad.say("start")
-            await pad.row(pictures=2 * FPS)
-            await pad.say("stop")
-            rows.append(await pad.row(state="ended"))
-
-    run(scenario())
+    async with joined(pattern(), recorder(tmp_path, container=container, codec=codec)) as link:
+        pad = Pad(link)
+        await pad.say("start")
+        await pad.row(pictures=2 * FPS)
+        await pad.say("stop")
+        rows.append(await pad.row(state="ended"))
     (row,) = rows
     assert (row["code"], row["width"], row["height"], row["dropped"]) == ("", 320, 240, 0)
     (name,) = row["files"]  # though the encoder begins anew once it knows how many pictures come
@@ -117,23 +114,20 @@ def test_what_the_camera_shows_is_in_the_file(studio: Any, tmp_path: Path, conta
     assert np.diff(movie.times_s) == pytest.approx(np.diff(movie.captured_s), abs=0.0015)
 
 
-def test_a_pause_lets_the_camera_rest_and_the_file_goes_on_with_a_key_frame(studio: Any, tmp_path: Path) -> None:
+async def test_a_pause_lets_the_camera_rest_and_the_file_goes_on_with_a_key_frame(studio: Any, tmp_path: Path) -> None:
     rows: list[Any] = []
 
-    async def scenario() -> None:
-        async with joined(pattern(), recorder(tmp_path)) as link:
-            pad = Pad(link)
-            await pad.say("start")
-            await pad.row(pictures=FPS // 2)
-            await pad.say("pause")
-            paused = await pad.row(state="paused")
-            await joining.until(lambda: link.robot.snapshot().connectors[0].peers == 0)
-            await pad.say("resume")
-            await pad.row(pictures=paused["pictures"] + FPS // 2)
-            await pad.say("stop")
-            rows.append(await pad.row(state="ended"))
-
-    run(scenario())
+    async with joined(pattern(), recorder(tmp_path)) as link:
+        pad = Pad(link)
+        await pad.say("start")
+        await pad.row(pictures=FPS // 2)
+        await pad.say("pause")
+        paused = await pad.row(state="paused")
+        await joining.until(lambda: link.robot.snapshot().connectors[0].peers == 0)
+        await pad.say("resume")
+        await pad.row(pictures=paused["pictures"] + FPS // 2)
+        await pad.say("stop")
+        rows.append(await pad.row(state="ended"))
     movie = studio.watched(tmp_path / rows[0]["files"][0])
     assert len(movie.numbers) == rows[0]["pictures"]
     assert movie.keys >= 2
@@ -141,16 +135,13 @@ def test_a_pause_lets_the_camera_rest_and_the_file_goes_on_with_a_key_frame(stud
     assert all(later > earlier for earlier, later in pairwise(movie.times_s))
 
 
-def test_key_frames_come_as_often_as_configured(studio: Any, tmp_path: Path) -> None:
+async def test_key_frames_come_as_often_as_configured(studio: Any, tmp_path: Path) -> None:
     rows: list[Any] = []
 
-    async def scenario() -> None:
-        async with joined(pattern(), recorder(tmp_path, key_interval_s=0.5)) as link:
-            pad = Pad(link)
-            await pad.say("start", max_seconds=3)
-            rows.append(await pad.row(state="ended"))
-
-    run(scenario())
+    async with joined(pattern(), recorder(tmp_path, key_interval_s=0.5)) as link:
+        pad = Pad(link)
+        await pad.say("start", max_seconds=3)
+        rows.append(await pad.row(state="ended"))
     assert rows[0]["code"] == "recorder.max_seconds"
     movie = studio.watched(tmp_path / rows[0]["files"][0])
     assert movie.duration_s <= 3.001
@@ -176,19 +167,16 @@ class GrowingConfigurer(MediaTrackConfigurer[NoParams]):
         return Growing(self.label)
 
 
-def test_a_source_that_changes_its_size_is_recorded_into_another_file(studio: Any, tmp_path: Path) -> None:
+async def test_a_source_that_changes_its_size_is_recorded_into_another_file(studio: Any, tmp_path: Path) -> None:
     rows: list[Any] = []
 
-    async def scenario() -> None:
-        async with joined(connector(GrowingConfigurer, label="front"), recorder(tmp_path)) as link:
-            pad = Pad(link)
-            await pad.say("start")
-            before = await pad.row(files=2)
-            await pad.row(pictures=before["pictures"] + FPS // 2)
-            await pad.say("stop")
-            rows.append(await pad.row(state="ended"))
-
-    run(scenario())
+    async with joined(connector(GrowingConfigurer, label="front"), recorder(tmp_path)) as link:
+        pad = Pad(link)
+        await pad.say("start")
+        before = await pad.row(files=2)
+        await pad.row(pictures=before["pictures"] + FPS // 2)
+        await pad.say("stop")
+        rows.append(await pad.row(state="ended"))
     first, second = (studio.watched(tmp_path / name) for name in rows[0]["files"])
     assert (rows[0]["width"], rows[0]["height"]) == (640, 480)
     assert len(first.numbers) + len(second.numbers) == rows[0]["pictures"]
@@ -197,17 +185,14 @@ def test_a_source_that_changes_its_size_is_recorded_into_another_file(studio: An
     assert second.numbers[0] >= first.numbers[-1]  # the picture of the change may be encoded in both sizes
 
 
-def test_a_still_is_taken_and_sent_while_nobody_records(tmp_path: Path) -> None:
-    async def scenario() -> None:
-        async with joined(pattern(width=640, height=480), recorder(tmp_path)) as link:
-            pad = Pad(link)
-            await pad.say("snapshot", send=True, request_id="1")
-            taken = await pad.hear("snapshot")
-            assert (taken["width"], taken["height"], taken["code"]) == (640, 480, "")
-            assert taken["png_base64"]
-            assert (tmp_path / taken["file"]).stat().st_size == taken["bytes"]
-
-    run(scenario())
+async def test_a_still_is_taken_and_sent_while_nobody_records(tmp_path: Path) -> None:
+    async with joined(pattern(width=640, height=480), recorder(tmp_path)) as link:
+        pad = Pad(link)
+        await pad.say("snapshot", send=True, request_id="1")
+        taken = await pad.hear("snapshot")
+        assert (taken["width"], taken["height"], taken["code"]) == (640, 480, "")
+        assert taken["png_base64"]
+        assert (tmp_path / taken["file"]).stat().st_size == taken["bytes"]
 
 
 class NoiseHandler(MediaTrackHandler):
@@ -233,36 +218,30 @@ def noise() -> Any:
     return np.random.default_rng(3).integers(0, 256, (48, 64, 3), dtype=np.uint8)
 
 
-def test_a_still_is_what_the_camera_saw_not_what_an_encoder_left_of_it(tmp_path: Path) -> None:
-    async def scenario() -> None:
-        async with joined(connector(NoiseConfigurer, label="front"), recorder(tmp_path)) as link:
-            pad = Pad(link)
-            await pad.say("snapshot")
-            taken = await pad.hear("snapshot")
-            with av.open(str(tmp_path / taken["file"])) as file:
-                image = next(file.decode(video=0)).to_ndarray(format="bgr24")
-            assert np.array_equal(image, noise())
-
-    run(scenario())
+async def test_a_still_is_what_the_camera_saw_not_what_an_encoder_left_of_it(tmp_path: Path) -> None:
+    async with joined(connector(NoiseConfigurer, label="front"), recorder(tmp_path)) as link:
+        pad = Pad(link)
+        await pad.say("snapshot")
+        taken = await pad.hear("snapshot")
+        with av.open(str(tmp_path / taken["file"])) as file:
+            image = next(file.decode(video=0)).to_ndarray(format="bgr24")
+        assert np.array_equal(image, noise())
 
 
-def test_an_observer_reads_the_news_but_may_not_record(tmp_path: Path) -> None:
-    async def scenario() -> None:
-        async with joined(pattern(), recorder(tmp_path)) as link:
-            visitor = await link.another_operator("Eve", role="observer")
-            refused: asyncio.Queue[str] = asyncio.Queue()
-            visitor.on_refusal(lambda refusal: refused.put_nowait(refusal.code))
-            store = visitor.bidirectional("recorder")
-            news = json.loads((await store.next_message()).data)
-            assert (news["type"], news["state"]) == ("status", "idle")
-            store.send_json({"command": "start"})
-            assert await refused.get() == "lease.forbidden"
-
-    run(scenario())
+async def test_an_observer_reads_the_news_but_may_not_record(tmp_path: Path) -> None:
+    async with joined(pattern(), recorder(tmp_path)) as link:
+        visitor = await link.another_operator("Eve", role="observer")
+        refused: asyncio.Queue[str] = asyncio.Queue()
+        visitor.on_refusal(lambda refusal: refused.put_nowait(refusal.code))
+        store = visitor.bidirectional("recorder")
+        news = json.loads((await store.next_message()).data)
+        assert (news["type"], news["state"]) == ("status", "idle")
+        store.send_json({"command": "start"})
+        assert await refused.get() == "lease.forbidden"
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_disk_that_hangs_holds_nobody_up_and_the_recording_goes_on_with_a_key_frame(
+async def test_a_disk_that_hangs_holds_nobody_up_and_the_recording_goes_on_with_a_key_frame(
     studio: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     works = threading.Event()
@@ -277,22 +256,19 @@ def test_a_disk_that_hangs_holds_nobody_up_and_the_recording_goes_on_with_a_key_
     monkeypatch.setattr(media_tap, "MAX_WAITING_BYTES", 20_000)
     rows: list[Any] = []
 
-    async def scenario() -> None:
-        async with joined(pattern(), recorder(tmp_path)) as link:
-            pad = Pad(link)
-            await pad.say("start")
-            await pad.row(pictures=FPS // 2)
-            works.clear()
-            before = camera_pictures(link)
-            await joining.until(lambda: camera_pictures(link) >= before + 3 * FPS)  # more than the tap may keep
-            await pad.say("status")
-            held = await pad.row(state="recording")
-            works.set()
-            await pad.row(pictures=held["pictures"] + 3 * FPS)
-            await pad.say("stop")
-            rows.append(await pad.row(state="ended"))
-
-    run(scenario())
+    async with joined(pattern(), recorder(tmp_path)) as link:
+        pad = Pad(link)
+        await pad.say("start")
+        await pad.row(pictures=FPS // 2)
+        works.clear()
+        before = camera_pictures(link)
+        await joining.until(lambda: camera_pictures(link) >= before + 3 * FPS)  # more than the tap may keep
+        await pad.say("status")
+        held = await pad.row(state="recording")
+        works.set()
+        await pad.row(pictures=held["pictures"] + 3 * FPS)
+        await pad.say("stop")
+        rows.append(await pad.row(state="ended"))
     assert rows[0]["dropped"] > 0
     movie = studio.watched(tmp_path / rows[0]["files"][0])
     assert len(movie.numbers) == rows[0]["pictures"]
@@ -303,14 +279,11 @@ def test_a_disk_that_hangs_holds_nobody_up_and_the_recording_goes_on_with_a_key_
     assert np.diff(movie.times_s)[gap] == pytest.approx(np.diff(movie.captured_s)[gap], abs=0.0015)
 
 
-def test_a_robot_that_stops_finishes_its_files(studio: Any, tmp_path: Path) -> None:
-    async def scenario() -> None:
-        async with joined(pattern(), recorder(tmp_path)) as link:
-            pad = Pad(link)
-            await pad.say("start")
-            await pad.row(pictures=FPS)
-
-    run(scenario())
+async def test_a_robot_that_stops_finishes_its_files(studio: Any, tmp_path: Path) -> None:
+    async with joined(pattern(), recorder(tmp_path)) as link:
+        pad = Pad(link)
+        await pad.say("start")
+        await pad.row(pictures=FPS)
     (path,) = tmp_path.iterdir()
     movie = studio.watched(path)
     assert len(movie.numbers) >= FPS

@@ -125,23 +125,17 @@ def test_an_ice_transport_keeps_its_connection_for_good() -> None:
         "_closing", "_check_list_done", "_pair_remote_candidate", "sort_check_list", "get_component_candidates",
     ],
 )  # fmt: skip
-def test_an_ice_connection_has(name: str) -> None:
-    async def run() -> None:
-        assert hasattr(aioice.Connection(ice_controlling=True), name)
-
-    asyncio.run(run())
+async def test_an_ice_connection_has(name: str) -> None:
+    assert hasattr(aioice.Connection(ice_controlling=True), name)
 
 
-def test_component_candidates_are_hosts_alone_when_no_server_is_set() -> None:
-    async def run() -> None:
-        connection = aioice.Connection(ice_controlling=True)
-        addresses = aioice.ice.get_host_addresses(use_ipv4=True, use_ipv6=True)
-        candidates = await connection.get_component_candidates(1, addresses)
-        assert {candidate.type for candidate in candidates} == {"host"}
-        assert [protocol.local_candidate for protocol in connection._protocols] == candidates
-        await connection.close()
-
-    asyncio.run(run())
+async def test_component_candidates_are_hosts_alone_when_no_server_is_set() -> None:
+    connection = aioice.Connection(ice_controlling=True)
+    addresses = aioice.ice.get_host_addresses(use_ipv4=True, use_ipv6=True)
+    candidates = await connection.get_component_candidates(1, addresses)
+    assert {candidate.type for candidate in candidates} == {"host"}
+    assert [protocol.local_candidate for protocol in connection._protocols] == candidates
+    await connection.close()
 
 
 def test_server_reflexive_candidate_takes_a_protocol_and_a_server() -> None:

@@ -68,52 +68,43 @@ def reporter(line: Any, now_s: list[float]) -> ArrivalReporter:
     return ArrivalReporter(line, NUMBER_ID, lambda: now_s[0])
 
 
-def test_what_came_is_reported_together_and_handled_at_once() -> None:
-    async def run() -> None:
-        line, now_s = Line(), [1.0]
-        reporter(line, now_s)
-        for number, now_s[0] in ((3, 1.0), (4, 1.25), (6, 1.5)):
-            await line.receive(packet(number))
-        assert line.handled == [packet(3), packet(4), packet(6)]
-        assert line.sent == []
-        await until(lambda: line.sent)
-        assert arrival_reports(line.sent[0]) == [ArrivalReport(3, (1.0, 1.25, None, 1.5))]
-        assert line.sent[0][4:12] == (7).to_bytes(4, "big") + (4711).to_bytes(4, "big")
-        await line.receive(packet(7))
-        await until(lambda: len(line.sent) == 2)
-        assert [rtcp[19] for rtcp in line.sent] == [1, 2]
-
-    asyncio.run(run())
+async def test_what_came_is_reported_together_and_handled_at_once() -> None:
+    line, now_s = Line(), [1.0]
+    reporter(line, now_s)
+    for number, now_s[0] in ((3, 1.0), (4, 1.25), (6, 1.5)):
+        await line.receive(packet(number))
+    assert line.handled == [packet(3), packet(4), packet(6)]
+    assert line.sent == []
+    await until(lambda: line.sent)
+    assert arrival_reports(line.sent[0]) == [ArrivalReport(3, (1.0, 1.25, None, 1.5))]
+    assert line.sent[0][4:12] == (7).to_bytes(4, "big") + (4711).to_bytes(4, "big")
+    await line.receive(packet(7))
+    await until(lambda: len(line.sent) == 2)
+    assert [rtcp[19] for rtcp in line.sent] == [1, 2]
 
 
 @pytest.mark.parametrize(
     "data", [packet(None), packet(9)[:12], packet(9)[:14], packet(9)[:18], bytes(12), b"\x9f" + bytes(30)]
 )
-def test_packets_without_a_number_are_handled_and_not_reported(data: bytes) -> None:
-    async def run() -> None:
-        line = Line()
-        reporter(line, [1.0])
-        await line.receive(data)
-        await line.receive(packet(2))
-        await until(lambda: line.sent)
-        assert line.handled == [data, packet(2)]
-        assert [report.first_number for rtcp in line.sent for report in arrival_reports(rtcp)] == [2]
-
-    asyncio.run(run())
+async def test_packets_without_a_number_are_handled_and_not_reported(data: bytes) -> None:
+    line = Line()
+    reporter(line, [1.0])
+    await line.receive(data)
+    await line.receive(packet(2))
+    await until(lambda: line.sent)
+    assert line.handled == [data, packet(2)]
+    assert [report.first_number for rtcp in line.sent for report in arrival_reports(rtcp)] == [2]
 
 
-def test_a_connection_that_ended_is_no_error_and_reports_go_on_after_it() -> None:
-    async def run() -> None:
-        line = Line()
-        reporting = reporter(line, [1.0])
-        line.is_connected = False
-        await line.receive(packet(2))
-        await until(lambda: reporting._telling is None)
-        line.is_connected = True
-        await line.receive(packet(3))
-        await until(lambda: line.sent)
-
-    asyncio.run(run())
+async def test_a_connection_that_ended_is_no_error_and_reports_go_on_after_it() -> None:
+    line = Line()
+    reporting = reporter(line, [1.0])
+    line.is_connected = False
+    await line.receive(packet(2))
+    await until(lambda: reporting._telling is None)
+    line.is_connected = True
+    await line.receive(packet(3))
+    await until(lambda: line.sent)
 
 
 async def offered(pc: RTCPeerConnection) -> str:
@@ -125,32 +116,29 @@ async def offered(pc: RTCPeerConnection) -> str:
 
 
 @pytest.mark.parametrize("takes_it", [True, False])
-def test_reports_are_offered_for_video_alone_and_sent_only_if_they_are_taken(takes_it: bool) -> None:
-    async def run() -> None:
-        ours, theirs = (
-            RTCPeerConnection(RTCConfiguration(iceServers=[])),
-            RTCPeerConnection(RTCConfiguration(iceServers=[])),
-        )
-        try:
-            plain = await offered(ours)
-            offer = offer_reports(plain)
-            assert [line for line in offer.splitlines() if line not in plain.splitlines()] == [
-                f"a=extmap:{NUMBER_ID} {NUMBER_URI}",
-                *(f"a=rtcp-fb:{payload_type} transport-cc" for payload_type in (97, 99, 101)),
-            ]
-            assert [NUMBER_URI in str(media) for media in SessionDescription.parse(offer).media] == [True, False, False]
-            await theirs.setRemoteDescription(RTCSessionDescription(offer, "offer"))
-            transceiver = theirs.getTransceivers()[0]
-            if takes_it:
-                assert agree_on_arrivals(transceiver, offer)
-            transceiver.direction = "sendonly"
-            answer = (await theirs.createAnswer()).sdp
-            assert agreed_number_id(answer) == (NUMBER_ID if takes_it else None)
-            await ours.setRemoteDescription(RTCSessionDescription(answer, "answer"))
-        finally:
-            await asyncio.gather(ours.close(), theirs.close())
-
-    asyncio.run(run())
+async def test_reports_are_offered_for_video_alone_and_sent_only_if_they_are_taken(takes_it: bool) -> None:
+    ours, theirs = (
+        RTCPeerConnection(RTCConfiguration(iceServers=[])),
+        RTCPeerConnection(RTCConfiguration(iceServers=[])),
+    )
+    try:
+        plain = await offered(ours)
+        offer = offer_reports(plain)
+        assert [line for line in offer.splitlines() if line not in plain.splitlines()] == [
+            f"a=extmap:{NUMBER_ID} {NUMBER_URI}",
+            *(f"a=rtcp-fb:{payload_type} transport-cc" for payload_type in (97, 99, 101)),
+        ]
+        assert [NUMBER_URI in str(media) for media in SessionDescription.parse(offer).media] == [True, False, False]
+        await theirs.setRemoteDescription(RTCSessionDescription(offer, "offer"))
+        transceiver = theirs.getTransceivers()[0]
+        if takes_it:
+            assert agree_on_arrivals(transceiver, offer)
+        transceiver.direction = "sendonly"
+        answer = (await theirs.createAnswer()).sdp
+        assert agreed_number_id(answer) == (NUMBER_ID if takes_it else None)
+        await ours.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+    finally:
+        await asyncio.gather(ours.close(), theirs.close())
 
 
 def test_the_id_of_our_extension_is_free() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from itertools import chain, repeat
 
 import pytest
@@ -118,16 +117,13 @@ def test_our_own_certificate_is_ecdsa_on_p256() -> None:
     assert key.curve.name == "secp256r1"
 
 
-def test_a_peer_connection_hands_its_certificates_to_the_transports_that_it_makes() -> None:
-    async def run() -> None:
-        pc = RTCPeerConnection(RTCConfiguration(iceServers=[]))
-        before = pc._RTCPeerConnection__certificates  # type: ignore[attr-defined]
-        assert [type(one) for one in before] == [RTCCertificate]
-        speak_dtls_with_everyone(pc)
-        pc.createDataChannel("x")
-        assert pc.sctp is not None
-        used = pc.sctp.transport._RTCDtlsTransport__local_certificate  # type: ignore[attr-defined]
-        assert isinstance(used, PeerCertificate)
-        await pc.close()
-
-    asyncio.run(run())
+async def test_a_peer_connection_hands_its_certificates_to_the_transports_that_it_makes() -> None:
+    pc = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+    before = pc._RTCPeerConnection__certificates  # type: ignore[attr-defined]
+    assert [type(one) for one in before] == [RTCCertificate]
+    speak_dtls_with_everyone(pc)
+    pc.createDataChannel("x")
+    assert pc.sctp is not None
+    used = pc.sctp.transport._RTCDtlsTransport__local_certificate  # type: ignore[attr-defined]
+    assert isinstance(used, PeerCertificate)
+    await pc.close()

@@ -37,39 +37,30 @@ async def turns_of_others(transport: Any, datagrams: int) -> int:
     return turns
 
 
-def test_others_run_between_datagrams_that_take_long(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_others_run_between_datagrams_that_take_long(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fair_turns, "TURN_S", -1.0)
 
-    async def scenario() -> None:
-        transport = transport_with(DATAGRAMS)
-        assert await turns_of_others(transport, DATAGRAMS) == 0
-        transport = transport_with(DATAGRAMS)
-        take_turns(transport)
-        assert await turns_of_others(transport, DATAGRAMS) >= DATAGRAMS - 1
-
-    asyncio.run(scenario())
+    transport = transport_with(DATAGRAMS)
+    assert await turns_of_others(transport, DATAGRAMS) == 0
+    transport = transport_with(DATAGRAMS)
+    take_turns(transport)
+    assert await turns_of_others(transport, DATAGRAMS) >= DATAGRAMS - 1
 
 
-def test_a_few_datagrams_are_read_in_one_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_few_datagrams_are_read_in_one_turn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fair_turns, "TURN_S", 60.0)
 
-    async def scenario() -> None:
-        transport = transport_with(DATAGRAMS)
-        take_turns(transport)
-        await asyncio.sleep(0)
-        assert await turns_of_others(transport, DATAGRAMS) <= 1
-
-    asyncio.run(scenario())
+    transport = transport_with(DATAGRAMS)
+    take_turns(transport)
+    await asyncio.sleep(0)
+    assert await turns_of_others(transport, DATAGRAMS) <= 1
 
 
-def test_a_reader_who_waits_gets_what_comes() -> None:
-    async def scenario() -> None:
-        transport = transport_with(0)
-        take_turns(transport)
-        take_turns(transport)
-        waiting = asyncio.create_task(transport._recv())
-        await asyncio.sleep(0)
-        transport._connection._queue.put_nowait(b"late")
-        assert await waiting == b"late"
-
-    asyncio.run(scenario())
+async def test_a_reader_who_waits_gets_what_comes() -> None:
+    transport = transport_with(0)
+    take_turns(transport)
+    take_turns(transport)
+    waiting = asyncio.create_task(transport._recv())
+    await asyncio.sleep(0)
+    transport._connection._queue.put_nowait(b"late")
+    assert await waiting == b"late"

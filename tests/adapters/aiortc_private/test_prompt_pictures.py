@@ -94,22 +94,19 @@ def test_a_picture_is_whole_with_its_marked_packet_or_when_the_next_begins() -> 
     assert stream.pictures == [0, 2]
 
 
-def test_what_is_lost_is_asked_for_again_and_at_last_given_up() -> None:
-    async def run() -> None:
-        stream = Stream()
-        stream.come(0)
-        stream.lose(1)
-        began_s = stream.now_s
-        number = 2
-        while stream.now_s - began_s < PATIENCE_S + 0.1:
-            stream.come(number)
-            number += 1
-        await asyncio.sleep(0)
-        assert stream.receiver.asked == [[1]] * int(PATIENCE_S / (ASK_AGAIN_S + 0.012))
-        assert stream.key_wishes == 1
-        assert stream.pictures == [0, *range(3, number)]
-
-    asyncio.run(run())
+async def test_what_is_lost_is_asked_for_again_and_at_last_given_up() -> None:
+    stream = Stream()
+    stream.come(0)
+    stream.lose(1)
+    began_s = stream.now_s
+    number = 2
+    while stream.now_s - began_s < PATIENCE_S + 0.1:
+        stream.come(number)
+        number += 1
+    await asyncio.sleep(0)
+    assert stream.receiver.asked == [[1]] * int(PATIENCE_S / (ASK_AGAIN_S + 0.012))
+    assert stream.key_wishes == 1
+    assert stream.pictures == [0, *range(3, number)]
 
 
 def test_a_key_picture_needs_nothing_before_it() -> None:
@@ -175,18 +172,15 @@ def test_who_waits_asks_at_times_and_never_longer_than_its_patience(times: list[
         assert now_s - since_s < PATIENCE_S
 
 
-def test_aiortc_keeps_the_names_that_this_replaces() -> None:
-    async def run() -> None:
-        pc = RTCPeerConnection()
-        receiver: RTCRtpReceiver = pc.addTransceiver("video", direction="recvonly").receiver
-        names: Any = vars(receiver)
-        assert type(names["_RTCRtpReceiver__jitter_buffer"]) is JitterBuffer
-        for name in ("codecs", "decoder_thread", "decoder_queue", "timestamp_mapper", "nack_generator"):
-            assert f"_RTCRtpReceiver__{name}" in names
-        assert names["_RTCRtpReceiver__nack_generator"].missing == set()
-        assert asyncio.iscoroutinefunction(receiver._send_rtcp_nack)
-        be_prompt(receiver)
-        assert isinstance(names["_RTCRtpReceiver__jitter_buffer"], prompt_pictures._PromptBuffer)
-        await pc.close()
-
-    asyncio.run(run())
+async def test_aiortc_keeps_the_names_that_this_replaces() -> None:
+    pc = RTCPeerConnection()
+    receiver: RTCRtpReceiver = pc.addTransceiver("video", direction="recvonly").receiver
+    names: Any = vars(receiver)
+    assert type(names["_RTCRtpReceiver__jitter_buffer"]) is JitterBuffer
+    for name in ("codecs", "decoder_thread", "decoder_queue", "timestamp_mapper", "nack_generator"):
+        assert f"_RTCRtpReceiver__{name}" in names
+    assert names["_RTCRtpReceiver__nack_generator"].missing == set()
+    assert asyncio.iscoroutinefunction(receiver._send_rtcp_nack)
+    be_prompt(receiver)
+    assert isinstance(names["_RTCRtpReceiver__jitter_buffer"], prompt_pictures._PromptBuffer)
+    await pc.close()

@@ -278,22 +278,19 @@ def test_a_path_that_was_dead_for_a_while_is_used_again_without_losing_anything(
     associated(scenario)
 
 
-def test_a_transport_is_quickened_once_and_only_when_it_is_aiortcs_own() -> None:
+async def test_a_transport_is_quickened_once_and_only_when_it_is_aiortcs_own() -> None:
     class Other(RTCSctpTransport):
         pass
 
-    async def run() -> None:
-        wire = Wire("client", always)
-        sctp, other = RTCSctpTransport(wire), Other(wire)  # type: ignore[arg-type] # in place of DTLS
-        quicken(sctp)
-        window = sctp._cwnd
-        sctp._cwnd += 1
-        quicken(sctp)
-        quicken(other)
-        assert (type(sctp), sctp._cwnd, type(other)) == (QuickSctp, window + 1, Other)
-        await wire.stop()
-
-    asyncio.run(run())
+    wire = Wire("client", always)
+    sctp, other = RTCSctpTransport(wire), Other(wire)  # type: ignore[arg-type] # in place of DTLS
+    quicken(sctp)
+    window = sctp._cwnd
+    sctp._cwnd += 1
+    quicken(sctp)
+    quicken(other)
+    assert (type(sctp), sctp._cwnd, type(other)) == (QuickSctp, window + 1, Other)
+    await wire.stop()
 
 
 @BOTH_WAYS
@@ -411,18 +408,15 @@ def test_a_measured_queue_knows_what_waits_in_it(steps: list[bytes | None]) -> N
         assert queue.size_bytes == sum(map(len, queue))
 
 
-def test_what_waited_before_a_transport_was_quickened_is_counted() -> None:
-    async def run() -> None:
-        wire = Wire("client", always)
-        sctp = RTCSctpTransport(wire)  # type: ignore[arg-type] # in place of DTLS
-        RTCDataChannel(sctp, RTCDataChannelParameters(label="x"))
-        queue = SctpQueue(sctp, lambda: None)
-        before = queue.queued_bytes
-        quicken(sctp)
-        assert queue.queued_bytes == before > 0
-        await wire.stop()
-
-    asyncio.run(run())
+async def test_what_waited_before_a_transport_was_quickened_is_counted() -> None:
+    wire = Wire("client", always)
+    sctp = RTCSctpTransport(wire)  # type: ignore[arg-type] # in place of DTLS
+    RTCDataChannel(sctp, RTCDataChannelParameters(label="x"))
+    queue = SctpQueue(sctp, lambda: None)
+    before = queue.queued_bytes
+    quicken(sctp)
+    assert queue.queued_bytes == before > 0
+    await wire.stop()
 
 
 REWRITTEN = {

@@ -24,26 +24,23 @@ def test_aiortc_knows_no_receiver_of_a_repeat_where_two_have_its_payload_type() 
     assert router.route_rtp(repeat) is second
 
 
-def test_each_camera_gets_its_own_repeats() -> None:
-    async def run() -> None:
-        configuration = RTCConfiguration(iceServers=[], bundlePolicy=RTCBundlePolicy.MAX_BUNDLE)
-        ours, theirs = RTCPeerConnection(configuration), RTCPeerConnection(configuration)
-        try:
-            for _ in range(2):
-                ours.addTransceiver("video", direction="recvonly")
-            ours.addTransceiver("audio", direction="recvonly")
-            await ours.setLocalDescription()
-            await theirs.setRemoteDescription(ours.localDescription)
-            for transceiver in theirs.getTransceivers():
-                transceiver.direction = "sendonly"
-            await theirs.setLocalDescription()
-            await ours.setRemoteDescription(theirs.localDescription)
-            route_repeats(ours)
-            router: Any = ours.getTransceivers()[0].receiver.transport._rtp_router
-            cameras = zip(ours.getTransceivers()[:2], theirs.getTransceivers(), strict=False)
-            for mine, sending in cameras:
-                assert router.ssrc_table[sending.sender._rtx_ssrc] is mine.receiver
-        finally:
-            await asyncio.gather(ours.close(), theirs.close())
-
-    asyncio.run(run())
+async def test_each_camera_gets_its_own_repeats() -> None:
+    configuration = RTCConfiguration(iceServers=[], bundlePolicy=RTCBundlePolicy.MAX_BUNDLE)
+    ours, theirs = RTCPeerConnection(configuration), RTCPeerConnection(configuration)
+    try:
+        for _ in range(2):
+            ours.addTransceiver("video", direction="recvonly")
+        ours.addTransceiver("audio", direction="recvonly")
+        await ours.setLocalDescription()
+        await theirs.setRemoteDescription(ours.localDescription)
+        for transceiver in theirs.getTransceivers():
+            transceiver.direction = "sendonly"
+        await theirs.setLocalDescription()
+        await ours.setRemoteDescription(theirs.localDescription)
+        route_repeats(ours)
+        router: Any = ours.getTransceivers()[0].receiver.transport._rtp_router
+        cameras = zip(ours.getTransceivers()[:2], theirs.getTransceivers(), strict=False)
+        for mine, sending in cameras:
+            assert router.ssrc_table[sending.sender._rtx_ssrc] is mine.receiver
+    finally:
+        await asyncio.gather(ours.close(), theirs.close())

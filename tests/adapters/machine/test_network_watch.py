@@ -19,20 +19,17 @@ def test_this_machine_has_addresses() -> None:
     assert view.slept_s >= -1.0
 
 
-def test_a_change_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_change_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
     views = [NetworkView(frozenset({"a"}), ("a", None))] * 2 + [NetworkView(frozenset({"b"}), ("b", None))]
     monkeypatch.setattr(network_watch, "network_view", lambda: views.pop(0) if len(views) > 1 else views[0])
     monkeypatch.setattr(network_watch, "PERIOD_S", 0.001)
     told: list[str] = []
 
-    async def main() -> None:
-        changed: Callable[[Any], None] = told.append
-        task = asyncio.create_task(network_watch.watch_network(changed))
-        async with asyncio.timeout(5):
-            while not told:  # noqa: ASYNC110
-                await asyncio.sleep(0.001)
-        await asyncio.sleep(0.02)
-        task.cancel()
-
-    asyncio.run(main())
+    changed: Callable[[Any], None] = told.append
+    task = asyncio.create_task(network_watch.watch_network(changed))
+    async with asyncio.timeout(5):
+        while not told:  # noqa: ASYNC110
+            await asyncio.sleep(0.001)
+    await asyncio.sleep(0.02)
+    task.cancel()
     assert told == ["moved"]

@@ -110,17 +110,14 @@ def test_a_look_up_counts_as_well() -> None:
         asyncio.run(run())
 
 
-def test_who_gives_up_the_race_gives_up_all_tries() -> None:
+async def test_who_gives_up_the_race_gives_up_all_tries() -> None:
     attempts = Attempts()
 
-    async def run() -> None:
-        racing = asyncio.create_task(first_address(looked_up(["dead-1", "dead-2"]), attempts.attempt, LONG_S))
-        await asyncio.sleep(0.01)
-        racing.cancel()
-        await asyncio.gather(racing, return_exceptions=True)
-        await all_left()
-
-    asyncio.run(run())
+    racing = asyncio.create_task(first_address(looked_up(["dead-1", "dead-2"]), attempts.attempt, LONG_S))
+    await asyncio.sleep(0.01)
+    racing.cancel()
+    await asyncio.gather(racing, return_exceptions=True)
+    await all_left()
     assert attempts.cancelled == ["dead-1", "dead-2"]
 
 
@@ -171,7 +168,7 @@ def test_by_its_address_a_server_is_verified_for_its_name(
 # -- the log -----------------------------------------------------------------------------------------------------
 
 
-def test_a_dead_server_is_logged_once_however_many_connections_ask_it(
+async def test_a_dead_server_is_logged_once_however_many_connections_ask_it(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(gathering, "_dead_servers", ComplaintPace(gathering.TOLD_AGAIN_S))
@@ -180,11 +177,8 @@ def test_a_dead_server_is_logged_once_however_many_connections_ask_it(
     async def refused() -> None:
         raise ConnectionRefusedError("refused")
 
-    async def run() -> None:
-        for _ in range(3):
-            asked = object.__new__(gathering.EarlyGathering)
-            await asked._attempt(parse_ice_url("turn:nobody.example"), refused())
-
-    asyncio.run(run())
+    for _ in range(3):
+        asked = object.__new__(gathering.EarlyGathering)
+        await asked._attempt(parse_ice_url("turn:nobody.example"), refused())
     levels = [record.levelno for record in caplog.records if "nobody.example" in record.getMessage()]
     assert levels == [logging.INFO, logging.DEBUG, logging.DEBUG]

@@ -158,20 +158,17 @@ def test_a_name_that_does_not_exist_is_told_apart(monkeypatch: pytest.MonkeyPatc
     assert "can't be resolved" in failure("ws://mosaic.invalid").message
 
 
-def test_an_http_status_is_told() -> None:
-    async def run() -> None:
-        async def refuse(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-            await reader.readuntil(b"\r\n\r\n")
-            writer.write(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n")
-            await writer.drain()
-            writer.close()
+async def test_an_http_status_is_told() -> None:
+    async def refuse(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await reader.readuntil(b"\r\n\r\n")
+        writer.write(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n")
+        await writer.drain()
+        writer.close()
 
-        server = await asyncio.start_server(refuse, "127.0.0.1", 0)
-        async with server:
-            with pytest.raises(SignalingError, match="HTTP status 404"):
-                await open_websocket(f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}/")
-
-    asyncio.run(run())
+    server = await asyncio.start_server(refuse, "127.0.0.1", 0)
+    async with server:
+        with pytest.raises(SignalingError, match="HTTP status 404"):
+            await open_websocket(f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}/")
 
 
 def test_a_plain_server_behind_wss_is_told_apart() -> None:

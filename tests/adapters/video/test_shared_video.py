@@ -73,15 +73,14 @@ class Found:
         self.sought += 1
 
 
-def test_encoders_are_sought_when_the_camera_is_added_not_when_somebody_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_encoders_are_sought_when_the_camera_is_added_not_when_somebody_looks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     found = Found("VP8")
     monkeypatch.setattr(shared_video, "ENCODERS", found)
 
-    async def run() -> None:
-        async with stage():
-            assert found.sought == 1
-
-    asyncio.run(run())
+    async with stage():
+        assert found.sought == 1
 
 
 @pytest.mark.parametrize(
@@ -93,18 +92,15 @@ def test_encoders_are_sought_when_the_camera_is_added_not_when_somebody_looks(mo
         ("h264", "VP8", "video/H264"),
     ],
 )
-def test_the_preferred_codec_comes_first_and_the_other_one_is_still_there(
+async def test_the_preferred_codec_comes_first_and_the_other_one_is_still_there(
     monkeypatch: pytest.MonkeyPatch, codec: str, preferred: str, first: str
 ) -> None:
     monkeypatch.setattr(shared_video, "ENCODERS", Found(preferred))
 
-    async def run() -> None:
-        async with stage(codec=codec) as it:
-            order = it.viewer("p1").codec_order
-            assert order[0] == first
-            assert sorted(order) == ["video/H264", "video/VP8"]
-
-    asyncio.run(run())
+    async with stage(codec=codec) as it:
+        order = it.viewer("p1").codec_order
+        assert order[0] == first
+        assert sorted(order) == ["video/H264", "video/VP8"]
 
 
 def h264(seconds: int, pixels: int = 64) -> list[Any]:
@@ -123,233 +119,194 @@ def h264(seconds: int, pixels: int = 64) -> list[Any]:
     return packets
 
 
-def test_packets_decide_the_first_codec_of_whoever_connects_after_them(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_packets_decide_the_first_codec_of_whoever_connects_after_them(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shared_video, "ENCODERS", Found("VP8"))
 
-    async def run() -> None:
-        async with stage() as it:
-            early = it.viewer("early", "video/VP8")
-            it.stream.watch("early", True)
-            for number, packet in enumerate(h264(1)):
+    async with stage() as it:
+        early = it.viewer("early", "video/VP8")
+        it.stream.watch("early", True)
+        for number, packet in enumerate(h264(1)):
+            it.stream.post(packet, 10 + number / 10)
+        it.stream.post(av.Packet(0), 11)  # as a demuxer ends
+        assert (await it.packet(early)).is_keyframe, "it gets pictures that are encoded anew"
+        assert it.stream.bind("late", print).codec_order[0] == "video/H264"
+
+
+async def test_a_handler_that_declares_the_codec_of_its_packets_has_it_agreed_at_once() -> None:
+    stream = SharedVideo("front", EncodingParams(), ConnectorCounters(), "h264")
+    assert stream.bind("p1", print).codec_order[0] == "video/H264"
+    stream.close()
+
+
+async def test_a_source_above_the_ceiling_is_encoded_anew_within_it() -> None:
+    for ceiling_bps, is_passed_on in ((200_000, False), (None, True)):
+        async with stage(codec="h264", max_bitrate_bps=ceiling_bps) as it:
+            feed = it.viewer("p1", "video/H264")
+            it.stream.watch("p1", True)
+            packets = h264(4, 80)
+            assert 250_000 < sum(packet.size for packet in packets) * 8 / 4 < 350_000
+            for number, packet in enumerate(packets):
                 it.stream.post(packet, 10 + number / 10)
-            it.stream.post(av.Packet(0), 11)  # as a demuxer ends
-            assert (await it.packet(early)).is_keyframe, "it gets pictures that are encoded anew"
-            assert it.stream.bind("late", print).codec_order[0] == "video/H264"
-
-    asyncio.run(run())
-
-
-def test_a_handler_that_declares_the_codec_of_its_packets_has_it_agreed_at_once() -> None:
-    async def run() -> None:
-        stream = SharedVideo("front", EncodingParams(), ConnectorCounters(), "h264")
-        assert stream.bind("p1", print).codec_order[0] == "video/H264"
-        stream.close()
-
-    asyncio.run(run())
+                await asyncio.sleep(0)
+            await it.until(lambda: feed.switch.current)  # noqa: B023 - it is called before the next turn
+            assert (feed.switch.current == PASSED_ON) is is_passed_on
+            assert feed.rate.limits_bps[1] <= (ceiling_bps or 99_000_000)
 
 
-def test_a_source_above_the_ceiling_is_encoded_anew_within_it() -> None:
-    async def run() -> None:
-        for ceiling_bps, is_passed_on in ((200_000, False), (None, True)):
-            async with stage(codec="h264", max_bitrate_bps=ceiling_bps) as it:
-                feed = it.viewer("p1", "video/H264")
-                it.stream.watch("p1", True)
-                packets = h264(4, 80)
-                assert 250_000 < sum(packet.size for packet in packets) * 8 / 4 < 350_000
-                for number, packet in enumerate(packets):
-                    it.stream.post(packet, 10 + number / 10)
-                    await asyncio.sleep(0)
-                await it.until(lambda: feed.switch.current)  # noqa: B023 - it is called before the next turn
-                assert (feed.switch.current == PASSED_ON) is is_passed_on
-                assert feed.rate.limits_bps[1] <= (ceiling_bps or 99_000_000)
-
-    asyncio.run(run())
-
-
-def test_a_slow_viewer_goes_on_at_a_key_frame_and_a_quick_one_does_not_notice() -> None:
-    async def run() -> None:
-        async with stage() as it:
-            quick, slow = it.viewer("quick"), it.viewer("slow")
-            for name in ("quick", "slow"):
-                it.stream.watch(name, True)
+async def test_a_slow_viewer_goes_on_at_a_key_frame_and_a_quick_one_does_not_notice() -> None:
+    async with stage() as it:
+        quick, slow = it.viewer("quick"), it.viewer("slow")
+        for name in ("quick", "slow"):
+            it.stream.watch(name, True)
+        it.post()
+        assert (await it.packet(slow)).is_keyframe
+        sent = []
+        for _ in range(30):
             it.post()
-            assert (await it.packet(slow)).is_keyframe
-            sent = []
-            for _ in range(30):
-                it.post()
-                sent.append(await it.packet(quick))
-            assert len([packet for packet in sent if packet.is_keyframe]) <= 4
-            assert it.counters.dropped > 0
-            coming = asyncio.ensure_future(it.packet(slow))
-            while not coming.done():
-                it.post()
-                sent.append(await it.packet(quick))
-            behind = len(sent) - 1 - sent.index(await coming)
-            assert behind <= MAX_WAITING, "however long it took nothing"
-            assert (await coming).is_keyframe
-
-    asyncio.run(run())
-
-
-def test_a_decoder_that_lost_a_picture_gets_a_key_frame() -> None:
-    async def run() -> None:
-        async with stage() as it:
-            feed = it.viewer("p1")
-            it.stream.watch("p1", True)
-            for _ in range(3):
-                it.post()
-                last = await it.packet(feed)
-            assert not last.is_keyframe
-            feed.heard(PictureLost())
-            is_key = False
-            deadline_s = time.monotonic() + WAIT_S
-            while not is_key and time.monotonic() < deadline_s:
-                it.post()
-                is_key = (await it.packet(feed)).is_keyframe
-            assert is_key
-
-    asyncio.run(run())
-
-
-def test_a_viewer_that_looks_away_and_back_begins_with_a_key_frame() -> None:
-    async def run() -> None:
-        async with stage() as it:
-            other, feed = it.viewer("other"), it.viewer("p1")
-            it.stream.watch("other", True)
-            it.stream.watch("p1", True)
+            sent.append(await it.packet(quick))
+        assert len([packet for packet in sent if packet.is_keyframe]) <= 4
+        assert it.counters.dropped > 0
+        coming = asyncio.ensure_future(it.packet(slow))
+        while not coming.done():
             it.post()
-            await asyncio.gather(it.packet(other), it.packet(feed))
-            it.stream.watch("p1", False)
+            sent.append(await it.packet(quick))
+        behind = len(sent) - 1 - sent.index(await coming)
+        assert behind <= MAX_WAITING, "however long it took nothing"
+        assert (await coming).is_keyframe
+
+
+async def test_a_decoder_that_lost_a_picture_gets_a_key_frame() -> None:
+    async with stage() as it:
+        feed = it.viewer("p1")
+        it.stream.watch("p1", True)
+        for _ in range(3):
+            it.post()
+            last = await it.packet(feed)
+        assert not last.is_keyframe
+        feed.heard(PictureLost())
+        is_key = False
+        deadline_s = time.monotonic() + WAIT_S
+        while not is_key and time.monotonic() < deadline_s:
+            it.post()
+            is_key = (await it.packet(feed)).is_keyframe
+        assert is_key
+
+
+async def test_a_viewer_that_looks_away_and_back_begins_with_a_key_frame() -> None:
+    async with stage() as it:
+        other, feed = it.viewer("other"), it.viewer("p1")
+        it.stream.watch("other", True)
+        it.stream.watch("p1", True)
+        it.post()
+        await asyncio.gather(it.packet(other), it.packet(feed))
+        it.stream.watch("p1", False)
+        it.post()
+        await it.packet(other)
+        it.stream.watch("p1", True)
+        taking = asyncio.ensure_future(it.packet(feed))
+        while not taking.done():
             it.post()
             await it.packet(other)
-            it.stream.watch("p1", True)
-            taking = asyncio.ensure_future(it.packet(feed))
-            while not taking.done():
-                it.post()
-                await it.packet(other)
-            assert (await taking).is_keyframe
-
-    asyncio.run(run())
+        assert (await taking).is_keyframe
 
 
-def test_a_camera_that_changes_its_size_goes_on() -> None:
-    async def run() -> None:
-        async with stage(rungs=1) as it:
-            feed = it.viewer("p1")
-            it.stream.watch("p1", True)
-            it.post(64, 48)
-            widths = set()
-            decoder: Any = av.CodecContext.create("vp8", "r")
-            decoder.decode(av.Packet(bytes(await it.packet(feed))))
-            while 128 not in widths:
-                it.post(128, 96)
-                packet = await it.packet(feed)
-                widths |= {frame.width for frame in decoder.decode(av.Packet(bytes(packet)))}
-            assert len(it.stream.encoders.running) == 1
-
-    asyncio.run(run())
+async def test_a_camera_that_changes_its_size_goes_on() -> None:
+    async with stage(rungs=1) as it:
+        feed = it.viewer("p1")
+        it.stream.watch("p1", True)
+        it.post(64, 48)
+        widths = set()
+        decoder: Any = av.CodecContext.create("vp8", "r")
+        decoder.decode(av.Packet(bytes(await it.packet(feed))))
+        while 128 not in widths:
+            it.post(128, 96)
+            packet = await it.packet(feed)
+            widths |= {frame.width for frame in decoder.decode(av.Packet(bytes(packet)))}
+        assert len(it.stream.encoders.running) == 1
 
 
-def test_pictures_and_bytes_are_counted_once_whatever_the_number_of_viewers() -> None:
-    async def run() -> None:
-        async with stage() as it:
-            feeds = [it.viewer(name) for name in ("a", "b", "c")]
-            for name in ("a", "b", "c"):
-                it.stream.watch(name, True)
-            size_bytes = 0
-            for _ in range(5):
-                it.post()
-                packets = await asyncio.gather(*(it.packet(feed) for feed in feeds))
-                assert len({bytes(packet) for packet in packets}) == 1
-                size_bytes += packets[0].size
-            assert (it.counters.messages, it.counters.size_bytes) == (5, size_bytes)
-
-    asyncio.run(run())
+async def test_pictures_and_bytes_are_counted_once_whatever_the_number_of_viewers() -> None:
+    async with stage() as it:
+        feeds = [it.viewer(name) for name in ("a", "b", "c")]
+        for name in ("a", "b", "c"):
+            it.stream.watch(name, True)
+        size_bytes = 0
+        for _ in range(5):
+            it.post()
+            packets = await asyncio.gather(*(it.packet(feed) for feed in feeds))
+            assert len({bytes(packet) for packet in packets}) == 1
+            size_bytes += packets[0].size
+        assert (it.counters.messages, it.counters.size_bytes) == (5, size_bytes)
 
 
-def test_a_viewer_that_nothing_can_be_encoded_for_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_viewer_that_nothing_can_be_encoded_for_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
     def nothing(*_: Any, **__: Any) -> Any:
         raise EncoderUnavailable("none works", code="media.no_encoder")
 
-    async def run() -> None:
-        async with stage() as it:
-            it.viewer("p1")
-            it.stream.watch("p1", True)
-            it.post()
-            await it.until(lambda: it.refused)
-            it.post()
-            await asyncio.sleep(0.05)
-            assert it.refused == [("p1", "media.no_encoder")]
-
     monkeypatch.setattr("mosaic_core.adapters.video.encoder_thread.chosen_kind", nothing)
-    asyncio.run(run())
+    async with stage() as it:
+        it.viewer("p1")
+        it.stream.watch("p1", True)
+        it.post()
+        await it.until(lambda: it.refused)
+        it.post()
+        await asyncio.sleep(0.05)
+        assert it.refused == [("p1", "media.no_encoder")]
 
 
-def test_packets_that_nobody_can_decode_are_refused_to_those_without_their_codec() -> None:
-    async def run() -> None:
-        async with stage() as it:
-            it.viewer("vp8")
-            it.viewer("h264", "video/H264")
-            for name in ("vp8", "h264"):
-                it.stream.watch(name, True)
-            it.stream._source_changed(SourceState("H264", is_decodable=False))
-            it.stream._reconsider()
-            assert it.refused == [("vp8", "media.not_decodable")]
-
-    asyncio.run(run())
+async def test_packets_that_nobody_can_decode_are_refused_to_those_without_their_codec() -> None:
+    async with stage() as it:
+        it.viewer("vp8")
+        it.viewer("h264", "video/H264")
+        for name in ("vp8", "h264"):
+            it.stream.watch(name, True)
+        it.stream._source_changed(SourceState("H264", is_decodable=False))
+        it.stream._reconsider()
+        assert it.refused == [("vp8", "media.not_decodable")]
 
 
-def test_a_loop_that_was_busy_for_long_starts_over_at_a_key_frame(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_loop_that_was_busy_for_long_starts_over_at_a_key_frame(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shared_video, "_MAX_HANDED_OVER", 4)
 
-    async def run() -> None:
-        async with stage() as it:
-            feed = it.viewer("p1")
-            it.stream.watch("p1", True)
+    async with stage() as it:
+        feed = it.viewer("p1")
+        it.stream.watch("p1", True)
+        it.post()
+        await it.packet(feed)
+        before = it.stream.encoders.encoded
+        while it.stream.encoders.encoded < before + 8:  # the loop gets no turn meanwhile
             it.post()
-            await it.packet(feed)
-            before = it.stream.encoders.encoded
-            while it.stream.encoders.encoded < before + 8:  # the loop gets no turn meanwhile
-                it.post()
-                time.sleep(0.002)  # noqa: ASYNC251 - a loop that is held up is what this is about
-            assert it.stream._has_overflowed
-            last, deadline_s = None, time.monotonic() + WAIT_S
-            while time.monotonic() < deadline_s and not (last is not None and last.is_keyframe):
-                it.post()
-                last = await it.packet(feed)
-            assert last is not None
-            assert last.is_keyframe
-            assert not it.stream._has_overflowed
-
-    asyncio.run(run())
-
-
-def test_coming_and_going_leaves_nothing_behind() -> None:
-    async def run() -> None:
-        async with stage() as it:
+            time.sleep(0.002)  # noqa: ASYNC251 - a loop that is held up is what this is about
+        assert it.stream._has_overflowed
+        last, deadline_s = None, time.monotonic() + WAIT_S
+        while time.monotonic() < deadline_s and not (last is not None and last.is_keyframe):
             it.post()
-            for number in range(60):
-                feed = it.viewer(f"p{number}", "video/H264" if number % 3 == 0 else "video/VP8")
-                it.stream.watch(f"p{number}", True)
-                it.post()
-                assert (await it.packet(feed)).is_keyframe
-                it.stream.leave(f"p{number}")
-                assert it.stream.encoders.running == ()
-            await it.until(lambda: not [one for one in threading.enumerate() if one.name == "encode front"])
-            assert it.stream._viewers == it.stream._watching == {}
-
-    asyncio.run(run())
+            last = await it.packet(feed)
+        assert last is not None
+        assert last.is_keyframe
+        assert not it.stream._has_overflowed
 
 
-def test_closing_ends_the_encoders_and_everything_else() -> None:
-    async def run() -> None:
-        async with stage() as it:
-            feed = it.viewer("p1")
-            it.stream.watch("p1", True)
+async def test_coming_and_going_leaves_nothing_behind() -> None:
+    async with stage() as it:
+        it.post()
+        for number in range(60):
+            feed = it.viewer(f"p{number}", "video/H264" if number % 3 == 0 else "video/VP8")
+            it.stream.watch(f"p{number}", True)
             it.post()
-            await it.packet(feed)
-            it.stream.close()
+            assert (await it.packet(feed)).is_keyframe
+            it.stream.leave(f"p{number}")
             assert it.stream.encoders.running == ()
-            assert it.post() is False
+        await it.until(lambda: not [one for one in threading.enumerate() if one.name == "encode front"])
+        assert it.stream._viewers == it.stream._watching == {}
 
-    asyncio.run(run())
+
+async def test_closing_ends_the_encoders_and_everything_else() -> None:
+    async with stage() as it:
+        feed = it.viewer("p1")
+        it.stream.watch("p1", True)
+        it.post()
+        await it.packet(feed)
+        it.stream.close()
+        assert it.stream.encoders.running == ()
+        assert it.post() is False

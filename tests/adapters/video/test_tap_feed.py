@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
 import av
@@ -27,27 +26,21 @@ async def all_of(viewer: ViewerFeed, count: int) -> list[int | None]:
 
 
 @pytest.mark.parametrize(("is_local", "dropped", "left"), [(True, 0, [0, 1, 2]), (False, 2, [2])])
-def test_a_key_frame_replaces_what_waits_for_an_operator_but_not_for_a_tap(
+async def test_a_key_frame_replaces_what_waits_for_an_operator_but_not_for_a_tap(
     is_local: bool, dropped: int, left: list[int]
 ) -> None:
-    async def scenario() -> None:
-        viewer, _ = feed(is_local=is_local)
-        viewer.put(packet(0, is_key=True))
-        viewer.put(packet(1))
-        assert viewer.put(packet(2, is_key=True)) == dropped
-        assert await all_of(viewer, len(left)) == left
-
-    asyncio.run(scenario())
+    viewer, _ = feed(is_local=is_local)
+    viewer.put(packet(0, is_key=True))
+    viewer.put(packet(1))
+    assert viewer.put(packet(2, is_key=True)) == dropped
+    assert await all_of(viewer, len(left)) == left
 
 
-def test_two_seconds_of_a_busy_event_loop_lose_a_tap_nothing_and_more_makes_it_ask_for_a_key_frame() -> None:
-    async def scenario() -> None:
-        viewer, asked = feed(is_local=True)
-        for number in range(MAX_WAITING_LOCAL):
-            assert viewer.put(packet(number, is_key=number == 0)) == 0
-        assert asked == []
-        assert viewer.put(packet(MAX_WAITING_LOCAL)) == MAX_WAITING_LOCAL + 1
-        assert asked == [viewer]
-
+async def test_two_seconds_of_a_busy_event_loop_lose_a_tap_nothing_and_more_makes_it_ask_for_a_key_frame() -> None:
     assert MAX_WAITING_LOCAL > MAX_WAITING
-    asyncio.run(scenario())
+    viewer, asked = feed(is_local=True)
+    for number in range(MAX_WAITING_LOCAL):
+        assert viewer.put(packet(number, is_key=number == 0)) == 0
+    assert asked == []
+    assert viewer.put(packet(MAX_WAITING_LOCAL)) == MAX_WAITING_LOCAL + 1
+    assert asked == [viewer]

@@ -317,23 +317,20 @@ class NoteConfigurer(DataChannelConfigurer[NoParams]):
         return Note(self.label)
 
 
-def test_the_journal_tells_of_what_moves_and_of_who_lost_the_lease() -> None:
-    async def run() -> None:
-        entries = [connector(SledConfigurer, label="sled"), connector(NoteConfigurer, label="note")]
-        async with joined(*entries, takes_leases=False) as link:
-            dana = await link.another_operator("Dana", role="supervisor")
-            note, sled = dana.sendable("note"), dana.sendable("sled")
-            await asyncio.gather(note.wait_open(WAIT_S), sled.wait_open(WAIT_S))
-            async with await dana.control.take():
-                assert note.send_data("moves nothing")
-                assert sled.send_json({"speed_mps": 0.5})
-                handler = link.configured.connectors[0].handlers[0]
-                assert isinstance(handler, Sled)
-                await until(lambda: handler.acts)
-            await until(lambda: dana.control.leases["motion"].holder is None)
-            journal = [(entry.what, entry.subject, entry.who) for entry in await dana.control.journal(20)]
-        assert ("command.accepted", "sled", "Dana") in journal
-        assert ("lease.ended", "motion", "Dana") in journal
-        assert not [entry for entry in journal if entry[1] == "note"]
-
-    asyncio.run(run())
+async def test_the_journal_tells_of_what_moves_and_of_who_lost_the_lease() -> None:
+    entries = [connector(SledConfigurer, label="sled"), connector(NoteConfigurer, label="note")]
+    async with joined(*entries, takes_leases=False) as link:
+        dana = await link.another_operator("Dana", role="supervisor")
+        note, sled = dana.sendable("note"), dana.sendable("sled")
+        await asyncio.gather(note.wait_open(WAIT_S), sled.wait_open(WAIT_S))
+        async with await dana.control.take():
+            assert note.send_data("moves nothing")
+            assert sled.send_json({"speed_mps": 0.5})
+            handler = link.configured.connectors[0].handlers[0]
+            assert isinstance(handler, Sled)
+            await until(lambda: handler.acts)
+        await until(lambda: dana.control.leases["motion"].holder is None)
+        journal = [(entry.what, entry.subject, entry.who) for entry in await dana.control.journal(20)]
+    assert ("command.accepted", "sled", "Dana") in journal
+    assert ("lease.ended", "motion", "Dana") in journal
+    assert not [entry for entry in journal if entry[1] == "note"]

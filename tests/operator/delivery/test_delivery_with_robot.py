@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
@@ -32,56 +31,47 @@ class NotesConfigurer(DataChannelConfigurer[Params]):
         return Notes(self.label)
 
 
-def test_a_thinned_connector_sends_the_newest_and_the_operator_learns_of_the_rest() -> None:
-    async def scenario() -> None:
-        thinned = connector(ValuesConfigurer, label="values", delivery={"mode": "latest", "max_rate_hz": 10})
-        async with joined(thinned) as link:
-            values = link.connection.receivable("values")
-            await values.wait_open(5)
-            seen: list[int] = []
-            values.subscribe(lambda data: seen.append(int(data.decode().partition(":")[2].strip("}"))))
-            handler: Any = link.configured.connectors[0].handlers[0]
-            for n in range(100):
-                handler.send_json({"n": n})
-            await until(lambda: seen[-1:] == [99])
-            row = (await link.connection.delivery.next_report())["values"]
-            assert (row.delivery, row.messages, row.thinned) == ("latest", len(seen), 100 - len(seen))
-            assert (values.counters.received, values.counters.arrivals.missed) == (len(seen), 0)
-
-    asyncio.run(asyncio.wait_for(scenario(), 20))
+async def test_a_thinned_connector_sends_the_newest_and_the_operator_learns_of_the_rest() -> None:
+    thinned = connector(ValuesConfigurer, label="values", delivery={"mode": "latest", "max_rate_hz": 10})
+    async with joined(thinned) as link:
+        values = link.connection.receivable("values")
+        await values.wait_open(5)
+        seen: list[int] = []
+        values.subscribe(lambda data: seen.append(int(data.decode().partition(":")[2].strip("}"))))
+        handler: Any = link.configured.connectors[0].handlers[0]
+        for n in range(100):
+            handler.send_json({"n": n})
+        await until(lambda: seen[-1:] == [99])
+        row = (await link.connection.delivery.next_report())["values"]
+        assert (row.delivery, row.messages, row.thinned) == ("latest", len(seen), 100 - len(seen))
+        assert (values.counters.received, values.counters.arrivals.missed) == (len(seen), 0)
 
 
-def test_an_event_of_before_counts_as_sent_once_somebody_comes_for_it() -> None:
-    async def scenario() -> None:
-        async with joined(connector(ValuesConfigurer, label="values", delivery="reliable")) as link:
-            handler: Any = link.configured.connectors[0].handlers[0]
-            assert handler.send_json({"n": 1}) is False
-            values = link.connection.receivable("values")
-            seen: list[bytes] = []
-            values.subscribe(seen.append)
-            await until(lambda: seen == [b'{"n":1}'])
-            assert link.robot.snapshot().connectors[0].messages == 1
-
-    asyncio.run(asyncio.wait_for(scenario(), 20))
+async def test_an_event_of_before_counts_as_sent_once_somebody_comes_for_it() -> None:
+    async with joined(connector(ValuesConfigurer, label="values", delivery="reliable")) as link:
+        handler: Any = link.configured.connectors[0].handlers[0]
+        assert handler.send_json({"n": 1}) is False
+        values = link.connection.receivable("values")
+        seen: list[bytes] = []
+        values.subscribe(seen.append)
+        await until(lambda: seen == [b'{"n":1}'])
+        assert link.robot.snapshot().connectors[0].messages == 1
 
 
-def test_an_operator_hears_of_a_message_that_came_in_part_only() -> None:
-    async def scenario() -> None:
-        async with joined(connector(NotesConfigurer, label="notes", delivery="latest")) as link:
-            notes = link.connection.sendable("notes")
-            await notes.wait_open(5)
-            refusals: list[Refusal] = []
-            link.connection.on_refusal(refusals.append)
-            peer = next(iter(link.robot._peers.values()))
-            reader = peer._channels._links["notes"].reader
-            reader.chunks.timeout_s = 0.05
-            first, *_ = encode_frame(Frame(PayloadKind.JSON, b"0123456789", seq=7), 4)
-            on_message = peer._channels._links["notes"].channel.on_message
-            assert on_message is not None
-            on_message(first)
-            await until(
-                lambda: [(one.label, one.seq, one.code) for one in refusals] == [("notes", 7, "channel.incomplete")]
-            )
-            assert link.robot.snapshot().connectors[0].refused == 1
-
-    asyncio.run(asyncio.wait_for(scenario(), 20))
+async def test_an_operator_hears_of_a_message_that_came_in_part_only() -> None:
+    async with joined(connector(NotesConfigurer, label="notes", delivery="latest")) as link:
+        notes = link.connection.sendable("notes")
+        await notes.wait_open(5)
+        refusals: list[Refusal] = []
+        link.connection.on_refusal(refusals.append)
+        peer = next(iter(link.robot._peers.values()))
+        reader = peer._channels._links["notes"].reader
+        reader.chunks.timeout_s = 0.05
+        first, *_ = encode_frame(Frame(PayloadKind.JSON, b"0123456789", seq=7), 4)
+        on_message = peer._channels._links["notes"].channel.on_message
+        assert on_message is not None
+        on_message(first)
+        await until(
+            lambda: [(one.label, one.seq, one.code) for one in refusals] == [("notes", 7, "channel.incomplete")]
+        )
+        assert link.robot.snapshot().connectors[0].refused == 1

@@ -41,18 +41,15 @@ def test_without_a_stamp_nobody_knows_and_an_age_is_never_negative() -> None:
     assert MessageInfo(5.0, stamp_us=1, to_ours_us=lambda _: 6_000_000).age_s == 0.0
 
 
-def test_a_latched_value_tells_how_long_ago_it_was_made_before_anything_newer_comes() -> None:
-    async def main() -> None:
-        async with asyncio.timeout(20), joined(connector(BatteryConfigurer, label="battery")) as link:
-            (battery,) = (one.handlers[0] for one in link.configured.connectors)
-            made_s = time.monotonic()
-            battery.send_json({"percent": 7})
-            late = await link.another_operator("Ann")
-            store = late.receivable("battery")
-            message = await store.next_message()
-            assert message.info.is_latched
-            await until(lambda: message.info.age_s is not None)
-            assert store.latest_age_s is not None
-            assert store.latest_age_s >= time.monotonic() - made_s - 0.1
-
-    asyncio.run(main())
+async def test_a_latched_value_tells_how_long_ago_it_was_made_before_anything_newer_comes() -> None:
+    async with asyncio.timeout(20), joined(connector(BatteryConfigurer, label="battery")) as link:
+        (battery,) = (one.handlers[0] for one in link.configured.connectors)
+        made_s = time.monotonic()
+        battery.send_json({"percent": 7})
+        late = await link.another_operator("Ann")
+        store = late.receivable("battery")
+        message = await store.next_message()
+        assert message.info.is_latched
+        await until(lambda: message.info.age_s is not None)
+        assert store.latest_age_s is not None
+        assert store.latest_age_s >= time.monotonic() - made_s - 0.1

@@ -70,76 +70,61 @@ async def first_of(store: ReceivableStore) -> Any:
     return (await store.next_message()).json()
 
 
-def test_the_first_bulk_store_makes_the_lane_and_everything_else_stays_on_the_main_connection() -> None:
-    async def scenario() -> None:
-        entries = connector(MapConfigurer, label="map", delivery="bulk"), connector(MapConfigurer, label="pose")
-        async with joined(*entries) as link:
-            assert link.connection.bulk_lane == "none"
-            await first_of(link.connection.receivable("pose"))
-            assert link.connection.bulk_lane == "none"
-            assert len(link.network.links) == 1
-            assert (await first_of(link.connection.receivable("map")))["number"] >= 0
-            assert link.connection.bulk_lane == "up"
-            assert channels(link, 0) == ["_mosaic", "_stop", "pose"]
-            assert channels(link, 1) == ["_lane", "map"]
-
-    run(scenario())
+async def test_the_first_bulk_store_makes_the_lane_and_everything_else_stays_on_the_main_connection() -> None:
+    entries = connector(MapConfigurer, label="map", delivery="bulk"), connector(MapConfigurer, label="pose")
+    async with joined(*entries) as link:
+        assert link.connection.bulk_lane == "none"
+        await first_of(link.connection.receivable("pose"))
+        assert link.connection.bulk_lane == "none"
+        assert len(link.network.links) == 1
+        assert (await first_of(link.connection.receivable("map")))["number"] >= 0
+        assert link.connection.bulk_lane == "up"
+        assert channels(link, 0) == ["_mosaic", "_stop", "pose"]
+        assert channels(link, 1) == ["_lane", "map"]
 
 
-def test_bulk_goes_both_ways_over_the_lane() -> None:
-    async def scenario() -> None:
-        async with joined(connector(FilesConfigurer, label="files", delivery="bulk")) as link:
-            store = link.connection.bidirectional("files")
-            await store.wait_open()
-            answer = asyncio.create_task(store.next_message())
-            await asyncio.sleep(0)
-            assert store.send_json({"name": "map.png"})
-            assert (await answer).json() == {"name": "map.png"}
-            assert channels(link, 1) == ["_lane", "files"]
-
-    run(scenario())
+async def test_bulk_goes_both_ways_over_the_lane() -> None:
+    async with joined(connector(FilesConfigurer, label="files", delivery="bulk")) as link:
+        store = link.connection.bidirectional("files")
+        await store.wait_open()
+        answer = asyncio.create_task(store.next_message())
+        await asyncio.sleep(0)
+        assert store.send_json({"name": "map.png"})
+        assert (await answer).json() == {"name": "map.png"}
+        assert channels(link, 1) == ["_lane", "files"]
 
 
-def test_a_lane_that_breaks_puts_bulk_on_the_main_connection_and_comes_back_for_the_next_store(
+async def test_a_lane_that_breaks_puts_bulk_on_the_main_connection_and_comes_back_for_the_next_store(
     quick_retry: None,
 ) -> None:
-    async def scenario() -> None:
-        entries = (
-            connector(MapConfigurer, label="map", delivery="bulk"),
-            connector(MapConfigurer, label="cloud", delivery="bulk"),
-        )
-        async with joined(*entries) as link:
-            store = link.connection.receivable("map")
-            await first_of(store)
-            await list(link.network.links.values())[1].close()
-            assert link.connection.bulk_lane == "failed"
-            await first_of(store)
-            assert "map" in channels(link, 0)
-            await until(lambda: link.connection.bulk_lane == "up")
-            await first_of(link.connection.receivable("cloud"))
-            assert channels(link, 2) == ["_lane", "cloud"]
-
-    run(scenario())
+    entries = (
+        connector(MapConfigurer, label="map", delivery="bulk"),
+        connector(MapConfigurer, label="cloud", delivery="bulk"),
+    )
+    async with joined(*entries) as link:
+        store = link.connection.receivable("map")
+        await first_of(store)
+        await list(link.network.links.values())[1].close()
+        assert link.connection.bulk_lane == "failed"
+        await first_of(store)
+        assert "map" in channels(link, 0)
+        await until(lambda: link.connection.bulk_lane == "up")
+        await first_of(link.connection.receivable("cloud"))
+        assert channels(link, 2) == ["_lane", "cloud"]
 
 
-def test_an_operator_who_wants_no_lane_makes_none() -> None:
-    async def scenario() -> None:
-        async with joined(connector(MapConfigurer, label="map", delivery="bulk")) as link:
-            link.operator.uses_bulk_lane = False
-            connection = await link.operator.connect(link.connection.robot_id)
-            await first_of(connection.receivable("map"))
-            assert connection.bulk_lane == "none"
-            assert "map" in channels(link, 1)
-
-    run(scenario())
+async def test_an_operator_who_wants_no_lane_makes_none() -> None:
+    async with joined(connector(MapConfigurer, label="map", delivery="bulk")) as link:
+        link.operator.uses_bulk_lane = False
+        connection = await link.operator.connect(link.connection.robot_id)
+        await first_of(connection.receivable("map"))
+        assert connection.bulk_lane == "none"
+        assert "map" in channels(link, 1)
 
 
-def test_the_lane_ends_with_its_main_connection() -> None:
-    async def scenario() -> None:
-        async with joined(connector(MapConfigurer, label="map", delivery="bulk")) as link:
-            await first_of(link.connection.receivable("map"))
-            await link.connection.close()
-            await until(lambda: not link.robot.peers)
-            assert all(channels(link, number) == [] for number in range(2))
-
-    run(scenario())
+async def test_the_lane_ends_with_its_main_connection() -> None:
+    async with joined(connector(MapConfigurer, label="map", delivery="bulk")) as link:
+        await first_of(link.connection.receivable("map"))
+        await link.connection.close()
+        await until(lambda: not link.robot.peers)
+        assert all(channels(link, number) == [] for number in range(2))

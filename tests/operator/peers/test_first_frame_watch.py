@@ -36,31 +36,25 @@ async def until_failed(store: MediaStreamStore) -> None:
         await failed.wait()
 
 
-def test_the_store_tells_the_cause_until_a_picture_comes() -> None:
-    async def scenario() -> None:
-        store, watch = opened_store(), FirstFrameWatch(0.01)
-        watch.began("front", store, Video(ReceivedSoFar(0, 0, 120)))
-        await until_failed(store)
-        assert store.state.code == "media.no_packets"
-        watch.arrived("front")
-        assert (store.state.phase, store.state.code) == ("open", "")
-        watch.close()
-
-    asyncio.run(scenario())
+async def test_the_store_tells_the_cause_until_a_picture_comes() -> None:
+    store, watch = opened_store(), FirstFrameWatch(0.01)
+    watch.began("front", store, Video(ReceivedSoFar(0, 0, 120)))
+    await until_failed(store)
+    assert store.state.code == "media.no_packets"
+    watch.arrived("front")
+    assert (store.state.phase, store.state.code) == ("open", "")
+    watch.close()
 
 
-def test_a_picture_in_time_or_nobody_who_looks_leaves_the_store_alone() -> None:
-    async def scenario() -> None:
-        seen, left, late = opened_store(), opened_store(), opened_store()
-        watch = FirstFrameWatch(0.01)
-        watch.began("seen", seen, Video(ReceivedSoFar(0, 0, 0)))
-        watch.began("left", left, Video(ReceivedSoFar(0, 0, 0)))
-        watch.began("late", late, Video(ReceivedSoFar(0, 0, 0)))
-        watch.arrived("seen")
-        watch.ended("left")
-        await until_failed(late)
-        assert late.state.code == "media.not_sent"
-        assert [one.state.code for one in (seen, left)] == ["", ""]
-        watch.close()
-
-    asyncio.run(scenario())
+async def test_a_picture_in_time_or_nobody_who_looks_leaves_the_store_alone() -> None:
+    seen, left, late = opened_store(), opened_store(), opened_store()
+    watch = FirstFrameWatch(0.01)
+    watch.began("seen", seen, Video(ReceivedSoFar(0, 0, 0)))
+    watch.began("left", left, Video(ReceivedSoFar(0, 0, 0)))
+    watch.began("late", late, Video(ReceivedSoFar(0, 0, 0)))
+    watch.arrived("seen")
+    watch.ended("left")
+    await until_failed(late)
+    assert late.state.code == "media.not_sent"
+    assert [one.state.code for one in (seen, left)] == ["", ""]
+    watch.close()

@@ -49,62 +49,50 @@ async def connected_knowing_only(link: Joined, *labels: str) -> Any:
     return await link.operator.connect(robot_id)
 
 
-def test_its_pictures_come_and_those_of_the_first_one_go_on() -> None:
-    async def scenario() -> None:
-        async with joined(*CAMERAS) as link:
-            connection = await connected_knowing_only(link, "front")
-            front = connection.media("front")
-            assert (await front.next_frame()).image == "front"
-            rear, gripper = connection.media("rear"), connection.media("gripper")
-            await rear.wait_open()
-            assert (await rear.next_frame()).image == "rear"
-            assert (await gripper.next_frame()).image == "gripper"
-            assert (await front.next_frame()).image == "front"
-
-    run(scenario())
+async def test_its_pictures_come_and_those_of_the_first_one_go_on() -> None:
+    async with joined(*CAMERAS) as link:
+        connection = await connected_knowing_only(link, "front")
+        front = connection.media("front")
+        assert (await front.next_frame()).image == "front"
+        rear, gripper = connection.media("rear"), connection.media("gripper")
+        await rear.wait_open()
+        assert (await rear.next_frame()).image == "rear"
+        assert (await gripper.next_frame()).image == "gripper"
+        assert (await front.next_frame()).image == "front"
 
 
-def test_the_first_line_of_all_may_come_later() -> None:
-    async def scenario() -> None:
-        async with joined(*CAMERAS) as link:
-            connection = await connected_knowing_only(link)
-            assert (await connection.media("rear").next_frame()).image == "rear"
-
-    run(scenario())
+async def test_the_first_line_of_all_may_come_later() -> None:
+    async with joined(*CAMERAS) as link:
+        connection = await connected_knowing_only(link)
+        assert (await connection.media("rear").next_frame()).image == "rear"
 
 
-def test_a_robot_that_says_nothing_leaves_the_store_without_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_robot_that_says_nothing_leaves_the_store_without_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     async def never(*_: Any) -> None:
         await asyncio.Event().wait()
 
     monkeypatch.setattr(more_lines, "ANSWER_TIMEOUT_S", 0.1)
     monkeypatch.setattr("mosaic_core.runtime.peers.further_offers.FurtherOffers.take", never)
 
-    async def scenario() -> None:
-        async with joined(*CAMERAS) as link:
-            connection = await connected_knowing_only(link, "front")
-            failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-            rear = connection.media("rear")
-            rear.when("after_connection_failed", lambda: failed.done() or failed.set_result(None))
-            await failed
-            assert rear.state.code == "media.no_line"
-            assert connection.media("gripper").state.code == "media.no_line"
-            assert connection.state == "connected"
-
-    run(scenario())
+    async with joined(*CAMERAS) as link:
+        connection = await connected_knowing_only(link, "front")
+        failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        rear = connection.media("rear")
+        rear.when("after_connection_failed", lambda: failed.done() or failed.set_result(None))
+        await failed
+        assert rear.state.code == "media.no_line"
+        assert connection.media("gripper").state.code == "media.no_line"
+        assert connection.state == "connected"
 
 
-def test_a_refused_offer_does_too(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_refused_offer_does_too(monkeypatch: pytest.MonkeyPatch) -> None:
     async def refused(*_: Any) -> str:
         raise ConnectionFailed("no", code="sdp.no_common_codec")
 
-    async def scenario() -> None:
-        async with joined(*CAMERAS) as link:
-            connection = await connected_knowing_only(link, "front")
-            monkeypatch.setattr("mosaic_core.laboratory.memory_network.MemoryAnswerer.answer", refused)
-            rear = connection.media("rear")
-            with pytest.raises(ConnectionFailed):
-                await rear.wait_open(1.0)
-            assert rear.state.code == "media.no_line"
-
-    run(scenario())
+    async with joined(*CAMERAS) as link:
+        connection = await connected_knowing_only(link, "front")
+        monkeypatch.setattr("mosaic_core.laboratory.memory_network.MemoryAnswerer.answer", refused)
+        rear = connection.media("rear")
+        with pytest.raises(ConnectionFailed):
+            await rear.wait_open(1.0)
+        assert rear.state.code == "media.no_line"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 
@@ -99,140 +99,105 @@ async def site(*, with_fleet: bool = True, fleet_is_away: bool = False) -> Async
         await asyncio.wait([running, *beats])
 
 
-def play(body: Callable[[], object]) -> None:
-    async def bounded() -> None:
-        async with asyncio.timeout(30):
-            await body()  # type: ignore[misc]
-
-    asyncio.run(bounded())
-
-
 def holder(connection: RobotConnection) -> str | None:
     view = connection.control.leases.get("motion")
     return view.holder.name if view is not None and view.holder is not None else None
 
 
-def test_a_lease_that_is_taken_through_one_server_is_seen_through_the_other() -> None:
-    async def body() -> None:
-        async with site() as here:
-            ann = await here.operator(here.fleet, "Ann")
-            bob = await here.operator(here.lan, "Bob")
-            await ann.control.take("motion")
-            await until(lambda: holder(bob) == "Ann")
-            await until(lambda: {one.name for one in bob.control.peers} == {"Ann", "Bob"})
-            states = {one.name: one.state for one in here.robot.snapshot().servers}
-            assert states == {"fleet": "ready", "lan": "ready"}
-
-    play(body)
+async def test_a_lease_that_is_taken_through_one_server_is_seen_through_the_other() -> None:
+    async with site() as here:
+        ann = await here.operator(here.fleet, "Ann")
+        bob = await here.operator(here.lan, "Bob")
+        await ann.control.take("motion")
+        await until(lambda: holder(bob) == "Ann")
+        await until(lambda: {one.name for one in bob.control.peers} == {"Ann", "Bob"})
+        states = {one.name: one.state for one in here.robot.snapshot().servers}
+        assert states == {"fleet": "ready", "lan": "ready"}
 
 
-def test_the_same_ids_at_both_servers_are_two_operators() -> None:
-    async def body() -> None:
-        async with site() as here:
-            ann = await here.operator(here.fleet, "Ann")
-            other = await here.operator(here.lan, "Ann")
-            await ann.control.take("motion")
-            await until(lambda: holder(other) == "Ann")
-            assert other.control.epoch_of("motion") == 0, "it holds no lease"
-            ids = {(peer.operator_id, peer.peer_id.partition(":")[0]) for peer in here.robot.peers}
-            assert ids == {("fleet:Ann", "fleet"), ("lan:Ann", "lan")}
-
-    play(body)
+async def test_the_same_ids_at_both_servers_are_two_operators() -> None:
+    async with site() as here:
+        ann = await here.operator(here.fleet, "Ann")
+        other = await here.operator(here.lan, "Ann")
+        await ann.control.take("motion")
+        await until(lambda: holder(other) == "Ann")
+        assert other.control.epoch_of("motion") == 0, "it holds no lease"
+        ids = {(peer.operator_id, peer.peer_id.partition(":")[0]) for peer in here.robot.peers}
+        assert ids == {("fleet:Ann", "fleet"), ("lan:Ann", "lan")}
 
 
-def test_a_ticket_of_one_server_opens_nothing_at_the_other() -> None:
-    async def body() -> None:
-        async with site() as here:
-            await until(lambda: [one.state for one in here.robot.snapshot().servers] == ["ready", "ready"])
-            here.lan._key = here.fleet._key  # what the fleet's server signs, brought to the robot by its own
-            with pytest.raises(Exception, match="ticket"):
-                await here.operator(here.lan, "Eve")
-            assert await here.operator(here.fleet, "Ann")
-
-    play(body)
+async def test_a_ticket_of_one_server_opens_nothing_at_the_other() -> None:
+    async with site() as here:
+        await until(lambda: [one.state for one in here.robot.snapshot().servers] == ["ready", "ready"])
+        here.lan._key = here.fleet._key  # what the fleet's server signs, brought to the robot by its own
+        with pytest.raises(Exception, match="ticket"):
+            await here.operator(here.lan, "Eve")
+        assert await here.operator(here.fleet, "Ann")
 
 
 @pytest.mark.parametrize("away", ["fleet", "lan"])
-def test_when_one_server_goes_the_operators_of_the_other_do_not_notice(away: str) -> None:
-    async def body() -> None:
-        async with site() as here:
-            ann, bob = await here.operator(here.fleet, "Ann"), await here.operator(here.lan, "Bob")
-            gone = here.fleet if away == "fleet" else here.lan
-            gone.is_away = True
-            await gone.drop_robot()
-            states = {"fleet": "ready", "lan": "ready", away: "offline"}
-            await until(lambda: {one.name: one.state for one in here.robot.snapshot().servers} == states)
-            assert here.robot.state == "ready"
-            assert ann.state == bob.state == "connected"
-            cleo = await here.operator(here.lan if away == "fleet" else here.fleet, "Cleo")
-            await cleo.control.take("motion")
-            await until(lambda: holder(ann) == holder(bob) == "Cleo")
-
-    play(body)
+async def test_when_one_server_goes_the_operators_of_the_other_do_not_notice(away: str) -> None:
+    async with site() as here:
+        ann, bob = await here.operator(here.fleet, "Ann"), await here.operator(here.lan, "Bob")
+        gone = here.fleet if away == "fleet" else here.lan
+        gone.is_away = True
+        await gone.drop_robot()
+        states = {"fleet": "ready", "lan": "ready", away: "offline"}
+        await until(lambda: {one.name: one.state for one in here.robot.snapshot().servers} == states)
+        assert here.robot.state == "ready"
+        assert ann.state == bob.state == "connected"
+        cleo = await here.operator(here.lan if away == "fleet" else here.fleet, "Cleo")
+        await cleo.control.take("motion")
+        await until(lambda: holder(ann) == holder(bob) == "Cleo")
 
 
-def test_a_fleet_server_that_never_answers_leaves_the_lan_alone() -> None:
-    async def body() -> None:
-        async with site(fleet_is_away=True) as here:
-            bob = await here.operator(here.lan, "Bob")
-            await bob.control.take("motion")
-            assert here.robot.state == "ready"
-
-    play(body)
+async def test_a_fleet_server_that_never_answers_leaves_the_lan_alone() -> None:
+    async with site(fleet_is_away=True) as here:
+        bob = await here.operator(here.lan, "Bob")
+        await bob.control.take("motion")
+        assert here.robot.state == "ready"
 
 
-def test_a_robot_for_its_own_network_alone_has_the_id_that_its_server_knows() -> None:
-    async def body() -> None:
-        async with site(with_fleet=False) as here:
-            assert here.robot.robot_id == ROBOT_ID
-            await here.operator(here.lan, "Bob")
-            assert [peer.operator_id for peer in here.robot.peers] == ["Bob"], "alone it needs no scope"
-
-    play(body)
+async def test_a_robot_for_its_own_network_alone_has_the_id_that_its_server_knows() -> None:
+    async with site(with_fleet=False) as here:
+        assert here.robot.robot_id == ROBOT_ID
+        await here.operator(here.lan, "Bob")
+        assert [peer.operator_id for peer in here.robot.peers] == ["Bob"], "alone it needs no scope"
 
 
-def test_replaced_at_one_server_it_goes_on_at_the_other_and_replaced_at_both_it_ends() -> None:
-    async def body() -> None:
-        async with site() as here:
-            bob = await here.operator(here.lan, "Bob")
-            await here.fleet.drop_robot(CloseCode.REPLACED)
-            await until(lambda: here.robot.snapshot().servers[0].state == "stopped")
-            assert bob.state == "connected"
-            await here.lan.drop_robot(CloseCode.REPLACED)
-            await asyncio.wait({here.running}, timeout=5)
-            with pytest.raises(SignalingError) as caught:
-                here.running.result()
-            assert caught.value.code == "signal.replaced"
-
-    play(body)
+async def test_replaced_at_one_server_it_goes_on_at_the_other_and_replaced_at_both_it_ends() -> None:
+    async with site() as here:
+        bob = await here.operator(here.lan, "Bob")
+        await here.fleet.drop_robot(CloseCode.REPLACED)
+        await until(lambda: here.robot.snapshot().servers[0].state == "stopped")
+        assert bob.state == "connected"
+        await here.lan.drop_robot(CloseCode.REPLACED)
+        await asyncio.wait({here.running}, timeout=5)
+        with pytest.raises(SignalingError) as caught:
+            here.running.result()
+        assert caught.value.code == "signal.replaced"
 
 
-def test_operators_of_the_fleet_are_told_the_near_path_and_those_who_are_near_are_not() -> None:
-    async def body() -> None:
-        async with site() as here:
-            ann, bob = await here.operator(here.fleet, "Ann"), await here.operator(here.lan, "Bob")
-            here.robot.near_changed(URLS)
-            await until(lambda: ann.near_urls == URLS)
-            cleo = await here.operator(here.fleet, "Cleo")
-            await until(lambda: cleo.near_urls == URLS)
-            assert bob.near_urls == ()
-
-    play(body)
+async def test_operators_of_the_fleet_are_told_the_near_path_and_those_who_are_near_are_not() -> None:
+    async with site() as here:
+        ann, bob = await here.operator(here.fleet, "Ann"), await here.operator(here.lan, "Bob")
+        here.robot.near_changed(URLS)
+        await until(lambda: ann.near_urls == URLS)
+        cleo = await here.operator(here.fleet, "Cleo")
+        await until(lambda: cleo.near_urls == URLS)
+        assert bob.near_urls == ()
 
 
-def test_without_any_server_there_is_no_robot() -> None:
-    async def body() -> None:
-        network = MemoryNetwork()
-        with pytest.raises(ValueError, match="needs a server"):
-            Robot(
-                RobotConfig.model_construct(server=None),
-                (),
-                shared=Shared(),
-                plugins=hook_plugins([]),
-                connect_socket=Server().connect,
-                make_answerer=network.answerer,
-                open_stream=plain_streams(memory_picture),
-                software="mosaic-core/testing",
-            )
-
-    play(body)
+async def test_without_any_server_there_is_no_robot() -> None:
+    network = MemoryNetwork()
+    with pytest.raises(ValueError, match="needs a server"):
+        Robot(
+            RobotConfig.model_construct(server=None),
+            (),
+            shared=Shared(),
+            plugins=hook_plugins([]),
+            connect_socket=Server().connect,
+            make_answerer=network.answerer,
+            open_stream=plain_streams(memory_picture),
+            software="mosaic-core/testing",
+        )

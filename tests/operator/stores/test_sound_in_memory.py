@@ -165,28 +165,22 @@ def test_a_picture_store_made_blindly_for_sound_says_what_to_do() -> None:
     with_robot(look)
 
 
-def test_a_voice_without_a_connection_is_told_that_it_is_not_heard() -> None:
-    async def run() -> None:
-        store = VoiceStore(RobotConnector("robot", "horn"))
-        assert not store.send_sound(piece())
-
-    asyncio.run(run())
+async def test_a_voice_without_a_connection_is_told_that_it_is_not_heard() -> None:
+    store = VoiceStore(RobotConnector("robot", "horn"))
+    assert not store.send_sound(piece())
 
 
-def test_who_listens_too_slowly_loses_the_oldest() -> None:
-    async def run() -> None:
-        store = SoundStore(RobotConnector("robot", "cabin"))
-        sounds = store.sounds()
-        first = asyncio.ensure_future(anext(sounds))
-        await asyncio.sleep(0)
-        store.sound_arrived(piece(0))
-        await first
-        for level in range(1, 3 * QUEUED_SOUNDS):
-            store.sound_arrived(piece(level))
-        assert int((await anext(sounds)).samples[0, 0]) == 2 * QUEUED_SOUNDS
-        await sounds.aclose()  # type: ignore[attr-defined]
-
-    asyncio.run(run())
+async def test_who_listens_too_slowly_loses_the_oldest() -> None:
+    store = SoundStore(RobotConnector("robot", "cabin"))
+    sounds = store.sounds()
+    first = asyncio.ensure_future(anext(sounds))
+    await asyncio.sleep(0)
+    store.sound_arrived(piece(0))
+    await first
+    for level in range(1, 3 * QUEUED_SOUNDS):
+        store.sound_arrived(piece(level))
+    assert int((await anext(sounds)).samples[0, 0]) == 2 * QUEUED_SOUNDS
+    await sounds.aclose()  # type: ignore[attr-defined]
 
 
 def test_a_connection_that_ends_in_the_middle_of_a_word_is_silent_at_once() -> None:

@@ -32,20 +32,17 @@ def go_through(store: MosaicStore) -> None:
 
 
 @pytest.mark.parametrize("moment", MOMENTS)
-def test_each_moment_is_told_to_who_subscribed_until_they_end_it(moment: str) -> None:
-    async def scenario() -> None:
-        store, heard = ReceivableStore(RobotConnector("r", "odom")), list[str]()
-        end = getattr(store, f"on_{moment}")(lambda: heard.append(moment))
-        go_through(store)
-        end()
-        end()
-        go_through(store)
-        assert heard == [moment]
-
-    run(scenario)
+async def test_each_moment_is_told_to_who_subscribed_until_they_end_it(moment: str) -> None:
+    store, heard = ReceivableStore(RobotConnector("r", "odom")), list[str]()
+    end = getattr(store, f"on_{moment}")(lambda: heard.append(moment))
+    go_through(store)
+    end()
+    end()
+    go_through(store)
+    assert heard == [moment]
 
 
-def test_a_store_class_of_ones_own_overrides_the_moments() -> None:
+async def test_a_store_class_of_ones_own_overrides_the_moments() -> None:
     heard: list[str] = []
 
     class Mine(ReceivableStore):
@@ -61,29 +58,23 @@ def test_a_store_class_of_ones_own_overrides_the_moments() -> None:
         def after_connection_failed(self) -> None:
             heard.append("failed")
 
-    async def scenario() -> None:
-        go_through(Mine(RobotConnector("r", "odom")))
-
-    run(scenario)
+    go_through(Mine(RobotConnector("r", "odom")))
     assert heard == ["before", "connected", "disconnected", "failed"]
 
 
-def test_classes_that_override_the_words_of_before_are_told_too() -> None:
+async def test_classes_that_override_the_words_of_before_are_told_too() -> None:
     heard: list[str] = []
 
     class Mine(ReceivableStore):
         def on_after_connected(self) -> None:  # type: ignore[override]
             heard.append("connected")
 
-    async def scenario() -> None:
-        go_through(Mine(RobotConnector("r", "odom")))
-
-    run(scenario)
+    go_through(Mine(RobotConnector("r", "odom")))
     assert heard == ["connected"]
 
 
 @pytest.mark.parametrize("match", [{"connector_type": "battery"}, {"label": "battery"}, {"data_type": "json-r2u"}, {}])
-def test_a_class_of_ones_own_is_registered_in_one_line(world: Any, match: dict[str, Any]) -> None:
+async def test_a_class_of_ones_own_is_registered_in_one_line(world: Any, match: dict[str, Any]) -> None:
     class BatteryStore(ReceivableStore):
         data_type = MosaicDataType.JSON_R2U
         is_charged = False
@@ -91,72 +82,57 @@ def test_a_class_of_ones_own_is_registered_in_one_line(world: Any, match: dict[s
         def after_connected(self) -> None:
             self.is_charged = True
 
-    async def scenario() -> None:
-        async with world.operator() as operator:
-            operator.stores.register_mosaic_store(BatteryStore, **match)
-            connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
-            store = connection.receivable("battery")
-            assert isinstance(store, BatteryStore)
-            await store.wait_open(WAIT_S)
-            assert store.is_charged
-            assert type(connection.bidirectional("chat")) is BidirectionalStore
-
-    run(scenario)
+    async with world.operator() as operator:
+        operator.stores.register_mosaic_store(BatteryStore, **match)
+        connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
+        store = connection.receivable("battery")
+        assert isinstance(store, BatteryStore)
+        await store.wait_open(WAIT_S)
+        assert store.is_charged
+        assert type(connection.bidirectional("chat")) is BidirectionalStore
 
 
-def test_a_label_counts_more_than_a_type_and_that_more_than_a_data_type(world: Any) -> None:
+async def test_a_label_counts_more_than_a_type_and_that_more_than_a_data_type(world: Any) -> None:
     class ByLabel(ReceivableStore): ...
 
     class ByType(ReceivableStore): ...
 
     class ByDataType(ReceivableStore): ...
 
-    async def scenario() -> None:
-        async with world.operator() as operator:
-            operator.stores.register_mosaic_store(ByLabel, label="battery")
-            operator.stores.register_mosaic_store(ByType, connector_type="battery")
-            operator.stores.register_mosaic_store(ByDataType, data_type="json-r2u")
-            connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
-            assert type(connection.receivable("battery")) is ByLabel
-
-    run(scenario)
+    async with world.operator() as operator:
+        operator.stores.register_mosaic_store(ByLabel, label="battery")
+        operator.stores.register_mosaic_store(ByType, connector_type="battery")
+        operator.stores.register_mosaic_store(ByDataType, data_type="json-r2u")
+        connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
+        assert type(connection.receivable("battery")) is ByLabel
 
 
-def test_a_class_that_says_nothing_of_itself_has_to_be_told_for_what_it_is(world: Any) -> None:
-    async def scenario() -> None:
-        async with world.operator() as operator:
-            with pytest.raises(TypeError, match="label='battery'"):
-                operator.stores.register_mosaic_store(ReceivableStore)
-
-    run(scenario)
+async def test_a_class_that_says_nothing_of_itself_has_to_be_told_for_what_it_is(world: Any) -> None:
+    async with world.operator() as operator:
+        with pytest.raises(TypeError, match="label='battery'"):
+            operator.stores.register_mosaic_store(ReceivableStore)
 
 
-def test_a_store_that_only_lingers_makes_room_for_one_of_another_class(world: Any) -> None:
+async def test_a_store_that_only_lingers_makes_room_for_one_of_another_class(world: Any) -> None:
     class BatteryStore(ReceivableStore): ...
 
-    async def scenario() -> None:
-        async with world.operator() as operator:
-            connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
-            connection.receivable("battery")
-            battery = RobotConnector(world.robot_id, "battery")
-            operator.stores.release_store(battery)
-            assert type(operator.stores.get_or_create_store(battery, BatteryStore)) is BatteryStore
-
-    run(scenario)
+    async with world.operator() as operator:
+        connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
+        connection.receivable("battery")
+        battery = RobotConnector(world.robot_id, "battery")
+        operator.stores.release_store(battery)
+        assert type(operator.stores.get_or_create_store(battery, BatteryStore)) is BatteryStore
 
 
-def test_a_class_is_had_by_asking_for_it_and_only_once_per_connector(world: Any) -> None:
+async def test_a_class_is_had_by_asking_for_it_and_only_once_per_connector(world: Any) -> None:
     class BatteryStore(ReceivableStore): ...
 
-    async def scenario() -> None:
-        async with world.operator() as operator:
-            battery = RobotConnector(world.robot_id, "battery")
-            store = operator.stores.get_or_create_store(battery, BatteryStore)
-            assert type(store) is BatteryStore
-            with pytest.raises(ConnectionFailed, match="has a BatteryStore already, no SendableStore"):
-                operator.stores.get_or_create_store(battery, SendableStore)
-
-    run(scenario)
+    async with world.operator() as operator:
+        battery = RobotConnector(world.robot_id, "battery")
+        store = operator.stores.get_or_create_store(battery, BatteryStore)
+        assert type(store) is BatteryStore
+        with pytest.raises(ConnectionFailed, match="has a BatteryStore already, no SendableStore"):
+            operator.stores.get_or_create_store(battery, SendableStore)
 
 
 class Lamp(BaseModel):

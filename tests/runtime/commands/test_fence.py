@@ -23,7 +23,7 @@ from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
 PATIENCE_S = 30.0
 PEERS = ("ann", "bob")
-ROUNDS = 300
+ROUNDS = 600
 
 
 @dataclass
@@ -94,9 +94,9 @@ class Scene:
 
 @pytest.fixture
 def restless_threads() -> Iterator[None]:
-    """Python changes between threads far more often than usual."""
+    """Python changes between threads far more often than usual; yet more often, and it does little else."""
     usual_s = sys.getswitchinterval()
-    sys.setswitchinterval(1e-5)
+    sys.setswitchinterval(1e-4)
     yield
     sys.setswitchinterval(usual_s)
 

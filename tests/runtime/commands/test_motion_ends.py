@@ -40,29 +40,26 @@ class Base(DataChannelReceivable[Speed]):
         self.log.append(cause)
 
 
-def test_zeros_that_broke_are_no_standing_still(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_zeros_that_broke_are_no_standing_still(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """An operator that lets go and says zero for long must not be taken for one whose base stands."""
     monkeypatch.setitem(SafetyEnvelope.__init__.__kwdefaults__ or {}, "idle_after_s", 0.2)
     base = Base()
     base.zero_breaks = True
 
-    async def body() -> None:
-        async with kit.running(kit.connector_of(base, delivery=Delivery.LATEST)) as scene:
-            ann = await scene.enters("ann")
-            drive = ann.open("drive")
-            drive.say({"v": 1})
-            await kit.until(lambda: base.log)
+    async with kit.running(kit.connector_of(base, delivery=Delivery.LATEST)) as scene:
+        ann = await scene.enters("ann")
+        drive = ann.open("drive")
+        drive.say({"v": 1})
+        await kit.until(lambda: base.log)
 
-            def zeros_end() -> bool:
-                drive.say({"v": 0})
-                return "safety.timeout" in base.log
+        def zeros_end() -> bool:
+            drive.say({"v": 0})
+            return "safety.timeout" in base.log
 
-            await kit.until(zeros_end)
-
-    kit.play(body)
+        await kit.until(zeros_end)
 
 
-def test_a_message_that_takes_no_zero_costs_the_zeros_and_not_the_receiver(
+async def test_a_message_that_takes_no_zero_costs_the_zeros_and_not_the_receiver(
     kit: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     class OnlyForward(DataChannelReceivable[Forward]):
@@ -81,35 +78,29 @@ def test_a_message_that_takes_no_zero_costs_the_zeros_and_not_the_receiver(
 
     base = OnlyForward()
 
-    async def body() -> None:
-        async with kit.running(kit.connector_of(base, safety={"on_timeout": "zero"})) as scene:
-            ann = await scene.enters("ann")
-            drive = ann.open("drive")
-            drive.say({"v": 1})
-            await kit.until(lambda: "takes no zeros" in caplog.text)
-            assert base.log == [1.0, "safety.timeout"]
-            drive.say({"v": 2})
-            await kit.until(lambda: base.log[2:3] == [2.0])
-
-    kit.play(body)
+    async with kit.running(kit.connector_of(base, safety={"on_timeout": "zero"})) as scene:
+        ann = await scene.enters("ann")
+        drive = ann.open("drive")
+        drive.say({"v": 1})
+        await kit.until(lambda: "takes no zeros" in caplog.text)
+        assert base.log == [1.0, "safety.timeout"]
+        drive.say({"v": 2})
+        await kit.until(lambda: base.log[2:3] == [2.0])
 
 
 @pytest.mark.parametrize(("picture", "speed"), [("if_watching", 1.0), ("required", 0.0)])
-def test_who_cannot_show_a_picture_does_not_move_what_requires_one(kit: Any, picture: str, speed: float) -> None:
+async def test_who_cannot_show_a_picture_does_not_move_what_requires_one(kit: Any, picture: str, speed: float) -> None:
     base = Base()
     safety = {"slow_down": {"picture": picture}, "requires_lease": True}
 
-    async def body() -> None:
-        async with kit.running(kit.connector_of(base, safety=safety)) as scene:
-            end = await scene.connects("an original dashboard")
-            end.open("drive", protocol="").say({"v": 1})
-            await kit.until(lambda: base.log)
-            assert base.log[0] == speed
-
-    kit.play(body)
+    async with kit.running(kit.connector_of(base, safety=safety)) as scene:
+        end = await scene.connects("an original dashboard")
+        end.open("drive", protocol="").say({"v": 1})
+        await kit.until(lambda: base.log)
+        assert base.log[0] == speed
 
 
-def test_a_lease_cannot_end_between_the_check_of_a_command_and_its_beginning(
+async def test_a_lease_cannot_end_between_the_check_of_a_command_and_its_beginning(
     kit: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     base = Base()
@@ -124,15 +115,11 @@ def test_a_lease_cannot_end_between_the_check_of_a_command_and_its_beginning(
 
     monkeypatch.setattr(Fence, "commanded", late)
 
-    async def body() -> None:
-        nonlocal is_late
-        async with kit.running(kit.connector_of(base, safety={"requires_lease": True})) as scene:
-            ann = await scene.enters("ann")
-            epoch = await ann.take()
-            is_late = True
-            ann.open("drive").say({"v": 1}, epoch=epoch)
-            await kit.until(lambda: base.log)
-            leases = [lease for lease in scene.hooks.of("lease") if lease["holder"] is None]
-            assert not leases, "the command acts, so its sender still holds the lease"
-
-    kit.play(body)
+    async with kit.running(kit.connector_of(base, safety={"requires_lease": True})) as scene:
+        ann = await scene.enters("ann")
+        epoch = await ann.take()
+        is_late = True
+        ann.open("drive").say({"v": 1}, epoch=epoch)
+        await kit.until(lambda: base.log)
+        leases = [lease for lease in scene.hooks.of("lease") if lease["holder"] is None]
+        assert not leases, "the command acts, so its sender still holds the lease"

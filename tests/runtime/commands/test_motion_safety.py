@@ -42,43 +42,37 @@ async def _drive(kit: Any, scene: Any, wheels: Wheels) -> Any:
     return drive
 
 
-def test_a_blocked_event_loop_does_not_keep_it_moving(kit: Any) -> None:
+async def test_a_blocked_event_loop_does_not_keep_it_moving(kit: Any) -> None:
     wheels = Wheels()
 
-    async def body() -> None:
-        async with kit.running(kit.connector_of(wheels, delivery=Delivery.LATEST)) as scene:
-            await _drive(kit, scene, wheels)
-            time.sleep(0.4)  # noqa: ASYNC251 (blocking the loop is the point)
-            (_, commanded_s), (cause, safe_s) = wheels.log
-            assert cause == "safety.timeout"
-            assert safe_s - commanded_s == pytest.approx(TIMEOUT_S, abs=0.05)
-
-    kit.play(body)
+    async with kit.running(kit.connector_of(wheels, delivery=Delivery.LATEST)) as scene:
+        await _drive(kit, scene, wheels)
+        time.sleep(0.4)  # noqa: ASYNC251 (blocking the loop is the point)
+        (_, commanded_s), (cause, safe_s) = wheels.log
+        assert cause == "safety.timeout"
+        assert safe_s - commanded_s == pytest.approx(TIMEOUT_S, abs=0.05)
 
 
-def test_a_hanging_handle_data_is_made_safe_and_the_commands_behind_it_are_too_old(kit: Any) -> None:
+async def test_a_hanging_handle_data_is_made_safe_and_the_commands_behind_it_are_too_old(kit: Any) -> None:
     wheels = Wheels()
     wheels.hang.clear()
 
-    async def body() -> None:
-        async with kit.running(kit.connector_of(wheels, delivery=Delivery.LATEST)) as scene:
-            drive = await _drive(kit, scene, wheels)
-            drive.say({"v": 2})
-            await kit.until(lambda: len(wheels.log) == 2)
-            (_, commanded_s), (cause, safe_s) = wheels.log
-            assert cause == "safety.timeout"
-            assert safe_s - commanded_s == pytest.approx(TIMEOUT_S, abs=0.05)
-            await asyncio.sleep(TIMEOUT_S)
-            wheels.hang.set()
-            await kit.until(lambda: scene.robot.snapshot().connectors[0].refused == 1)
-            await kit.until(lambda: len(wheels.log) == 3)
-            assert [entry for entry, _ in wheels.log] == [1, "safety.timeout", "safety.timeout"]
-            assert scene.hooks.of("command")[-1]["code"] == "safety.stale"
-
-    kit.play(body)
+    async with kit.running(kit.connector_of(wheels, delivery=Delivery.LATEST)) as scene:
+        drive = await _drive(kit, scene, wheels)
+        drive.say({"v": 2})
+        await kit.until(lambda: len(wheels.log) == 2)
+        (_, commanded_s), (cause, safe_s) = wheels.log
+        assert cause == "safety.timeout"
+        assert safe_s - commanded_s == pytest.approx(TIMEOUT_S, abs=0.05)
+        await asyncio.sleep(TIMEOUT_S)
+        wheels.hang.set()
+        await kit.until(lambda: scene.robot.snapshot().connectors[0].refused == 1)
+        await kit.until(lambda: len(wheels.log) == 3)
+        assert [entry for entry, _ in wheels.log] == [1, "safety.timeout", "safety.timeout"]
+        assert scene.hooks.of("command")[-1]["code"] == "safety.stale"
 
 
-def test_what_a_command_set_going_before_it_broke_is_made_safe_too(kit: Any) -> None:
+async def test_what_a_command_set_going_before_it_broke_is_made_safe_too(kit: Any) -> None:
     class HalfDone(Wheels):
         def handle_data(self, data: dict[str, Any]) -> None:
             super().handle_data(data)
@@ -86,10 +80,7 @@ def test_what_a_command_set_going_before_it_broke_is_made_safe_too(kit: Any) -> 
 
     wheels = HalfDone()
 
-    async def body() -> None:
-        async with kit.running(kit.connector_of(wheels)) as scene:
-            await _drive(kit, scene, wheels)
-            await kit.until(lambda: len(wheels.log) == 2)
-            assert [entry for entry, _ in wheels.log] == [1, "safety.timeout"]
-
-    kit.play(body)
+    async with kit.running(kit.connector_of(wheels)) as scene:
+        await _drive(kit, scene, wheels)
+        await kit.until(lambda: len(wheels.log) == 2)
+        assert [entry for entry, _ in wheels.log] == [1, "safety.timeout"]

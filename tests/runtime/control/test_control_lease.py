@@ -206,7 +206,7 @@ def test_a_person_takes_it_from_a_program_and_a_program_waits_for_no_person(kit:
     played(kit, body)
 
 
-def test_observers_command_nothing_but_what_takes_observers(kit: Any) -> None:
+async def test_observers_command_nothing_but_what_takes_observers(kit: Any) -> None:
     class Echo(Arm):
         timeout_s = None
         requires_lease = False
@@ -218,41 +218,35 @@ def test_observers_command_nothing_but_what_takes_observers(kit: Any) -> None:
 
     arm, echo, plain = Arm("drive"), Echo("echo"), Plain("plain")
 
-    async def play() -> None:
-        async with kit.running(*map(kit.connector_of, (arm, echo, plain))) as scene:
-            eve = await scene.enters("eve", role="observer")
-            for label in ("drive", "echo", "plain"):
-                eve.open(label).say({"v": label})
-            await kit.until(lambda: echo.log == ["echo"] and len(eve.codes()) == 2)
-            assert eve.codes() == ["lease.forbidden", "lease.forbidden"]
-            eve.say(control.LeaseRequest())
-            assert (await eve.hears("lease.reply")).code == "lease.forbidden"
-            assert arm.log == plain.log == []
-
-    kit.play(play)
+    async with kit.running(*map(kit.connector_of, (arm, echo, plain))) as scene:
+        eve = await scene.enters("eve", role="observer")
+        for label in ("drive", "echo", "plain"):
+            eve.open(label).say({"v": label})
+        await kit.until(lambda: echo.log == ["echo"] and len(eve.codes()) == 2)
+        assert eve.codes() == ["lease.forbidden", "lease.forbidden"]
+        eve.say(control.LeaseRequest())
+        assert (await eve.hears("lease.reply")).code == "lease.forbidden"
+        assert arm.log == plain.log == []
 
 
-def test_a_resource_of_its_own_is_leased_apart(kit: Any) -> None:
+async def test_a_resource_of_its_own_is_leased_apart(kit: Any) -> None:
     base, gripper = Arm("base"), Arm("gripper")
 
-    async def play() -> None:
-        connectors = (kit.connector_of(base), kit.connector_of(gripper, safety={"resource": "arm"}))
-        async with kit.running(*connectors) as scene:
-            ann, bob = await scene.enters("ann"), await scene.enters("bob")
-            await ann.take("motion")
-            await bob.take("arm")
-            ann.open("base").say({"v": 1}, epoch=ann.epoch)
-            bob.open("gripper").say({"v": 2}, epoch=bob.epoch)
-            await kit.until(lambda: base.log == [1] and gripper.log == [2])
-            bob.open("base").say({"v": "thief"}, epoch=bob.epoch)
-            await kit.until(lambda: bob.codes() == ["lease.not_holder"])
-            bob.leave()
-            await kit.until(lambda: len(gripper.log) > 1)
-            assert base.log == [1]
-            leases = {lease.resource: lease.holder for lease in scene.robot.snapshot().leases}
-            assert leases == {"motion": "ann", "arm": ""}
-
-    kit.play(play)
+    connectors = (kit.connector_of(base), kit.connector_of(gripper, safety={"resource": "arm"}))
+    async with kit.running(*connectors) as scene:
+        ann, bob = await scene.enters("ann"), await scene.enters("bob")
+        await ann.take("motion")
+        await bob.take("arm")
+        ann.open("base").say({"v": 1}, epoch=ann.epoch)
+        bob.open("gripper").say({"v": 2}, epoch=bob.epoch)
+        await kit.until(lambda: base.log == [1] and gripper.log == [2])
+        bob.open("base").say({"v": "thief"}, epoch=bob.epoch)
+        await kit.until(lambda: bob.codes() == ["lease.not_holder"])
+        bob.leave()
+        await kit.until(lambda: len(gripper.log) > 1)
+        assert base.log == [1]
+        leases = {lease.resource: lease.holder for lease in scene.robot.snapshot().leases}
+        assert leases == {"motion": "ann", "arm": ""}
 
 
 def test_a_lease_that_ends_stops_only_what_its_holder_moved(kit: Any) -> None:

@@ -137,26 +137,23 @@ def test_who_has_opened_a_channel_of_ours_is_not_taken_for_an_original_by_a_bare
 
 
 @pytest.mark.parametrize("mode", ["observe", "refuse"])
-def test_who_has_not_said_hello_yet_commands_nothing_where_originals_may_not(kit: Any, mode: str) -> None:
+async def test_who_has_not_said_hello_yet_commands_nothing_where_originals_may_not(kit: Any, mode: str) -> None:
     class Winch(Motor):
         requires_lease = False
 
     winch = Winch()
 
-    async def play() -> None:
-        async with kit.running(kit.connector_of(winch), control={"legacy_peers": mode}) as scene:
-            end = await scene.connects("mute")
-            channel = end.open("drive")
-            channel.say({"v": 1})
-            await kit.until(lambda: scene.hooks.of("command"))
-            assert scene.hooks.of("command")[0]["code"] == "lease.original_observes"
-            end.open(CONTROL_LABEL).say(
-                json.loads(Hello(software="test", boot_id="b", extensions=CONTROL_EXTENSIONS).to_text())
-            )
-            channel.say({"v": 2})
-            await kit.until(lambda: winch.log == [2])
-
-    kit.play(play)
+    async with kit.running(kit.connector_of(winch), control={"legacy_peers": mode}) as scene:
+        end = await scene.connects("mute")
+        channel = end.open("drive")
+        channel.say({"v": 1})
+        await kit.until(lambda: scene.hooks.of("command"))
+        assert scene.hooks.of("command")[0]["code"] == "lease.original_observes"
+        end.open(CONTROL_LABEL).say(
+            json.loads(Hello(software="test", boot_id="b", extensions=CONTROL_EXTENSIONS).to_text())
+        )
+        channel.say({"v": 2})
+        await kit.until(lambda: winch.log == [2])
 
 
 def test_a_hello_without_leases_is_that_of_an_original(kit: Any) -> None:

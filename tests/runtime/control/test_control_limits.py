@@ -207,24 +207,21 @@ def test_one_lost_ping_hardly_slows_down(kit: Any) -> None:
     played(kit, base, body, {})
 
 
-def test_lost_commands_slow_down(kit: Any) -> None:
+async def test_lost_commands_slow_down(kit: Any) -> None:
     base = Base()
 
-    async def play() -> None:
-        connectors = kit.connector_of(base, safety={"slow_down": {"rtt_ms": "off"}}, delivery=Delivery.RELIABLE)
-        async with kit.running(connectors) as scene:
-            ann = await scene.enters("ann")
-            epoch = await ann.take()
-            drive = ann.open("drive")
-            drive.say({"v": 1.0}, seq=1, epoch=epoch)
-            await kit.until(lambda: base.log == [1.0])
-            for number in range(1, 41):  # every second one is lost
-                drive.say({"v": 1.0}, seq=2 * number, epoch=epoch)
-            await kit.until(lambda: len(base.log) == 41)
-            assert base.log[-1] < 0.3
-            assert (await ann.hears("safety.limit")).causes[0].cause == "loss"
-
-    kit.play(play)
+    connectors = kit.connector_of(base, safety={"slow_down": {"rtt_ms": "off"}}, delivery=Delivery.RELIABLE)
+    async with kit.running(connectors) as scene:
+        ann = await scene.enters("ann")
+        epoch = await ann.take()
+        drive = ann.open("drive")
+        drive.say({"v": 1.0}, seq=1, epoch=epoch)
+        await kit.until(lambda: base.log == [1.0])
+        for number in range(1, 41):  # every second one is lost
+            drive.say({"v": 1.0}, seq=2 * number, epoch=epoch)
+        await kit.until(lambda: len(base.log) == 41)
+        assert base.log[-1] < 0.3
+        assert (await ann.hears("safety.limit")).causes[0].cause == "loss"
 
 
 class Twist(Message):
@@ -323,7 +320,7 @@ def test_the_policy_hold_does_nothing_on_silence_but_a_stop_still_stops(kit: Any
     played(kit, base, body, {"on_timeout": "hold", "on_loss": "callback"})
 
 
-def test_a_refused_command_leaves_the_slew_where_it_was(kit: Any) -> None:
+async def test_a_refused_command_leaves_the_slew_where_it_was(kit: Any) -> None:
     class Picky(Base):
         def handle_data(self, data: dict[str, Any]) -> None:
             if data.get("bad"):
@@ -332,16 +329,13 @@ def test_a_refused_command_leaves_the_slew_where_it_was(kit: Any) -> None:
 
     base = Picky()
 
-    async def play() -> None:
-        safety = {"limits": {"v": {"max_rise_per_s": 1.0}}}
-        async with kit.running(kit.connector_of(base, safety=safety, delivery=Delivery.RELIABLE)) as scene:
-            ann = await scene.enters("ann")
-            epoch = await ann.take()
-            drive = ann.open("drive")
-            for _ in range(10):
-                drive.say({"v": 5.0, "bad": True}, epoch=epoch)
-            drive.say({"v": 5.0}, epoch=epoch)
-            await kit.until(lambda: base.log)
-            assert base.log[0] == pytest.approx(0.1)
-
-    kit.play(play)
+    safety = {"limits": {"v": {"max_rise_per_s": 1.0}}}
+    async with kit.running(kit.connector_of(base, safety=safety, delivery=Delivery.RELIABLE)) as scene:
+        ann = await scene.enters("ann")
+        epoch = await ann.take()
+        drive = ann.open("drive")
+        for _ in range(10):
+            drive.say({"v": 5.0, "bad": True}, epoch=epoch)
+        drive.say({"v": 5.0}, epoch=epoch)
+        await kit.until(lambda: base.log)
+        assert base.log[0] == pytest.approx(0.1)

@@ -46,61 +46,52 @@ def cloud_of(kit: Any) -> tuple[Cloud, Connector]:
     return cloud, kit.connector_of(cloud, lane)
 
 
-def test_an_original_dashboard_wakes_the_body_and_gets_its_burst_in_order(kit: Any) -> None:
+async def test_an_original_dashboard_wakes_the_body_and_gets_its_burst_in_order(kit: Any) -> None:
     cloud, connector = cloud_of(kit)
 
-    async def body() -> None:
-        async with kit.running(connector) as scene:
-            await scene.network.ready()
-            operator = await scene.network.offer()
-            assert cloud.runs_now == 0
-            lane = operator.open("cloud-0", "")
-            await kit.until(lambda: len(lane.sent) >= 6)
-            assert lane.sent[:6] == [b"meta", b"one", b"two"] * 2
-            lane.close()
-            await kit.until(lambda: cloud.runs_now == 0)
-
-    kit.play(body)
+    async with kit.running(connector) as scene:
+        await scene.network.ready()
+        operator = await scene.network.offer()
+        assert cloud.runs_now == 0
+        lane = operator.open("cloud-0", "")
+        await kit.until(lambda: len(lane.sent) >= 6)
+        assert lane.sent[:6] == [b"meta", b"one", b"two"] * 2
+        lane.close()
+        await kit.until(lambda: cloud.runs_now == 0)
 
 
-def test_one_body_serves_both_and_rests_when_the_last_has_gone(kit: Any) -> None:
+async def test_one_body_serves_both_and_rests_when_the_last_has_gone(kit: Any) -> None:
     cloud, connector = cloud_of(kit)
 
-    async def body() -> None:
-        async with kit.running(connector) as scene:
-            await scene.network.ready()
-            operator = await scene.network.offer()
-            lane = operator.open("cloud-0", "")
-            await kit.until(lambda: lane.sent)
-            own = operator.open("cloud")
-            await kit.until(lambda: own.frames())
-            assert own.frames()[0].payload == b"compact"
-            lane.close()
-            count = len(own.frames())
-            await kit.until(lambda: len(own.frames()) > count + 2)
-            own.close()
-            await kit.until(lambda: cloud.runs_now == 0)
-            assert cloud.rounds == 1
-
-    kit.play(body)
+    async with kit.running(connector) as scene:
+        await scene.network.ready()
+        operator = await scene.network.offer()
+        lane = operator.open("cloud-0", "")
+        await kit.until(lambda: lane.sent)
+        own = operator.open("cloud")
+        await kit.until(lambda: own.frames())
+        assert own.frames()[0].payload == b"compact"
+        lane.close()
+        count = len(own.frames())
+        await kit.until(lambda: len(own.frames()) > count + 2)
+        own.close()
+        await kit.until(lambda: cloud.runs_now == 0)
+        assert cloud.rounds == 1
 
 
-def test_a_burst_on_a_framed_channel_is_one_frame_per_part(kit: Any) -> None:
+async def test_a_burst_on_a_framed_channel_is_one_frame_per_part(kit: Any) -> None:
     _, connector = cloud_of(kit)
 
-    async def body() -> None:
-        async with kit.running(connector) as scene:
-            await scene.network.ready()
-            operator = await scene.network.offer()
-            await operator.greet()
-            lane = operator.open("cloud-0")
-            await kit.until(lambda: len(lane.frames()) >= 3)
-            frames = lane.frames()[:3]
-            assert [frame.payload for frame in frames] == [b"meta", b"one", b"two"]
-            assert [frame.seq for frame in frames] == [1, 2, 3]
-            assert {frame.kind for frame in frames} == {PayloadKind.BYTES}
-
-    kit.play(body)
+    async with kit.running(connector) as scene:
+        await scene.network.ready()
+        operator = await scene.network.offer()
+        await operator.greet()
+        lane = operator.open("cloud-0")
+        await kit.until(lambda: len(lane.frames()) >= 3)
+        frames = lane.frames()[:3]
+        assert [frame.payload for frame in frames] == [b"meta", b"one", b"two"]
+        assert [frame.seq for frame in frames] == [1, 2, 3]
+        assert {frame.kind for frame in frames} == {PayloadKind.BYTES}
 
 
 def test_the_catalogue_tells_of_the_own_channel_alone(kit: Any) -> None:
@@ -126,21 +117,18 @@ class Scan(DataChannelSendable[bytes]):
         return '{"ranges": []}'
 
 
-def test_original_dashboards_get_the_text_that_they_know_and_it_is_made_for_them_alone(kit: Any) -> None:
+async def test_original_dashboards_get_the_text_that_they_know_and_it_is_made_for_them_alone(kit: Any) -> None:
     scan = Scan("scan")
 
-    async def body() -> None:
-        async with kit.running(kit.connector_of(scan)) as scene:
-            await scene.network.ready()
-            operator = await scene.network.offer()
-            await operator.greet()
-            own = operator.open("scan")
-            await kit.until(lambda: len(own.frames()) > 2)
-            assert scan.texts == 0
-            assert own.frames()[-1].payload == b"compact"
-            own.close()
-            original = operator.open("scan", "")
-            await kit.until(lambda: len(original.sent) > 2)
-            assert set(original.sent) == {'{"ranges": []}'}
-
-    kit.play(body)
+    async with kit.running(kit.connector_of(scan)) as scene:
+        await scene.network.ready()
+        operator = await scene.network.offer()
+        await operator.greet()
+        own = operator.open("scan")
+        await kit.until(lambda: len(own.frames()) > 2)
+        assert scan.texts == 0
+        assert own.frames()[-1].payload == b"compact"
+        own.close()
+        original = operator.open("scan", "")
+        await kit.until(lambda: len(original.sent) > 2)
+        assert set(original.sent) == {'{"ranges": []}'}

@@ -14,32 +14,26 @@ def parts(seq: int = 1) -> Iterator[bytes]:
     return encode_frame(Frame(PayloadKind.BYTES, b"0123456789", seq=seq), 4)
 
 
-def test_a_stalled_message_is_told_though_nothing_else_arrives(kit: Any) -> None:
-    async def body() -> None:
-        told: list[tuple[str, int]] = []
-        partials = PeerPartials(lambda label, seq: told.append((label, seq)))
-        reader = FrameReader(is_lossy=True, partials=partials.shared)
-        reader.chunks.timeout_s = 0.05
-        partials.opened("scan", reader)
-        assert reader.read(next(parts(7)), time.monotonic()) is None
-        partials.arrived()
-        await kit.until(lambda: told == [("scan", 7)])
-        assert partials.shared.size_bytes == 0
-
-    kit.play(body)
+async def test_a_stalled_message_is_told_though_nothing_else_arrives(kit: Any) -> None:
+    told: list[tuple[str, int]] = []
+    partials = PeerPartials(lambda label, seq: told.append((label, seq)))
+    reader = FrameReader(is_lossy=True, partials=partials.shared)
+    reader.chunks.timeout_s = 0.05
+    partials.opened("scan", reader)
+    assert reader.read(next(parts(7)), time.monotonic()) is None
+    partials.arrived()
+    await kit.until(lambda: told == [("scan", 7)])
+    assert partials.shared.size_bytes == 0
 
 
-def test_parts_on_a_closed_channel_are_let_go_and_told_to_nobody(kit: Any) -> None:
-    async def body() -> None:
-        told: list[tuple[str, int]] = []
-        partials = PeerPartials(lambda label, seq: told.append((label, seq)))
-        reader = FrameReader(partials=partials.shared)
-        partials.opened("map", reader)
-        reader.read(next(parts()), time.monotonic())
-        partials.arrived()
-        partials.closed(("map", "unknown"))
-        assert partials.shared.size_bytes == 0
-        assert partials.shared.next_expiry_s is None
-        assert told == []
-
-    kit.play(body)
+async def test_parts_on_a_closed_channel_are_let_go_and_told_to_nobody(kit: Any) -> None:
+    told: list[tuple[str, int]] = []
+    partials = PeerPartials(lambda label, seq: told.append((label, seq)))
+    reader = FrameReader(partials=partials.shared)
+    partials.opened("map", reader)
+    reader.read(next(parts()), time.monotonic())
+    partials.arrived()
+    partials.closed(("map", "unknown"))
+    assert partials.shared.size_bytes == 0
+    assert partials.shared.next_expiry_s is None
+    assert told == []

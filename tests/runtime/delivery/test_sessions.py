@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
-from typing import Any
 
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.delivery.delivery_terms import terms_of
@@ -40,83 +38,64 @@ class Desk:
         self.book.left(session, owner, is_lost=True)
 
 
-def play(body: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    asyncio.run(body())
-
-
-def test_a_lost_session_is_remembered_by_its_own_page_and_by_nobody_else() -> None:
-    async def body() -> None:
-        for operator_id, boot_id, is_known in (
-            ("ann", "page", True),
-            ("ann", "reloaded", False),
-            ("eve", "page", False),
-        ):
-            desk = Desk()
-            desk.lost()
-            assert desk.book.claim("s", operator_id, boot_id, "p2", Owner())[1] is is_known
-
-    play(body)
-
-
-def test_a_good_bye_forgets_it_at_once_and_time_after_a_while() -> None:
-    async def body() -> None:
-        desk = Desk(away_s=0.01)
-        owner = Owner()
-        session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
-        desk.book.left(session, owner, is_lost=False)
-        assert len(desk.book) == 0
+async def test_a_lost_session_is_remembered_by_its_own_page_and_by_nobody_else() -> None:
+    for operator_id, boot_id, is_known in (
+        ("ann", "page", True),
+        ("ann", "reloaded", False),
+        ("eve", "page", False),
+    ):
+        desk = Desk()
         desk.lost()
-        assert len(desk.book) == 1
-        async with asyncio.timeout(5):
-            while len(desk.book):  # noqa: ASYNC110
-                await asyncio.sleep(0.005)
-
-    play(body)
+        assert desk.book.claim("s", operator_id, boot_id, "p2", Owner())[1] is is_known
 
 
-def test_only_so_many_are_remembered_and_the_longest_away_goes_first() -> None:
-    async def body() -> None:
-        desk = Desk()
-        for number in range(MAX_AWAY + 1):
-            desk.lost(str(number))
-        assert len(desk.book) == MAX_AWAY
-        assert not desk.book.claim("0", "ann", "page", "p", Owner())[1]
-        assert desk.book.claim("1", "ann", "page", "p", Owner())[1]
-        desk.book.close()
-
-    play(body)
-
-
-def test_the_next_peer_of_a_session_takes_it_from_the_one_before() -> None:
-    async def body() -> None:
-        desk = Desk()
-        old, new = Owner(), Owner()
-        session, _ = desk.book.claim("s", "ann", "page", "p1", old)
-        assert desk.book.claim("s", "ann", "page", "p2", new) == (session, True)
-        assert old.is_dispossessed
-        desk.book.left(session, old, is_lost=False)
-        assert len(desk.book) == 1
-
-    play(body)
+async def test_a_good_bye_forgets_it_at_once_and_time_after_a_while() -> None:
+    desk = Desk(away_s=0.01)
+    owner = Owner()
+    session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
+    desk.book.left(session, owner, is_lost=False)
+    assert len(desk.book) == 0
+    desk.lost()
+    assert len(desk.book) == 1
+    async with asyncio.timeout(5):
+        while len(desk.book):  # noqa: ASYNC110
+            await asyncio.sleep(0.005)
 
 
-def test_what_is_kept_for_somebody_away_is_bounded_and_counted_as_lost_at_the_end() -> None:
-    async def body() -> None:
-        desk = Desk()
-        owner = Owner()
-        session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
-        desk.book.resume(session, {"events": 0}, {"events": LIMITS[Priority.RELIABLE]})
-        stream = session.streams["events"]
-        desk.outbox.join("events", "p1", stream)
-        desk.book.left(session, owner, is_lost=True)
-        message = Outgoing("events", PayloadKind.BYTES, bytes(100_000), 0)
-        taken = sum(stream.deliver(message) is Offered.QUEUED for _ in range(200))
-        assert 0 < taken * 100_000 <= LIMITS[Priority.RELIABLE].size_bytes < AWAY_BYTES
-        desk.book.close()
-        assert desk.counters.lost == taken
-        assert desk.outbox.listeners("events") == 0
+async def test_only_so_many_are_remembered_and_the_longest_away_goes_first() -> None:
+    desk = Desk()
+    for number in range(MAX_AWAY + 1):
+        desk.lost(str(number))
+    assert len(desk.book) == MAX_AWAY
+    assert not desk.book.claim("0", "ann", "page", "p", Owner())[1]
+    assert desk.book.claim("1", "ann", "page", "p", Owner())[1]
+    desk.book.close()
 
-    play(body)
+
+async def test_the_next_peer_of_a_session_takes_it_from_the_one_before() -> None:
+    desk = Desk()
+    old, new = Owner(), Owner()
+    session, _ = desk.book.claim("s", "ann", "page", "p1", old)
+    assert desk.book.claim("s", "ann", "page", "p2", new) == (session, True)
+    assert old.is_dispossessed
+    desk.book.left(session, old, is_lost=False)
+    assert len(desk.book) == 1
+
+
+async def test_what_is_kept_for_somebody_away_is_bounded_and_counted_as_lost_at_the_end() -> None:
+    desk = Desk()
+    owner = Owner()
+    session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
+    desk.book.resume(session, {"events": 0}, {"events": LIMITS[Priority.RELIABLE]})
+    stream = session.streams["events"]
+    desk.outbox.join("events", "p1", stream)
+    desk.book.left(session, owner, is_lost=True)
+    message = Outgoing("events", PayloadKind.BYTES, bytes(100_000), 0)
+    taken = sum(stream.deliver(message) is Offered.QUEUED for _ in range(200))
+    assert 0 < taken * 100_000 <= LIMITS[Priority.RELIABLE].size_bytes < AWAY_BYTES
+    desk.book.close()
+    assert desk.counters.lost == taken
+    assert desk.outbox.listeners("events") == 0
 
 
 def kept(stream: ResumedStream, size_bytes: int) -> int:
@@ -125,42 +104,36 @@ def kept(stream: ResumedStream, size_bytes: int) -> int:
     return sum(stream.deliver(message) is not Offered.REFUSED for _ in range(3000))
 
 
-def test_as_much_is_kept_as_the_file_lets_wait_but_all_channels_together_no_more_than_a_session_may() -> None:
-    async def body() -> None:
-        desk, owner = Desk(), Owner()
-        session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
-        large = QueueLimits(messages=2000, size_bytes=6 * 1024 * 1024)
-        desk.book.resume(session, {"events": 0, "maps": 0}, {"events": large, "maps": large})
-        desk.book.left(session, owner, is_lost=True)
-        assert kept(session.streams["events"], 10) == 2000
-        assert 0 < kept(session.streams["maps"], 100_000) * 100_000 < 6 * 1024 * 1024
-        session, _ = desk.book.claim("t", "ann", "page", "p2", owner)
-        desk.book.resume(session, {"events": 0, "maps": 0}, {"events": large, "maps": large})
-        desk.book.left(session, owner, is_lost=True)
-        both_bytes = sum(kept(session.streams[label], 100_000) for label in ("events", "maps")) * 100_000
-        assert 6 * 1024 * 1024 < both_bytes <= AWAY_BYTES
-        desk.book.close()
-
-    play(body)
+async def test_as_much_is_kept_as_the_file_lets_wait_but_all_channels_together_no_more_than_a_session_may() -> None:
+    desk, owner = Desk(), Owner()
+    session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
+    large = QueueLimits(messages=2000, size_bytes=6 * 1024 * 1024)
+    desk.book.resume(session, {"events": 0, "maps": 0}, {"events": large, "maps": large})
+    desk.book.left(session, owner, is_lost=True)
+    assert kept(session.streams["events"], 10) == 2000
+    assert 0 < kept(session.streams["maps"], 100_000) * 100_000 < 6 * 1024 * 1024
+    session, _ = desk.book.claim("t", "ann", "page", "p2", owner)
+    desk.book.resume(session, {"events": 0, "maps": 0}, {"events": large, "maps": large})
+    desk.book.left(session, owner, is_lost=True)
+    both_bytes = sum(kept(session.streams[label], 100_000) for label in ("events", "maps")) * 100_000
+    assert 6 * 1024 * 1024 < both_bytes <= AWAY_BYTES
+    desk.book.close()
 
 
-def test_on_a_live_connection_what_went_out_is_kept_too_until_it_is_confirmed() -> None:
-    async def body() -> None:
-        desk, owner = Desk(), Owner()
-        session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
-        desk.book.resume(session, {"events": 0}, {"events": QueueLimits(messages=10, size_bytes=1000)})
-        stream, went_out = session.streams["events"], list[int]()
-        stream.attach(lambda message, flags, seq: went_out.append(seq) or Offered.QUEUED, lambda: (0, 0))
-        many = kept(stream, 1)
-        assert many == len(went_out) > 10
-        desk.book.left(session, owner, is_lost=True)
-        assert kept(stream, 1) == 0
-        session, _ = desk.book.claim("s", "ann", "page", "p2", owner)
-        desk.book.resume(session, {"events": 4}, {"events": QueueLimits(messages=10, size_bytes=1000)})
-        went_out.clear()
-        stream.attach(lambda message, flags, seq: went_out.append(seq) or Offered.QUEUED, lambda: (0, 0))
-        assert went_out == list(range(5, many + 1))
-        assert desk.counters.lost == 0
-        desk.book.close()
-
-    play(body)
+async def test_on_a_live_connection_what_went_out_is_kept_too_until_it_is_confirmed() -> None:
+    desk, owner = Desk(), Owner()
+    session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
+    desk.book.resume(session, {"events": 0}, {"events": QueueLimits(messages=10, size_bytes=1000)})
+    stream, went_out = session.streams["events"], list[int]()
+    stream.attach(lambda message, flags, seq: went_out.append(seq) or Offered.QUEUED, lambda: (0, 0))
+    many = kept(stream, 1)
+    assert many == len(went_out) > 10
+    desk.book.left(session, owner, is_lost=True)
+    assert kept(stream, 1) == 0
+    session, _ = desk.book.claim("s", "ann", "page", "p2", owner)
+    desk.book.resume(session, {"events": 4}, {"events": QueueLimits(messages=10, size_bytes=1000)})
+    went_out.clear()
+    stream.attach(lambda message, flags, seq: went_out.append(seq) or Offered.QUEUED, lambda: (0, 0))
+    assert went_out == list(range(5, many + 1))
+    assert desk.counters.lost == 0
+    desk.book.close()

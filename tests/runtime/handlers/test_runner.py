@@ -102,52 +102,43 @@ def test_a_failing_body_restarts_and_is_logged_once_lost_and_once_back(
     assert sum("is back" in record.message for record in caplog.records) == 1
 
 
-def test_a_def_body_keeps_its_thread_for_life(kit: Any) -> None:
-    async def body() -> None:
-        handler = Flaky()
-        async with Setup(handler) as setup:
-            await kit.until(lambda: setup.sent)
-            setup.runner.want(False)
-            count = handler.attempts
-            setup.runner.want(True)
-            await kit.until(lambda: handler.attempts > count)
-        assert handler.threads == {"mosaic-flaky"}
-
-    kit.play(body)
+async def test_a_def_body_keeps_its_thread_for_life(kit: Any) -> None:
+    handler = Flaky()
+    async with Setup(handler) as setup:
+        await kit.until(lambda: setup.sent)
+        setup.runner.want(False)
+        count = handler.attempts
+        setup.runner.want(True)
+        await kit.until(lambda: handler.attempts > count)
+    assert handler.threads == {"mosaic-flaky"}
 
 
 @pytest.mark.parametrize("made", [Flaky, FlakyTask])
-def test_a_body_rests_while_nobody_wants_it(kit: Any, made: Callable[[], Any]) -> None:
-    async def body() -> None:
-        handler = made()
-        handler.attempts = 2
-        async with Setup(handler) as setup:
-            await kit.until(lambda: setup.sent)
-            setup.runner.want(False)
-            await kit.until(lambda: setup.runner.state == "waiting")
-            sent = len(setup.sent)
-            await asyncio.sleep(0.05)
-            assert len(setup.sent) == sent
-
-    kit.play(body)
+async def test_a_body_rests_while_nobody_wants_it(kit: Any, made: Callable[[], Any]) -> None:
+    handler = made()
+    handler.attempts = 2
+    async with Setup(handler) as setup:
+        await kit.until(lambda: setup.sent)
+        setup.runner.want(False)
+        await kit.until(lambda: setup.runner.state == "waiting")
+        sent = len(setup.sent)
+        await asyncio.sleep(0.05)
+        assert len(setup.sent) == sent
 
 
-def test_a_finished_body_has_ended_and_starts_again_when_wanted_anew(kit: Any) -> None:
+async def test_a_finished_body_has_ended_and_starts_again_when_wanted_anew(kit: Any) -> None:
     class Twice(DataChannelSendable[str]):
         def messages(self) -> Iterator[str]:
             yield from ("a", "b")
 
-    async def body() -> None:
-        async with Setup(Twice("twice")) as setup:
-            await kit.until(lambda: setup.runner.state == "ended")
-            setup.runner.want(False)
-            setup.runner.want(True)
-            await kit.until(lambda: setup.sent == [b"a", b"b"] * 2)
-
-    kit.play(body)
+    async with Setup(Twice("twice")) as setup:
+        await kit.until(lambda: setup.runner.state == "ended")
+        setup.runner.want(False)
+        setup.runner.want(True)
+        await kit.until(lambda: setup.sent == [b"a", b"b"] * 2)
 
 
-def test_an_async_body_that_waits_for_its_device_is_cancelled_and_closed(kit: Any) -> None:
+async def test_an_async_body_that_waits_for_its_device_is_cancelled_and_closed(kit: Any) -> None:
     class Waiting(FlakyTask):
         async def messages(self) -> AsyncIterator[str]:
             try:
@@ -156,13 +147,10 @@ def test_an_async_body_that_waits_for_its_device_is_cancelled_and_closed(kit: An
             finally:
                 self.is_closed = True
 
-    async def body() -> None:
-        handler = Waiting()
-        async with Setup(handler) as setup:
-            await kit.until(lambda: setup.sent)
-        assert handler.is_closed
-
-    kit.play(body)
+    handler = Waiting()
+    async with Setup(handler) as setup:
+        await kit.until(lambda: setup.sent)
+    assert handler.is_closed
 
 
 class Leaving(Flaky):
@@ -182,13 +170,10 @@ class LeavingTask(FlakyTask):
 
 
 @pytest.mark.parametrize("made", [Leaving, LeavingTask])
-def test_sys_exit_in_a_body_is_a_failure_like_any_other(kit: Any, made: Callable[[], Any]) -> None:
-    async def body() -> None:
-        async with Setup(made()) as setup:
-            await kit.until(lambda: setup.sent == [b"here"])
-            assert isinstance(setup.failures[0], SystemExit)
-
-    kit.play(body)
+async def test_sys_exit_in_a_body_is_a_failure_like_any_other(kit: Any, made: Callable[[], Any]) -> None:
+    async with Setup(made()) as setup:
+        await kit.until(lambda: setup.sent == [b"here"])
+        assert isinstance(setup.failures[0], SystemExit)
 
 
 def test_a_handler_that_only_pushes_has_no_body() -> None:

@@ -31,70 +31,61 @@ def silent(code: str) -> None:
     raise AssertionError(code)
 
 
-def test_one_conversion_on_the_handlers_thread_serves_all_viewers(kit: Any) -> None:
-    async def body() -> None:
-        prepared: list[Any] = []
-        watched: list[tuple[str, bool]] = []
-        it = hub(prepared, watched)
-        assert it.post("front", PICTURE) is False
-        feeds = [it.bind(peer_id, "front", silent) for peer_id in ("p1", "p2", "p3")]
-        for peer_id in ("p1", "p2"):
-            it.watch(peer_id, "front", True)
-            it.watch(peer_id, "front", True)
-        assert await asyncio.to_thread(it.post, "front", Captured(PICTURE, 7.5)) is True
-        assert [await feed.next() for feed in feeds[:2]] == [1, 1]
-        assert len(prepared) == 1
-        assert prepared[0][0] != threading.current_thread().name
-        assert prepared[0][1] == 7.5
-        assert it.viewers("front") == 2
-        assert it.watched_by("p1") == ("front",)
-        it.leave("p1")
-        it.watch("p2", "front", False)
-        assert watched == [("front", True), ("front", False)]
-        assert not it.is_bound("p1", "front")
-        assert it.is_bound("p2", "front")
-        assert it.post("front", PICTURE) is False
-        it.close()
-
-    kit.play(body)
+async def test_one_conversion_on_the_handlers_thread_serves_all_viewers(kit: Any) -> None:
+    prepared: list[Any] = []
+    watched: list[tuple[str, bool]] = []
+    it = hub(prepared, watched)
+    assert it.post("front", PICTURE) is False
+    feeds = [it.bind(peer_id, "front", silent) for peer_id in ("p1", "p2", "p3")]
+    for peer_id in ("p1", "p2"):
+        it.watch(peer_id, "front", True)
+        it.watch(peer_id, "front", True)
+    assert await asyncio.to_thread(it.post, "front", Captured(PICTURE, 7.5)) is True
+    assert [await feed.next() for feed in feeds[:2]] == [1, 1]
+    assert len(prepared) == 1
+    assert prepared[0][0] != threading.current_thread().name
+    assert prepared[0][1] == 7.5
+    assert it.viewers("front") == 2
+    assert it.watched_by("p1") == ("front",)
+    it.leave("p1")
+    it.watch("p2", "front", False)
+    assert watched == [("front", True), ("front", False)]
+    assert not it.is_bound("p1", "front")
+    assert it.is_bound("p2", "front")
+    assert it.post("front", PICTURE) is False
+    it.close()
 
 
-def test_a_viewer_that_is_slow_sees_the_newest_picture(kit: Any) -> None:
-    async def body() -> None:
-        feed = NewestFeed()
-        for number in range(5):
-            feed.put(number)
-        assert await feed.next() == 4
-        assert feed.dropped == 4
-        waiting = asyncio.ensure_future(feed.next())
-        await asyncio.sleep(0)
-        feed.put(9)
-        assert await waiting == 9
-
-    kit.play(body)
+async def test_a_viewer_that_is_slow_sees_the_newest_picture(kit: Any) -> None:
+    feed = NewestFeed()
+    for number in range(5):
+        feed.put(number)
+    assert await feed.next() == 4
+    assert feed.dropped == 4
+    waiting = asyncio.ensure_future(feed.next())
+    await asyncio.sleep(0)
+    feed.put(9)
+    assert await waiting == 9
 
 
-def test_a_viewer_that_looks_again_is_not_shown_an_old_picture(kit: Any) -> None:
-    async def body() -> None:
-        prepared: list[Any] = []
-        it = hub(prepared, [])
-        feed = it.bind("p1", "front", silent)
-        it.watch("p1", "front", True)
-        it.post("front", PICTURE)
-        await asyncio.sleep(0)
-        it.watch("p1", "front", False)
-        it.watch("p1", "front", True)
-        it.post("front", PICTURE)
-        assert await feed.next() == 2
-
-    kit.play(body)
+async def test_a_viewer_that_looks_again_is_not_shown_an_old_picture(kit: Any) -> None:
+    prepared: list[Any] = []
+    it = hub(prepared, [])
+    feed = it.bind("p1", "front", silent)
+    it.watch("p1", "front", True)
+    it.post("front", PICTURE)
+    await asyncio.sleep(0)
+    it.watch("p1", "front", False)
+    it.watch("p1", "front", True)
+    it.post("front", PICTURE)
+    assert await feed.next() == 2
 
 
 class Encoding(MediaTrackHandler):
     packet_codec = "h264"
 
 
-def test_the_codec_that_a_handler_declares_reaches_the_stream(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_the_codec_that_a_handler_declares_reaches_the_stream(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     told: dict[str, object] = {}
     add_label = MediaHub.add_label
 
@@ -104,8 +95,5 @@ def test_the_codec_that_a_handler_declares_reaches_the_stream(kit: Any, monkeypa
 
     monkeypatch.setattr(MediaHub, "add_label", noting)
 
-    async def body() -> None:
-        async with kit.running(kit.connector_of(Encoding("front")), kit.connector_of(MediaTrackHandler("rear"))):
-            await kit.until(lambda: told == {"front": "h264", "rear": None})
-
-    kit.play(body)
+    async with kit.running(kit.connector_of(Encoding("front")), kit.connector_of(MediaTrackHandler("rear"))):
+        await kit.until(lambda: told == {"front": "h264", "rear": None})

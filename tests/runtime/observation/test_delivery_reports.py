@@ -92,86 +92,74 @@ def test_asking_again_and_again_brings_no_more_reports(kit: Any, monkeypatch: An
     played(kit, monkeypatch, body)
 
 
-def test_of_a_burst_that_overflows_its_queue_as_many_count_as_sent_as_arrive(kit: Any) -> None:
-    async def body() -> None:
-        events = Events("events")
-        async with kit.running(kit.connector_of(events)) as scene:
-            ann = await scene.enters("ann")
-            channel = ann.open("events")
-            await kit.until(lambda: events.is_heard)
-            ann.control.channel.buffered_bytes = HIGH_WATER_BYTES
-            for number in range(600):
-                events.send_json({"number": number})
+async def test_of_a_burst_that_overflows_its_queue_as_many_count_as_sent_as_arrive(kit: Any) -> None:
+    events = Events("events")
+    async with kit.running(kit.connector_of(events)) as scene:
+        ann = await scene.enters("ann")
+        channel = ann.open("events")
+        await kit.until(lambda: events.is_heard)
+        ann.control.channel.buffered_bytes = HIGH_WATER_BYTES
+        for number in range(600):
+            events.send_json({"number": number})
 
-            def counted() -> tuple[int, int]:
-                (row,) = scene.robot.snapshot().connectors
-                return row.messages, row.dropped
-
-            await kit.until(lambda: sum(counted()) == 600)
-            ann.control.channel.buffered_bytes = 0
-            channel.on_drained()
-            await kit.until(lambda: len(channel.values()) == 64)
-            assert counted() == (64, 536)
-
-    kit.play(body)
-
-
-def test_a_value_of_before_counts_as_sent_once_somebody_comes_for_it(kit: Any) -> None:
-    async def body() -> None:
-        pose = Pose("pose")
-        async with kit.running(kit.connector_of(pose)) as scene:
-            await kit.until(lambda: scene.robot.snapshot().connectors)
-            assert pose.send_json({"x": 1}) is False
-            for name in ("ann", "bob"):
-                assert scene.robot.snapshot().connectors[0].messages == (name == "bob")
-                channel = (await scene.enters(name)).open("pose")
-                await kit.until(lambda channel=channel: channel.values(latched=True) == [{"x": 1}])
+        def counted() -> tuple[int, int]:
             (row,) = scene.robot.snapshot().connectors
-            assert (row.messages, row.dropped) == (1, 0)
+            return row.messages, row.dropped
 
-    kit.play(body)
+        await kit.until(lambda: sum(counted()) == 600)
+        ann.control.channel.buffered_bytes = 0
+        channel.on_drained()
+        await kit.until(lambda: len(channel.values()) == 64)
+        assert counted() == (64, 536)
 
 
-def test_what_a_handler_itself_leaves_out_is_told_with_the_rest(kit: Any) -> None:
-    async def body() -> None:
-        pose = Pose("pose")
-        async with kit.running(kit.connector_of(pose)) as scene:
-            await kit.until(lambda: scene.robot.snapshot().connectors)
-            reasons: tuple[Loss, ...] = get_args(Loss)
-            for number, reason in enumerate(reasons, 1):
-                await asyncio.to_thread(pose.count_loss, reason, number)
-            pose.count_loss("refused")
-            (shown,) = scene.robot.snapshot().connectors
-            row = row_of(shown)
-            told = {reason: getattr(row, reason) for reason in reasons}
-            assert told == {"replaced": 1, "dropped": 2, "too_large": 3, "thinned": 4, "refused": 6, "lost": 6}
-            assert row.messages == 0
+async def test_a_value_of_before_counts_as_sent_once_somebody_comes_for_it(kit: Any) -> None:
+    pose = Pose("pose")
+    async with kit.running(kit.connector_of(pose)) as scene:
+        await kit.until(lambda: scene.robot.snapshot().connectors)
+        assert pose.send_json({"x": 1}) is False
+        for name in ("ann", "bob"):
+            assert scene.robot.snapshot().connectors[0].messages == (name == "bob")
+            channel = (await scene.enters(name)).open("pose")
+            await kit.until(lambda channel=channel: channel.values(latched=True) == [{"x": 1}])
+        (row,) = scene.robot.snapshot().connectors
+        assert (row.messages, row.dropped) == (1, 0)
 
-    kit.play(body)
+
+async def test_what_a_handler_itself_leaves_out_is_told_with_the_rest(kit: Any) -> None:
+    pose = Pose("pose")
+    async with kit.running(kit.connector_of(pose)) as scene:
+        await kit.until(lambda: scene.robot.snapshot().connectors)
+        reasons: tuple[Loss, ...] = get_args(Loss)
+        for number, reason in enumerate(reasons, 1):
+            await asyncio.to_thread(pose.count_loss, reason, number)
+        pose.count_loss("refused")
+        (shown,) = scene.robot.snapshot().connectors
+        row = row_of(shown)
+        told = {reason: getattr(row, reason) for reason in reasons}
+        assert told == {"replaced": 1, "dropped": 2, "too_large": 3, "thinned": 4, "refused": 6, "lost": 6}
+        assert row.messages == 0
 
 
 def test_before_the_robot_runs_nobody_counts() -> None:
     Pose("pose").count_loss("lost")
 
 
-def test_an_operator_that_asks_learns_of_values_that_were_replaced(kit: Any) -> None:
-    async def body() -> None:
-        pose, sink = Pose("pose"), DataChannelJsonReceivable("sink")
-        async with kit.running(kit.connector_of(pose), kit.connector_of(sink)) as scene:
-            ann = await scene.enters("ann")
-            channel = ann.open("pose")
-            ann.control.channel.buffered_bytes = LOW_WATER_BYTES  # SCTP has one buffer, which any channel knows
-            await kit.until(lambda: pose.send_json({"x": 0}))
-            for x in range(3):
-                pose.send_json({"x": x})
-            await kit.until(lambda: scene.robot.snapshot().connectors[0].messages == 4)
-            ann.say(DeliveryWatch(on=True))
-            report = await ann.hears("delivery.report")
-            rows = {row.label: row for row in report.connectors}
-            assert (rows["pose"].messages, rows["pose"].replaced, rows["pose"].queue_messages) == (4, 3, 1)
-            assert rows["sink"].delivery == "reliable"
-            ann.control.channel.buffered_bytes = 0
-            channel.on_drained()
-            await kit.until(lambda: channel.values() == [{"x": 2}])
-
-    kit.play(body)
+async def test_an_operator_that_asks_learns_of_values_that_were_replaced(kit: Any) -> None:
+    pose, sink = Pose("pose"), DataChannelJsonReceivable("sink")
+    async with kit.running(kit.connector_of(pose), kit.connector_of(sink)) as scene:
+        ann = await scene.enters("ann")
+        channel = ann.open("pose")
+        ann.control.channel.buffered_bytes = LOW_WATER_BYTES  # SCTP has one buffer, which any channel knows
+        await kit.until(lambda: pose.send_json({"x": 0}))
+        for x in range(3):
+            pose.send_json({"x": x})
+        await kit.until(lambda: scene.robot.snapshot().connectors[0].messages == 4)
+        ann.say(DeliveryWatch(on=True))
+        report = await ann.hears("delivery.report")
+        rows = {row.label: row for row in report.connectors}
+        assert (rows["pose"].messages, rows["pose"].replaced, rows["pose"].queue_messages) == (4, 3, 1)
+        assert rows["sink"].delivery == "reliable"
+        ann.control.channel.buffered_bytes = 0
+        channel.on_drained()
+        await kit.until(lambda: channel.values() == [{"x": 2}])

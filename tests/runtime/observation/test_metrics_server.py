@@ -62,16 +62,13 @@ def test_a_web_site_whose_name_leads_here_reads_nothing() -> None:
     served(public, "0.0.0.0")  # noqa: S104
 
 
-def test_a_port_that_is_taken_is_told_with_a_code() -> None:
-    async def play() -> None:
-        first = MetricsServer("127.0.0.1", 0, str)
-        await first.open()
-        with pytest.raises(MosaicError) as caught:
-            await MetricsServer("127.0.0.1", int(first.url.split(":")[2].split("/")[0]), str).open()
-        assert caught.value.code == "config.metrics"
-        first.close()
-
-    asyncio.run(play())
+async def test_a_port_that_is_taken_is_told_with_a_code() -> None:
+    first = MetricsServer("127.0.0.1", 0, str)
+    await first.open()
+    with pytest.raises(MosaicError) as caught:
+        await MetricsServer("127.0.0.1", int(first.url.split(":")[2].split("/")[0]), str).open()
+    assert caught.value.code == "config.metrics"
+    first.close()
 
 
 @pytest.mark.parametrize(

@@ -28,40 +28,34 @@ def link(network: Any, scope: str = "lan:") -> tuple[ServerLink, list[session.Ef
 
 
 @pytest.mark.parametrize("scope", ["", "lan:"])
-def test_the_robot_knows_peers_by_scoped_ids_and_the_server_by_its_own(kit: Any, scope: str) -> None:
-    async def body() -> None:
-        network = kit.network()
-        it, effects = link(network, scope)
-        running = asyncio.create_task(it.run())
-        socket = await network.ready()
-        assert socket.got("authorize")[0]["data"] == "token of lan"
-        socket.push("signaling.prepare_connection", {"rtcConnectionId": "p1"})
-        socket.push("signaling.send_sdp_offer", {"rtcConnectionId": "p1", "sdpOffer": "offer"})
-        await kit.until(lambda: any(isinstance(one, StartPeer) for one in effects))
-        start = next(one for one in effects if isinstance(one, StartPeer))
-        assert start.peer_id == f"{scope}p1"
-        assert start.identity.session_id == f"{scope}p1", "toward an original server the session is the connection"
-        assert it.introduced(start.peer_id)
-        it.signal(SdpAnswer(rtc_connection_id=start.peer_id, sdp_answer="answer"))
-        it.peer_connected(start.peer_id)
-        await kit.until(lambda: socket.got("signaling.send_sdp_answer"))
-        assert socket.got("signaling.send_sdp_answer") == [{"rtcConnectionId": "p1", "sdpAnswer": "answer"}]
-        socket.push("signaling.close_peer_connection", {"rtcConnectionId": "p1"})
-        await kit.until(lambda: any(isinstance(one, StopPeer) for one in effects))
-        assert next(one for one in effects if isinstance(one, StopPeer)).peer_id == start.peer_id
-        it.shut_down()
-        await asyncio.wait_for(running, 2)
-
-    kit.play(body)
+async def test_the_robot_knows_peers_by_scoped_ids_and_the_server_by_its_own(kit: Any, scope: str) -> None:
+    network = kit.network()
+    it, effects = link(network, scope)
+    running = asyncio.create_task(it.run())
+    socket = await network.ready()
+    assert socket.got("authorize")[0]["data"] == "token of lan"
+    socket.push("signaling.prepare_connection", {"rtcConnectionId": "p1"})
+    socket.push("signaling.send_sdp_offer", {"rtcConnectionId": "p1", "sdpOffer": "offer"})
+    await kit.until(lambda: any(isinstance(one, StartPeer) for one in effects))
+    start = next(one for one in effects if isinstance(one, StartPeer))
+    assert start.peer_id == f"{scope}p1"
+    assert start.identity.session_id == f"{scope}p1", "toward an original server the session is the connection"
+    assert it.introduced(start.peer_id)
+    it.signal(SdpAnswer(rtc_connection_id=start.peer_id, sdp_answer="answer"))
+    it.peer_connected(start.peer_id)
+    await kit.until(lambda: socket.got("signaling.send_sdp_answer"))
+    assert socket.got("signaling.send_sdp_answer") == [{"rtcConnectionId": "p1", "sdpAnswer": "answer"}]
+    socket.push("signaling.close_peer_connection", {"rtcConnectionId": "p1"})
+    await kit.until(lambda: any(isinstance(one, StopPeer) for one in effects))
+    assert next(one for one in effects if isinstance(one, StopPeer)).peer_id == start.peer_id
+    it.shut_down()
+    await asyncio.wait_for(running, 2)
 
 
-def test_the_identity_of_a_stranger_has_no_operator_in_any_scope(kit: Any) -> None:
-    async def body() -> None:
-        it, _ = link(kit.network())
-        assert it._identity(PeerIdentity("s")) == PeerIdentity("lan:s")
-        assert it._identity(PeerIdentity("s", "o", "Ann")) == PeerIdentity("lan:s", "lan:o", "Ann")
-
-    kit.play(body)
+async def test_the_identity_of_a_stranger_has_no_operator_in_any_scope(kit: Any) -> None:
+    it, _ = link(kit.network())
+    assert it._identity(PeerIdentity("s")) == PeerIdentity("lan:s")
+    assert it._identity(PeerIdentity("s", "o", "Ann")) == PeerIdentity("lan:s", "lan:o", "Ann")
 
 
 @pytest.mark.parametrize(
