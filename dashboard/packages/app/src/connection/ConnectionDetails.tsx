@@ -3,7 +3,7 @@ import { timelineJson, type RobotConnection } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { IconCopy, IconStethoscope } from '@tabler/icons-react'
 import { Link } from 'react-router-dom'
-import { bulkLaneText, connectionText } from '../robot/connectionText'
+import { bulkLaneText, connectionText } from './connectionText'
 import classes from './connection.module.css'
 import { TimelineBars } from './TimelineBars'
 

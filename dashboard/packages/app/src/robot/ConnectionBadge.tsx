@@ -1,7 +1,7 @@
 import type { RobotConnection } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { lazy, Suspense, useState } from 'react'
-import { connectionText, formattedRoundTrip } from './connectionText'
+import { connectionText, formattedRoundTrip } from '../connection/connectionText'
 import classes from './robot.module.css'
 
 const ConnectionDetails = lazy(() => import('../connection/ConnectionDetails'))

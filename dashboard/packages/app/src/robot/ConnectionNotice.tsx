@@ -4,7 +4,7 @@ import { useReadable } from '@mosaic/react'
 import { IconAlertTriangle } from '@tabler/icons-react'
 import { Link } from 'react-router-dom'
 import { TimelineBars } from '../connection/TimelineBars'
-import { connectionText } from './connectionText'
+import { connectionText } from '../connection/connectionText'
 import classes from './robot.module.css'
 
 export interface ConnectionNoticeProps {

@@ -1,7 +1,7 @@
 import type { CatalogueEntry, ConnectionPhase } from '@mosaic/client'
 import { widgets } from '@mosaic/widgets'
 import { describe, expect, test } from 'vitest'
-import { bulkLaneText, connectionText, formattedRoundTrip } from './connectionText'
+import { bulkLaneText, connectionText, formattedRoundTrip } from '../connection/connectionText'
 import { placesOf } from './layout'
 import { readChoices, strayLabels, without, writeChoices } from './viewChoices'
 

@@ -15,7 +15,7 @@ import { MosaicProvider } from '@mosaic/react'
 import { act, cleanup, render, screen } from '@testing-library/react'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
 import { chooseWidget } from '../registry/chooseWidget'
-import { widgets } from '../registry/widgets'
+import { widgets } from '../widgets'
 import { WidgetCard } from './WidgetCard'
 
 const ENTRY: CatalogueEntry = {

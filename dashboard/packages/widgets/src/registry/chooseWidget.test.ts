@@ -1,7 +1,7 @@
 import type { CatalogueEntry } from '@mosaic/client'
 import { describe, expect, test } from 'vitest'
 import { chooseWidget, fitOf, widgetsFor } from './chooseWidget'
-import { widgets } from './widgets'
+import { widgets } from '../widgets'
 
 function entry(fields: Partial<CatalogueEntry>): CatalogueEntry {
   return {
