@@ -53,21 +53,40 @@ CORE_ROOMS = {
 """Lowest first: a room may import those before it. Files beside the rooms may import all of them, and no room them."""
 SERVER_ROOMS = ["security", "storage", "switchboard", "sockets", "rest", "web"]
 """The same for ``mosaic_server``: what lies beside these rooms (settings, services) may stand between any two."""
-CLIENT_ROOMS = [
-    "words",
-    "described",
-    "timing",
-    "platform",
-    "resume",
-    "control",
-    "signaling",
-    "delivery",
-    "diagnosis",
-    "stores",
-    "peers",
-    "bindings",
-]
-"""The same for ``dashboard/packages/client/src``."""
+DASHBOARD_ROOMS = {
+    "protocol": [],
+    "client": [
+        "words",
+        "described",
+        "timing",
+        "platform",
+        "resume",
+        "control",
+        "signaling",
+        "delivery",
+        "diagnosis",
+        "stores",
+        "peers",
+        "bindings",
+    ],
+    "react": [],
+    "widgets": [
+        "theme",
+        "schema",
+        "clouds",
+        "paint",
+        "stores",
+        "registry",
+        "delivery",
+        "frame",
+        "pictures",
+        "gamepad",
+        "control",
+    ],
+    "app": ["shell", "session", "connection", "describe", "grants", "journal", "check", "robots", "robot"],
+}
+"""The same for the packages below ``dashboard/packages``. A folder named like a component (``DrivePad``) is a widget:
+it stands above these rooms, and may borrow from another widget, in no circle."""
 
 Graph = Mapping[str, set[str]]
 
@@ -104,12 +123,12 @@ def _imported(node: ast.AST, files: Mapping[str, Path]) -> Iterator[str]:
 
 
 def typescript_graph() -> dict[str, set[str]]:
-    """Every source file of the dashboard by its path below ``dashboard/packages``."""
+    """Every source file of the dashboard by its path below ``dashboard/packages``, without the tests beside them."""
     packages = ROOT / "dashboard" / "packages"
     files = {
         path.relative_to(packages).as_posix(): path
         for path in sorted(packages.glob("*/src/**/*.ts*"))
-        if path.suffix in (".ts", ".tsx")
+        if path.suffix in (".ts", ".tsx") and ".test." not in path.name
     }
     imported = re.compile(r"(?:from|import)\s*\(?\s*'(\.[^']+)'")
     graph = {}
@@ -143,6 +162,17 @@ def misdirected(graph: Graph, prefix: tuple[str, ...], separator: str, rooms: li
             other = _room(target, prefix, separator)
             if other is not None and other != own and rank.get(other, len(rooms)) > rank[own]:
                 found.append(f"{name} imports {target}")
+    return found
+
+
+def among_rooms(graph: Graph, prefix: tuple[str, ...], separator: str) -> dict[str, set[str]]:
+    """Which rooms below ``prefix`` import which others."""
+    found: dict[str, set[str]] = defaultdict(set)
+    for name, targets in graph.items():
+        own = _room(name, prefix, separator)
+        if own is not None:
+            others = {_room(target, prefix, separator) for target in targets}
+            found[own] |= {room for room in others if room not in (None, own)}
     return found
 
 
@@ -189,10 +219,14 @@ def test_the_rooms_of_the_server_import_one_way(core: Graph) -> None:
     assert misdirected(among_rooms, ("mosaic_server",), ".", SERVER_ROOMS) == []
 
 
-def test_the_rooms_of_the_client_import_one_way(dashboard: Graph) -> None:
-    folder = ROOT / "dashboard/packages/client/src"
-    assert {path.name for path in folder.iterdir() if path.is_dir()} == set(CLIENT_ROOMS)
-    assert misdirected(dashboard, ("client", "src"), "/", CLIENT_ROOMS) == []
+@pytest.mark.parametrize("package", DASHBOARD_ROOMS)
+def test_the_rooms_of_a_dashboard_package_import_one_way(package: str, dashboard: Graph) -> None:
+    rooms = DASHBOARD_ROOMS[package]
+    folders = {path.name for path in (ROOT / "dashboard/packages" / package / "src").iterdir() if path.is_dir()}
+    widgets = {name for name in folders if name[0].isupper()}
+    assert folders - widgets == set(rooms)
+    assert misdirected(dashboard, (package, "src"), "/", rooms) == []
+    assert circle_in(among_rooms(dashboard, (package, "src"), "/")) == []
 
 
 def test_no_folder_is_crowded() -> None:

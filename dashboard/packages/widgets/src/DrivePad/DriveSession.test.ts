@@ -4,7 +4,8 @@ import { fakeGamepads, setPressed, type FakeGamepads } from '../../test/fakeGame
 import { GamepadSource } from '../gamepad/GamepadSource'
 import { TICK_MS, ZEROS_AFTER_STOP } from './driveControl'
 import { ZERO_TWIST, type Twist } from './driveTwist'
-import { DriveSession, restAllPads } from './DriveSession'
+import { restAllPads } from '../control/pads'
+import { DriveSession } from './DriveSession'
 
 const LIMITS = { maxLinearMps: 1, maxAngularRadps: 2 }
 let sent: Twist[]

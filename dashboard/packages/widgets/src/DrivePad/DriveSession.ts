@@ -3,9 +3,11 @@
  * One per mounted pad; `dispose` stops the robot.
  */
 import { pageTicks, type Ticks } from '@mosaic/client'
+import { pads } from '../control/pads'
 import { pageGamepads, type GamepadSource } from '../gamepad/GamepadSource'
+import type { Stick } from '../gamepad/stick'
 import { handleDrive, INITIAL_DRIVE, needsTicks, TICK_MS, type DriveEvent, type DrivePermit, type DriveState, type EndOfPermit, type StopReason } from './driveControl'
-import type { DriveLimits, Stick, Twist } from './driveTwist'
+import type { DriveLimits, Twist } from './driveTwist'
 import { driveKeyOf, releasedKeyOf } from './driveKeys'
 import { driveStatus, type DriveStatus } from './driveStatus'
 
@@ -29,12 +31,6 @@ export interface DriveSessionOptions {
 
 /** The pad that keys and the gamepad belong to: the newest, or the one touched last. Two must never obey one key. */
 const keyboard: { owner: DriveSession | null } = { owner: null }
-const sessions = new Set<DriveSession>()
-
-/** Somebody pressed Stop: every pad of this robot ends its hold and says zero by itself, whatever else is under way. */
-export function restAllPads(robotId: string): void {
-  for (const session of sessions) if (session.robotId === robotId) session.stop('stop-button')
-}
 
 export class DriveSession {
   readonly robotId: string
@@ -54,7 +50,7 @@ export class DriveSession {
     this.gamepads = options.gamepads ?? pageGamepads()
     this.nowMs = options.nowMs ?? (() => performance.now())
     keyboard.owner ??= this
-    sessions.add(this)
+    pads.add(this)
     this.listenToPage()
     this.followTicks()
   }
@@ -100,7 +96,7 @@ export class DriveSession {
     this.stop('unmount')
     this.detached.abort()
     this.endTicks?.()
-    sessions.delete(this)
+    pads.delete(this)
     if (keyboard.owner === this) keyboard.owner = null
   }
 

@@ -1,7 +1,8 @@
 import fc from 'fast-check'
 import { describe, expect, test } from 'vitest'
 import { handleDrive, INITIAL_DRIVE, isHeld, LATE_AFTER_MS, needsTicks, TICK_MS, ZEROS_AFTER_STOP, type DriveEvent, type DriveState, type DriveStep, type StopReason } from './driveControl'
-import { limited, limitsOf, stickOfKeys, ZERO_TWIST, type Twist } from './driveTwist'
+import { limited } from '../gamepad/stick'
+import { limitsOf, stickOfKeys, ZERO_TWIST, type Twist } from './driveTwist'
 
 const LIMITS = { maxLinearMps: 0.8, maxAngularRadps: 1.5 }
 const READY: DriveState = { ...INITIAL_DRIVE, enabled: true, speed: 1 }

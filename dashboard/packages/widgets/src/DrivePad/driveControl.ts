@@ -3,7 +3,8 @@
  * Nothing moves unless somebody holds and this page commands; whatever ends the hold sends a zero at once and needs a
  * new press to move again.
  */
-import { bounded, clamp, limited, twistOf, ZERO_TWIST, type DriveKey, type DriveLimits, type Hold, type Stick, type Twist } from './driveTwist'
+import { bounded, clamp, limited, type Stick } from '../gamepad/stick'
+import { twistOf, ZERO_TWIST, type DriveKey, type DriveLimits, type Hold, type Twist } from './driveTwist'
 
 export type StopReason =
   | 'released'

@@ -1,4 +1,5 @@
 /** From where a hold points to a velocity within the robot's limits: pure, and never anything but numbers. */
+import type { Stick } from '../gamepad/stick'
 
 /** The Twist JSON that MOSAIC's robots take: m/s and rad/s, x forward, y left, z up (REP-103). */
 export interface Twist {
@@ -17,17 +18,8 @@ export interface DriveLimits {
   maxAngularRadps: number
 }
 
-/** Which way, each from -1 to 1: `forward` ahead, `left` counter-clockwise, `sideways` to the left without turning. */
-export interface Stick {
-  forward: number
-  left: number
-  sideways?: number
-}
-
 export type DriveKey = 'forward' | 'back' | 'left' | 'right'
 
-/** Deflection that a resting thumb makes. */
-export const DEAD_ZONE = 0.08
 export const ZERO_TWIST: Twist = { linear: { x: 0, y: 0, z: 0 }, angular: { x: 0, y: 0, z: 0 } }
 
 /** What of a hold says where to. */
@@ -60,20 +52,6 @@ export function stickOfKeys(keys: readonly DriveKey[]): Stick {
   return { forward: on('forward') - on('back'), left: on('left') - on('right') }
 }
 
-/** The stick inside the unit circle, with a dead zone; anything that is not a number counts as rest. */
-export function limited(stick: Stick): Stick {
-  const length = Math.hypot(stick.forward, stick.left)
-  if (!Number.isFinite(length) || length < DEAD_ZONE) return { forward: 0, left: 0 }
-  const scale = length > 1 ? 1 / length : 1
-  return { forward: stick.forward * scale, left: stick.left * scale }
-}
-
-/** Two sticks of a gamepad are two ways: each within its own range, not both within one circle. */
-export function bounded({ forward, left, sideways = 0 }: Stick): Required<Stick> {
-  const one = (value: number): number => (Number.isFinite(value) ? clamp(value, -1, 1) : 0)
-  return { forward: one(forward), left: one(left), sideways: one(sideways) }
-}
-
 /** The limits that the robot announces; without any, 1 m/s and 1 rad/s, which is what MOSAIC's own pads send. */
 export function limitsOf(safety: Record<string, unknown> | undefined): DriveLimits {
   return {
@@ -84,10 +62,6 @@ export function limitsOf(safety: Record<string, unknown> | undefined): DriveLimi
 
 function positive(value: unknown, otherwise: number): number {
   return typeof value === 'number' && Number.isFinite(value) && value >= 0 ? value : otherwise
-}
-
-export function clamp(value: number, low: number, high: number): number {
-  return Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : low
 }
 
 function noNegativeZero(value: number): number {

@@ -1,5 +1,5 @@
 /** From a pointer on the pad to a stick, and back to where the thumb is drawn. */
-import { limited, type Stick } from './driveTwist'
+import { limited, type Stick } from '../gamepad/stick'
 
 export interface Box {
   left: number

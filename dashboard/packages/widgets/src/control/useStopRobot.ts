@@ -1,7 +1,7 @@
 import type { StopReport } from '@mosaic/client'
 import { useStop } from '@mosaic/react'
 import { useCallback } from 'react'
-import { restAllPads } from '../DrivePad/DriveSession'
+import { restAllPads } from './pads'
 
 /** Stops the robot for everybody, and every pad of this page by itself: for robots that know no stop, its zeros are the stop. */
 export function useStopRobot(robotId: string): (reason?: string) => Promise<StopReport> {

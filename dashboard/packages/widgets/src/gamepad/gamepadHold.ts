@@ -3,7 +3,7 @@
  * It must be seen released before it counts, so that nothing that was held at an end of driving starts it again.
  */
 import { isAtRest, isPressed, stickOfGamepad, type GamepadMapping, type GamepadReading } from './gamepadMapping'
-import type { Stick } from '../DrivePad/driveTwist'
+import type { Stick } from './stick'
 
 export interface GamepadHold {
   /** It was seen released since it last ended (or appeared). */

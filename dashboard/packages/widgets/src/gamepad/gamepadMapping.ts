@@ -2,7 +2,7 @@
  * What the axes and buttons of a gamepad mean for the robot: pure, from a reading to a stick.
  * Whatever a broken gamepad reports, the result is a number between -1 and 1, and rest where there is doubt.
  */
-import type { Stick } from '../DrivePad/driveTwist'
+import type { Stick } from './stick'
 
 /** Ways to move that an axis can be given to; those of `Twist`: ahead, to the left, counter-clockwise. */
 export type DriveAxis = 'forward' | 'sideways' | 'left'

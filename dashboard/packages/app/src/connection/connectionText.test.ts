@@ -1,0 +1,38 @@
+import type { ConnectionPhase } from '@mosaic/client'
+import { describe, expect, test } from 'vitest'
+import { bulkLaneText, connectionText, formattedRoundTrip } from './connectionText'
+
+describe('the badge', () => {
+  test.each<ConnectionPhase>(['idle', 'connecting', 'connected', 'reconnecting', 'failed', 'closed'])('%s has a text', (phase) => {
+    expect(connectionText({ phase, roundTripMs: null }).text).not.toBe('')
+  })
+
+  test('a failure has its reason, its cure and a way on', () => {
+    const text = connectionText({ phase: 'failed', code: 'ice.timeout', roundTripMs: null })
+    expect(text.reason).toContain('network path')
+    expect(text.cure).toContain('TURN')
+    expect(text.canRetry).toBe(true)
+  })
+
+  test('a robot that has somebody else may be free soon, and the page says for how long it tries', () => {
+    const trying = connectionText({ phase: 'connecting', code: 'signal.robot_busy', roundTripMs: null })
+    expect(trying.cure).toContain('up to 45 s. This page keeps trying.')
+    const failed = connectionText({ phase: 'failed', code: 'signal.robot_busy', roundTripMs: null })
+    expect(failed.cure).toMatch(/up to 45 s\.$/)
+    expect(failed.canRetry).toBe(true)
+  })
+
+  test('says where bulk data goes, and why not over a connection of its own', () => {
+    expect(bulkLaneText({ phase: 'none' })).toBe('')
+    expect(bulkLaneText({ phase: 'up' })).toContain('of its own')
+    expect(bulkLaneText({ phase: 'failed', code: 'ice.timeout' })).toContain('No network path')
+  })
+
+  test.each([
+    [null, '– ms'],
+    [1.26, '1.3 ms'],
+    [42.4, '42 ms'],
+  ])('a round trip of %s is %s', (value, text) => {
+    expect(formattedRoundTrip(value)).toBe(text)
+  })
+})
