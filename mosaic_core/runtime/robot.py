@@ -314,7 +314,7 @@ class Robot:
         if outcome.code:
             peer = self._peers.get(item.sender.peer_id)
             if peer is not None:
-                peer.refuse(item.channel, item.seq, outcome.code, outcome.message)
+                peer.operator.refuse(item.channel, item.seq, outcome.code, outcome.message)
         if self._control is not None:
             self._control.command_done(outcome)
         arguments = {"label": item.channel, "sender": item.sender, "accepted": not outcome.code, "code": outcome.code}

@@ -182,7 +182,7 @@ def _deaf_stop_lane(link: StopChannel, data: bytes | str) -> None:
     """Hears nothing."""
 
 
-def _deaf_control_lane(peer: PeerControl, message: ControlMessage, hear: Any = PeerControl.heard) -> None:
+def _deaf_control_lane(peer: PeerControl, message: ControlMessage, hear: Any = PeerControl.control_heard) -> None:
     if not isinstance(message, Stop):
         hear(peer, message)
 
@@ -191,7 +191,7 @@ def _deaf_control_lane(peer: PeerControl, message: ControlMessage, hear: Any = P
     ("owner", "name", "broken", "fails", "passes"),
     [
         (StopChannel, "_received", _deaf_stop_lane, "stop", "stop-on-control"),
-        (PeerControl, "heard", _deaf_control_lane, "stop-on-control", "stop"),
+        (PeerControl, "control_heard", _deaf_control_lane, "stop-on-control", "stop"),
     ],
 )
 def test_each_lane_of_the_stop_is_exercised_alone(

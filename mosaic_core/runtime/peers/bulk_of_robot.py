@@ -9,18 +9,17 @@ from typing import Protocol
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.machines.peers import bulk_of_robot as machine
-from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.media.plain_stream import NewestFeed
 from mosaic_core.runtime.peers.bulk_connection import BulkAttempt, BulkConnection, LaneMessage
 from mosaic_core.runtime.peers.control_channel import ControlChannel
 from mosaic_core.runtime.peers.peer_channels import PeerChannels
+from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import IncomingSound
 from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, Channel
 from mosaic_core.words.control import (
     CHANNEL_PROTOCOL,
     LANE_LABEL,
-    ControlMessage,
     LaneAnswer,
     LaneCandidate,
     LaneOffer,
@@ -34,15 +33,7 @@ logger = logging.getLogger(__name__)
 class BulkHost(Protocol):
     """The peer of the main connection, as the second one needs it."""
 
-    @property
-    def peer_id(self) -> str: ...
-    def say(self, message: ControlMessage) -> None:
-        """Tell the operator, over the control channel."""
-        ...
-
-    def new_queue(self) -> SendQueue:
-        """A queue that tells the same as that of the main connection."""
-        ...
+    operator: RemoteOperator
 
     def newest_ice_servers(self) -> Sequence[IceServer]: ...
 
@@ -52,7 +43,7 @@ class BulkOfRobot(BulkConnection["_AnsweredAttempt"]):
 
     def __init__(self, host: BulkHost, channels: PeerChannels, make_answerer: AnswererFactory) -> None:
         self._machine = machine.RobotBulkMachine()
-        super().__init__(self._machine, host.say, host.peer_id)
+        super().__init__(self._machine, host.operator.answer, host.operator.peer_id)
         self.host = host
         self.channels = channels
         self.make_answerer = make_answerer
@@ -88,7 +79,7 @@ class _AnsweredAttempt(BulkAttempt[Answerer]):
 
     def __init__(self, attempt: int, connection: BulkOfRobot) -> None:
         super().__init__(attempt, connection)
-        self.queue = connection.host.new_queue()
+        self.queue = connection.channels.new_queue()
         self._bulk = connection
         self._control: ControlChannel | None = None
 
@@ -104,7 +95,7 @@ class _AnsweredAttempt(BulkAttempt[Answerer]):
             self.fail(error.code, error.message)
             return
         except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
-            peer_id = self._bulk.host.peer_id
+            peer_id = self._bulk.host.operator.peer_id
             logger.exception("the offer of a second connection of peer %s could not be answered", peer_id)
             self.fail("sdp.invalid", type(error).__name__)
             return

@@ -7,7 +7,8 @@ import time
 from collections.abc import Awaitable, Callable, Mapping
 
 from mosaic_core.machines.timing.pacing import TokenBucket
-from mosaic_core.words.control import ControlMessage, RenegotiateAnswer, RenegotiateOffer
+from mosaic_core.runtime.peers.remote_operator import RemoteOperator
+from mosaic_core.words.control import RenegotiateAnswer, RenegotiateOffer
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
 
 logger = logging.getLogger(__name__)
@@ -19,12 +20,11 @@ Answer = Callable[[str, Mapping[str, str] | None], Awaitable[str]]
 
 
 class FurtherOffers:
-    """Of one peer; event loop only. One at a time: an offer that comes meanwhile is refused."""
+    """Answers one operator's offers one at a time: one that comes meanwhile is refused. Event loop only."""
 
-    def __init__(self, peer_id: str, answer: Answer, tell: Callable[[ControlMessage], None]) -> None:
-        self._peer_id = peer_id
+    def __init__(self, operator: RemoteOperator, answer: Answer) -> None:
+        self._operator = operator
         self._answer = answer
-        self._tell = tell
         self._rate = TokenBucket.of_rate(MAX_OFFERS_HZ)
         self._is_busy = False
 
@@ -34,16 +34,16 @@ class FurtherOffers:
             answer = RenegotiateAnswer(attempt=offer.attempt, sdp=await self._answered(offer.sdp, offer.tracks))
         except MosaicError as error:
             answer = RenegotiateAnswer(attempt=offer.attempt, code=error.code, message=error.message[:500] or None)
-        self._tell(answer)
+        self._operator.answer(answer)
 
     async def answered(self, sdp: str, tracks: Mapping[str, str] | None) -> str | None:
         """The answer to one that came through the server, where nobody can be told why there is none; never raises."""
         try:
             return await self._answered(sdp, tracks)
         except MosaicError as error:
-            fields = {"peerId": self._peer_id, "code": error.code}
+            fields = {"peerId": self._operator.peer_id, "code": error.code}
             text = "a further offer of operator %s is refused, its connection goes on: %s (%s)"
-            logger.warning(text, self._peer_id, error.message, error.code, extra=fields)
+            logger.warning(text, self._operator.peer_id, error.message, error.code, extra=fields)
             return None
 
     async def _answered(self, sdp: str, tracks: Mapping[str, str] | None) -> str:
@@ -55,7 +55,7 @@ class FurtherOffers:
         except MosaicError:
             raise
         except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
-            logger.exception("a further offer of peer %s could not be answered", self._peer_id)
+            logger.exception("a further offer of peer %s could not be answered", self._operator.peer_id)
             raise ConnectionFailed(type(error).__name__, code="sdp.invalid") from error
         finally:
             self._is_busy = False

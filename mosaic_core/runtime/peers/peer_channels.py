@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 
-from mosaic_core.contract.host import Outgoing, Sender
+from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag
 from mosaic_core.machines.delivery.send_scheduler import Offered, Priority
@@ -17,39 +16,33 @@ from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.handlers.receiver import Receiver
 from mosaic_core.runtime.handlers.routes import Route
 from mosaic_core.runtime.peers.peer_resume import PeerResume
+from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.runtime.peers.site import Site
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import WireError
 
-Refuse = Callable[[str, int | None, str, str], None]
-"""``(label, seq, code, message)``: tell the operator."""
-
 
 class PeerChannels:
-    """Event loop only."""
+    """Opens, gates and fills the connectors' data channels of one operator. Event loop only."""
 
-    def __init__(
-        self,
-        sender: Callable[[], Sender],
-        site: Site,
-        queue: SendQueue,
-        baseline: ArrivalBaseline,
-        refuse: Refuse,
-        resume: PeerResume,
-    ) -> None:
-        self._peer_id = sender().peer_id
-        self._sender = sender
+    def __init__(self, operator: RemoteOperator, site: Site, resume: PeerResume, baseline: ArrivalBaseline) -> None:
+        self._operator = operator
+        self._peer_id = operator.peer_id
         self._site = site
-        self._queue = queue
-        self._baseline = baseline
-        self._refuse = refuse
         self._resume = resume
+        self.queue = self.new_queue()
+        """That of the main connection."""
+        self._baseline = baseline
         self._links: dict[str, DataPort] = {}
         self._rates: dict[str, TokenBucket] = {}
         self._partials = PeerPartials(self._forgotten)
         self._carriers: dict[str, SendQueue] = {}
         """The queue of every open channel: that of the main connection, or of the one for bulk."""
+
+    def new_queue(self) -> SendQueue:
+        """A queue for one peer connection of this operator."""
+        return SendQueue(self._resume.has_room, self._site.outbox.left_out)
 
     def labels(self) -> tuple[str, ...]:
         return tuple(self._links)
@@ -60,7 +53,7 @@ class PeerChannels:
         if route is None or (route.lane is Priority.BULK and channel.protocol == CHANNEL_PROTOCOL):
             self.opened(channel, queue)
             return
-        self._refuse(channel.label, None, "channel.wrong_lane", "")
+        self._operator.refuse(channel.label, None, "channel.wrong_lane", "")
         channel.close()
 
     def opened(self, channel: Channel, queue: SendQueue | None = None) -> None:
@@ -69,7 +62,7 @@ class PeerChannels:
         if route is None:
             # an original dashboard's channel stays open, unread (UPSTREAM §3.1); ours is told, and wants it closed
             if channel.protocol == CHANNEL_PROTOCOL:
-                self._refuse(channel.label, None, "channel.unknown_label", "")
+                self._operator.refuse(channel.label, None, "channel.unknown_label", "")
                 channel.close()
             return
         self._detach(channel.label)
@@ -77,10 +70,10 @@ class PeerChannels:
         link = DataPort(channel, self._baseline, route.max_age_s, partials=self._partials.shared)
         self._partials.opened(channel.label, link.reader)
         self._links[channel.label] = link
-        self._carriers[channel.label] = queue or self._queue
+        self._carriers[channel.label] = queue or self.queue
         opening = 0
         if route.receiver is not None:
-            opening = route.receiver.channel_opened(self._sender())
+            opening = route.receiver.channel_opened(self._operator.sender)
             if route.safety.max_rate_hz is not None:
                 self._rates.setdefault(route.label, TokenBucket.of_rate(route.safety.max_rate_hz))
         channel.on_message = lambda data: self._received(route, link, opening, data)
@@ -140,7 +133,7 @@ class PeerChannels:
     def _leave(self, label: str) -> None:
         receiver = self._site.routes[label].receiver
         if receiver is not None:
-            receiver.channel_closed(self._sender())
+            receiver.channel_closed(self._operator.sender)
 
     def _detach(self, label: str) -> None:
         link = self._links.pop(label, None)
@@ -187,7 +180,7 @@ class PeerChannels:
         return Incoming(
             receiver.label,
             frame.payload,
-            self._sender(),
+            self._operator.sender,
             frame.seq if link.is_framed else None,
             time.monotonic(),
             frame.epoch if link.is_framed else None,
@@ -211,5 +204,5 @@ class PeerChannels:
 
     def _reject(self, route: Route, seq: int | None, code: str, message: str) -> None:
         route.counters.refused += 1
-        self._refuse(route.label, seq, code, message)
-        self._site.listener.command_refused(route.label, self._sender(), code)
+        self._operator.refuse(route.label, seq, code, message)
+        self._site.listener.command_refused(route.label, self._operator.sender, code)

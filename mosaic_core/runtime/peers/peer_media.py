@@ -7,9 +7,8 @@ from collections.abc import Sequence
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.runtime.media.plain_stream import NewestFeed
-from mosaic_core.runtime.media.talk_hub import Talker
-from mosaic_core.runtime.peers.peer_control import PeerControl
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
+from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.runtime.peers.site import Site
 from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import IncomingSound
@@ -21,13 +20,12 @@ NO_COMMON_CODEC = "sdp.no_common_codec"
 
 
 class PeerMedia:
-    """Event loop only."""
+    """Binds the media lines of one operator, and tells it what becomes of them. Event loop only."""
 
-    def __init__(self, talker: Talker, site: Site, peer_control: PeerControl, timeline: PeerTimeline) -> None:
-        self._talker = talker
-        self._peer_id = talker.peer_id
+    def __init__(self, operator: RemoteOperator, site: Site, timeline: PeerTimeline) -> None:
+        self._operator = operator
+        self._peer_id = operator.peer_id
         self._site = site
-        self._control = peer_control
         self._timeline = timeline
         self._unbound: list[str] = []
         self._refused: dict[str, str] = {}
@@ -49,7 +47,7 @@ class PeerMedia:
         if self._has_left:
             sound.stop()
         else:
-            self._site.talk.bind(self._talker, label, sound)
+            self._site.talk.bind(self._operator, label, sound)
 
     def unbound(self, labels: Sequence[str]) -> None:
         """It has no line for these."""
@@ -58,15 +56,15 @@ class PeerMedia:
     def refused(self, label: str, cause: str) -> None:
         """Its line for ``label`` is refused; an original operator sees only that, and whoever reads the log."""
         fields = {"peerId": self._peer_id, "label": label, "code": NO_COMMON_CODEC}
-        who = self._talker.sender.name or self._peer_id
-        logger.warning("%s can't be sent to operator %s: %s (%s)", label, who, cause, NO_COMMON_CODEC, extra=fields)
+        text = "%s can't be sent to operator %s: %s (%s)"
+        logger.warning(text, label, self._operator.name, cause, NO_COMMON_CODEC, extra=fields)
         self._refused[label] = cause
         if self._is_greeted:
             self._tell_refused(label)
 
     def _tell_refused(self, label: str) -> None:
         message = control.MediaUnavailable(label=label, code=NO_COMMON_CODEC, message=self._refused[label])
-        self._control.answer(message)
+        self._operator.answer(message)
 
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         """The first picture of ``label`` leaves; how its time stamps are read."""
@@ -74,15 +72,15 @@ class PeerMedia:
         self._timeline.frame_sent(label)
         self._origins = [known for known in self._origins if known.label != label] + [origin]
         if self._is_greeted and not self._has_left:
-            self._control.answer(origin)
+            self._operator.answer(origin)
 
     # -- who it turns out to be ----------------------------------------------------------------------------------
 
-    def greeted(self) -> None:
+    def operator_greeted(self) -> None:
         """It speaks our words: tell it what was found out before it could listen."""
         self._is_greeted = True
         for origin in self._origins:
-            self._control.answer(origin)
+            self._operator.answer(origin)
         for label in self._unbound:
             self._unavailable(label, "media.no_line")
         for label in self._refused:
@@ -101,7 +99,7 @@ class PeerMedia:
         for label in self._site.media.watched_by(self._peer_id):
             self._site.media.watch(self._peer_id, label, False)
 
-    def left(self) -> None:
+    def operator_left(self) -> None:
         """It sees and says no more."""
         self._has_left = True
         self._site.media.leave(self._peer_id)
@@ -120,13 +118,13 @@ class PeerMedia:
         elif label in media.labels() and not self._has_left:
             media.watch(self._peer_id, label, on)
             self._timeline.watched(label, on and label in media.cameras())
-            if not on:
-                self._control.unwatched(label)
+            if not on and self._operator.link is not None:
+                self._operator.link.picture_unwatched(label)
 
     def talking_changed(self, label: str, who: Sender | None) -> None:
         """Somebody talks to the loudspeaker ``label``, or nobody does any more."""
         known = {} if who is None else {"peer_id": who.peer_id, "name": who.name}
-        self._control.tell(control.MediaTalking(label=label, **known))
+        self._operator.tell(control.MediaTalking(label=label, **known))
 
     def _unavailable(self, label: str, code: str) -> None:
-        self._control.answer(control.MediaUnavailable(label=label, code=code))
+        self._operator.answer(control.MediaUnavailable(label=label, code=code))

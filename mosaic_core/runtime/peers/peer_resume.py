@@ -14,14 +14,14 @@ from mosaic_core.machines.delivery.resume import Arrival, ResumeReceiver
 from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.runtime.control.command_desk import LOST
 from mosaic_core.runtime.delivery.sessions import OperatorSession
-from mosaic_core.words.control import HELLO_TIMEOUT_S, ControlMessage, Delivered, Hello, Resume
+from mosaic_core.words.control import HELLO_TIMEOUT_S, Delivered, Hello, Resume
 from mosaic_core.words.data_type import Direction
 
 if TYPE_CHECKING:
-    from mosaic_core.contract.host import Sender
     from mosaic_core.runtime.delivery.data_port import DataPort
     from mosaic_core.runtime.delivery.send_queue import SendQueue
     from mosaic_core.runtime.handlers.routes import Route
+    from mosaic_core.runtime.peers.remote_operator import RemoteOperator
     from mosaic_core.runtime.peers.site import Site
 
 TELL_PERIOD_S = 0.25
@@ -33,12 +33,11 @@ RELEASE_AFTER_S = 1.0
 
 
 class PeerResume:
-    """Implements ``sessions.Owner``; event loop only. ``tell``: says something on the control channel."""
+    """Joins one peer to the session of its operator; implements ``sessions.Owner``. Event loop only."""
 
-    def __init__(self, sender: Callable[[], Sender], site: Site, tell: Callable[[ControlMessage], None]) -> None:
-        self._sender = sender
+    def __init__(self, operator: RemoteOperator, site: Site) -> None:
+        self._operator = operator
         self._site = site
-        self._tell = tell
         self._loop = asyncio.get_running_loop()
         self._phase: Literal["unknown", "expecting", "resumed", "plain"] = "unknown"
         self._boot_id = ""
@@ -81,6 +80,7 @@ class PeerResume:
 
     def has_room(self, label: str) -> None:
         """The connection's queue takes messages again."""
+        self._site.outbox.has_room(label, self._operator.peer_id)
         if self._session is not None and label in self._session.streams:
             self._session.streams[label].pump()
 
@@ -106,7 +106,7 @@ class PeerResume:
 
     # -- what the operator says ----------------------------------------------------------------------------------
 
-    def greeted(self, hello: Hello) -> None:
+    def said_hello(self, hello: Hello) -> None:
         if self._phase != "unknown":
             return
         self._boot_id = hello.boot_id
@@ -122,21 +122,21 @@ class PeerResume:
             self._phase = "plain"
             self._release_held()
 
-    def heard(self, message: Resume | Delivered) -> None:
+    def resume_heard(self, message: Resume | Delivered) -> None:
         if isinstance(message, Delivered):
             streams = self._session.streams if self._session is not None else {}
             for label in message.seqs.keys() & streams.keys():
                 streams[label].delivered(message.seqs[label])
             for label in streams:  # what was kept of one makes room for all
-                self._site.outbox.has_room(label, self._sender().peer_id)
+                self._site.outbox.has_room(label, self._operator.peer_id)
         elif self._phase == "expecting":
             self._resume(message)
         elif self._phase == "plain":  # it is too late: nothing takes part
-            self._tell(Resume(boot_id=self._site.boot_id, is_new=True))
+            self._operator.answer(Resume(boot_id=self._site.boot_id, is_new=True))
 
     def _resume(self, theirs: Resume) -> None:
         self._phase = "resumed"
-        sender, book = self._sender(), self._site.sessions
+        sender, book = self._operator.sender, self._site.sessions
         session, is_known = book.claim(sender.session_id, sender.operator_id, self._boot_id, sender.peer_id, self)
         self._session = session
         routes = self._site.routes
@@ -146,7 +146,7 @@ class PeerResume:
         book.resume(session, received, sending)
         for label in taking:
             self._announced(label, theirs.upcoming.get(label), is_known)
-        self._tell(
+        self._operator.answer(
             Resume(
                 boot_id=self._site.boot_id,
                 is_new=not is_known,
@@ -169,8 +169,7 @@ class PeerResume:
         """The session lives on another peer now."""
         self._session = None
 
-    def left(self, code: str) -> None:
-        """The peer has ended."""
+    def peer_left(self, code: str) -> None:
         for timer in self._timers.values():
             timer.cancel()
         self._timers.clear()
@@ -202,7 +201,7 @@ class PeerResume:
             return
         seqs = {label: seq for label, one in self._session.receivers.items() if (seq := one.untold()) is not None}
         if seqs:
-            self._tell(Delivered(seqs=seqs))
+            self._operator.answer(Delivered(seqs=seqs))
 
     def _after(self, name: str, delay_s: float, action: Callable[[], None]) -> None:
         """Once, unless it is already going to."""

@@ -9,11 +9,11 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Callable
 
 from mosaic_core.machines.media.first_frame import FIRST_FRAME_TIMEOUT_S
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
+from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.words.codes import reason
 from mosaic_core.words.timeline import Moment
 
@@ -21,13 +21,11 @@ logger = logging.getLogger(__name__)
 
 
 class PeerTimeline:
-    """Event loop only. ``path``: which way the connection takes, once it has one."""
+    """Marks how far one connection got, and logs what a person should know of it. Event loop only."""
 
-    def __init__(self, peer_id: str, path: Callable[[], ChosenPath | None], name: Callable[[], str]) -> None:
+    def __init__(self, operator: RemoteOperator) -> None:
         self.record = ConnectionTimeline(time.monotonic())
-        self._peer_id = peer_id
-        self._path = path
-        self._name = name
+        self._operator = operator
         self._awaited: dict[str, asyncio.TimerHandle] = {}
         self._sent: set[str] = set()
         self.mark("offered")
@@ -35,10 +33,9 @@ class PeerTimeline:
     def mark(self, moment: Moment, detail: str = "") -> None:
         self.record.mark(moment, time.monotonic(), detail)
 
-    def transport_changed(self, state: str) -> None:
+    def transport_changed(self, state: str, path: ChosenPath | None) -> None:
         """``securing`` means that ICE has a path; it may be left out before ``connected``."""
         if state in ("securing", "connected"):
-            path = self._path()
             self.mark("ice", "" if path is None else path.summary())
         if state == "connected":
             self.mark("dtls")
@@ -64,16 +61,16 @@ class PeerTimeline:
             self.watched(label, False)
         self.record.end(code, time.monotonic())
         if not was_connected:
-            fields = {"peerId": self._peer_id, "code": code, "timeline": self.record.summary()}
+            fields = {"peerId": self._operator.peer_id, "code": code, "timeline": self.record.summary()}
             text = "no connection with operator %s (%s) %s; phases: %s"
             sentence = self._sentence(code)
-            logger.warning(text, self._name() or self._peer_id, code, sentence, self.record.summary(), extra=fields)
+            logger.warning(text, self._operator.name, code, sentence, self.record.summary(), extra=fields)
 
     def _complain(self, label: str) -> None:
         del self._awaited[label]
-        fields = {"peerId": self._peer_id, "label": label, "code": "media.not_sent"}
+        fields = {"peerId": self._operator.peer_id, "label": label, "code": "media.not_sent"}
         text = "camera %s is watched by operator %s, but no picture has left within %.0f s (media.not_sent)"
-        logger.warning(text, label, self._name() or self._peer_id, FIRST_FRAME_TIMEOUT_S, extra=fields)
+        logger.warning(text, label, self._operator.name, FIRST_FRAME_TIMEOUT_S, extra=fields)
 
     @staticmethod
     def _sentence(code: str) -> str:

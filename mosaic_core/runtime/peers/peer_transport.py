@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from mosaic_core.machines.peers import peer_of_robot as session
 from mosaic_core.machines.peers.chosen_path import ChosenPath
@@ -11,7 +11,7 @@ from mosaic_core.machines.signaling.peer_admission import StartPeer
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.site import Site
 from mosaic_core.runtime.transport.sound_transport import SoundLabels
-from mosaic_core.runtime.transport.transport import Answerer, OfferRefused
+from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, AnswererListener, OfferRefused
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
 from mosaic_core.words.signaling import ExchangeIceCandidate, IceCandidate, SdpAnswer
 
@@ -19,57 +19,55 @@ logger = logging.getLogger(__name__)
 
 
 class PeerTransport:
-    """Event loop only. ``tell`` gets what became of the offer; ``is_closed``: nobody wants an answer any more."""
+    """Answers the offers of one operator and exchanges candidates with it through the server. Event loop only."""
 
-    def __init__(
-        self,
-        start: StartPeer,
-        site: Site,
-        timeline: PeerTimeline,
-        make: Callable[[], Answerer],
-        tell: Callable[[session.Event], None],
-        is_closed: Callable[[], bool],
-    ) -> None:
+    def __init__(self, start: StartPeer, site: Site, timeline: PeerTimeline) -> None:
         self._start = start
         self._site = site
         self._timeline = timeline
-        self._make = make
-        self._tell = tell
-        self._is_closed = is_closed
         self._answerer: Answerer | None = None
         self._early: list[IceCandidate] | None = []
+        self._is_given_up = False
 
     def path(self) -> ChosenPath | None:
         """Which way it takes, once it has one."""
         return None if self._answerer is None else self._answerer.path()
 
-    async def answer(self) -> None:
+    async def answer(
+        self, make_answerer: AnswererFactory, listener: AnswererListener
+    ) -> session.AnswerMade | session.AnswerFailed:
         """Answer the first offer; never raises."""
         start = self._start
         try:
-            self._answerer = answerer = self._make()
+            self._answerer = make_answerer(listener, start.ice_servers)
             sdp = await self.answer_to(start.offer_sdp, start.tracks)
         except MosaicError as error:
-            if isinstance(error, OfferRefused) and not self._is_closed():
-                self._site.listener.signal(SdpAnswer(rtc_connection_id=start.peer_id, sdp_answer=error.answer))
-            self._tell(session.AnswerFailed(error.code, error.message))
-            return
+            if isinstance(error, OfferRefused) and not self._is_given_up:
+                self._tell_answer(error.answer)
+            return session.AnswerFailed(error.code, error.message)
         except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
             logger.exception("the offer of peer %s could not be answered", start.peer_id)
-            self._tell(session.AnswerFailed("sdp.invalid", type(error).__name__))
-            return
-        if self._is_closed():
-            return
-        self._site.listener.signal(SdpAnswer(rtc_connection_id=start.peer_id, sdp_answer=sdp))
+            return session.AnswerFailed("sdp.invalid", type(error).__name__)
+        if self._is_given_up:
+            return session.AnswerMade()
+        self._tell_answer(sdp)
         self._timeline.mark("answered")
         if start.candidates or "\na=candidate:" in start.offer_sdp:
             self._timeline.mark("candidate", "with the offer")
-        self._tell(session.AnswerMade())
+        return session.AnswerMade()
+
+    def _tell_answer(self, sdp: str) -> None:
+        self._site.listener.signal(SdpAnswer(rtc_connection_id=self._start.peer_id, sdp_answer=sdp))
+
+    async def exchange_candidates(self) -> None:
+        """After the answer: an original dashboard rejects candidates before it (UPSTREAM §3.4)."""
+        if self._is_given_up or self._answerer is None:
+            return
         early, self._early = self._early or [], None
-        for candidate in early:  # an original dashboard rejects candidates before the answer (UPSTREAM §3.4)
+        for candidate in early:
             self.candidate_found(candidate)
-        for candidate in start.candidates:
-            await answerer.add_candidate(candidate)
+        for candidate in self._start.candidates:
+            await self._answerer.add_candidate(candidate)
 
     async def answer_again(self, offer_sdp: str, tracks: Mapping[str, str] | None) -> str:
         """The answer to a further offer; raises :class:`MosaicError`."""
@@ -95,6 +93,10 @@ class PeerTransport:
         else:
             message = ExchangeIceCandidate(rtc_connection_id=self._start.peer_id, ice_candidate=candidate)
             self._site.listener.signal(message)
+
+    def give_up(self) -> None:
+        """Nobody wants an answer any more."""
+        self._is_given_up = True
 
     async def close(self) -> None:
         """Never raises."""

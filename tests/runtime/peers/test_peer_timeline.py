@@ -7,16 +7,18 @@ import logging
 
 import pytest
 
+from mosaic_core.contract.host import Sender
 from mosaic_core.laboratory.joining import until
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.peers import peer_timeline
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
+from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 
 PATH = ChosenPath("host", "srflx", "udp", "10.0.0.2:5000", "198.51.100.7:6000")
 
 
-def timeline(path: ChosenPath | None = PATH) -> PeerTimeline:
-    return PeerTimeline("p1", lambda: path, lambda: "Ann")
+def timeline() -> PeerTimeline:
+    return PeerTimeline(RemoteOperator(Sender("p1", "s1", name="Ann")))
 
 
 def test_a_connection_that_never_came_up_is_told_in_one_line_without_addresses(
@@ -24,8 +26,8 @@ def test_a_connection_that_never_came_up_is_told_in_one_line_without_addresses(
 ) -> None:
     it = timeline()
     it.mark("answered")
-    it.transport_changed("connecting")
-    it.transport_changed("securing")
+    it.transport_changed("connecting", None)
+    it.transport_changed("securing", PATH)
     with caplog.at_level(logging.WARNING):
         it.ended("dtls.timeout", was_connected=False)
     [line] = caplog.messages
@@ -37,8 +39,8 @@ def test_a_connection_that_never_came_up_is_told_in_one_line_without_addresses(
 
 
 def test_a_connection_that_was_up_needs_no_such_line(caplog: pytest.LogCaptureFixture) -> None:
-    it = timeline(None)
-    it.transport_changed("connected")
+    it = timeline()
+    it.transport_changed("connected", None)
     assert [one.moment for one in it.record.marks] == ["offered", "ice", "dtls"]
     it.ended("peer.lost", was_connected=True)
     assert caplog.messages == []
