@@ -15,6 +15,7 @@ from video_bench.plain_aiortc import NewestPicture, PlainAnswerer
 from video_bench.scene import Image
 
 from glass_bench.film import Content, Film, painter
+from mosaic_core.contract.media import Captured
 from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 
 PATIENCE_S = 30.0
@@ -185,7 +186,9 @@ class OurSender:
         self._stream = SharedVideo("front", EncodingParams.model_validate({"codec": codec}), ConnectorCounters())
         make = aiortc_answerer if path is None else impaired(aiortc_answerer, path)
         self._answerer = make(_Listener(self._stream), ())
-        self.post = self._stream.post
+
+    def post(self, image: Image, captured_at_s: float) -> object:
+        return self._stream.offer(Captured(image, captured_at_s))
 
     async def answer(self, offer_sdp: str) -> str:
         return await self._answerer.answer(offer_sdp, ["front"], None)

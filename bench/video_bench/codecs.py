@@ -59,7 +59,7 @@ def measured(encoder: str, decoder: str, options: dict[str, str], pictures: list
     coder.options, coder.thread_count, reader.thread_count = options, 1, 1
     took_s, read_s, psnr_db, size_bytes = [], [], [], 0
     for number, image in enumerate(pictures):
-        frame = cast(Any, own_frame(prepared_picture(image, 1 + number / FPS)))
+        frame = own_frame(prepared_picture(image, 1 + number / FPS))
         luma = frame.to_ndarray()[:height].astype(int)
         began_s = time.process_time()
         packets = coder.encode(frame)

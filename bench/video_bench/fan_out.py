@@ -124,7 +124,7 @@ class _Listener:
 
 
 async def _ours(pipe: Connection, orders: Connection, codec: str, pictures: list[Image], n: int) -> None:
-    from mosaic_core import EncodingParams
+    from mosaic_core import Captured, EncodingParams
     from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
     from mosaic_core.adapters.video.shared_video import SharedVideo
     from mosaic_core.runtime.observation.counters import ConnectorCounters
@@ -136,7 +136,7 @@ async def _ours(pipe: Connection, orders: Connection, codec: str, pictures: list
         offer = await asyncio.to_thread(pipe.recv)
         answerers.append(AiortcAnswerer(_Listener(stream, str(number)), ()))
         pipe.send(await answerers[-1].answer(offer, ["front"], None))
-    camera = Camera(pictures, stream.post)
+    camera = Camera(pictures, lambda image, at_s: stream.offer(Captured(image, at_s)))
     await serve(orders, lambda: stream.encoders.cpu_s + camera.cpu_s)
     camera.end()
     await asyncio.gather(*(answerer.close() for answerer in answerers))

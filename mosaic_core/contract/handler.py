@@ -307,7 +307,7 @@ class MediaTrackHandler(Handler):
 
     def send_frame(self, picture: Picture) -> bool:
         """Hand over one picture from any thread; ``False`` if nobody watches."""
-        return self._host.send_picture(self.label, picture)
+        return self._host.offer(self.label, picture)
 
 
 class AudioTrackHandler(Handler):
@@ -326,7 +326,7 @@ class AudioTrackHandler(Handler):
 
     def send_sound(self, sound: Sound) -> bool:
         """Hand over one piece from any thread; ``False`` if nobody listens."""
-        return self._host.send_sound(self.label, sound)
+        return self._host.offer(self.label, sound)
 
 
 class AudioReceivable(Handler):

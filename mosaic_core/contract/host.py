@@ -87,12 +87,9 @@ class HandlerHost(Protocol):
         """Whether anybody has the data channel open now."""
         ...
 
-    def send_picture(self, label: str, picture: Picture) -> bool:
-        """Hand a picture over; a newer one replaces one that still waits. ``False`` if nobody watches."""
-        ...
-
-    def send_sound(self, label: str, sound: Sound) -> bool:
-        """Hand a piece of sound over. ``False`` if nobody listens or the event loop is behind."""
+    def offer(self, label: str, item: Picture | Sound) -> bool:
+        """Hand a picture or a piece of sound over; a newer picture replaces one that still waits. ``False`` if nobody
+        watches or listens, or the event loop is behind."""
         ...
 
     def count_loss(self, reason: Loss, messages: int) -> None:
@@ -132,10 +129,7 @@ class UnboundHost:
     def is_heard(self, channel: str) -> bool:
         return False
 
-    def send_picture(self, label: str, picture: Any) -> bool:
-        return False
-
-    def send_sound(self, label: str, sound: Any) -> bool:
+    def offer(self, label: str, item: Any) -> bool:
         return False
 
     def count_loss(self, reason: Loss, messages: int) -> None:

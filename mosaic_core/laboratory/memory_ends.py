@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from mosaic_core.contract.media import Captured, Picture
+from mosaic_core.contract.media import Captured
 from mosaic_core.contract.sound import Sound
 from mosaic_core.laboratory.memory_impairment import LatePictures, MemoryImpairment, MessageFlow
 from mosaic_core.machines.media.first_frame import ReceivedSoFar
@@ -32,9 +32,9 @@ class MemoryFrame:
     captured_at_s: float
 
 
-def memory_picture(picture: Picture, captured_at_s: float) -> MemoryFrame:
+def memory_picture(captured: Captured) -> MemoryFrame:
     """Implements ``runtime.transport.PicturePreparer``: nothing is converted."""
-    return MemoryFrame(picture.image if isinstance(picture, Captured) else picture, captured_at_s)
+    return MemoryFrame(captured.image, captured.captured_at_s)
 
 
 class MemoryChannel:

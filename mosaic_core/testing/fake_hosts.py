@@ -113,15 +113,14 @@ class FakeHost:
     def is_heard(self, channel: str) -> bool:
         return self.heard is None or channel in self.heard
 
-    def send_picture(self, label: str, picture: Picture) -> bool:
-        if self.accepts:
-            self.pictures.append(picture)
-        return self.accepts
-
-    def send_sound(self, label: str, sound: Sound) -> bool:
-        if self.accepts:
-            self.sounds.append(sound)
-        return self.accepts
+    def offer(self, label: str, item: Picture | Sound) -> bool:
+        if not self.accepts:
+            return False
+        if isinstance(item, Sound):
+            self.sounds.append(item)
+        else:
+            self.pictures.append(item)
+        return True
 
     def count_loss(self, reason: Loss, messages: int) -> None:
         self.losses[reason] += messages

@@ -55,7 +55,7 @@ class ScriptedHost:
         self.sent.append(message)
         return True
 
-    def send_picture(self, label: str, picture: Any) -> bool:
+    def offer(self, label: str, item: Any) -> bool:
         return label == "front"
 
 

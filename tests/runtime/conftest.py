@@ -449,7 +449,7 @@ async def _running(
         plugins=plugins,
         connect_socket=network.connect,
         make_answerer=network.make_answerer,
-        open_stream=plain_streams(lambda picture, captured_at_s: ("prepared", picture, captured_at_s)),
+        open_stream=plain_streams(lambda captured: ("prepared", captured.image, captured.captured_at_s)),
         software="mosaic-test",
     )
     task = asyncio.create_task(robot.run())

@@ -45,7 +45,7 @@ def test_a_robot_adapts_to_a_python_operator_by_arrivals_if_both_know_how(pair: 
             async with asyncio.timeout(WAIT_S):
                 watching = asyncio.create_task(watch(track))
                 while not is_enough(heard, feed, takes_them):
-                    stream.post(Captured(noise(len(heard)), time.monotonic()), time.monotonic())
+                    stream.offer(Captured(noise(len(heard)), time.monotonic()))
                     await asyncio.sleep(0.04)
                 watching.cancel()
             return heard, feed.rate

@@ -161,7 +161,7 @@ class House:
         self.stream.watch(guest.peer_id, on)
 
     def record(self, hz: float = 440.0) -> Speaking:
-        speaking = Speaking(lambda sound: self.stream.post(sound, sound.captured_at_s), hz)
+        speaking = Speaking(self.stream.offer, hz)
         self._stack.callback(speaking.end)
         return speaking
 
@@ -225,11 +225,11 @@ def test_nobody_listening_nothing_is_encoded(house: Any) -> None:
     async def run() -> None:
         async with house() as place:
             ann = await place.guest("ann")
-            assert not place.stream.post(tone(0), time.monotonic())
+            assert not place.stream.offer(tone(0))
             place.listen(ann)
-            assert place.stream.post(tone(0), time.monotonic())
+            assert place.stream.offer(tone(0))
             place.listen(ann, False)
-            assert not place.stream.post(tone(0), time.monotonic())
+            assert not place.stream.offer(tone(0))
 
     asyncio.run(run())
 

@@ -11,6 +11,7 @@ import pytest
 
 from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import NUMBER_URI
 from mosaic_core.adapters.peers import offer_vetting
+from mosaic_core.contract.media import Captured
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import ConnectionFailed
 
@@ -33,7 +34,7 @@ async def shows(peers: Any, label: str, video: Any, shade: int) -> None:
     stream = peers.robot_side.watch(label)
     async with asyncio.timeout(WAIT_S):
         while True:
-            stream.post(np.full((120, 160, 3), shade, np.uint8), time.monotonic())
+            stream.offer(Captured(np.full((120, 160, 3), shade, np.uint8), time.monotonic()))
             waiting = asyncio.create_task(video.next())
             done, _ = await asyncio.wait({waiting}, timeout=0.1)
             if not done:

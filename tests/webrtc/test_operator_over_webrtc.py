@@ -15,7 +15,7 @@ import pytest
 
 from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
 from mosaic_core.adapters.video.shared_video import SharedVideo
-from mosaic_core.contract.media import EncodingParams
+from mosaic_core.contract.media import Captured, EncodingParams
 from mosaic_core.machines.delivery.framing import Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.operator import MosaicOperator
 from mosaic_core.runtime.observation.counters import ConnectorCounters
@@ -67,7 +67,7 @@ class Camera:
 
     async def _film(self) -> None:
         while True:
-            self.stream.post(np.full((120, 160, 3), BGR, np.uint8), time.monotonic())
+            self.stream.offer(Captured(np.full((120, 160, 3), BGR, np.uint8), time.monotonic()))
             await asyncio.sleep(0.1)
 
     def close(self) -> None:

@@ -11,6 +11,7 @@ import pytest
 
 from mosaic_core.adapters.video.picture_clock import pts_of
 from mosaic_core.adapters.video.shared_video import SharedVideo
+from mosaic_core.contract.media import Captured
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -158,10 +159,10 @@ def test_pictures_arrive_under_their_label_with_their_content(pair: Any) -> None
             assert set(tracks) == {"front", "rear"}
             captured_at_s = 1000.0
             stream = peers.robot_side.watch("front")
-            stream.post(scene(0), captured_at_s)
+            stream.offer(Captured(scene(0), captured_at_s))
             for step in range(4):  # aiortc's receiver hands a frame out when the next one begins
                 await encoded(stream, step + 1)
-                stream.post(scene(step + 1), captured_at_s + (step + 1) / 30)
+                stream.offer(Captured(scene(step + 1), captured_at_s + (step + 1) / 30))
                 async with asyncio.timeout(WAIT_S):
                     frame = await tracks["front"].next()
                 shown = frame.to_ndarray(format="bgr24").astype(int)
@@ -180,10 +181,10 @@ def test_the_rtp_origin_maps_every_picture_to_its_capture_time(pair: Any) -> Non
             _, track = await next_of(peers.operator_side.tracks)
             stream = peers.robot_side.watch("front")
             received = []
-            stream.post(scene(0), 5000.0)
+            stream.offer(Captured(scene(0), 5000.0))
             for step in range(1, 4):
                 await encoded(stream, step)
-                stream.post(scene(step), 5000.0 + step * 0.0333)
+                stream.offer(Captured(scene(step), 5000.0 + step * 0.0333))
                 async with asyncio.timeout(WAIT_S):
                     received.append((await track.next()).pts)
             label, _ssrc, origin = await next_of(peers.robot_side.origins)

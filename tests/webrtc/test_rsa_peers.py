@@ -19,6 +19,7 @@ from OpenSSL import SSL
 
 from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
 from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
+from mosaic_core.contract.media import Captured
 from mosaic_core.words.signaling import IceCandidate
 
 pytestmark = pytest.mark.webrtc
@@ -142,7 +143,7 @@ def test_an_operator_with_an_rsa_certificate_gets_data_and_a_picture_of_our_robo
 
 async def film(stream: Any) -> None:
     while True:
-        stream.post(np.full((240, 320, 3), 90, np.uint8), asyncio.get_running_loop().time())
+        stream.offer(Captured(np.full((240, 320, 3), 90, np.uint8), asyncio.get_running_loop().time()))
         await asyncio.sleep(0.05)
 
 

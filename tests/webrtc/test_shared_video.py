@@ -57,7 +57,7 @@ class Filming:
 
     def _film(self) -> None:
         while not self._is_over.wait(1 / FPS):
-            self.posted += self._stream.post(Captured(self._picture(), time.monotonic()), time.monotonic())
+            self.posted += self._stream.offer(Captured(self._picture(), time.monotonic()))
 
     def end(self) -> None:
         self._is_over.set()

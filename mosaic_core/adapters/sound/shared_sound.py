@@ -80,7 +80,7 @@ class SharedSound:
         self._feeds: dict[str, SoundFeed] = {}
         self._listening: dict[str, SoundFeed] = {}  # replaced, never changed: the handler's thread reads it
 
-    def post(self, sound: Sound, captured_at_s: float) -> bool:
+    def offer(self, sound: Sound) -> bool:
         """See ``SoundStream``. Raises :class:`TypeError` or :class:`ValueError` for what is no sound."""
         if not self._listening:
             self._encoder.rest()

@@ -10,7 +10,6 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
-from typing import cast
 
 import av
 import numpy as np
@@ -144,7 +143,7 @@ def _test_picture(step: int, width: int, height: int) -> av.VideoFrame:
     rows = np.arange(height, dtype=np.uint32)[:, None]
     columns = np.arange(width, dtype=np.uint32)[None, :] + 4 * step
     texture = ((rows * 7 + columns * 13 + (rows * columns >> 6)) & 0xFF).astype(np.uint8)
-    return cast(av.VideoFrame, prepared_picture(texture, step / 30))
+    return prepared_picture(texture, step / 30)
 
 
 def _cause(kind: EncoderKind, error: Exception) -> str:

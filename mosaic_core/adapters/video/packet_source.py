@@ -87,7 +87,7 @@ class PassedPackets:
             self._without_picture = 0
         elif self._without_picture == _PATIENCE and self._error:
             _log.warning("%s: no picture in %d packets of %s: %s", self._label, _PATIENCE, self._codec[0], self._error)
-        return [cast(av.VideoFrame, prepared_picture(frame, (frame.pts or 0) / 90_000)) for frame in decoded]
+        return [prepared_picture(frame, (frame.pts or 0) / 90_000) for frame in decoded]
 
     def rest(self) -> None:
         """Nobody needs pictures: the decoder starts over when somebody does."""

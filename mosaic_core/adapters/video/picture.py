@@ -15,49 +15,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE, pts_of
-from mosaic_core.contract.media import Captured, Picture
+from mosaic_core.contract.media import Image
 
 Pixels: TypeAlias = NDArray[np.uint8]
-Prepared: TypeAlias = "av.VideoFrame | av.Packet[Any]"
 
 _CHROMA_OF_GRAY = 128
 
 
-def prepared_picture(picture: Picture, captured_at_s: float) -> Prepared:
-    """A ``PicturePreparer``: yuv420p with pts, or the packet itself, stamped.
+def prepared_picture(image: Image | av.VideoFrame, captured_at_s: float) -> av.VideoFrame:
+    """The picture as yuv420p with pts, prepared for all encoders on the handler's thread.
 
-    Called on the handler's thread. ``captured_at_s`` is the moment of the yield and gives way to the time in a
-    :class:`Captured`. An odd last row or column is cut off. Raises :class:`TypeError` for what is no picture.
+    An odd last row or column is cut off. Raises :class:`TypeError` for what is no picture.
     """
-    if isinstance(picture, Captured):
-        return prepared_picture(picture.image, picture.captured_at_s)
-    if isinstance(picture, av.Packet):
-        picture.pts = picture.dts = pts_of(captured_at_s)
-        picture.time_base = VIDEO_TIME_BASE
-        return picture
-    pixels = _i420_of_frame(picture) if isinstance(picture, av.VideoFrame) else _i420_of_image(picture)
+    pixels = _i420_of_frame(image) if isinstance(image, av.VideoFrame) else _i420_of_image(image)
     return _frame_around(pixels, pts_of(captured_at_s))
 
 
-def own_frame(prepared: Prepared) -> Prepared:
-    """A frame for one encoder alone, around the same pixels. Packets are only read and are shared as they are."""
-    if isinstance(prepared, av.Packet):
-        return prepared
-    pixels = cast("Pixels | None", prepared.opaque)
-    if pixels is None:
-        pixels = _i420_of_frame(prepared)
-    return _frame_around(pixels, prepared.pts or 0)
+def own_frame(prepared: av.VideoFrame) -> av.VideoFrame:
+    """A frame for one encoder alone, around the same pixels."""
+    return _frame_around(_i420_of_prepared(prepared), prepared.pts or 0)
 
 
 def scaled_picture(prepared: av.VideoFrame, width: int, height: int) -> av.VideoFrame:
     """The same picture in another (even) size, or itself. Reads only; any thread."""
     if (prepared.width, prepared.height) == (width, height):
         return prepared
-    pixels = cast("Pixels | None", prepared.opaque)
-    if pixels is None:
-        pixels = _i420_of_frame(prepared)
     planes = []
-    for plane, shrink in zip(_planes(pixels, prepared.width, prepared.height), (1, 2, 2), strict=True):
+    whole = _planes(_i420_of_prepared(prepared), prepared.width, prepared.height)
+    for plane, shrink in zip(whole, (1, 2, 2), strict=True):
         planes.append(cv2.resize(plane, (width // shrink, height // shrink), interpolation=cv2.INTER_AREA).ravel())
     joined = np.concatenate(planes).reshape(height * 3 // 2, width)
     return _frame_around(cast(Pixels, joined), prepared.pts or 0)
@@ -91,6 +76,11 @@ def _copied_frame(pixels: Pixels, height: int) -> av.VideoFrame:
         rows = np.frombuffer(cast(Any, plane), np.uint8).reshape(plane.height, plane.line_size)
         rows[:, : plane.width] = source
     return frame
+
+
+def _i420_of_prepared(prepared: av.VideoFrame) -> Pixels:
+    pixels = cast("Pixels | None", prepared.opaque)
+    return _i420_of_frame(prepared) if pixels is None else pixels
 
 
 def _i420_of_frame(frame: av.VideoFrame) -> Pixels:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Any
+
+import av
 
 VIDEO_TIME_BASE = Fraction(1, 90_000)
 _TICKS_PER_100_US = 9
@@ -13,3 +16,10 @@ base of PyAV's encoders. Any finer, and their rounding would move RTP timestamps
 def pts_of(captured_at_s: float) -> int:
     """The 90 kHz timestamp of a moment on the robot's monotonic clock."""
     return round(captured_at_s * 10_000) * _TICKS_PER_100_US
+
+
+def stamped(packet: av.Packet[Any], captured_at_s: float) -> av.Packet[Any]:
+    """The packet itself, with the time of its picture."""
+    packet.pts = packet.dts = pts_of(captured_at_s)
+    packet.time_base = VIDEO_TIME_BASE
+    return packet

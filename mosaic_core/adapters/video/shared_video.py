@@ -17,10 +17,11 @@ from mosaic_core.adapters.video.encoder_set import EncodedRung, EncoderSet
 from mosaic_core.adapters.video.found_encoders import ENCODERS
 from mosaic_core.adapters.video.packet_source import PassedPackets, SourceState
 from mosaic_core.adapters.video.picture import prepared_picture
+from mosaic_core.adapters.video.picture_clock import stamped
 from mosaic_core.adapters.video.rung_orders import PASSED_ON, SourceShape, codecs_of, limits_bps, options_of, orders_of
 from mosaic_core.adapters.video.video_encoder import CodecName
 from mosaic_core.adapters.video.viewer_feed import ViewerFeed
-from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
+from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec
 from mosaic_core.machines.timing.pacing import PictureRate
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
@@ -62,37 +63,37 @@ class SharedVideo:
         self._counted: Hashable = None
         self._timer: asyncio.TimerHandle | None = None
         self.encoders = EncoderSet(self._encoded, self._failed)
-        self._posted_size: tuple[int, int] | None = None
-        self._posted_state: SourceState | None = None
+        self._offered_size: tuple[int, int] | None = None
+        self._offered_state: SourceState | None = None
 
     # -- on the handler's thread ---------------------------------------------------------------------------------
 
-    def post(self, picture: Picture, captured_at_s: float) -> bool:
+    def offer(self, captured: Captured) -> bool:
         """See ``PictureStream``. Raises :class:`TypeError` for what is no picture."""
         if not self._watching:
             return False
-        prepared = prepared_picture(picture, captured_at_s)
-        if isinstance(prepared, av.Packet):
-            self._post_packet(prepared)
+        if isinstance(captured.image, av.Packet):
+            self._offer_packet(captured.image, captured.captured_at_s)
         else:
+            picture = prepared_picture(captured.image, captured.captured_at_s)
             self._tell_state(None)
-            self._post_frame(prepared)
+            self._offer_picture(picture)
         return not self._has_overflowed
 
-    def _post_frame(self, picture: av.VideoFrame) -> None:
+    def _offer_picture(self, picture: av.VideoFrame) -> None:
         self._rate.seen((picture.pts or 0) / 90_000)
         self.encoders.offer(picture)
         size = (picture.width, picture.height)
-        if size != self._posted_size and self._to_loop(lambda: self._sized(size)):
-            self._posted_size = size
+        if size != self._offered_size and self._to_loop(lambda: self._sized(size)):
+            self._offered_size = size
 
-    def _post_packet(self, packet: av.Packet[Any]) -> None:
+    def _offer_packet(self, packet: av.Packet[Any], captured_at_s: float) -> None:
         if not packet.size:
             return  # a demuxer's sign that the recording is over
-        packet = self._packets.taken(packet)
+        packet = self._packets.taken(stamped(packet, captured_at_s))
         if self._needs_pictures:
             for picture in self._packets.pictures(packet):
-                self._post_frame(picture)
+                self._offer_picture(picture)
         else:
             self._packets.rest()
         self._tell_state(self._packets.state)
@@ -100,8 +101,8 @@ class SharedVideo:
             self._to_loop(lambda: self._distribute(PASSED_ON, packet))
 
     def _tell_state(self, state: SourceState | None) -> None:
-        if state != self._posted_state and self._to_loop(lambda: self._source_changed(state)):
-            self._posted_state = state
+        if state != self._offered_state and self._to_loop(lambda: self._source_changed(state)):
+            self._offered_state = state
 
     # -- on the encoders' threads --------------------------------------------------------------------------------
 

@@ -67,7 +67,7 @@ class VideoEncoder:
     def encode(self, picture: av.VideoFrame, *, pts: int, as_key: bool) -> list[av.Packet[Any]]:
         """Encode a prepared picture of the settings' size; its pixels are only read. ``pts`` rises with every call."""
         self._follow_rate_of_pictures(pts)
-        frame = cast(av.VideoFrame, own_frame(picture))
+        frame = own_frame(picture)
         if self.kind.pix_fmt != "yuv420p":
             frame = frame.reformat(format=self.kind.pix_fmt)
         frame.pts, frame.time_base = pts, VIDEO_TIME_BASE

@@ -35,7 +35,7 @@ def loaded_transports(connectors: Sequence[Connector], *, relay_only: bool) -> T
     load = partial(load_aiortc, relay_only=relay_only)
     return Transports(
         load() if has_media else LaterAnswererFactory(load),
-        _video() if has_cameras else plain_streams(lambda picture, captured_at_s: picture),
+        _video() if has_cameras else plain_streams(lambda captured: captured),
         _sound() if has_microphones else plain_sound,
     )
 

@@ -8,10 +8,9 @@ import threading
 import time
 from collections.abc import Callable
 
-from mosaic_core.contract.host import Loss, Outgoing
-from mosaic_core.contract.media import Picture
+from mosaic_core.contract.host import Loss
 from mosaic_core.contract.media_tap import TapCodec
-from mosaic_core.contract.sound import Sound
+from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.media_tap import RuntimeTap
 from mosaic_core.runtime.media.picture_tap import RuntimePictureTap
@@ -19,21 +18,20 @@ from mosaic_core.runtime.observation.counters import HandlerLosses
 
 
 class RuntimeHost:
-    """Given to one handler. ``send*`` on any thread; ``wait_async`` on the event loop; ``wait`` on the body's."""
+    """Gives one handler time, waiting and the way out. ``send`` and ``offer`` on any thread, ``wait`` on the body's,
+    ``wait_async`` on the event loop."""
 
     def __init__(
         self,
         loop: asyncio.AbstractEventLoop,
-        post: Callable[[Outgoing], bool],
+        outbox: Outbox,
         media: MediaHub,
-        is_heard: Callable[[str], bool] = lambda channel: False,
     ) -> None:
         self.losses = HandlerLosses()
         """What the handler says that it left out."""
         self._loop = loop
-        self._post = post
         self._media = media
-        self._is_heard = is_heard
+        self.send, self.is_heard, self.offer = outbox.post, outbox.is_heard, media.offer
         self._stop = threading.Event()
         self._stop_async = asyncio.Event()
 
@@ -81,18 +79,6 @@ class RuntimeHost:
         while not self._stop.is_set():
             await self._stop_async.wait()
             await asyncio.sleep(0)
-
-    def send(self, message: Outgoing) -> bool:
-        return self._post(message)
-
-    def is_heard(self, channel: str) -> bool:
-        return self._is_heard(channel)
-
-    def send_picture(self, label: str, picture: Picture) -> bool:
-        return self._media.post(label, picture)
-
-    def send_sound(self, label: str, sound: Sound) -> bool:
-        return self._media.post_sound(label, sound)
 
     def count_loss(self, reason: Loss, messages: int) -> None:
         self.losses.add(reason, messages)

@@ -102,7 +102,7 @@ class HandlerRuns:
 
     def _take(self, handler: Handler) -> None:
         """Bind the handler and prepare its body."""
-        host = RuntimeHost(self._loop, self.outbox.post, self.media, self.outbox.is_heard)
+        host = RuntimeHost(self._loop, self.outbox, self.media)
         handler.bind(host)
         self._losses[handler.label] = host.losses
         failures = Failures(handler.label, lambda *failure: self._failed.put(failure))

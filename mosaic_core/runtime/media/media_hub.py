@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import cast
 
 from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.sound import Sound, SoundEncoding
@@ -20,8 +21,8 @@ from mosaic_core.runtime.transport.picture_transport import (
 )
 from mosaic_core.runtime.transport.sound_transport import SoundStream, SoundStreamFactory
 
-Look = Callable[[Picture, float], None]
-"""Shown a picture and its time of capture, on the thread of its camera."""
+Look = Callable[[Captured], None]
+"""Shown a picture on the thread of its camera."""
 
 
 class MediaHub:
@@ -57,22 +58,21 @@ class MediaHub:
         self._streams[label] = self._sounds[label] = self._open_sound(label, encoding, counters)
         self._viewers[label] = frozenset()
 
-    def post(self, label: str, picture: Picture) -> bool:
-        """Any thread; converts here. ``False`` if nobody watches. Raises what the conversion raises."""
+    def offer(self, label: str, item: Picture | Sound) -> bool:
+        """Any thread; converts here. ``False`` if nobody watches or listens. Raises what the conversion raises."""
         if not self._viewers.get(label):
             return False
-        captured_at_s = picture.captured_at_s if isinstance(picture, Captured) else time.monotonic()
-        is_sent = self._pictures[label].post(picture, captured_at_s)
+        if label in self._sounds:
+            return self._sounds[label].offer(cast("Sound", item))
+        picture = cast("Picture", item)
+        captured = picture if isinstance(picture, Captured) else Captured(picture, time.monotonic())
+        is_sent = self._pictures[label].offer(captured)
         looks = self._looks.get(label)
         if not looks:
             return is_sent
         for look in looks.values():
-            look(picture, captured_at_s)
+            look(captured)
         return True
-
-    def post_sound(self, label: str, sound: Sound) -> bool:
-        """The same for sound."""
-        return bool(self._viewers.get(label)) and self._sounds[label].post(sound, sound.captured_at_s)
 
     # -- on the event loop ---------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, cast
 
-from mosaic_core.contract.media import Captured, Picture
+from mosaic_core.contract.media import Captured
 from mosaic_core.contract.media_tap import TappedImage
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.tap import Tap
@@ -38,24 +38,23 @@ class RuntimePictureTap(Tap):
     def _start(self) -> None:
         self._media.look(self._viewer_id, self._label, self._captured)
 
-    def _captured(self, picture: Picture, captured_at_s: float) -> None:
+    def _captured(self, captured: Captured) -> None:
         """On the camera's thread; it may use its buffer again as soon as this returns."""
         if not self._is_asked:
             return
-        image = _copied(picture)
+        image = _copied(captured.image)
         if image is None:
             self._failed(ENCODED_ONLY)
             return
         with self._came:
             if self._is_asked:
-                self._is_asked, self._image = False, TappedImage(image, captured_at_s)
+                self._is_asked, self._image = False, TappedImage(image, captured.captured_at_s)
                 self._came.notify_all()
 
 
-def _copied(picture: Picture) -> Image | None:
+def _copied(image: object) -> Image | None:
     """Its pixels; ``None`` for a packet. By their methods: arrays and frames belong to libraries that not every robot
     loads."""
-    image = picture.image if isinstance(picture, Captured) else picture
     if hasattr(image, "to_ndarray"):
         return cast("Image", image.to_ndarray(format="bgr24"))
     return cast("Image", image).copy() if hasattr(image, "shape") else None

@@ -60,15 +60,15 @@ class NewestFeed:
 class PlainStream:
     """Implements ``runtime.transport.PictureStream``: ``prepare`` runs on the handler's thread, once per picture."""
 
-    def __init__(self, prepare: Callable[[Any, float], Any], counters: ConnectorCounters) -> None:
+    def __init__(self, prepare: Callable[[Any], Any], counters: ConnectorCounters) -> None:
         self._prepare = prepare
         self._counters = counters
         self._handover: Handover[Any] = Handover(asyncio.get_running_loop(), self._distribute, max_items=256)
         self._feeds: dict[str, NewestFeed] = {}
         self._watching: frozenset[str] = frozenset()
 
-    def post(self, picture: Any, captured_at_s: float) -> bool:
-        return bool(self._watching) and self._handover.put(self._prepare(picture, captured_at_s))
+    def offer(self, item: Any) -> bool:
+        return bool(self._watching) and self._handover.put(self._prepare(item))
 
     def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> NewestFeed:
         return self._feeds.setdefault(viewer_id, NewestFeed())
@@ -110,4 +110,4 @@ def plain_streams(prepare: PicturePreparer) -> PictureStreamFactory:
 
 def plain_sound(label: str, encoding: SoundEncoding, counters: ConnectorCounters) -> PlainStream:
     """A ``SoundStreamFactory``: every listener gets the newest piece as it is."""
-    return PlainStream(lambda sound, captured_at_s: sound, counters)
+    return PlainStream(lambda sound: sound, counters)

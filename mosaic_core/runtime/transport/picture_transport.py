@@ -1,6 +1,6 @@
 """What the runtime needs from the network for pictures, as Protocols; ``adapters`` implement them.
 
-Everything here is called on the event loop, but for :meth:`PictureStream.post` and :class:`PicturePreparer`.
+Everything here is called on the event loop, but for :meth:`PictureStream.offer` and :class:`PicturePreparer`.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeAlias
 
-from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
+from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec
 from mosaic_core.machines.congestion.rate_control import Feedback
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 
@@ -52,9 +52,9 @@ TellUnavailable: TypeAlias = Callable[[str], None]
 
 
 class PictureStream(Protocol):
-    """All pictures of one label on their way to its viewers. Event loop, but for :meth:`post`."""
+    """All pictures of one label on their way to its viewers. Event loop, but for :meth:`offer`."""
 
-    def post(self, picture: Picture, captured_at_s: float) -> bool:
+    def offer(self, captured: Captured) -> bool:
         """Take a picture on its handler's thread. ``False`` if nobody watches or the loop is behind."""
         ...
 
@@ -65,7 +65,7 @@ class PictureStream(Protocol):
     def watch(self, viewer_id: str, on: bool) -> None: ...
     def leave(self, viewer_id: str) -> None: ...
     def close(self) -> None:
-        """Release what it holds; nothing is posted any more."""
+        """Release what it holds; nothing is offered any more."""
         ...
 
 
@@ -84,4 +84,4 @@ class PictureStreamFactory(Protocol):
 class PicturePreparer(Protocol):
     """Converts a handler's picture once, on the handler's thread, into what all viewers share."""
 
-    def __call__(self, picture: Picture, captured_at_s: float) -> Any: ...
+    def __call__(self, captured: Captured) -> Any: ...

@@ -1,6 +1,6 @@
 """What the runtime needs from the network for sound, as Protocols; ``adapters`` implement them.
 
-Everything here is called on the event loop, but for :meth:`SoundStream.post`.
+Everything here is called on the event loop, but for :meth:`SoundStream.offer`.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class IncomingSound(Protocol):
 class SoundStream(Protocol):
     """All sound of one microphone on its way to its listeners; a ``PictureStream`` but for what it carries."""
 
-    def post(self, sound: Sound, captured_at_s: float) -> bool:
+    def offer(self, sound: Sound) -> bool:
         """Take a piece on its handler's thread. ``False`` if nobody listens or the loop is behind."""
         ...
 

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from mosaic_core.adapters.video.packet_source import PassedPackets, SourceState
-from mosaic_core.adapters.video.picture import prepared_picture
-from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE
+from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE, stamped
 from mosaic_core.adapters.video.rung_orders import PASSED_ON, SourceShape, codecs_of, limits_bps, options_of
 from mosaic_core.contract.media import EncodingParams
 from mosaic_core.machines.congestion.rate_control import START_BPS
@@ -37,7 +36,7 @@ def encoded(name: str, count: int, key_every: int = 10) -> list[Any]:
         frame = av.VideoFrame.from_ndarray(np.full((48, 64, 3), number % 256, np.uint8), format="bgr24")
         frame.pts, frame.time_base = number, Fraction(1, 30)
         (packet,) = encoder.encode(frame)
-        packets.append(prepared_picture(av.Packet(bytes(packet)), 10 + number / 30))
+        packets.append(stamped(av.Packet(bytes(packet)), 10 + number / 30))
     return packets
 
 
@@ -59,9 +58,7 @@ def recorded(path: Path, count: int = 12, b_frames: int = 0) -> list[Any]:
         container.mux(stream.encode(None))
     with av.open(str(path)) as container:
         return [
-            prepared_picture(packet, 10 + number / 30)
-            for number, packet in enumerate(container.demux(video=0))
-            if packet.size
+            stamped(packet, 10 + number / 30) for number, packet in enumerate(container.demux(video=0)) if packet.size
         ]
 
 
@@ -120,9 +117,9 @@ def test_damage_costs_pictures_until_the_next_key_frame_only() -> None:
     source, packets = PassedPackets("front"), h264(21)
     for packet in packets:
         source.taken(packet)
-    broken = prepared_picture(av.Packet(b"\x00\x00\x00\x01\x65garbage"), 11.0)
+    broken = stamped(av.Packet(b"\x00\x00\x00\x01\x65garbage"), 11.0)
     assert source.pictures(packets[0])
-    source.pictures(cast(Any, broken))
+    source.pictures(broken)
     assert source.pictures(packets[20])
 
 
@@ -188,13 +185,13 @@ def test_pictures_that_refer_to_later_ones_are_not_sent_as_they_are_but_decoded_
 @pytest.mark.parametrize("name", ["libvpx", "mjpeg", "mp4"])
 def test_bare_packets_that_are_no_h264_with_start_codes_are_refused_with_the_cure(tmp_path: Path, name: str) -> None:
     if name == "mp4":
-        packets = [prepared_picture(av.Packet(bytes(one)), 10.0) for one in recorded(tmp_path / "clip.mp4")]
+        packets = [stamped(av.Packet(bytes(one)), 10.0) for one in recorded(tmp_path / "clip.mp4")]
     else:
         packets = encoded(name, 3)
     source = PassedPackets("front")
     for packet in packets[:2]:
         with pytest.raises(TypeError, match=r"without a stream.* start code .* set packet_codec"):
-            source.taken(cast(Any, packet))
+            source.taken(packet)
     source.taken(h264(1)[0])
     assert source.state.sendable_as == "H264"
 
@@ -226,7 +223,7 @@ def test_packets_that_can_not_be_decoded_are_told_with_the_cause_once(caplog: py
     caplog.set_level(logging.INFO, "mosaic_core")
     source = PassedPackets("front", "vp8")
     for number in range(400):
-        source.pictures(source.taken(cast(Any, prepared_picture(av.Packet(b"\x00garbage"), 10 + number / 30))))
+        source.pictures(source.taken(stamped(av.Packet(b"\x00garbage"), 10 + number / 30)))
     (message,) = caplog.messages
     assert "no picture in 150 packets of vp8: " in message
     assert "nvalid data" in message
@@ -237,7 +234,7 @@ def fed(source: PassedPackets, bitrate_bps: int, seconds: float, at_s: float) ->
     found = []
     for number in range(round(seconds * 30)):
         data = b"\x00\x00\x00\x01\x41" + bytes(bitrate_bps // 240 - 5)
-        source.taken(cast(Any, prepared_picture(av.Packet(data), at_s + number / 30)))
+        source.taken(stamped(av.Packet(data), at_s + number / 30))
         found.append(source.state.is_within_ceiling)
     return found
 
@@ -257,7 +254,7 @@ def test_a_source_just_below_the_ceiling_is_known_to_be_so_after_a_second_though
     for number in range(31):
         size = 40_000 if number % 30 == 0 else 2_500  # 900 kbit/s
         data = b"\x00\x00\x00\x01\x65" + bytes(size)
-        source.taken(cast(Any, prepared_picture(av.Packet(data), 10 + number / 30)))
+        source.taken(stamped(av.Packet(data), 10 + number / 30))
     assert source.state.is_within_ceiling
 
 

@@ -11,9 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core import Captured
 from mosaic_core.adapters.video.picture import own_frame, prepared_picture, scaled_picture
-from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE, pts_of
+from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE, pts_of, stamped
 
 
 def colours(height: int = 48, width: int = 64) -> np.ndarray[Any, Any]:
@@ -70,18 +69,16 @@ def test_a_frame_of_another_format_is_converted() -> None:
     assert distance(frame, colours()) < 4
 
 
-def test_the_capture_time_wins_over_the_time_of_the_yield() -> None:
-    frame = prepared_picture(Captured(colours(), captured_at_s=3.5), 9.0)
+def test_the_time_of_capture_is_its_time() -> None:
+    frame = prepared_picture(colours(), 3.5)
     assert frame.pts == pts_of(3.5) == 315_000
     assert frame.time_base == Fraction(1, 90_000)
 
 
-def test_a_packet_passes_through_with_its_time() -> None:
+def test_a_packet_is_stamped_as_it_is() -> None:
     packet: av.Packet[Any] = av.Packet(b"\x00\x00\x00\x01\x67")
-    prepared = prepared_picture(packet, 2.0)
-    assert prepared is packet
+    assert stamped(packet, 2.0) is packet
     assert (packet.pts, packet.time_base) == (180_000, VIDEO_TIME_BASE)
-    assert own_frame(packet) is packet
 
 
 def test_every_encoder_gets_a_frame_of_its_own_around_the_same_pixels() -> None:

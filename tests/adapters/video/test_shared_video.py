@@ -21,6 +21,7 @@ from mosaic_core.adapters.video.packet_source import SourceState
 from mosaic_core.adapters.video.rung_orders import PASSED_ON
 from mosaic_core.adapters.video.shared_video import SharedVideo
 from mosaic_core.adapters.video.viewer_feed import MAX_WAITING
+from mosaic_core.contract.media import Captured
 from mosaic_core.machines.congestion.rate_control import PictureLost
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 
@@ -41,7 +42,8 @@ class Stage:
 
     def post(self, width: int = 64, height: int = 48) -> bool:
         self._number += 1
-        return self.stream.post(np.full((height, width), self._number % 256, np.uint8), 10 + self._number / 30)
+        picture = np.full((height, width), self._number % 256, np.uint8)
+        return self.stream.offer(Captured(picture, 10 + self._number / 30))
 
     async def packet(self, feed: Any) -> Any:
         return await asyncio.wait_for(feed.next(), WAIT_S)
@@ -126,8 +128,8 @@ async def test_packets_decide_the_first_codec_of_whoever_connects_after_them(mon
         early = it.viewer("early", "video/VP8")
         it.stream.watch("early", True)
         for number, packet in enumerate(h264(1)):
-            it.stream.post(packet, 10 + number / 10)
-        it.stream.post(av.Packet(0), 11)  # as a demuxer ends
+            it.stream.offer(Captured(packet, 10 + number / 10))
+        it.stream.offer(Captured(av.Packet(0), 11))  # as a demuxer ends
         assert (await it.packet(early)).is_keyframe, "it gets pictures that are encoded anew"
         assert it.stream.bind("late", print).codec_order[0] == "video/H264"
 
@@ -146,7 +148,7 @@ async def test_a_source_above_the_ceiling_is_encoded_anew_within_it() -> None:
             packets = h264(4, 80)
             assert 250_000 < sum(packet.size for packet in packets) * 8 / 4 < 350_000
             for number, packet in enumerate(packets):
-                it.stream.post(packet, 10 + number / 10)
+                it.stream.offer(Captured(packet, 10 + number / 10))
                 await asyncio.sleep(0)
             await it.until(lambda: feed.switch.current)  # noqa: B023 - it is called before the next turn
             assert (feed.switch.current == PASSED_ON) is is_passed_on

@@ -12,8 +12,7 @@ from aiortc import RTCRtpSender
 from aiortc.mediastreams import MediaStreamError
 from aiortc.rtp import RTCP_PSFB_PLI, RtcpPsfbPacket, RtcpReceiverInfo, RtcpRrPacket, RtcpRtpfbPacket, pack_remb_fci
 
-from mosaic_core.adapters.video.picture import prepared_picture
-from mosaic_core.adapters.video.picture_clock import pts_of
+from mosaic_core.adapters.video.picture_clock import pts_of, stamped
 from mosaic_core.adapters.video.video_track import VideoTrack
 from mosaic_core.laboratory.joining import until
 from mosaic_core.machines.congestion.rate_control import BandwidthEstimate, PacketsMissing, PictureLost, ReceiverReport
@@ -25,7 +24,7 @@ class Feed:
     codec_order = ("video/VP8",)
 
     def __init__(self, *times_s: float) -> None:
-        self.packets = [prepared_picture(av.Packet(b"\x00\x00\x01\x65"), time_s) for time_s in times_s]
+        self.packets = [stamped(av.Packet(b"\x00\x00\x01\x65"), time_s) for time_s in times_s]
         self.reports: list[Any] = []
 
     async def next(self) -> Any:

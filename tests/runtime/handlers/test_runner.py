@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -26,9 +27,9 @@ class Setup:
     def __init__(self, handler: DataChannelSendable[Any]) -> None:
         self.sent: list[bytes] = []
         self.failures: list[BaseException] = []
-        self.host = RuntimeHost(
-            asyncio.get_running_loop(), self._post, MediaHub(plain_streams(memory_picture), lambda label, on: None)
-        )
+        outbox: Any = SimpleNamespace(post=self._post, is_heard=lambda channel: True)
+        hub = MediaHub(plain_streams(memory_picture), lambda label, on: None)
+        self.host = RuntimeHost(asyncio.get_running_loop(), outbox, hub)
         handler.bind(self.host)
         told = Failures(handler.label, lambda label, error, delay_s: self.failures.append(error), QUICK)
         runner = runner_of(handler, self.host, told)

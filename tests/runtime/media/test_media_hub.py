@@ -18,8 +18,8 @@ PICTURE = np.zeros((2, 2), np.uint8)
 
 
 def hub(prepared: list[Any], watched: list[tuple[str, bool]]) -> MediaHub:
-    def prepare(picture: Any, captured_at_s: float) -> Any:
-        prepared.append((threading.current_thread().name, captured_at_s))
+    def prepare(captured: Captured) -> Any:
+        prepared.append((threading.current_thread().name, captured.captured_at_s))
         return len(prepared)
 
     it = MediaHub(plain_streams(prepare), lambda label, on: watched.append((label, on)))
@@ -35,12 +35,12 @@ async def test_one_conversion_on_the_handlers_thread_serves_all_viewers(kit: Any
     prepared: list[Any] = []
     watched: list[tuple[str, bool]] = []
     it = hub(prepared, watched)
-    assert it.post("front", PICTURE) is False
+    assert it.offer("front", PICTURE) is False
     feeds = [it.bind(peer_id, "front", silent) for peer_id in ("p1", "p2", "p3")]
     for peer_id in ("p1", "p2"):
         it.watch(peer_id, "front", True)
         it.watch(peer_id, "front", True)
-    assert await asyncio.to_thread(it.post, "front", Captured(PICTURE, 7.5)) is True
+    assert await asyncio.to_thread(it.offer, "front", Captured(PICTURE, 7.5)) is True
     assert [await feed.next() for feed in feeds[:2]] == [1, 1]
     assert len(prepared) == 1
     assert prepared[0][0] != threading.current_thread().name
@@ -52,7 +52,7 @@ async def test_one_conversion_on_the_handlers_thread_serves_all_viewers(kit: Any
     assert watched == [("front", True), ("front", False)]
     assert not it.is_bound("p1", "front")
     assert it.is_bound("p2", "front")
-    assert it.post("front", PICTURE) is False
+    assert it.offer("front", PICTURE) is False
     it.close()
 
 
@@ -73,11 +73,11 @@ async def test_a_viewer_that_looks_again_is_not_shown_an_old_picture(kit: Any) -
     it = hub(prepared, [])
     feed = it.bind("p1", "front", silent)
     it.watch("p1", "front", True)
-    it.post("front", PICTURE)
+    it.offer("front", PICTURE)
     await asyncio.sleep(0)
     it.watch("p1", "front", False)
     it.watch("p1", "front", True)
-    it.post("front", PICTURE)
+    it.offer("front", PICTURE)
     assert await feed.next() == 2
 
 

@@ -37,8 +37,9 @@ class Bench:
     def __init__(self) -> None:
         self.watched: list[tuple[str, bool]] = []
         self.loop = asyncio.get_running_loop()
-        prepare: Any = lambda picture, captured_at_s: picture  # noqa: E731
-        self.hub = MediaHub(plain_streams(prepare), lambda label, on: self.watched.append((label, on)))
+        self.hub = MediaHub(
+            plain_streams(lambda captured: captured.image), lambda label, on: self.watched.append((label, on))
+        )
         self.hub.add_label("front", EncodingParams(), ConnectorCounters())
 
     def tap(self, label: str = "front") -> RuntimeTap:
@@ -46,7 +47,7 @@ class Bench:
 
     async def show(self, *packets: Encoded) -> None:
         for packet in packets:
-            assert self.hub.post("front", packet)  # type: ignore[arg-type] # stands for an av.Packet
+            assert self.hub.offer("front", packet)  # type: ignore[arg-type] # stands for an av.Packet
             for _ in range(3):  # through the hand-over, the feed and the pump
                 await asyncio.sleep(0)
 

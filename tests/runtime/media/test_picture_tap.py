@@ -24,8 +24,9 @@ class Bench:
     def __init__(self) -> None:
         self.watched: list[tuple[str, bool]] = []
         self.loop = asyncio.get_running_loop()
-        prepare: Any = lambda picture, captured_at_s: picture  # noqa: E731
-        self.hub = MediaHub(plain_streams(prepare), lambda label, on: self.watched.append((label, on)))
+        self.hub = MediaHub(
+            plain_streams(lambda captured: captured.image), lambda label, on: self.watched.append((label, on))
+        )
         self.hub.add_label("front", EncodingParams(), ConnectorCounters())
 
     def tap(self, label: str = "front") -> RuntimePictureTap:
@@ -51,12 +52,12 @@ def image(value: int) -> Any:
 
 def test_the_camera_runs_for_the_tap_alone_and_rests_when_it_is_closed() -> None:
     async def scenario(bench: Bench) -> None:
-        assert not bench.hub.post("front", image(1))
+        assert not bench.hub.offer("front", image(1))
         with bench.tap():
             await until(lambda: bench.watched == [("front", True)])
-            assert bench.hub.post("front", image(1))
+            assert bench.hub.offer("front", image(1))
         await until(lambda: bench.watched == [("front", True), ("front", False)])
-        assert not bench.hub.post("front", image(1))
+        assert not bench.hub.offer("front", image(1))
 
     on_a_bench(scenario)
 
@@ -65,10 +66,10 @@ def test_it_gets_the_next_picture_after_it_asked_and_nothing_older() -> None:
     async def scenario(bench: Bench) -> None:
         with bench.tap() as tap:
             await until(lambda: bench.watched)
-            bench.hub.post("front", image(1))
+            bench.hub.offer("front", image(1))
             reading = await bench.asked(tap)
-            bench.hub.post("front", Captured(image(2), 77.5))
-            bench.hub.post("front", image(3))
+            bench.hub.offer("front", Captured(image(2), 77.5))
+            bench.hub.offer("front", image(3))
             got = await reading
             assert got is not None
             assert (got.image[0, 0, 0], got.captured_at_s) == (2, 77.5)
@@ -83,7 +84,7 @@ def test_what_it_gets_is_its_own_when_the_camera_fills_its_buffer_again() -> Non
             await until(lambda: bench.watched)
             reading = await bench.asked(tap)
             buffer = image(5)
-            bench.hub.post("front", buffer)
+            bench.hub.offer("front", buffer)
             buffer[:] = 6
             got = await reading
             assert got is not None
@@ -98,11 +99,11 @@ def test_two_taps_of_one_camera_do_not_disturb_each_other() -> None:
             with bench.tap() as other:
                 await until(lambda: bench.hub.viewers("front") == 2)
                 readings = [await bench.asked(one), await bench.asked(other)]
-                bench.hub.post("front", image(5))
+                bench.hub.offer("front", image(5))
                 assert None not in await asyncio.gather(*readings)
             await until(lambda: bench.hub.viewers("front") == 1)
             reading = await bench.asked(one)
-            bench.hub.post("front", image(6))
+            bench.hub.offer("front", image(6))
             assert await reading is not None
 
     on_a_bench(scenario)
@@ -113,7 +114,7 @@ def test_a_frame_of_libav_comes_as_an_array() -> None:
         with bench.tap() as tap:
             await until(lambda: bench.watched)
             reading = await bench.asked(tap)
-            bench.hub.post("front", av.VideoFrame.from_ndarray(image(9), format="bgr24"))
+            bench.hub.offer("front", av.VideoFrame.from_ndarray(image(9), format="bgr24"))
             got = await reading
             assert got is not None
             assert np.array_equal(got.image, image(9))
@@ -126,11 +127,11 @@ def test_a_camera_that_encodes_by_itself_is_said_so_until_it_yields_something_el
         with bench.tap() as tap:
             await until(lambda: bench.watched)
             reading = await bench.asked(tap)
-            bench.hub.post("front", av.Packet(b"encoded"))
+            bench.hub.offer("front", av.Packet(b"encoded"))
             assert await reading is None
             assert tap.failure == "media.encoded_only"
             reading = await bench.asked(tap)
-            bench.hub.post("front", image(1))
+            bench.hub.offer("front", image(1))
             assert await reading is not None
             assert tap.failure == ""
 
@@ -167,7 +168,7 @@ def test_nobody_asks_nothing_is_copied() -> None:
     async def scenario(bench: Bench) -> None:
         with bench.tap() as tap:
             await until(lambda: bench.watched)
-            assert bench.hub.post("front", Uncopyable())  # type: ignore[arg-type]
+            assert bench.hub.offer("front", Uncopyable())  # type: ignore[arg-type]
             assert tap.failure == ""
 
     on_a_bench(scenario)
