@@ -1,6 +1,6 @@
 """One session per wish. All run in the environment that `./dev` made, so that nothing is installed twice.
 
-nox -s tests | lint | types | dashboard | e2e | docs | bench | build | demo
+nox -s tests | lint | types | dashboard | e2e | docs | bench | mutants | build | demo
 """
 
 from __future__ import annotations
@@ -84,6 +84,14 @@ def bench(session: nox.Session) -> None:
         session.error(f"bench/ has no {name}.py")
     for script in scripts:
         session.run(PYTHON, str(script), *options, external=True)
+
+
+@nox.session
+def mutants(session: nox.Session) -> None:
+    """Change one thing after the other and see whether tests notice: `nox -s mutants -- lease stop`, or
+    `-- --sample 60 --seed 1`. Takes a second for each of some thousand changes, so it is run on request."""
+    session.run(PYTHON, "-m", "pip", "install", "--quiet", "--group", "mutants", external=True)
+    session.run(PYTHON, "tests/mutants/run.py", *session.posargs, external=True)
 
 
 @nox.session

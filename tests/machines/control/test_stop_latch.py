@@ -27,6 +27,11 @@ def test_a_stop_is_latched_with_who_why_and_when() -> None:
     assert (latch.is_stopped, latch.by, latch.reason, latch.since_s) == (True, "Anna", "a dog", 5.0)
 
 
+def test_a_robot_that_nobody_stopped_says_so() -> None:
+    latch = StopLatch()
+    assert (latch.is_stopped, latch.by, latch.reason, latch.since_s) == (False, "", "", None)
+
+
 def test_another_stop_while_stopped_changes_nothing_but_is_acknowledged() -> None:
     latch = stopped()
     assert not latch.stop("Ben", "me too", "id2", 6.0)

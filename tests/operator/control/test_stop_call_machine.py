@@ -6,7 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.control.stop_call import ClockReading, SayStop, StopCallEnded, StopCalls, StopReport
+from mosaic_core.machines.control.stop_call import (
+    SAFE_PATIENCE_S,
+    ClockReading,
+    SayStop,
+    StopCallEnded,
+    StopCalls,
+    StopReport,
+)
 from mosaic_core.words.control import STOP_REPEAT_S, Stop, StopAck
 
 HOUR_US = 3_600_000_000
@@ -22,6 +29,33 @@ def test_it_is_said_at_once_soon_again_and_then_every_thirty_milliseconds() -> N
     assert calls.overdue(1.009) == []
     assert calls.overdue(1.01) == [SayStop(Stop(id="a", reason="why"))]
     assert calls.deadline_s == 1.01 + STOP_REPEAT_S
+
+
+def test_only_the_first_copy_goes_on_the_control_channel_too() -> None:
+    calls = StopCalls()
+    copies = calls.say("a", "", 0.0) + calls.overdue(0.01) + calls.overdue(0.04)
+    assert [copy.is_first for copy in copies if isinstance(copy, SayStop)] == [True, False, False]
+
+
+def test_of_two_stops_each_is_repeated_in_its_own_time() -> None:
+    calls = StopCalls()
+    calls.say("a", "", 0.0)
+    calls.overdue(0.01)
+    calls.say("b", "", 0.02)
+    assert calls.deadline_s == 0.03
+    assert calls.overdue(0.03) == [SayStop(Stop(id="b", reason=""))]
+    assert calls.deadline_s == 0.01 + STOP_REPEAT_S
+
+
+def test_a_stop_that_is_given_up_keeps_no_other_from_being_repeated() -> None:
+    calls = StopCalls()
+    calls.say("a", "", 0.0)
+    calls.acknowledged(ack(5), None, 0.1)
+    calls.say("b", "", 2.0)
+    given_up, repeated = calls.overdue(0.1 + SAFE_PATIENCE_S)
+    assert isinstance(given_up, StopCallEnded)
+    assert given_up.id == "a"
+    assert repeated == SayStop(Stop(id="b", reason=""))
 
 
 @pytest.mark.parametrize("offset_us", [0, HOUR_US, -HOUR_US])
