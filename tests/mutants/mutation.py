@@ -81,8 +81,10 @@ def _children(node: NodeOrLeaf) -> list[NodeOrLeaf]:
 
 
 def _is_only_read(node: NodeOrLeaf) -> bool:
-    """Annotations and ``Literal[…]`` are for the type checker; imports, decorators and the star among parameters decide
-    nothing."""
+    """Annotations and ``Literal[…]`` are for the type checker; a constant's reason stands beside it, and a test that
+    repeats the number proves nothing; imports, decorators and the star among parameters decide nothing."""
+    if node.type == "number" and _is_constant(node):
+        return True
     if node.type == "operator" and node.parent is not None and node.parent.type in ("parameters", "param"):
         return True
     while node.parent is not None:
@@ -103,6 +105,13 @@ def _is_only_read(node: NodeOrLeaf) -> bool:
             return True
         node = parent
     return False
+
+
+def _is_constant(node: NodeOrLeaf) -> bool:
+    """In ``NAME = …`` of the module."""
+    while node.parent is not None and node.parent.type != "file_input":
+        node = node.parent
+    return node.type == "simple_stmt" and node.children[0].type == "expr_stmt"
 
 
 def _mutant(module: str, node: NodeOrLeaf, code: str, source: str) -> Mutant:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import os
 import random
@@ -16,10 +17,23 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import TextIO
 
 from equivalents import Equivalents
 from mutation import ROOT, Mutant, Name, mutants_of
-from trial import Limits, Trial, forked, limits_after, module_name, preload, tried
+from trial import (
+    Collected,
+    Limits,
+    Trial,
+    changes_functions,
+    forked,
+    limits_after,
+    module_name,
+    preload,
+    swapped,
+    tried,
+    with_collected,
+)
 
 HERE = Path(__file__).parent
 ALIVE = HERE / ".alive.json"
@@ -113,29 +127,45 @@ def _trials(module: str, tests: list[str], mutants: list[Mutant]) -> Iterator[tu
         if is_child:
             os.close(reading)
             with os.fdopen(writing, "w") as answers:
-                for trial in _trials_here(module, tests, mutants):
-                    print(json.dumps(asdict(trial) | {"output": "", "imports": []}), file=answers, flush=True)
+                _try_here(module, tests, mutants, answers)
             return
         os.close(writing)
         with os.fdopen(reading) as answers:
-            for mutant, answer in zip(mutants, answers, strict=False):
-                yield mutant, Trial(**json.loads(answer))
+            for line in answers:
+                place, told = json.loads(line)
+                yield mutants[place], Trial(**told)
 
 
-def _trials_here(module: str, tests: list[str], mutants: list[Mutant]) -> Iterator[Trial]:
+def _try_here(module: str, tests: list[str], mutants: list[Mutant], answers: TextIO) -> None:
+    """First, in processes that import it anew, what changes a module as it is imported, then what changes functions."""
     path, name = ROOT / module, module_name(module)
-    baseline = tried(path, name, path.read_text(), tests, Limits())
+    original = path.read_text()
+
+    def answer(mutant: Mutant, trial: Trial) -> None:
+        told = asdict(trial) | {"output": "", "imports": [], "durations_s": {}}
+        print(json.dumps([mutants.index(mutant), told]), file=answers, flush=True)
+
+    of_functions = [mutant for mutant in mutants if changes_functions(path, original, mutant.source)]
+    others = [mutant for mutant in mutants if mutant not in of_functions]
+    baseline = tried(path, name, original, tests, Limits())
     if baseline.verdict != "alive":
         print(f"{module}: {baseline.verdict} without a mutant, by {' '.join(tests)}\n{baseline.output}")
         raise SystemExit
     preload(baseline.imports)
-    first = sorted(baseline.durations_s, key=baseline.durations_s.__getitem__)
-    for mutant in mutants:
-        trial = tried(path, name, mutant.source, tests, limits_after(baseline), first)
-        if trial.killer in first:  # what kills one mutant often kills the next
-            first.remove(trial.killer)
-            first.insert(0, trial.killer)
-        yield trial
+    limits = limits_after(baseline)
+    for mutant in others:
+        answer(mutant, tried(path, name, mutant.source, tests, limits))
+
+    def try_functions(collected: Collected) -> None:
+        collected.tried([], limits)
+        codes = {mutant: swapped(path, original, mutant.source) for mutant in of_functions}
+        gc.freeze()
+        for mutant in of_functions:
+            answer(mutant, collected.tried(codes[mutant], limits))
+
+    if of_functions and (trouble := with_collected(tests, try_functions)):
+        print(trouble)
+        raise SystemExit
 
 
 def _remembered() -> dict[str, list[Name]]:

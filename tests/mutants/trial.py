@@ -1,5 +1,6 @@
 """Runs tests against a mutant in a forked process: nothing is written to disk, and what does not depend on the mutated
-module is imported once, before the fork.
+module is imported once, before the fork. Where only functions have changed, even the collected tests are there already,
+and the fork gives those functions their new code.
 
 cosmic-ray's own runner writes each mutant into the working tree and starts Python anew for it: some three seconds each
 with our imports, and a tree that nobody may touch meanwhile.
@@ -13,6 +14,8 @@ import importlib
 import importlib.abc
 import importlib.machinery
 import importlib.util
+import inspect
+import itertools
 import json
 import os
 import resource
@@ -21,21 +24,26 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import CodeType, FunctionType, ModuleType
 from typing import Any, Literal
 
 import pytest
 from hypothesis import Phase, settings
 
+Codes = list[tuple[FunctionType, CodeType]]
 Verdict = Literal["alive", "killed", "time-out", "unreached"]
 LEAST_CPU_S = 10
 LEAST_WALL_S = 30.0
 TIMES = 4
 """A mutant may take this many times as long as the tests take without it; a busy machine is no killer."""
 MEMORY_BYTES = 4 << 30
+PYTEST_WORDS = (
+    *("-x", "-q", "--assert=plain", "--tb=line", "--no-header", "--hypothesis-seed=0"),
+    *("-p", "no:cacheprovider", "-p", "no:xdist"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,15 +85,48 @@ def preload(names: Sequence[str]) -> None:
     gc.freeze()  # pytest collects garbage with every run; what is here already is none
 
 
-def tried(path: Path, name: str, source: str, tests: Sequence[str], limits: Limits, first: Sequence[str] = ()) -> Trial:
-    """Run ``tests`` in a child in which module ``name`` has ``source``; ``first``: names of tests to begin with."""
+def tried(path: Path, name: str, source: str, tests: Sequence[str], limits: Limits) -> Trial:
+    """Collect and run ``tests`` in a child in which module ``name`` has ``source``."""
+
+    def child(notes: int, output: int) -> None:
+        os.dup2(output, 1)
+        os.dup2(output, 2)
+        sys.meta_path.insert(0, MutantFinder(path, name, source, notes))
+        os._exit(int(pytest.main([*PYTEST_WORDS, *tests], plugins=[TrialPlugin(notes)])))
+
+    return _forked_trial(child, limits)
+
+
+def with_collected(tests: Sequence[str], work: Callable[[Collected], None]) -> str:
+    """Collect ``tests`` in this very process and hand them to ``work``; what pytest said, if they can't be run."""
+    plugin = TrialPlugin(-1, work)
+    with tempfile.TemporaryFile("w+b") as output:
+        before = os.dup(1)
+        os.dup2(output.fileno(), 1)
+        try:
+            pytest.main([*PYTEST_WORDS, *tests], plugins=[plugin])
+        finally:
+            sys.stdout.flush()
+            os.dup2(before, 1)
+            os.close(before)
+        output.seek(0)
+        return "" if plugin.has_worked else output.read().decode(errors="replace")
+
+
+def _forked_trial(child: Callable[[int, int], None], limits: Limits) -> Trial:
     start_s = time.monotonic()
     with tempfile.TemporaryFile("w+b") as output, tempfile.TemporaryFile("w+") as notes:
-        child = os.fork()
-        if child == 0:
-            plugin = TrialPlugin(first, notes.fileno())
-            _become(MutantFinder(path, name, source, notes.fileno()), plugin, tests, limits, output.fileno())
-        status, usage = _waited(child, start_s + limits.wall_s)
+        number = os.fork()
+        if number == 0:
+            try:
+                resource.setrlimit(resource.RLIMIT_CPU, (limits.cpu_s, limits.cpu_s + 5))
+                resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
+                child(notes.fileno(), output.fileno())
+            except BaseException:  # noqa: BLE001 - the child ends here, whatever it was
+                os.write(output.fileno(), traceback.format_exc().encode())
+            finally:
+                os._exit(pytest.ExitCode.INTERNAL_ERROR)
+        status, usage = _waited(number, start_s + limits.wall_s)
         output.seek(0)
         notes.seek(0)
         told: dict[str, Any] = {}
@@ -117,32 +158,14 @@ def _waited(child: int, until_s: float) -> tuple[int | None, resource.struct_rus
     return None, os.wait4(child, 0)[2]
 
 
-def _become(finder: MutantFinder, plugin: TrialPlugin, tests: Sequence[str], limits: Limits, output: int) -> None:
-    """The child: it never returns."""
-    code = 3
-    try:
-        os.dup2(output, 1)
-        os.dup2(output, 2)
-        resource.setrlimit(resource.RLIMIT_CPU, (limits.cpu_s, limits.cpu_s + 5))
-        resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
-        sys.meta_path.insert(0, finder)
-        words = ["-x", "-q", "--assert=plain", "--tb=line", "--no-header", "-p", "no:cacheprovider", "-p", "no:xdist"]
-        code = int(pytest.main([*words, "--hypothesis-seed=0", *tests], plugins=[plugin]))
-        sys.stdout.flush()
-    except BaseException:
-        os.write(2, traceback.format_exc().encode())
-        raise
-    finally:
-        os._exit(code)
-
-
 class TrialPlugin:
-    """Quick tests and those that failed before go first. Of a property it counts whether it fails: no shrinking, no
-    data base, the same examples each time."""
+    """Notes what pytest does. Of a property it counts whether it fails: no shrinking, no data base, the same examples
+    each time."""
 
-    def __init__(self, first: Sequence[str], notes: int) -> None:
-        self._rank = {name: place for place, name in enumerate(first)}
-        self._notes = notes
+    def __init__(self, notes: int, work: Callable[[Collected], None] | None = None) -> None:
+        self._work = work
+        self.has_worked = False
+        self.notes = notes
         self._durations_s: dict[str, float] = {}
 
     def pytest_configure(self) -> None:
@@ -152,17 +175,88 @@ class TrialPlugin:
         )
         settings.load_profile("mutants")
 
-    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        items.sort(key=lambda item: self._rank.get(item.nodeid, len(self._rank)))
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool | None:
+        if self._work is None:
+            return None
+        if session.items and not session.testsfailed:
+            self._work(Collected(session, self))
+            self.has_worked = True
+        return True
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if report.failed:
-            _note(self._notes, killer=report.nodeid)
+            _note(self.notes, killer=report.nodeid)
         elif report.when == "call":
             self._durations_s[report.nodeid] = report.duration
 
     def pytest_sessionfinish(self) -> None:
-        _note(self._notes, durations_s=self._durations_s)
+        if self.notes >= 0:
+            _note(self.notes, durations_s=self._durations_s)
+
+
+class Collected:
+    """Tests that are collected; each :meth:`tried` runs them in a fork. Quick ones go first, and before them those that
+    failed last: what notices one change often notices the next."""
+
+    def __init__(self, session: pytest.Session, plugin: TrialPlugin) -> None:
+        self._session, self._plugin = session, plugin
+
+    def tried(self, codes: Codes, limits: Limits) -> Trial:
+        """``codes``: what functions have instead of their own."""
+
+        def child(notes: int, output: int) -> None:
+            self._plugin.notes = notes
+            _note(notes, imports=[])
+            for function, code in codes:
+                function.__code__ = code
+            for item, following in itertools.zip_longest(self._session.items, self._session.items[1:]):
+                item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+                if self._session.shouldfail:
+                    os._exit(pytest.ExitCode.TESTS_FAILED)
+            self._plugin.pytest_sessionfinish()
+            os._exit(pytest.ExitCode.OK)
+
+        trial = _forked_trial(child, limits)
+        items = self._session.items
+        if trial.durations_s and trial.verdict == "alive" and not codes:
+            items.sort(key=lambda item: trial.durations_s.get(item.nodeid, 0.0))
+        items.sort(key=lambda item: item.nodeid != trial.killer)
+        return trial
+
+
+def changes_functions(path: Path, original: str, mutated: str) -> bool:
+    """Whether the mutant changes functions alone, nothing that runs at import."""
+    return _changed(compile(original, str(path), "exec"), compile(mutated, str(path), "exec")) is not None
+
+
+def swapped(path: Path, original: str, mutated: str) -> Codes:
+    """The functions of the imported module at ``path`` that the mutant changes, with their new code."""
+    changed = _changed(compile(original, str(path), "exec"), compile(mutated, str(path), "exec")) or []
+    live = [one for one in gc.get_objects() if isinstance(one, FunctionType) and one.__code__.co_filename == str(path)]
+    return [(one, new) for one in live for old, new in changed if one.__code__ == old]
+
+
+def _changed(before: CodeType, after: CodeType) -> list[tuple[CodeType, CodeType]] | None:
+    """Pairs of functions; ``None`` if the code around them differs."""
+    old, new = (tuple(one for one in code.co_consts if isinstance(one, CodeType)) for code in (before, after))
+    if _own(before) != _own(after) or len(old) != len(new):
+        return None
+    pairs: list[tuple[CodeType, CodeType]] = []
+    for one, other in zip(old, new, strict=True):
+        if one.co_flags & inspect.CO_OPTIMIZED:
+            pairs += [(one, other)] if one != other else []
+        elif (inner := _changed(one, other)) is None:
+            return None
+        else:
+            pairs += inner
+    return pairs
+
+
+def _own(code: CodeType) -> tuple[object, ...]:
+    """What a module or the body of a class does itself."""
+    constants = [repr(one) for one in code.co_consts if not isinstance(one, CodeType)]
+    return code.co_code, constants, code.co_names, code.co_varnames, code.co_qualname
 
 
 def _note(notes: int, **told: Any) -> None:
