@@ -401,11 +401,11 @@ class Scene:
         offer: str = "offer",
     ) -> FakeAnswerer:
         """Somebody's peer connection, as the server's ticket describes its owner; it has said nothing yet."""
-        await until(lambda: self.robot._site is not None)
+        await until(lambda: self.robot._live is not None)
         before = len(self.network.order)
         who = PeerIdentity(session_id or name, f"account of {name}", name, role, is_program)
         peer_id = f"peer {before} of {name}"
-        self.robot._carry_out(StartPeer(peer_id, who, offer, None, ()))
+        self.robot._running.servers.links[0]._carry_out(StartPeer(peer_id, who, offer, None, ()))
         await until(lambda: len(self.network.order) > before)
         end = self.network.order[-1]
         end.peer_id = peer_id

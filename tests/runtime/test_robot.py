@@ -376,7 +376,7 @@ async def test_a_peer_that_ended_while_its_offer_was_answered_leaves_nothing_bou
         socket.push("signaling.close_peer_connection", {"rtcConnectionId": "p1"})
         await kit.until(lambda: operator.is_closed)
         assert operator.listener.track_bound("front") is not None, "aiortc goes on with what it has begun"
-        assert not scene.robot._runs.media.is_bound("p1", "front")
+        assert not scene.robot._running.runs.media.is_bound("p1", "front")
 
 
 async def test_unknown_labels_and_messages_to_a_sender_are_refused_by_name(kit: Any) -> None:
@@ -554,9 +554,9 @@ async def test_the_same_session_on_a_new_transport_replaces_the_old_one(kit: Any
         first = await scene.network.offer("p1")
         control = await first.greet()
         second = await scene.network.offer("p2")
-        peers = scene.robot._peers
-        new = peers["p2"]
-        object.__setattr__(new.sender, "session_id", peers["p1"].sender.session_id)
+        peers = scene.robot._running.peers
+        new = peers.get("p2")
+        object.__setattr__(new.sender, "session_id", peers.get("p1").sender.session_id)
         second.listener.state_changed("connected")
         await kit.until(lambda: first.is_closed)
         assert control.heard("bye")[0].code == "peer.replaced"

@@ -78,7 +78,7 @@ def test_bulk_arrives_whole_over_the_lane_and_over_the_main_connection_when_it_i
         await store.wait_open()
         assert link.connection.bulk_lane == "up"
         assert (await store.next_message(WAIT_S)).data == MAP
-        bulk = next(iter(link.robot._peers.values()))._bulk
+        bulk = next(iter(link.robot._running.peers))._bulk
         await bulk._attempt.end.close()
         await until(lambda: link.connection.bulk_lane == "failed")
         await store.wait_open()
@@ -103,7 +103,8 @@ def test_lanes_that_come_and_go_leave_no_task_and_no_socket(monkeypatch: pytest.
             assert connection.bulk_lane == "up"
             await connection.close()
             link.operator.stores.close()
-            await until(lambda: not link.robot.peers and not link.robot._closing)
+            await until(lambda: not link.robot.peers)
+            await link.robot._running.peers.closed()
 
         await once()
         gc.collect()

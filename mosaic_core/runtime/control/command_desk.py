@@ -14,7 +14,7 @@ from mosaic_core.machines.control import lease_events as lease
 from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.commands.fence import SAFE, Fence
 from mosaic_core.runtime.control import control_words as words
-from mosaic_core.runtime.control.journal import RobotJournal
+from mosaic_core.runtime.control.journal import RobotJournal, name_of
 from mosaic_core.runtime.threads.handover import Handover
 from mosaic_core.words import control
 from mosaic_core.words.control import CONTROL_LABEL, STOP_LABEL, ControlMessage
@@ -170,7 +170,7 @@ class CommandDesk:
 
     def stop(self, peer: Controlled, message: control.Stop, answer: Answer, now_s: float) -> None:
         """Stop first, then speak. ``answer`` says it where the stop was heard."""
-        name = _name(peer.sender)
+        name = name_of(peer.sender)
         is_new, times = self.fence.stop(name, message.reason, message.id)
         present = self._present.get(peer.sender.peer_id)
         if present is None or present.stops.admits(now_s):
@@ -195,7 +195,7 @@ class CommandDesk:
             peer.answer(state)
             return
         self._awaited.clear()
-        self._stop_changed(False, _name(peer.sender), "")
+        self._stop_changed(False, name_of(peer.sender), "")
 
     def _stop_changed(self, is_stopped: bool, by: str, reason: str) -> None:
         with self.fence.lock:
@@ -253,7 +253,3 @@ class CommandDesk:
                 times = self.fence.latch.times(stop_id)
             if times is not None:
                 answer(words.stop_ack(stop_id, times))
-
-
-def _name(sender: Sender) -> str:
-    return sender.name or sender.peer_id

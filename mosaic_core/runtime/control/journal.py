@@ -60,8 +60,8 @@ class RobotJournal:
             return
         self.flush(now_s)
         if len(self._refused) < MAX_MERGED:
-            self._refused[key] = _Merged(now_s, 0, label, code, _name(sender))
-            self.note("command.refused", who=_name(sender), subject=label, code=code)
+            self._refused[key] = _Merged(now_s, 0, label, code, name_of(sender))
+            self.note("command.refused", who=name_of(sender), subject=label, code=code)
 
     def accepted(self, label: str, sender: Sender) -> None:
         """A command was accepted: the first one of a peer, or after a pause, is written."""
@@ -69,7 +69,7 @@ class RobotJournal:
         peer_id, at_s = self._commanded.get(label, ("", 0.0))
         self._commanded[label] = (sender.peer_id, now_s)
         if peer_id != sender.peer_id or now_s - at_s > PAUSE_S:
-            self.note("command.accepted", who=_name(sender), subject=label)
+            self.note("command.accepted", who=name_of(sender), subject=label)
 
     def lease_changed(self) -> None:
         """The next accepted command of every receiver is the first one again."""
@@ -94,5 +94,6 @@ class RobotJournal:
         return tuple(JournalEntry.model_validate_json(text) for text in texts)
 
 
-def _name(sender: Sender) -> str:
+def name_of(sender: Sender) -> str:
+    """What people call an operator."""
     return sender.name or sender.peer_id

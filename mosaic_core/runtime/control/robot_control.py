@@ -6,7 +6,6 @@ import asyncio
 import random
 import time
 from collections.abc import Mapping
-from typing import Protocol
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.control.lease_desk import LeaseDesk
@@ -15,7 +14,7 @@ from mosaic_core.runtime.commands.fence import Fence
 from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.control.command_desk import CommandDesk, DeskListener
-from mosaic_core.runtime.control.journal import RobotJournal
+from mosaic_core.runtime.control.journal import RobotJournal, name_of
 from mosaic_core.runtime.control.journal_file import JournalFile
 from mosaic_core.runtime.control.link_reports import LinkReports
 from mosaic_core.runtime.handlers.receiver import Outcome
@@ -25,11 +24,6 @@ from mosaic_core.words.config import ControlConfig
 
 MOTION = "motion"
 """The resource that every robot has."""
-
-
-class Named(Protocol):
-    @property
-    def sender(self) -> Sender: ...
 
 
 class RobotControl:
@@ -65,11 +59,11 @@ class RobotControl:
 
     # -- for the journal -----------------------------------------------------------------------------------------
 
-    def peer_connected(self, peer: Named) -> None:
-        self.journal.note("peer.connected", who=_name(peer.sender))
+    def peer_connected(self, sender: Sender) -> None:
+        self.journal.note("peer.connected", who=name_of(sender))
 
-    def peer_closed(self, peer: Named, code: str, message: str) -> None:
-        self.journal.note("peer.closed", who=_name(peer.sender), code=code, message=message)
+    def peer_closed(self, sender: Sender, code: str, message: str) -> None:
+        self.journal.note("peer.closed", who=name_of(sender), code=code, message=message)
 
     def command_done(self, outcome: Outcome) -> None:
         item = outcome.item
@@ -117,7 +111,3 @@ def _fence(config: ControlConfig, routes: Mapping[str, Route], safety: SafetyWat
         resources, expiry_s=config.lease_expiry_s, first_epoch=random.getrandbits(32), legacy=config.legacy_peers
     )
     return Fence(safety, leases, StopLatch(), desk.pass_on)
-
-
-def _name(sender: Sender) -> str:
-    return sender.name or sender.peer_id

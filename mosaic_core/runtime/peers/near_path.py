@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
-from mosaic_core.contract.host import Sender
 from mosaic_core.words.control import ControlMessage, Near
 
 MAX_URLS = 16
@@ -14,32 +13,30 @@ MAX_URLS = 16
 class Told(Protocol):
     """One operator."""
 
-    knows_near: bool
+    wants_near: bool
+    """It knows the word, and came another way."""
 
-    @property
-    def sender(self) -> Sender: ...
     def answer(self, message: ControlMessage) -> None: ...
 
 
 class NearPath:
-    """Event loop only. ``is_near(peer_id)``: the operator came by the near path already."""
+    """Keeps the addresses at which the robot serves itself, and who is to hear of them. Event loop only."""
 
-    def __init__(self, is_near: Callable[[str], bool]) -> None:
-        self._is_near = is_near
+    def __init__(self) -> None:
         self._urls: tuple[str, ...] = ()
         self._operators: list[Told] = []
 
-    def joined(self, operator: Told) -> None:
-        if operator.knows_near and not self._is_near(operator.sender.peer_id) and operator not in self._operators:
+    def operator_joined(self, operator: Told) -> None:
+        if operator.wants_near and operator not in self._operators:
             self._operators.append(operator)
             if self._urls:
                 operator.answer(Near(urls=self._urls))
 
-    def left(self, operator: Told) -> None:
+    def operator_left(self, operator: Told) -> None:
         if operator in self._operators:
             self._operators.remove(operator)
 
-    def changed(self, urls: Sequence[str]) -> None:
+    def urls_changed(self, urls: Sequence[str]) -> None:
         """Where the robot serves now; nowhere: nothing."""
         new = tuple(urls)[:MAX_URLS]
         if new == self._urls:

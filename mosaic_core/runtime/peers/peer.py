@@ -5,11 +5,11 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.peers import peer_of_robot as session
-from mosaic_core.machines.signaling.peer_admission import StartPeer
 from mosaic_core.runtime.peers.bulk_of_robot import BulkOfRobot
 from mosaic_core.runtime.peers.control_channel import ControlChannel
 from mosaic_core.runtime.peers.further_offers import FurtherOffers
@@ -22,6 +22,7 @@ from mosaic_core.runtime.peers.peer_transport import PeerTransport
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.runtime.peers.site import Site
 from mosaic_core.runtime.peers.stop_channel import StopChannel
+from mosaic_core.runtime.signaling.server_link import Introduction
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.timing.machine_driver import MachineDriver
 from mosaic_core.runtime.transport.picture_transport import PictureFeed
@@ -31,7 +32,7 @@ from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, PING_PERIOD_S, STOP_LABEL
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.session_description import is_media_only
-from mosaic_core.words.signaling import IceCandidate, SdpAnswer
+from mosaic_core.words.signaling import IceCandidate
 
 DOUBT_S = 2 * PING_PERIOD_S + 0.2
 """Two pings and the way here."""
@@ -39,18 +40,34 @@ _BYE_FLUSH_S = 0.05
 """Time for the bye to leave before the transport closes."""
 
 
+class PeerKeeper(Protocol):
+    """Whoever made a peer and keeps it."""
+
+    def newest_ice_servers(self) -> Sequence[IceServer]:
+        """Those of the youngest peer: their credentials live longest."""
+        ...
+
+    def peer_connected(self, peer: Peer) -> None: ...
+    def peer_closed(self, peer: Peer, code: str, message: str) -> None: ...
+
+
 class Peer:
     """Joins the parts of one operator's connection, from the offer to the end; implements ``AnswererListener``. Event
     loop only."""
 
-    def __init__(self, start: StartPeer, site: Site, make_answerer: AnswererFactory) -> None:
-        who = start.identity
-        sender = Sender(start.peer_id, who.session_id, who.operator_id, who.name, who.role)
-        self.operator = operator = RemoteOperator(sender, is_program=who.is_program)
+    def __init__(
+        self, introduction: Introduction, site: Site, keeper: PeerKeeper, make_answerer: AnswererFactory
+    ) -> None:
+        start, server = introduction.start, introduction.server
+        is_program = start.identity.is_program
+        operator = RemoteOperator(introduction.sender, is_program=is_program, is_near=server.is_near)
+        self.operator = operator
         self.timeline = PeerTimeline(operator)
         self.connected_at_s: float | None = None
         self._start = start
+        self._server = server
         self._site = site
+        self._keeper = keeper
         self._make_answerer = make_answerer
         self._tasks = BackgroundTasks()
         self._control = PeerControl(operator, site)
@@ -58,7 +75,7 @@ class Peer:
         self._resume = PeerResume(operator, site)
         self._channels = PeerChannels(operator, site, self._resume, self._baseline)
         self.media = PeerMedia(operator, site, self.timeline)
-        self._transport = PeerTransport(start, site, self.timeline)
+        self._transport = PeerTransport(introduction, site, self.timeline)
         self._offers = FurtherOffers(operator, self._transport.answer_again)
         self._bulk = BulkOfRobot(self, self._channels, make_answerer)
         self._machine = session.RobotPeerMachine(time.monotonic(), is_media_only=is_media_only(start.offer_sdp))
@@ -84,7 +101,7 @@ class Peer:
         return self._channels.labels()
 
     def newest_ice_servers(self) -> Sequence[IceServer]:
-        return self._site.listener.newest_ice_servers() or self._start.ice_servers
+        return self._keeper.newest_ice_servers() or self._start.ice_servers
 
     # -- life ----------------------------------------------------------------------------------------------------
 
@@ -110,7 +127,7 @@ class Peer:
         sdp = await self._offers.answered(offer_sdp, tracks)
         if sdp is None or self.phase == "closed":
             return
-        self._site.listener.signal(SdpAnswer(rtc_connection_id=self.peer_id, sdp_answer=sdp))
+        self._transport.tell_answer(sdp)
         if self.phase == "original":
             self.media.show_all()
 
@@ -129,7 +146,8 @@ class Peer:
         match effect:
             case session.TellConnected():
                 self.connected_at_s = time.monotonic()
-                self._site.listener.peer_connected(self)
+                self._keeper.peer_connected(self)
+                self._server.peer_connected(self._start.peer_id)
             case session.TreatAsOurs():
                 self._treat_as_ours()
             case session.TreatAsOriginal():
@@ -160,7 +178,8 @@ class Peer:
         self._resume.peer_left(code)
         self._control.operator_left(code)
         self.timeline.ended(code, was_connected=self.connected_at_s is not None)
-        self._site.listener.peer_closed(self, code, message)
+        self._keeper.peer_closed(self, code, message)
+        self._server.peer_ended(self._start.peer_id, self, code, message)
         self._tasks.start(self._close_transport(_BYE_FLUSH_S if say_bye else 0.0))
 
     async def _close_transport(self, flush_s: float) -> None:

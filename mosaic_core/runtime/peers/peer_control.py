@@ -33,11 +33,11 @@ class PeerControl:
 
     def operator_joined(self) -> None:
         self._site.desk.joined(self._operator)
-        self._site.near.joined(self._operator)
+        self._site.near.operator_joined(self._operator)
 
     def operator_left(self, code: str) -> None:
         self._site.links.remove(self._operator.peer_id)
-        self._site.near.left(self._operator)
+        self._site.near.operator_left(self._operator)
         self._site.delivery.watch(self._operator, False)
         self._site.desk.left(self._operator, code)
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 from mosaic_core.machines.peers import peer_of_robot as session
 from mosaic_core.machines.peers.chosen_path import ChosenPath
-from mosaic_core.machines.signaling.peer_admission import StartPeer
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.site import Site
+from mosaic_core.runtime.signaling.server_link import Introduction
 from mosaic_core.runtime.transport.sound_transport import SoundLabels
 from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, AnswererListener, OfferRefused
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
@@ -21,8 +21,10 @@ logger = logging.getLogger(__name__)
 class PeerTransport:
     """Answers the offers of one operator and exchanges candidates with it through the server. Event loop only."""
 
-    def __init__(self, start: StartPeer, site: Site, timeline: PeerTimeline) -> None:
-        self._start = start
+    def __init__(self, introduction: Introduction, site: Site, timeline: PeerTimeline) -> None:
+        self._start = introduction.start
+        self._server = introduction.server
+        self._peer_id = introduction.sender.peer_id
         self._site = site
         self._timeline = timeline
         self._answerer: Answerer | None = None
@@ -43,21 +45,22 @@ class PeerTransport:
             sdp = await self.answer_to(start.offer_sdp, start.tracks)
         except MosaicError as error:
             if isinstance(error, OfferRefused) and not self._is_given_up:
-                self._tell_answer(error.answer)
+                self.tell_answer(error.answer)
             return session.AnswerFailed(error.code, error.message)
         except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
-            logger.exception("the offer of peer %s could not be answered", start.peer_id)
+            logger.exception("the offer of peer %s could not be answered", self._peer_id)
             return session.AnswerFailed("sdp.invalid", type(error).__name__)
         if self._is_given_up:
             return session.AnswerMade()
-        self._tell_answer(sdp)
+        self.tell_answer(sdp)
         self._timeline.mark("answered")
         if start.candidates or "\na=candidate:" in start.offer_sdp:
             self._timeline.mark("candidate", "with the offer")
         return session.AnswerMade()
 
-    def _tell_answer(self, sdp: str) -> None:
-        self._site.listener.signal(SdpAnswer(rtc_connection_id=self._start.peer_id, sdp_answer=sdp))
+    def tell_answer(self, sdp: str) -> None:
+        """Send an answer through the server."""
+        self._server.signal(SdpAnswer(rtc_connection_id=self._start.peer_id, sdp_answer=sdp))
 
     async def exchange_candidates(self) -> None:
         """After the answer: an original dashboard rejects candidates before it (UPSTREAM §3.4)."""
@@ -92,7 +95,7 @@ class PeerTransport:
             self._early.append(candidate)
         else:
             message = ExchangeIceCandidate(rtc_connection_id=self._start.peer_id, ice_candidate=candidate)
-            self._site.listener.signal(message)
+            self._server.signal(message)
 
     def give_up(self) -> None:
         """Nobody wants an answer any more."""
@@ -105,4 +108,4 @@ class PeerTransport:
         try:
             await self._answerer.close()
         except Exception:  # it is over either way, but whoever looks for a leak must find it
-            logger.warning("the transport of peer %s did not close cleanly", self._start.peer_id, exc_info=True)
+            logger.warning("the transport of peer %s did not close cleanly", self._peer_id, exc_info=True)

@@ -19,7 +19,8 @@ ORDERED_PINGS_EVERY = 5
 class RemoteOperator:
     """Speaks to one operator over its control channel; implements ``Controlled`` and ``Talker``. Event loop only."""
 
-    def __init__(self, sender: Sender, *, is_program: bool = False) -> None:
+    def __init__(self, sender: Sender, *, is_program: bool = False, is_near: bool = False) -> None:
+        """``is_near``: it came by the server that the robot runs itself."""
         self.sender = sender
         self.control_channel: ControlChannel | None = None
         """Once ``_mosaic`` is there."""
@@ -27,8 +28,9 @@ class RemoteOperator:
         """Once ``_stop`` is."""
         self.link: MeasuredLink | None = None
         """How good its link is, once it said that it can be measured."""
-        self.knows_leases = self.knows_near = False
+        self.knows_leases = self.wants_near = False
         self._is_program = is_program
+        self._is_near = is_near
         self._pings = 0
 
     @property
@@ -42,7 +44,7 @@ class RemoteOperator:
 
     def said_hello(self, hello: Hello) -> None:
         self.knows_leases = "lease" in hello.extensions
-        self.knows_near = "near" in hello.extensions
+        self.wants_near = "near" in hello.extensions and not self._is_near
         is_person = hello.is_person and not self._is_program
         self.sender = replace(self.sender, is_person=is_person, is_original=not self.knows_leases)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -18,42 +17,18 @@ from mosaic_core.runtime.media.talk_hub import TalkHub
 from mosaic_core.runtime.observation.delivery_reports import DeliveryReports
 from mosaic_core.runtime.peers.near_path import NearPath
 from mosaic_core.words.catalogue import Catalogue
-from mosaic_core.words.ice import IceServer
-from mosaic_core.words.signaling import SignalingMessage
-
-
-class RobotPeer(Protocol):
-    """One operator, as the robot sees it from outside."""
-
-    @property
-    def peer_id(self) -> str: ...
-
-    @property
-    def sender(self) -> Sender: ...
-
-    @property
-    def connected_at_s(self) -> float | None: ...
-
-    async def closed(self) -> None:
-        """Wait until nothing of it is left."""
-        ...
 
 
 class PeerListener(Protocol):
-    """Hears what peers tell their robot, on the event loop."""
+    """Hears what becomes of a robot's operators, on the event loop."""
 
-    def signal(self, message: SignalingMessage) -> None:
-        """Something for the server."""
+    def peer_connected(self, sender: Sender) -> None: ...
+    def peer_closed(self, sender: Sender, code: str, message: str) -> None:
+        """One that was connected is gone."""
         ...
 
-    def peer_connected(self, peer: RobotPeer) -> None: ...
-    def peer_closed(self, peer: RobotPeer, code: str, message: str) -> None: ...
     def command_refused(self, label: str, sender: Sender, code: str) -> None:
         """A message for a connector was refused before its receiver saw it."""
-        ...
-
-    def newest_ice_servers(self) -> Sequence[IceServer]:
-        """Those of the youngest peer: their credentials live longest."""
         ...
 
 

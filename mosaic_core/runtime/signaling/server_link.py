@@ -1,4 +1,4 @@
-"""One of the servers that introduce operators to a robot: its session, and ids that no other server's can be.
+"""One of the servers that introduce operators to a robot: its session, its peers, and ids unlike those of any other.
 
 A robot may know several (its fleet's and the one that it runs itself). Each checks tickets with its own keys, and what
 one says of a peer or an operator never touches those of another.
@@ -6,24 +6,26 @@ one says of a peer or an operator never touches those of another.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
 
+from mosaic_core.contract.host import Sender
 from mosaic_core.machines.peers.network_change import NetworkChange
 from mosaic_core.machines.signaling import signaling_events as session
-from mosaic_core.machines.signaling.peer_admission import AddCandidate, PeerIdentity, RefusePeer, StartPeer, StopPeer
+from mosaic_core.machines.signaling.peer_admission import AddCandidate, RefusePeer, RenegotiatePeer, StartPeer, StopPeer
 from mosaic_core.machines.signaling.robot_signaling import RobotSignaling
 from mosaic_core.runtime.signaling.signaling_socket import SignalingSocket
 from mosaic_core.runtime.signaling.tickets import TicketVerifier
 from mosaic_core.runtime.transport.transport import SocketConnector
 from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.codes import reason
 from mosaic_core.words.config import ServerConfig
-from mosaic_core.words.signaling import (
-    ClosePeerConnection,
-    ExchangeIceCandidate,
-    SdpAnswer,
-    SignalingMessage,
-)
+from mosaic_core.words.errors import SignalingError
+from mosaic_core.words.signaling import IceCandidate, SignalingMessage
+
+logger = logging.getLogger(__name__)
 
 FLEET = "fleet"
 LAN = "lan"
@@ -42,75 +44,126 @@ class KnownServer:
         return str(self.config.auth.robot_id)
 
 
+@dataclass(frozen=True, slots=True)
+class Introduction:
+    """An operator's offer, which server brought it, and who sent it: ``sender`` is told apart from those of all
+    servers, while ``start`` has the ids by which this one knows it."""
+
+    start: StartPeer
+    sender: Sender
+    server: ServerLink
+
+
+class IntroducedPeer(Protocol):
+    """A peer, as the server that introduced it commands it."""
+
+    def renegotiate(self, offer_sdp: str, tracks: Mapping[str, str] | None) -> None: ...
+    def add_candidate(self, candidate: IceCandidate) -> None: ...
+    def close(self, code: str, message: str = "") -> None: ...
+
+
+class PeerStarter(Protocol):
+    """Answers the operators that servers introduce, on the event loop."""
+
+    def start_peer(self, introduction: Introduction) -> IntroducedPeer: ...
+
+
 class ServerLink:
-    """Event loop only. ``carry_out`` gets what concerns the robot, with ids that begin with ``scope``."""
+    """Keeps the session with one server, and carries out what it asks of the peers that it introduced. Event loop only.
+
+    ``scope`` keeps its ids apart from those of other servers: ids that the robot goes by begin with it, and are never
+    taken to pieces again. Toward the server a peer has the server's own id.
+    """
 
     def __init__(
         self,
         server: KnownServer,
         catalogue: Catalogue,
         scope: str,
-        carry_out: Callable[[session.Effect], None],
+        peers: PeerStarter,
+        state_changed: Callable[[], None],
     ) -> None:
         self.server = server
-        self.scope = scope
         self.state = "offline"
         """``connecting``, ``ready``, ``offline`` or ``stopped``."""
-        self._carry_out = carry_out
+        self.error: SignalingError | None = None
+        """The same robot connected elsewhere: this server wants no more of it."""
+        self._scope = scope
+        self._starter = peers
+        self._state_changed = state_changed
+        self._peers: dict[str, IntroducedPeer] = {}
         machine = RobotSignaling(_facts(server, catalogue), TicketVerifier(server.robot_id))
         url = f"{server.config.ws_url.rstrip('/')}/ws/robot"
-        self._client = SignalingSocket(url, machine, server.connect, self._take)
+        self._socket = SignalingSocket(url, machine, server.connect, self._carry_out)
+
+    @property
+    def is_near(self) -> bool:
+        """The robot serves it itself, on its own network."""
+        return self.server.name == LAN
 
     async def run(self) -> None:
         """Until :meth:`shut_down`, or until the server has put the robot off for good."""
-        await self._client.run()
+        await self._socket.run()
 
     def shut_down(self) -> None:
         """Say good-bye; :meth:`run` ends then."""
-        self._client.tell(session.ShutdownBegun())
+        self._socket.tell(session.ShutdownBegun())
 
     def network_changed(self, change: NetworkChange) -> None:
         """A socket of the network before may hang for long; one that is missing is worth a try now."""
         if change == "moved" or self.state != "ready":
-            self._client.renew()
+            self._socket.renew()
 
-    def introduced(self, peer_id: str) -> bool:
-        return peer_id.startswith(self.scope)
+    # -- what its peers tell, by the ids that it gave them -------------------------------------------------------
 
     def signal(self, message: SignalingMessage) -> None:
-        """Something of a peer for the server that introduced it."""
-        if isinstance(message, SdpAnswer | ExchangeIceCandidate | ClosePeerConnection):
-            theirs = self._theirs(message.rtc_connection_id)
-            message = message.model_copy(update={"rtc_connection_id": theirs})
-        self._client.tell(session.MessageReady(message))
+        self._socket.tell(session.MessageReady(message))
 
     def peer_connected(self, peer_id: str) -> None:
-        self._client.tell(session.PeerConnected(self._theirs(peer_id)))
+        self._socket.tell(session.PeerConnected(peer_id))
 
-    def peer_ended(self, peer_id: str, code: str, message: str) -> None:
-        self._client.tell(session.PeerEnded(self._theirs(peer_id), code, message))
+    def peer_ended(self, peer_id: str, peer: IntroducedPeer, code: str, message: str) -> None:
+        if self._peers.get(peer_id) is peer:
+            del self._peers[peer_id]
+            self._socket.tell(session.PeerEnded(peer_id, code, message))
 
-    def _take(self, effect: session.Effect) -> None:
-        if isinstance(effect, session.ChangeState):
-            self.state = effect.state
-        self._carry_out(self._scoped(effect))
+    # -- what it asks --------------------------------------------------------------------------------------------
 
-    def _scoped(self, effect: session.Effect) -> session.Effect:
+    def _carry_out(self, effect: session.Effect) -> None:
         match effect:
-            case StartPeer(peer_id=peer_id, identity=who):
-                return replace(effect, peer_id=self.scope + peer_id, identity=self._identity(who))
-            case StopPeer(peer_id=peer_id) | AddCandidate(peer_id=peer_id) | RefusePeer(peer_id=peer_id):
-                return replace(effect, peer_id=self.scope + peer_id)
-            case session.Report(message=message) if self.scope:
-                return replace(effect, message=f"{self.server.name} server: {message}")
-        return effect
+            case StartPeer(peer_id=peer_id):
+                self._peers[peer_id] = self._starter.start_peer(Introduction(effect, self._sender(effect), self))
+            case RenegotiatePeer(peer_id, offer_sdp, tracks) if peer_id in self._peers:
+                self._peers[peer_id].renegotiate(offer_sdp, tracks)
+            case AddCandidate(peer_id, candidate) if peer_id in self._peers:
+                self._peers[peer_id].add_candidate(candidate)
+            case StopPeer(peer_id, code):
+                # the session has forgotten it already: its end, told now, would end a new one under the same id
+                peer = self._peers.pop(peer_id, None)
+                if peer is not None:
+                    peer.close(code)
+            case RefusePeer(peer_id, code, message):
+                fields = {"peerId": self._scope + peer_id, "code": code}
+                logger.warning("operator refused (%s): %s", code, message or reason(code).sentence, extra=fields)
+            case session.ChangeState(state):
+                self.state = state
+                self._state_changed()
+            case session.Report(code, message):
+                self._report(code, f"{self.server.name} server: {message}" if self._scope else message)
 
-    def _identity(self, who: PeerIdentity) -> PeerIdentity:
-        operator_id = self.scope + who.operator_id if who.operator_id else ""
-        return replace(who, session_id=self.scope + who.session_id, operator_id=operator_id)
+    def _report(self, code: str, message: str) -> None:
+        fields = {"robotId": self.server.robot_id, "code": code}
+        if not code:
+            logger.info("%s", message, extra=fields)
+            return
+        logger.error("%s (%s) %s", message, code, reason(code).cure, extra=fields)
+        if code == "signal.replaced":
+            self.error = SignalingError(message, code=code)
 
-    def _theirs(self, peer_id: str) -> str:
-        return peer_id.removeprefix(self.scope)
+    def _sender(self, start: StartPeer) -> Sender:
+        who, scope = start.identity, self._scope
+        operator_id = scope + who.operator_id if who.operator_id else ""
+        return Sender(scope + start.peer_id, scope + who.session_id, operator_id, who.name, who.role)
 
 
 def _facts(server: KnownServer, catalogue: Catalogue) -> session.RobotFacts:
@@ -121,8 +174,3 @@ def _facts(server: KnownServer, catalogue: Catalogue) -> session.RobotFacts:
     return session.RobotFacts(
         robot_id=server.robot_id, token=token, catalogue=catalogue, ice_servers=server.config.webrtc.ice_servers
     )
-
-
-def best_state(states: list[str]) -> str:
-    """How a robot stands that knows several servers: as it stands to the one where it stands best."""
-    return next((one for one in ("ready", "connecting", "offline") if one in states), "stopped")

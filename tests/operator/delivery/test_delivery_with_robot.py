@@ -64,7 +64,7 @@ async def test_an_operator_hears_of_a_message_that_came_in_part_only() -> None:
         await notes.wait_open(5)
         refusals: list[Refusal] = []
         link.connection.on_refusal(refusals.append)
-        peer = next(iter(link.robot._peers.values()))
+        peer = next(iter(link.robot._running.peers))
         reader = peer._channels._links["notes"].reader
         reader.chunks.timeout_s = 0.05
         first, *_ = encode_frame(Frame(PayloadKind.JSON, b"0123456789", seq=7), 4)

@@ -195,7 +195,7 @@ def test_an_oversized_offer_never_reaches_the_transport(kit: Any) -> None:
 def test_the_lane_takes_the_youngest_ice_servers_of_the_robot(kit: Any) -> None:
     async def body(place: Place) -> None:
         lane = await place.offers()
-        assert lane.ice_servers == place.scene.robot.newest_ice_servers()
+        assert lane.ice_servers == place.scene.robot._running.peers.newest_ice_servers()
 
     played(kit, body)
 
@@ -229,7 +229,7 @@ def test_a_lane_that_is_still_being_answered_ends_too(kit: Any, monkeypatch: pyt
             monkeypatch.setattr(answerer, "answer", answered)
             return answerer
 
-        peer = next(iter(place.scene.robot._peers.values()))
+        peer = next(iter(place.scene.robot._running.peers))
         monkeypatch.setattr(peer._bulk, "make_answerer", slow)
         place.ann.say(control.LaneOffer(attempt=1, sdp="offer"))
         await kit.until(lambda: len(place.scene.network.order) == 2)
@@ -253,7 +253,7 @@ def test_a_hundred_lanes_leave_no_task_behind(kit: Any, patient: None) -> None:
             place.ann.say(control.LaneClose(attempt=attempt))
             await kit.until(lambda lane=lane: lane.is_closed)
         await kit.until(lambda: len(asyncio.all_tasks()) <= tasks)
-        peer = next(iter(place.scene.robot._peers.values()))
+        peer = next(iter(place.scene.robot._running.peers))
         assert peer.channels == ()
         assert peer._bulk._attempt is None
 
