@@ -1,9 +1,10 @@
-"""Pictures to their viewers as they are, the newest one for each: for transports that carry pictures, not packets."""
+"""Hands pictures or sound to their viewers as they are, the newest first: for what need not be adapted to a link."""
 
 from __future__ import annotations
 
 import asyncio
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -16,39 +17,40 @@ from mosaic_core.runtime.transport.picture_transport import PicturePreparer, Pic
 
 
 class NewestFeed:
-    """Where one viewer takes its pictures from: a newer one replaces one that waits. Event loop only."""
+    """Implements ``runtime.transport.PictureFeed`` by keeping at most ``max_waiting`` items for one viewer: a newer one
+    replaces the oldest, so that latency never accumulates. Event loop only."""
 
     codec_order: tuple[str, ...] = ()
 
-    def __init__(self) -> None:
-        self._waiting: Any = None
+    def __init__(self, max_waiting: int = 1) -> None:
+        self._waiting: deque[Any] = deque(maxlen=max_waiting)
         self._arrived = asyncio.Event()
-        self.dropped = 0
 
     async def next(self) -> Any:
-        await self._arrived.wait()
-        self._arrived.clear()
-        picture, self._waiting = self._waiting, None
-        return picture
+        while not self._waiting:
+            self._arrived.clear()
+            await self._arrived.wait()
+        return self._waiting.popleft()
 
-    def put(self, picture: Any) -> None:
-        self.dropped += self._arrived.is_set()
-        self._waiting = picture
+    def put(self, item: Any) -> bool:
+        """Whether the oldest one had to go for it."""
+        is_full = len(self._waiting) == self._waiting.maxlen
+        self._waiting.append(item)
         self._arrived.set()
+        return is_full
 
     def clear(self) -> None:
         """The viewer looks away: what waits is old by the time it looks again."""
-        self._waiting = None
-        self._arrived.clear()
+        self._waiting.clear()
 
     def codec_agreed(self, mime_type: str) -> None:
-        """Nothing is encoded."""
+        """There is no choice."""
 
     def heard(self, feedback: Feedback) -> None:
         """Nothing to adapt."""
 
     def repeats(self, sequence_number: int) -> int:
-        return 1
+        return 0
 
     def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
         return False
@@ -58,40 +60,52 @@ class NewestFeed:
 
 
 class PlainStream:
-    """Implements ``runtime.transport.PictureStream``: ``prepare`` runs on the handler's thread, once per picture."""
+    """Implements ``runtime.transport.PictureStream``: ``prepare`` runs on the handler's thread, once per item."""
 
-    def __init__(self, prepare: Callable[[Any], Any], counters: ConnectorCounters) -> None:
+    def __init__(
+        self,
+        prepare: Callable[[Any], Any],
+        counters: ConnectorCounters,
+        make_feed: Callable[[], NewestFeed] = NewestFeed,
+        max_handed_over: int = 256,
+    ) -> None:
         self._prepare = prepare
         self._counters = counters
-        self._handover: Handover[Any] = Handover(asyncio.get_running_loop(), self._distribute, max_items=256)
+        self._make_feed = make_feed
+        self._handover: Handover[Any] = Handover(asyncio.get_running_loop(), self._distribute, max_handed_over)
         self._feeds: dict[str, NewestFeed] = {}
-        self._watching: frozenset[str] = frozenset()
+        self._watching: dict[str, NewestFeed] = {}  # replaced, never changed: the handler's thread reads it
 
     def offer(self, item: Any) -> bool:
         return bool(self._watching) and self._handover.put(self._prepare(item))
 
     def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> NewestFeed:
-        return self._feeds.setdefault(viewer_id, NewestFeed())
+        return self._feeds.setdefault(viewer_id, self._make_feed())
 
     def watch(self, viewer_id: str, on: bool) -> None:
-        self._watching = self._watching | {viewer_id} if on else self._watching - {viewer_id}
-        if not on and viewer_id in self._feeds:
-            self._feeds[viewer_id].clear()
+        feed = self._feeds.get(viewer_id)
+        if feed is None:
+            return
+        others = {name: other for name, other in self._watching.items() if name != viewer_id}
+        self._watching = {**others, viewer_id: feed} if on else others
+        if not on:
+            feed.clear()
 
     def leave(self, viewer_id: str) -> None:
         self.watch(viewer_id, False)
         self._feeds.pop(viewer_id, None)
 
     def close(self) -> None:
-        """Nothing is held."""
+        self._watching = {}
 
-    def _distribute(self, prepared: Any) -> None:
-        for viewer_id in self._watching & self._feeds.keys():
-            feed = self._feeds[viewer_id]
-            before = feed.dropped
-            feed.put(prepared)
-            self._counters.dropped += feed.dropped - before
-        self._counters.count(0, time.monotonic())
+    def _distribute(self, item: Any) -> None:
+        for feed in self._watching.values():
+            self._counters.dropped += feed.put(item)
+        self._counters.count(self._size_bytes(item), time.monotonic())
+
+    def _size_bytes(self, item: Any) -> int:
+        """What is not encoded has no size that means anything."""
+        return 0
 
 
 def plain_streams(prepare: PicturePreparer) -> PictureStreamFactory:

@@ -13,6 +13,9 @@ from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.transport.picture_transport import PictureFeed, TellUnavailable
 
+OPUS = "audio/opus"
+"""The one codec of sound."""
+
 
 @dataclass(frozen=True, slots=True)
 class SoundLabels:
@@ -51,7 +54,7 @@ class IncomingSound(Protocol):
 class SoundStream(Protocol):
     """All sound of one microphone on its way to its listeners; a ``PictureStream`` but for what it carries."""
 
-    def offer(self, sound: Sound) -> bool:
+    def offer(self, item: Sound) -> bool:
         """Take a piece on its handler's thread. ``False`` if nobody listens or the loop is behind."""
         ...
 

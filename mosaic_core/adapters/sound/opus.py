@@ -1,3 +1,0 @@
-"""The one codec of sound."""
-
-OPUS = "audio/opus"
