@@ -26,7 +26,7 @@ from rich.console import Console
 from rich.table import Table
 
 from mosaic_core.adapters.machine.event_loop import run_event_loop
-from mosaic_core.adapters.peers.aiortc_offerer import aiortc_offerer
+from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 from mosaic_core.laboratory.impaired_offerer import impaired_operator
 from mosaic_core.laboratory.impaired_path import ImpairedPath
 from mosaic_core.machines.laboratory.impaired_link import LinkProfile
@@ -107,7 +107,7 @@ async def outrun(site: Site, path: ImpairedPath, seconds: float) -> Found:
 
     credentials = {"username": site.account["email"], "password": site.account["password"]}
     token = await log_in(site.url, LOGIN_ROUTE, credentials)
-    operator = MosaicOperator(site.url, token, make_offerer=impaired_operator(aiortc_offerer, path))
+    operator = MosaicOperator(site.url, token, make_offerer=impaired_operator(AiortcOfferer, path))
     async with operator:
         await operator.wait_status(site.account["robotId"], RobotStatus.READY_TO_CONNECT, START_S)
         connection = await operator.connect(site.account["robotId"])

@@ -178,13 +178,13 @@ class OurSender:
 
     def __init__(self, codec: str, path: Any) -> None:
         from mosaic_core import EncodingParams
-        from mosaic_core.adapters.peers.aiortc_answerer import aiortc_answerer
+        from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
         from mosaic_core.adapters.video.shared_video import SharedVideo
         from mosaic_core.laboratory.impaired_answerer import impaired
         from mosaic_core.runtime.observation.counters import ConnectorCounters
 
         self._stream = SharedVideo("front", EncodingParams.model_validate({"codec": codec}), ConnectorCounters())
-        make = aiortc_answerer if path is None else impaired(aiortc_answerer, path)
+        make = AiortcAnswerer if path is None else impaired(AiortcAnswerer, path)
         self._answerer = make(_Listener(self._stream), ())
 
     def post(self, image: Image, captured_at_s: float) -> object:

@@ -44,7 +44,7 @@ async def _run(host: str, port: int, pipe: Connection) -> None:
 
 
 def _robot(host: str, port: int, obeyed: Obeyed) -> Robot:
-    from mosaic_core.adapters.peers.aiortc_answerer import aiortc_answerer
+    from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
     from mosaic_core.adapters.sound.shared_sound import SharedSound
     from mosaic_core.adapters.video.shared_video import SharedVideo
 
@@ -61,7 +61,7 @@ def _robot(host: str, port: int, obeyed: Obeyed) -> Robot:
         shared=configured.shared,
         plugins=plugins,
         connect_socket=connect,
-        make_answerer=aiortc_answerer,
+        make_answerer=AiortcAnswerer,
         open_stream=SharedVideo,
         open_sound=SharedSound,
         software="mosaic-core/bench",

@@ -54,16 +54,16 @@ class WebRtcNetwork:
         with_relay: bool = True,
         seed: int = 1,
     ) -> None:
-        from mosaic_core.adapters.peers.aiortc_answerer import aiortc_answerer
-        from mosaic_core.adapters.peers.aiortc_offerer import aiortc_offerer
+        from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
+        from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
         from mosaic_core.adapters.sound.shared_sound import SharedSound
         from mosaic_core.adapters.video.shared_video import SharedVideo
 
         self.open_stream: PictureStreamFactory = SharedVideo
         self.open_sound: SoundStreamFactory = SharedSound
         self.path = _path(profile, nat, with_relay, seed)
-        self._answerer = aiortc_answerer
-        self._offerer = impaired_operator(aiortc_offerer, self.path)
+        self._answerer = AiortcAnswerer
+        self._offerer = impaired_operator(AiortcOfferer, self.path)
 
     def __enter__(self) -> Self:
         self.path.__enter__()

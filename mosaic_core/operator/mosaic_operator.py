@@ -323,9 +323,9 @@ class MosaicOperator:
                 connection.hear(close)
 
     def _aiortc_offerer(self) -> OffererFactory:
-        from mosaic_core.adapters.peers.aiortc_offerer import aiortc_offerer
+        from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 
-        return partial(aiortc_offerer, relay_only=self.ice_transport_policy == "relay")
+        return partial(AiortcOfferer, relay_only=self.ice_transport_policy == "relay")
 
     def _known_of(self, robot_id: str) -> Known:
         connection = self._connections.get(robot_id)

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.adapters.peers.aiortc_offerer import aiortc_offerer
+from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
 from mosaic_core.words.control import CONTROL_LABEL, STOP_LABEL
 
@@ -142,7 +142,7 @@ def keeping(channels: dict[str, Any]) -> Any:
     """Real peer connections whose channels a test can write to."""
 
     def make(listener: Any, ice_servers: Any) -> Any:
-        offerer = aiortc_offerer(listener, ice_servers)
+        offerer = AiortcOfferer(listener, ice_servers)
         create = offerer.create_channel
 
         def create_channel(label: str, **options: Any) -> Any:

@@ -21,8 +21,8 @@ from laboratory.fleet import Fleet
 from laboratory.nats import OPERATOR_WAN, ROBOT_WAN, NatLab
 from laboratory.turn_server import DEAD, SECRET, TURN_IP, URLS, Coturn
 
-from mosaic_core.adapters.peers.aiortc_answerer import aiortc_answerer
-from mosaic_core.adapters.peers.aiortc_offerer import aiortc_offerer
+from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
+from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer, IceTransportPolicy
 from mosaic_server.security.turn_credentials import turn_credential
@@ -50,7 +50,7 @@ class Ear:
 
 async def offered(ice_servers: tuple[IceServer, ...]) -> tuple[str, float]:
     """A description with relayed candidates only, and how long it took."""
-    offerer = aiortc_offerer(Ear(), ice_servers, relay_only=True)
+    offerer = AiortcOfferer(Ear(), ice_servers, relay_only=True)
     offerer.create_channel("x")
     start_s = time.monotonic()
     try:
@@ -132,8 +132,8 @@ def test_a_live_connection_outlives_its_credentials(nat_lab: NatLab) -> None:
         given = servers(URLS["udp"], lifetime_s=4)
         ends_at_s = int((given[0].username or "").partition(":")[0])
         mine, theirs = Ear(), Ear()
-        offerer = aiortc_offerer(mine, given, relay_only=True)
-        answerer = aiortc_answerer(theirs, given, relay_only=True)
+        offerer = AiortcOfferer(mine, given, relay_only=True)
+        answerer = AiortcAnswerer(theirs, given, relay_only=True)
         try:
             channel, opened = offerer.create_channel("x"), asyncio.Event()
             channel.on_open = opened.set

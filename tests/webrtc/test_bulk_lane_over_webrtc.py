@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import pytest
 
 from mosaic_core import DataChannelBidirectional, DataChannelConfigurer, DataChannelSendable, NoParams
-from mosaic_core.adapters.peers.aiortc_offerer import aiortc_offerer
+from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 from mosaic_core.contract.handler import Runs
 from mosaic_core.laboratory.networks import WebRtcNetwork
 from mosaic_core.testing import connector, joined, until
@@ -64,7 +64,7 @@ class DirectNetwork(WebRtcNetwork):
 
     def __init__(self) -> None:
         super().__init__()
-        self._offerer = aiortc_offerer
+        self._offerer = AiortcOfferer
 
 
 def sockets() -> int:

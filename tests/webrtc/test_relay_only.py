@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.adapters.peers import aiortc_answerer, aiortc_offerer
+from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
+from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 
@@ -25,7 +26,7 @@ class Nobody:
 @pytest.mark.parametrize("servers", [(), (IceServer(urls=("turn:127.0.0.1:9?transport=tcp",)),)])
 def test_an_offer_without_a_relay_is_refused_with_a_code(servers: tuple[IceServer, ...]) -> None:
     async def run() -> None:
-        offerer = aiortc_offerer.aiortc_offerer(Nobody(), servers, relay_only=True)
+        offerer = AiortcOfferer(Nobody(), servers, relay_only=True)
         offerer.create_channel("x")
         try:
             with pytest.raises(ConnectionFailed) as failed:
@@ -39,8 +40,8 @@ def test_an_offer_without_a_relay_is_refused_with_a_code(servers: tuple[IceServe
 
 def test_an_answer_without_a_relay_is_refused_with_a_code() -> None:
     async def run() -> None:
-        offerer = aiortc_offerer.aiortc_offerer(Nobody(), ())
-        answerer = aiortc_answerer.aiortc_answerer(Nobody(), (), relay_only=True)
+        offerer = AiortcOfferer(Nobody(), ())
+        answerer = AiortcAnswerer(Nobody(), (), relay_only=True)
         offerer.create_channel("x")
         try:
             sdp, _ = await offerer.offer()

@@ -214,10 +214,3 @@ class _Wishes:
 def _refused(error: Exception) -> ConnectionFailed:
     message = f"The session description was refused: {error or type(error).__name__}"
     return ConnectionFailed(message, code="sdp.invalid")
-
-
-def aiortc_answerer(
-    listener: AnswererListener, ice_servers: Sequence[IceServer], *, relay_only: bool = False
-) -> AiortcAnswerer:
-    """An ``AnswererFactory``."""
-    return AiortcAnswerer(listener, ice_servers, relay_only=relay_only)

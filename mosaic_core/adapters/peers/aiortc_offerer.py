@@ -135,10 +135,3 @@ class AiortcOfferer:
             self._listener.track_arrived(label, ReceivedSound(track))
             return
         self._listener.track_arrived(label, AiortcVideo(track, line.receiver if line is not None else None))
-
-
-def aiortc_offerer(
-    listener: OffererListener, ice_servers: Sequence[IceServer], *, relay_only: bool = False
-) -> AiortcOfferer:
-    """Makes the operator's side of one peer connection."""
-    return AiortcOfferer(listener, ice_servers, relay_only=relay_only)

@@ -1,7 +1,7 @@
 """Answers operators over aiortc, which is loaded when the first one comes.
 
 aiortc and the codecs behind it take 20 to 30 MB, which a robot that nobody looks at need not hold. One with a camera or
-sound loads codecs anyway, and is better served by ``aiortc_answerer`` from the start: its first operator need not wait.
+sound loads codecs anyway, and is better served by ``AiortcAnswerer`` from the start: its first operator need not wait.
 """
 
 from __future__ import annotations
@@ -86,6 +86,6 @@ class LaterAnswerer:
 
 def load_aiortc(*, relay_only: bool = False) -> AnswererFactory:
     """Import aiortc, which takes a few hundred milliseconds; any thread."""
-    from mosaic_core.adapters.peers.aiortc_answerer import aiortc_answerer
+    from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
 
-    return partial(aiortc_answerer, relay_only=relay_only)
+    return partial(AiortcAnswerer, relay_only=relay_only)

@@ -14,5 +14,5 @@ from mosaic_core.laboratory.impaired_path import ImpairedPath
 if __name__ == "__main__":
     with ImpairedPath(sys.argv[2]) as path:
         # The composition root takes its answerer from here.
-        adapter.aiortc_answerer = impaired(adapter.aiortc_answerer, path)  # type: ignore[assignment]
+        adapter.AiortcAnswerer = impaired(adapter.AiortcAnswerer, path)  # type: ignore[assignment]
         run_robot(Path(sys.argv[1]), as_json=True, log_format=LogFormat.TEXT, log_level=LogLevel.WARNING)
