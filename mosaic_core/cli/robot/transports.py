@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from functools import partial
 
 from mosaic_core.adapters.peers.later_answerer import LaterAnswererFactory, load_aiortc
+from mosaic_core.contract.handler import AudioReceivable, AudioTrackHandler, MediaTrackHandler
 from mosaic_core.runtime.configuration.connector import Connector
-from mosaic_core.runtime.handlers.routes import media_handlers, microphones, speakers
+from mosaic_core.runtime.handlers.routes import handlers_of
 from mosaic_core.runtime.media.plain_stream import plain_sound, plain_streams
 from mosaic_core.runtime.transport.picture_transport import PictureStreamFactory
 from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
@@ -30,8 +31,10 @@ class Transports:
 def loaded_transports(connectors: Sequence[Connector], *, relay_only: bool) -> Transports:
     """For a robot with these connectors. One with media loads all at once, so that nobody waits for it later; any
     other loads aiortc with its first operator."""
-    has_cameras, has_microphones = any(media_handlers(connectors)), any(microphones(connectors))
-    has_media = has_cameras or has_microphones or any(speakers(connectors))
+    has_cameras, has_microphones, has_speakers = (
+        any(handlers_of(connectors, kind)) for kind in (MediaTrackHandler, AudioTrackHandler, AudioReceivable)
+    )
+    has_media = has_cameras or has_microphones or has_speakers
     load = partial(load_aiortc, relay_only=relay_only)
     return Transports(
         load() if has_media else LaterAnswererFactory(load),

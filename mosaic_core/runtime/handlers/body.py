@@ -1,14 +1,26 @@
-"""The bodies of handlers: what runs, and what takes its items."""
+"""Finds the body of a handler and the runner that fits it: a ``def`` body on one thread of its own for life, an
+``async`` one as a task.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+import inspect
 
 from mosaic_core.contract.handler import AudioTrackHandler, DataChannelSendable, Handler, MediaTrackHandler
+from mosaic_core.runtime.handlers.handler_host import RuntimeHost
+from mosaic_core.runtime.handlers.runner import Body, Consume, Runner
+from mosaic_core.runtime.handlers.task_runner import TaskRunner
+from mosaic_core.runtime.handlers.thread_runner import ThreadRunner
+from mosaic_core.runtime.threads.failures import Failures
 
-Body = Callable[[], Any]
-Consume = Callable[[Any], object]
+
+def runner_of(handler: Handler, host: RuntimeHost, failures: Failures) -> Runner | None:
+    """The runner of the handler's body; ``None`` if it has none."""
+    parts = body_of(handler)
+    if parts is None:
+        return None
+    kind = TaskRunner if inspect.isasyncgenfunction(parts[0]) else ThreadRunner
+    return kind(handler.label, *parts, host, failures)
 
 
 def body_of(handler: Handler) -> tuple[Body, Consume] | None:

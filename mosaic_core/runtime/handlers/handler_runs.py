@@ -10,23 +10,28 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from mosaic_core.contract.handler import DataChannelReceivable, Handler
+from mosaic_core.contract.handler import (
+    AudioReceivable,
+    AudioTrackHandler,
+    DataChannelReceivable,
+    Handler,
+    MediaTrackHandler,
+)
 from mosaic_core.contract.host import Loss, Sender
 from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.delivery.outbox import Outbox
+from mosaic_core.runtime.handlers.body import runner_of
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.handlers.receiver import Outcome, Receiver
 from mosaic_core.runtime.handlers.routes import (
     Route,
     data_routes,
-    media_handlers,
-    microphones,
+    handlers_of,
     original_groups,
-    speakers,
 )
-from mosaic_core.runtime.handlers.runner import Runner, runner_of
+from mosaic_core.runtime.handlers.runner import Runner
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.plain_stream import plain_sound
 from mosaic_core.runtime.media.talk_hub import TalkHub
@@ -85,18 +90,18 @@ class HandlerRuns:
             self.outbox.add_channel(route.label, route.connector.terms, route.counters)
             if isinstance(route.handler, DataChannelReceivable):
                 route.receiver = self._receiver(route, route.handler)
-        for connector, handler in media_handlers(connectors):
+        for connector, handler in handlers_of(connectors, MediaTrackHandler):
             counters = self.counters[connector.config.label]
             self.media.add_label(handler.label, handler.encoding, counters, handler.packet_codec)
             self._take(handler)
         self._take_sound()
 
     def _take_sound(self) -> None:
-        for connector, microphone in microphones(self._connectors):
+        for connector, microphone in handlers_of(self._connectors, AudioTrackHandler):
             counters = self.counters[connector.config.label]
             self.media.add_microphone(microphone.label, microphone.encoding, counters)
             self._take(microphone)
-        for connector, speaker in speakers(self._connectors):
+        for connector, speaker in handlers_of(self._connectors, AudioReceivable):
             self._take(speaker)
             self.talk.add_label(speaker, self._failures[speaker.label], self.counters[connector.config.label])
 

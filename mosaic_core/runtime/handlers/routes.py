@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 from mosaic_core.contract.handler import (
     AudioReceivable,
@@ -19,6 +19,8 @@ from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.handlers.receiver import Receiver
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.words.data_type import Delivery
+
+H = TypeVar("H", bound=Handler)
 
 LATEST_MAX_AGE_S = 1.0
 """A ``latest`` message for a receiver without time-out that took this much longer than the fastest is worthless."""
@@ -59,7 +61,7 @@ def data_routes(connectors: Sequence[Connector], counters: dict[str, ConnectorCo
         handler.label: Route(
             handler.label, connector, handler, counters[connector.config.label], _safety(connector, handler)
         )
-        for connector, handler in _pairs(connectors)
+        for connector, handler in handlers_of(connectors, Handler)
         if not isinstance(handler, MediaTrackHandler | AudioTrackHandler | AudioReceivable)
     }
 
@@ -82,28 +84,9 @@ def _safety(connector: Connector, handler: Handler) -> ReceiverSafety:
     return ReceiverSafety()
 
 
-def media_handlers(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, Any]]:
-    """Every media handler with its connector, in the order of the YAML file."""
-    for connector, handler in _pairs(connectors):
-        if isinstance(handler, MediaTrackHandler):
-            yield connector, handler
-
-
-def microphones(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, AudioTrackHandler]]:
-    """Every handler that sends sound, likewise."""
-    for connector, handler in _pairs(connectors):
-        if isinstance(handler, AudioTrackHandler):
-            yield connector, handler
-
-
-def speakers(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, AudioReceivable]]:
-    """Every handler that plays the operators' voices, likewise."""
-    for connector, handler in _pairs(connectors):
-        if isinstance(handler, AudioReceivable):
-            yield connector, handler
-
-
-def _pairs(connectors: Sequence[Connector]) -> Iterator[tuple[Connector, Handler]]:
+def handlers_of(connectors: Sequence[Connector], kind: type[H]) -> Iterator[tuple[Connector, H]]:
+    """Every handler of this kind with its connector, in the order of the YAML file."""
     for connector in connectors:
         for handler in connector.handlers:
-            yield connector, handler
+            if isinstance(handler, kind):
+                yield connector, handler

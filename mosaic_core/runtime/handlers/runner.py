@@ -1,4 +1,4 @@
-"""Runs the bodies of handlers: a ``def`` body on one thread of its own for life, an ``async`` one as a task.
+"""The base of what runs a handler's body: its parts, how it goes, and what it is told.
 
 A handler never has two bodies at once. Stop wakes a waiting body; its generator is closed where it ran, so that its
 ``with`` blocks exit there. One that ignores stop is abandoned by name after ``STOP_PATIENCE_S``.
@@ -6,44 +6,52 @@ A handler never has two bodies at once. Stop wakes a waiting body; its generator
 
 from __future__ import annotations
 
-import inspect
-from typing import Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any
 
-from mosaic_core.contract.handler import Handler
-from mosaic_core.runtime.handlers.body import body_of
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
-from mosaic_core.runtime.handlers.task_runner import TaskRunner
-from mosaic_core.runtime.handlers.thread_runner import ThreadRunner
 from mosaic_core.runtime.threads.failures import Failures
 
+Body = Callable[[], Any]
+Consume = Callable[[Any], object]
 
-class Runner(Protocol):
-    """Runs one handler. All methods are called on the event loop."""
+
+class Runner(ABC):
+    """Runs one handler: ``body`` makes its items, ``consume`` takes them. All methods are called on the event loop."""
+
+    def __init__(self, label: str, body: Body, consume: Consume, host: RuntimeHost, failures: Failures) -> None:
+        self._label = label
+        self._body = body
+        self._consume = consume
+        self._host = host
+        self._failures = failures
+        self._has_ended = False
+        self._is_closed = False
+        self._is_running = False
 
     @property
     def state(self) -> str:
         """``waiting`` (nobody watches), ``running``, ``failed`` (restarts), ``ended`` (its data is over) or
         ``stopped``."""
-        ...
+        if self._is_closed:
+            return "stopped"
+        if self._failures.is_failing:
+            return "failed"
+        if self._is_running:
+            return "running"
+        return "ended" if self._has_ended else "waiting"
 
+    @abstractmethod
     def start(self) -> None: ...
+    @abstractmethod
     def want(self, on: bool) -> None:
         """Run it, or let it rest."""
-        ...
 
+    @abstractmethod
     def close(self) -> None:
         """Begin to stop for good."""
-        ...
 
+    @abstractmethod
     async def closed(self) -> None:
         """Wait until it has stopped, or has been abandoned."""
-        ...
-
-
-def runner_of(handler: Handler, host: RuntimeHost, failures: Failures) -> Runner | None:
-    """The runner that fits the handler's body, ``def`` or ``async def``."""
-    parts = body_of(handler)
-    if parts is None:
-        return None
-    kind = TaskRunner if inspect.isasyncgenfunction(parts[0]) else ThreadRunner
-    return kind(handler.label, *parts, host, failures)

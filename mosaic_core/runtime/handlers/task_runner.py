@@ -8,9 +8,8 @@ import time
 from collections.abc import AsyncIterator
 from typing import Any
 
-from mosaic_core.runtime.handlers.body import Body, Consume
-from mosaic_core.runtime.handlers.body_runner import BodyRunner
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
+from mosaic_core.runtime.handlers.runner import Body, Consume, Runner
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, tell_abandoned
 
@@ -20,8 +19,8 @@ _PATIENCE_S = 0.3
 """After this a body that does not look at the stop is cancelled."""
 
 
-class TaskRunner(BodyRunner):
-    """An ``async def`` body. Everything here runs on the event loop."""
+class TaskRunner(Runner):
+    """Runs an ``async def`` body. Everything here runs on the event loop."""
 
     def __init__(self, label: str, body: Body, consume: Consume, host: RuntimeHost, failures: Failures) -> None:
         super().__init__(label, body, consume, host, failures)

@@ -8,17 +8,16 @@ import time
 from collections.abc import Iterable
 from typing import Any
 
-from mosaic_core.runtime.handlers.body import Body, Consume
-from mosaic_core.runtime.handlers.body_runner import BodyRunner
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
+from mosaic_core.runtime.handlers.runner import Body, Consume, Runner
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import HandlerThread
 
 logger = logging.getLogger(__name__)
 
 
-class ThreadRunner(BodyRunner):
-    """A ``def`` body."""
+class ThreadRunner(Runner):
+    """Runs a ``def`` body."""
 
     def __init__(self, label: str, body: Body, consume: Consume, host: RuntimeHost, failures: Failures) -> None:
         super().__init__(label, body, consume, host, failures)

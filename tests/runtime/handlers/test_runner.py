@@ -13,9 +13,9 @@ import pytest
 from mosaic_core import DataChannelSendable
 from mosaic_core.laboratory.memory_network import memory_picture
 from mosaic_core.machines.timing.backoff import BackoffPolicy
-from mosaic_core.runtime.handlers.body import body_of
+from mosaic_core.runtime.handlers.body import body_of, runner_of
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
-from mosaic_core.runtime.handlers.runner import Runner, runner_of
+from mosaic_core.runtime.handlers.runner import Runner
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.plain_stream import plain_streams
 from mosaic_core.runtime.threads.failures import Failures
