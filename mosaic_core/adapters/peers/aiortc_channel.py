@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from aiortc import InvalidStateError, RTCDataChannel, RTCPeerConnection
-from aiortc.rtcsctptransport import RTCSctpTransport
 
 from mosaic_core.adapters.aiortc_private import SctpQueue
 from mosaic_core.words.errors import ConnectionFailed
@@ -15,7 +14,7 @@ LOW_WATER_BYTES = 16 * 1024
 
 
 class PeerBuffer:
-    """SCTP's queue of one peer connection, shared by its channels."""
+    """Tells all channels of one peer connection when SCTP's queue, which they share, has become short."""
 
     def __init__(self, pc: RTCPeerConnection) -> None:
         self._pc = pc
@@ -24,31 +23,18 @@ class PeerBuffer:
         self.listeners: set[AiortcChannel] = set()
 
     @property
-    def queued_bytes(self) -> int:
-        return self._queue.queued_bytes if self._queue else 0
-
-    @property
-    def window_bytes(self) -> int:
-        return self._queue.window_bytes if self._queue else 0
-
-    @property
-    def under_way_bytes(self) -> int:
-        return self._queue.under_way_bytes if self._queue else 0
-
-    def give_way(self, on: bool) -> None:
-        if self._queue is not None:
-            self._queue.give_way(on)
-
-    def watch(self) -> None:
-        """Follow the association; it exists from the first data channel on."""
-        if self._queue is None and isinstance(self._pc.sctp, RTCSctpTransport):
+    def queue(self) -> SctpQueue:
+        """The association's; it exists from the first data channel on."""
+        if self._queue is None:
+            assert self._pc.sctp is not None
             self._queue = SctpQueue(self._pc.sctp, self._progressed)
+        return self._queue
 
     def added(self) -> None:
-        self._last_bytes = self.queued_bytes
+        self._last_bytes = self.queue.queued_bytes
 
     def _progressed(self) -> None:
-        now_bytes, before_bytes = self.queued_bytes, self._last_bytes
+        now_bytes, before_bytes = self.queue.queued_bytes, self._last_bytes
         self._last_bytes = now_bytes
         if now_bytes < before_bytes and now_bytes <= LOW_WATER_BYTES:
             for channel in list(self.listeners):
@@ -66,8 +52,8 @@ class AiortcChannel:
         self.on_drained: Callable[[], None] | None = None
         self._channel = channel
         self._buffer = buffer
+        self._queue = buffer.queue
         self._is_closed = False
-        buffer.watch()
         buffer.listeners.add(self)
         channel.on("message", self._received)
         channel.on("open", self._opened)
@@ -97,18 +83,18 @@ class AiortcChannel:
 
     @property
     def buffered_bytes(self) -> int:
-        return self._buffer.queued_bytes
+        return self._queue.queued_bytes
 
     @property
     def window_bytes(self) -> int:
-        return self._buffer.window_bytes
+        return self._queue.window_bytes
 
     @property
     def under_way_bytes(self) -> int:
-        return self._buffer.under_way_bytes
+        return self._queue.under_way_bytes
 
     def give_way(self, on: bool) -> None:
-        self._buffer.give_way(on)
+        self._queue.give_way(on)
 
     def send(self, data: bytes | str) -> None:
         try:
