@@ -5,10 +5,9 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
-from collections.abc import Callable, Collection, Coroutine, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any
 
 from aiortc import RTCBundlePolicy, RTCConfiguration, RTCIceCandidate, RTCIceTransport, RTCPeerConnection
 from aiortc.exceptions import InternalError, InvalidAccessError, InvalidStateError, OperationError
@@ -29,6 +28,7 @@ from mosaic_core.adapters.aiortc_private import (
 from mosaic_core.adapters.peers.aiortc_channel import PeerBuffer
 from mosaic_core.adapters.peers.offer_vetting import mids_of, without_end_of_candidates
 from mosaic_core.machines.peers.chosen_path import ChosenPath
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
 
@@ -72,7 +72,7 @@ class AiortcPeer:
         self._early: list[IceCandidate] = []
         self._unsent: list[tuple[RTCIceTransport, str]] = []
         self._lines: dict[RTCIceTransport, tuple[str, int]] = {}
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._adding, self._ending = BackgroundTasks(), BackgroundTasks()
         self._has_all_remote = False
         self._closing: asyncio.Task[None] | None = None
         self.pc.on("connectionstatechange", self._state_changed)
@@ -126,7 +126,7 @@ class AiortcPeer:
             parsed.sdpMid = candidate.sdp_mid
         else:
             parsed.sdpMLineIndex = candidate.sdp_m_line_index
-        self._run(self._add(parsed))
+        self._adding.start(self._add(parsed))
 
     def path(self) -> ChosenPath | None:
         """The path that ICE chose; ``None`` before."""
@@ -141,8 +141,8 @@ class AiortcPeer:
         if self._closing is None:
             for gathering in self._gatherings:
                 gathering.cancel()
-            for task in list(self._tasks):
-                task.cancel()
+            self._adding.cancel()
+            self._ending.cancel()
             self._closing = asyncio.create_task(self.pc.close())
         return self._closing
 
@@ -181,12 +181,10 @@ class AiortcPeer:
         """The other side has sent all its candidates and we have all ours: from now on a failure is one."""
         if self._has_all_remote and self._is_described and self._is_gathered and self._closing is None:
             self._has_all_remote = False
-            self._run(self._end_candidates())
+            self._ending.start(self._end_candidates())
 
     async def _end_candidates(self) -> None:
-        pending = [task for task in self._tasks if task is not asyncio.current_task()]
-        if pending:
-            await asyncio.wait(pending)
+        await self._adding.done()
         await self.pc.addIceCandidate(None)
 
     async def _add(self, candidate: RTCIceCandidate) -> None:
@@ -194,11 +192,6 @@ class AiortcPeer:
             await self.pc.addIceCandidate(candidate)
         except (ValueError, OSError) as error:
             _log.info("a remote ICE candidate was refused: %s", error)
-
-    def _run(self, work: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
 
     def _state_changed(self) -> None:
         if self.pc.connectionState in _TOLD_STATES:

@@ -25,6 +25,7 @@ from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec
 from mosaic_core.machines.timing.pacing import PictureRate
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.runtime.transport.picture_transport import TellUnavailable
 
 _log = logging.getLogger(__name__)
@@ -61,7 +62,8 @@ class SharedVideo:
         self._needs_pictures = True
         self._has_overflowed = False
         self._counted: Hashable = None
-        self._timer: asyncio.TimerHandle | None = None
+        self._timer = DeadlineTimer(self._tick)
+        self._is_ticking = False
         self.encoders = EncoderSet(self._encoded, self._failed)
         self._offered_size: tuple[int, int] | None = None
         self._offered_state: SourceState | None = None
@@ -137,7 +139,7 @@ class SharedVideo:
             viewer.pause()
             self._watching = {name: other for name, other in self._watching.items() if other is not viewer}
         self._reconsider()
-        if self._timer is None:
+        if not self._is_ticking:
             self._tick()
 
     def leave(self, viewer_id: str) -> None:
@@ -147,9 +149,8 @@ class SharedVideo:
     def close(self) -> None:
         for viewer_id in tuple(self._watching):
             self.watch(viewer_id, False)
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._timer.cancel()
+        self._is_ticking = False
         self.encoders.close()
 
     def _begin(self, viewer: ViewerFeed) -> None:
@@ -159,16 +160,15 @@ class SharedVideo:
         viewer.begin(options, limits, time.monotonic(), self._encoding.max_bitrate_bps)
 
     def _tick(self) -> None:
-        self._timer = None
-        if not self._watching:
-            self._counters.dropped += self.encoders.take_skipped()
+        self._counters.dropped += self.encoders.take_skipped()
+        self._is_ticking = bool(self._watching)
+        if not self._is_ticking:
             return
         now_s = time.monotonic()
         for viewer in self._watching.values():
             viewer.tick(now_s)
-        self._counters.dropped += self.encoders.take_skipped()
         self._reconsider()
-        self._timer = asyncio.get_running_loop().call_later(TICK_S, self._tick)
+        self._timer.set(now_s + TICK_S)
 
     # -- the source ----------------------------------------------------------------------------------------------
 

@@ -21,6 +21,7 @@ from mosaic_core.machines.congestion.retransmissions import Retransmissions
 from mosaic_core.machines.media.rung_choice import RungChoice
 from mosaic_core.machines.media.rung_ladder import Rung
 from mosaic_core.machines.media.rung_switch import RungSwitch
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.runtime.transport.picture_transport import TellUnavailable
 
 MAX_WAITING = 8
@@ -59,7 +60,8 @@ class ViewerFeed:
         self._repeats = Retransmissions()
         self._copies = PacketCopies()
         self._ceiling_bps: int | None = None
-        self._pause: asyncio.TimerHandle | None = None
+        self._pause = DeadlineTimer(self._go_on)
+        self._is_paused = False
         self._pacer = PacketPacer()
         self._items: deque[av.Packet[Any]] = deque()
         self._arrived = asyncio.Event()
@@ -88,7 +90,7 @@ class ViewerFeed:
             self.rate.handle(feedback, now_s)
         if isinstance(feedback, PictureLost):
             self._wants_key(self)
-        if self._pause is None:
+        if not self._is_paused:
             self._changed()
 
     def repeats(self, sequence_number: int) -> int:
@@ -202,23 +204,21 @@ class ViewerFeed:
         rate.handle(seen, now_s)
         self._copies.reported(seen.lost, seen.received, now_s, is_queued=rate.is_queued)
         if rate.paused_until_s > now_s:
-            self._begin_pause(rate.paused_until_s - now_s)
+            self._begin_pause(rate.paused_until_s)
 
-    def _begin_pause(self, seconds: float) -> None:
+    def _begin_pause(self, until_s: float) -> None:
         """Pictures sent now would only wait on the way. The bit rate is changed when it is over: a key frame of the new
         one would be as late."""
-        if self._pause is not None:
-            self._pause.cancel()
         self.switch.tear()
         self._items.clear()
-        self._pause = asyncio.get_running_loop().call_later(seconds, self._go_on)
+        self._is_paused = True
+        self._pause.set(until_s)
 
     def _go_on(self) -> None:
-        self._pause = None
+        self._is_paused = False
         self._changed()
         self._wants_key(self)
 
     def _end_pause(self) -> None:
-        if self._pause is not None:
-            self._pause.cancel()
-            self._pause = None
+        self._is_paused = False
+        self._pause.cancel()

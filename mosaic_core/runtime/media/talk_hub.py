@@ -13,6 +13,7 @@ from mosaic_core.machines.media.talk_floor import TalkFloor
 from mosaic_core.runtime.media.speaker_run import SpeakerRun
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.runtime.transport.sound_transport import HeardSound, IncomingSound
 
 
@@ -97,7 +98,7 @@ class _Speaker:
         self._counters = counters
         self._tell = tell
         self._floor = TalkFloor()
-        self._timer: asyncio.TimerHandle | None = None
+        self._timer = DeadlineTimer(self._look)
         self._is_failure_told = False
 
     def heard(self, talker: Talker, heard: HeardSound) -> None:
@@ -133,8 +134,7 @@ class _Speaker:
             self._changed(None)
 
     def close(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.cancel()
         self.run.close()
 
     def _changed(self, talker: Sender | None) -> None:
@@ -142,9 +142,7 @@ class _Speaker:
         self._is_failure_told = False
         self.run.silence()
         self._tell(self._label, talker)
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._timer.cancel()
         if talker is not None:
             self._look()
 
@@ -152,11 +150,9 @@ class _Speaker:
         """Ask again when the floor may be free."""
         now_s = time.monotonic()
         if self._floor.holder(now_s) is None:
-            self._timer = None
             self._changed(None)
         else:
-            pause_s = max(0.01, self._floor.silent_at_s() - now_s + 0.01)
-            self._timer = asyncio.get_running_loop().call_later(pause_s, self._look)
+            self._timer.set(max(now_s, self._floor.silent_at_s()) + 0.01)
 
 
 def refusal_of(sender: Sender) -> str | None:

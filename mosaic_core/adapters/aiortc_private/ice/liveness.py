@@ -18,6 +18,7 @@ from aioice.stun import Message, TransactionError
 from aiortc import RTCIceTransport
 
 from mosaic_core.machines.peers.consent import Consent
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 
 _REPEATS = 2
 """A question is repeated after 0.5 and 1.5 s and may be answered for 3.5 s: longer than any round trip."""
@@ -35,7 +36,7 @@ class _Liveness:
     def __init__(self, connection: Connection, lost: Callable[[], None]) -> None:
         self._connection = connection
         self._lost = lost
-        self._questions: set[asyncio.Task[None]] = set()
+        self._questions = BackgroundTasks()
 
     async def run(self) -> None:
         consent = Consent(monotonic())
@@ -50,8 +51,7 @@ class _Liveness:
                         self._lost()
                         return
         finally:
-            for question in self._questions:
-                question.cancel()
+            self._questions.cancel()
 
     def _listen(self, consent: Consent) -> None:
         connection = self._connection
@@ -70,9 +70,7 @@ class _Liveness:
 
     def _ask(self, consent: Consent) -> None:
         for pair in self._connection._nominated.values():
-            question = asyncio.create_task(self._asked(pair, consent))
-            self._questions.add(question)
-            question.add_done_callback(self._questions.discard)
+            self._questions.start(self._asked(pair, consent))
 
     async def _asked(self, pair: Any, consent: Consent) -> None:
         connection = self._connection

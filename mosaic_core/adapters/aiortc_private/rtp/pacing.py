@@ -10,6 +10,8 @@ from typing import Any
 from aiortc import RTCRtpSender
 from aiortc.rtp import is_rtcp
 
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
+
 COPY_AFTER_S = 0.01
 """After the picture: a short burst of losses may be over by then, and a repeat on request comes much later."""
 _COPIES_AT_ONCE = 4
@@ -34,7 +36,7 @@ class PacedTransport:
         self._wait_s, self._wants_copy, self._left = wait_s, wants_copy, left
         self._send_again = sender._retransmit
         self._to_copy: list[int] = []
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._copying = BackgroundTasks()
         sender.setTransport(self)  # type: ignore[arg-type] # it is one for all that a sender asks of it
 
     def __getattr__(self, name: str) -> Any:
@@ -54,9 +56,7 @@ class PacedTransport:
 
     def copy_later(self, sequence_numbers: list[int], after_s: float = COPY_AFTER_S) -> None:
         """Send these packets once more."""
-        task = asyncio.get_running_loop().create_task(self._copy(sequence_numbers, after_s))
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        self._copying.start(self._copy(sequence_numbers, after_s))
 
     def _note_copy(self, data: bytes) -> None:
         sequence_number = int.from_bytes(data[2:4], "big")

@@ -7,7 +7,6 @@ and it asks for one again only when another is missing.
 
 from __future__ import annotations
 
-import asyncio
 import time
 from collections.abc import Callable
 from typing import Any
@@ -16,6 +15,8 @@ from aiortc import RTCRtpReceiver
 from aiortc.jitterbuffer import JitterBuffer, JitterFrame
 from aiortc.rtp import RtpPacket
 from aiortc.utils import uint16_add, uint16_gt
+
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 
 PATIENCE_S = 0.5
 """For a lost packet; then the picture is given up, and a key picture is asked for."""
@@ -74,7 +75,7 @@ class _PromptBuffer(JitterBuffer):
         self._names: Any = vars(receiver)
         self._clock = clock
         self._gaps = Gaps()
-        self._asking: set[asyncio.Task[None]] = set()
+        self._asking = BackgroundTasks()
 
     def add(self, packet: RtpPacket) -> tuple[bool, JitterFrame | None]:
         wants_key, frame = super().add(packet)
@@ -154,9 +155,7 @@ class _PromptBuffer(JitterBuffer):
         missing = self._names["_RTCRtpReceiver__nack_generator"].missing
         lost = sorted(number for number in missing if not uint16_gt(self._first, number))
         if lost:
-            task = asyncio.create_task(self._receiver._send_rtcp_nack(ssrc, lost))
-            self._asking.add(task)
-            task.add_done_callback(self._asking.discard)
+            self._asking.start(self._receiver._send_rtcp_nack(ssrc, lost))
 
 
 def _payload(packet: RtpPacket) -> bytes:
