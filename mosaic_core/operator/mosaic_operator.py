@@ -286,7 +286,7 @@ class MosaicOperator:
             case signaling.SdpAnswer() | signaling.ExchangeIceCandidate() | signaling.ClosePeerConnection():
                 for connection in list(self._connections.values()):
                     if connection.peer_id == message.rtc_connection_id:
-                        connection.hear(message)
+                        connection.signaled(message)
             case _:
                 pass
 
@@ -320,7 +320,7 @@ class MosaicOperator:
                 close = signaling.ClosePeerConnection(
                     rtc_connection_id=connection.peer_id, code=why, message=reason(why).sentence
                 )
-                connection.hear(close)
+                connection.signaled(close)
 
     def _aiortc_offerer(self) -> OffererFactory:
         from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections.abc import Callable, Mapping
 from typing import Literal, TypeVar
 
@@ -12,12 +11,12 @@ from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
 from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.operator.control.control_desk import ControlDesk
 from mosaic_core.operator.control.original_drives import ZerosReport, leave_standing, send_zeros
-from mosaic_core.operator.control.picture_reports import PictureReports
 from mosaic_core.operator.delivery.delivery_watcher import DeliveryWatcher
+from mosaic_core.operator.delivery.listeners import Listeners, first_heard
 from mosaic_core.operator.delivery.session_streams import SessionStreams
 from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.operator.peers.peer_attempt import PeerAttempt
-from mosaic_core.operator.peers.store_bindings import StoreBindings, Surroundings
+from mosaic_core.operator.peers.store_bindings import StoreBindings
 from mosaic_core.operator.stores.channel_plan import Known, naming
 from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.stores.media_store import MediaStreamStore
@@ -26,10 +25,11 @@ from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.stores.store_manager import StoreManager
 from mosaic_core.operator.stores.stores import BidirectionalStore, ReceivableStore, SendableStore
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.transport.operator_transport import IncomingVideo, OffererFactory
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words import control
-from mosaic_core.words.codes import REASONS, reason
+from mosaic_core.words.codes import reason
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.signaling import SignalingMessage
@@ -68,33 +68,23 @@ class RobotConnection:
         self._send = send
         self._is_kept = False
         self._may_break = False
-        self._is_ours: bool | None = None
-        self._streams = SessionStreams(self._say, self._listener_of, plan.clock_us)
+        self._streams = SessionStreams(self._say, self._store_of_channel, plan.clock_us)
         self._interrupted = asyncio.Event()
-        self._refusals: list[Callable[[control.Refusal], None]] = []
-        self._closings: list[Callable[[ConnectionFailed], None]] = []
+        self._tasks = BackgroundTasks()
+        self._refusals: Listeners[[control.Refusal]] = Listeners()
+        self._closings: Listeners[[ConnectionFailed]] = Listeners()
         self._let_go: dict[str, SendableStore] = {}
         self._begin(plan)
 
-    def _begin(self, plan: ConnectionPlan) -> None:
+    def _begin(self, plan: ConnectionPlan, *, was_original: bool = False) -> None:
         """A peer connection, the first one or the next."""
         self._is_breaking = False
         self._plan = plan
-        self._peer = PeerAttempt(plan, self, self._make_offerer, self._send, was_original=self._is_ours is False)
-        self._pictures = PictureReports(self.control.picture_seen, self._robot_now_us, plan.clock_us)
-        around = Surroundings(
-            self._watch,
-            self._peer.to_ours_us,
-            plan.clock_us,
-            self.control.epoch_of,
-            self._picture_shown,
-            self._streams,
-            self._value_arrived,
-            self._make_anew,
+        self._peer = PeerAttempt(plan, self, self._make_offerer, self._send, was_original=was_original)
+        self._bindings = StoreBindings(
+            self._peer, plan, self._make_offerer, self.control, self._streams, self._make_anew
         )
-        self._links = StoreBindings(self._peer, plan, self._make_offerer, around)
         self._settled = asyncio.Event()
-        self._is_ours = None
 
     # -- what programs use -----------------------------------------------------------------------------------------
 
@@ -109,18 +99,18 @@ class RobotConnection:
     @property
     def is_original(self) -> bool:
         """The robot speaks no ``mosaic.1``: bare payloads, no stop, no leases; people described its connectors."""
-        return self._is_ours is False
+        return self._peer.is_ours is False
 
     @property
     def known(self) -> Known:
         """What is known of its connectors: the robot's own word, or what people described."""
-        return Known(self.catalogue, is_told=self._is_ours is False)
+        return Known(self.catalogue, is_told=self.is_original)
 
     @property
     def bulk_lane(self) -> BulkState:
         """The second peer connection, for connectors with ``delivery: bulk``: ``none`` (none wanted, or the robot
         knows none), ``connecting``, ``up``, or ``failed``: bulk goes over the main one, and it is tried again."""
-        return self._links.bulk.state
+        return self._bindings.bulk.state
 
     @property
     def timeline(self) -> ConnectionTimeline:
@@ -130,27 +120,25 @@ class RobotConnection:
     @property
     def round_trip_ms(self) -> float | None:
         """The latest ping on the control channel; ``None`` before it and toward original robots."""
-        return self._peer.control.round_trip_ms if self._peer.control else None
+        return self._peer.control.round_trip_ms
 
     @property
     def clock_offset_us(self) -> int | None:
         """What to add to ``time.monotonic_ns() // 1000`` to read the robot's clock."""
-        return self._peer.control.clock_offset_us if self._peer.control else None
+        return self._peer.control.clock_offset_us
 
     @property
     def round_trip_us_best(self) -> int | None:
         """The shortest round trip of the last ten seconds; half of it bounds the error of the clock offset."""
-        return self._peer.control.best_round_trip_us if self._peer.control else None
+        return self._peer.control.best_round_trip_us
 
     def on_refusal(self, callback: Callable[[control.Refusal], None]) -> Callable[[], None]:
         """Hear of messages that the robot did not accept, with label, ``seq`` and code; returns what ends it."""
-        self._refusals.append(callback)
-        return lambda: self._refusals.remove(callback) if callback in self._refusals else None
+        return self._refusals.add(callback)
 
     def on_closed(self, callback: Callable[[ConnectionFailed], None]) -> Callable[[], None]:
         """Hear of the end, with its reason; returns what ends it."""
-        self._closings.append(callback)
-        return lambda: self._closings.remove(callback) if callback in self._closings else None
+        return self._closings.add(callback)
 
     def unread_channel(self, label: str) -> Channel:
         """A raw channel, to measure the way to the robot: one of a label that it does not know, it leaves unread."""
@@ -185,14 +173,7 @@ class RobotConnection:
 
     async def wait_closed(self) -> ConnectionFailed:
         """Until the connection ends, with the reason."""
-        ended: asyncio.Future[ConnectionFailed] = asyncio.get_running_loop().create_future()
-        if self.error is not None:
-            return self.error
-        end = self.on_closed(lambda error: None if ended.done() else ended.set_result(error))
-        try:
-            return await ended
-        finally:
-            end()
+        return await first_heard(self.on_closed) if self.error is None else self.error
 
     async def send_zeros(self) -> ZerosReport:
         """Ask everything that drives an original robot, as far as described, to stand. Such a robot has no stop: it
@@ -211,7 +192,7 @@ class RobotConnection:
                 await leave_standing(self._commanded(), self.known)
         finally:
             await self._peer.close()
-            await self._links.bulk.closed()
+            await self._bindings.bulk.closed()
         if self.state == "reconnecting":
             self.give_up(ConnectionFailed(reason("peer.closed").sentence, code="peer.closed"))
 
@@ -221,7 +202,7 @@ class RobotConnection:
         labels = {store.robot_connector.connector_id for store in live}
         again = [store for label, store in self._let_go.items() if label not in labels]
         for store in again:
-            self._links.open(store)
+            self._bindings.open(store)
         return [*(one for one in live if one.last_sent or one.robot_connector.connector_id in self._let_go), *again]
 
     def _store(self, label: str, data_type: MosaicDataType | str | None, kind: type[S]) -> S:
@@ -266,10 +247,10 @@ class RobotConnection:
         if self.state != "reconnecting":
             return
         await self._peer.close()
-        await self._links.bulk.closed()
+        await self._bindings.bulk.closed()
         self.error = None
         self.control.renew(plan.peer_id)
-        self._begin(plan)
+        self._begin(plan, was_original=self.is_original)
         await self.open(timeout_s)
         self.control.regain()
 
@@ -291,51 +272,44 @@ class RobotConnection:
             if store.state.phase == "reconnecting":
                 store.closed()
         self._interrupted.set()
-        for callback in list(self._closings):
+        for callback in self._closings:
             callback(error)
 
-    def hear(self, message: SignalingMessage) -> None:
+    def signaled(self, message: SignalingMessage) -> None:
         """A signaling message about this connection."""
-        self._peer.hear(message)
+        self._peer.signaled(message)
 
     def store_opened(self, store: MosaicStore) -> None:
-        self._links.open(store)
+        self._bindings.open(store)
 
     def store_released(self, store: MosaicStore) -> None:
         if isinstance(store, SendableStore) and store.last_sent is not None:
             self._let_go[store.robot_connector.connector_id] = store
-        self._links.release(store)
+        self._bindings.release(store)
 
-    # -- told by the peer link -------------------------------------------------------------------------------------
+    # -- told by the peer attempt ----------------------------------------------------------------------------------
 
     def track_arrived(self, label: str, video: IncomingVideo) -> None:
-        self._links.track_arrived(label, video)
+        self._bindings.media.track_arrived(label, video)
 
-    def robot_known(self, is_ours: bool) -> None:
-        self._is_ours = is_ours
-        if not is_ours:
+    def robot_known(self) -> None:
+        if self.is_original:
             self._streams.plain()
-            self.control.plain()
+            self.control.found_original()
             self.catalogue = self._plan.described
             self._settle()
 
     def greeted(self, port: ControlChannel, extensions: Mapping[str, int]) -> None:
-        self.control.open(port, extensions)
+        self.control.greeted(port, extensions)
         self._streams.greeted(extensions)
         self.delivery.greeted(extensions)
-        self._links.greeted(extensions)
+        self._bindings.greeted(extensions)
 
-    def word(self) -> control.Resume:
-        return self._streams.word()
-
-    def _listener_of(self, label: str) -> MosaicStore | None:
-        """The store that a channel belongs to."""
-        return next(
-            (store for store in self._stores.stores_of(self.robot_id) if label in self._links.labels(store)), None
-        )
+    def resume_word(self) -> control.Resume:
+        return self._streams.resume_word()
 
     def control_heard(self, message: control.ControlMessage) -> None:
-        self.control.hear(message)
+        self.control.heard(message)
         match message:
             case control.CatalogueFull(catalogue=catalogue):
                 self.catalogue = catalogue
@@ -347,28 +321,17 @@ class RobotConnection:
             case control.Near(urls=urls):
                 self.near_urls = urls
             case control.Refusal():
-                for callback in list(self._refusals):
+                for callback in self._refusals:
                     callback(message)
-            case control.MediaOrigin(label=label, rtp_origin=origin):
-                self._pictures.origin_known(label, origin)
-            case control.RenegotiateAnswer():
-                self._links.further_offers.hear(message)
-            case control.LaneAnswer() | control.LaneCandidate() | control.LaneClose():
-                self._links.bulk.heard(message)
-            case control.MediaTalking(label=label, peer_id=peer_id, name=name):
-                self._links.talking_changed(label, None if peer_id is None else name)
-            case control.MediaUnavailable(label=label, code=code, message=text):
-                known = code if code in REASONS else "media.no_line"
-                self._links.unavailable(label, ConnectionFailed(text or reason(known).sentence, code=known))
             case _:
-                pass
+                self._bindings.heard(message)
 
     def ended(self, error: ConnectionFailed) -> None:
         self.error = error
         comes_back = (self._is_kept or self._is_breaking) and not error.code.startswith(FINAL)
         self._is_breaking = False
-        self.control.close(error, comes_back=comes_back)
-        self._links.close(comes_back=comes_back)
+        self.control.ended(error, comes_back=comes_back)
+        self._bindings.close(comes_back=comes_back)
         self._settled.set()
         if comes_back:
             self._streams.lost()
@@ -380,20 +343,20 @@ class RobotConnection:
 
     def _settle(self) -> None:
         """The robot's kind and catalogue are known: stores may open."""
-        if self.state in ("connecting", "reconnecting") and self._is_ours is not None:
+        if self.state in ("connecting", "reconnecting") and self._peer.is_ours is not None:
             self.state = "connected"
             for store in self._stores.stores_of(self.robot_id):
-                self._links.open(store)
-            self._links.start(self.known, self._plan.media_labels)
+                self._bindings.open(store)
+            self._bindings.start(self.known)
             self._settled.set()
 
     def _make_anew(self, label: str) -> bool:
         """An original robot gets a new connection, once for each camera that was asked for too late."""
-        if self._is_ours or not self._may_break or label in self._plan.media_labels:
+        if self._peer.is_ours or not self._may_break or label in self._plan.media_labels:
             return False
         if not self._is_breaking:
             self._is_breaking = True
-            self._breaking = asyncio.create_task(self._break())
+            self._tasks.start(self._break())
         return True
 
     async def _break(self) -> None:
@@ -401,19 +364,9 @@ class RobotConnection:
         await self.send_zeros()
         await self._peer.close()
 
-    def _watch(self, label: str, on: bool) -> None:
-        if self._is_ours:
-            self._say(control.MediaWatch(label=label, on=on))
-
     def _say(self, message: control.ControlMessage) -> bool:
         return self._peer.say(message)
 
-    def _picture_shown(self, label: str, rtp_timestamp: int | None) -> None:
-        self._plan.timeline.mark("frame", time.monotonic(), label)
-        self._pictures.shown(label, rtp_timestamp)
-
-    def _value_arrived(self, label: str) -> None:
-        self._plan.timeline.mark("value", time.monotonic(), label)
-
-    def _robot_now_us(self) -> int | None:
-        return self._peer.control.to_theirs_us(self._plan.clock_us()) if self._peer.control else None
+    def _store_of_channel(self, label: str) -> MosaicStore | None:
+        stores = self._stores.stores_of(self.robot_id)
+        return next((store for store in stores if label in self._bindings.labels(store)), None)

@@ -108,7 +108,10 @@ Effect = Say | Granted | Queued | Denied | Lost | ControlChanged
 
 
 class OperatorControl:
-    """The machine of one connection. ``peer_id`` is the connection's own."""
+    """Asks the robot for leases, keeps those that are held alive, and remembers who commands what.
+
+    ``peer_id`` is the connection's own.
+    """
 
     def __init__(self, peer_id: str) -> None:
         self._peer_id = peer_id
@@ -169,7 +172,8 @@ class OperatorControl:
                 self._asked.discard(resource)
                 return [Denied(resource, reply.code or "lease.denied", text)] if was_asked else []
             case "ended":
-                return self._lost(resource, reply.code or "lease.not_holder", text)
+                lost = self._lost(resource, reply.code or "lease.not_holder", text)
+                return [*lost, ControlChanged()] if lost else []
 
     def _granted(self, resource: str, epoch: int, now_s: float) -> list[Effect]:
         if resource not in self._asked and resource not in self._held:
@@ -202,7 +206,7 @@ class OperatorControl:
             return []
         self._rest_if_idle()
         self._show_as_mine(resource)
-        return [Lost(resource, code, message), ControlChanged()]
+        return [Lost(resource, code, message)]
 
     def _rest_if_idle(self) -> None:
         if not self._held:

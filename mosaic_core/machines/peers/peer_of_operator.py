@@ -78,13 +78,18 @@ class EndRequested:
 
 
 @dataclass(frozen=True, slots=True)
+class PatienceLost:
+    """Whoever waits for the connection waits no longer; the phase names the code."""
+
+
+@dataclass(frozen=True, slots=True)
 class RobotReturned:
     """The robot has a new connection to the server: what was sent over the one before has perhaps not reached it."""
 
 
 Event = (
     OfferMade | AnswerReceived | TransportChanged | ControlOpened | HelloReceived | ControlReceived | EndReceived
-    | EndRequested | Doubted | RobotReturned | DeadlinePassed
+    | EndRequested | PatienceLost | Doubted | RobotReturned | DeadlinePassed
 )  # fmt: skip
 
 
@@ -113,8 +118,10 @@ Effect = SendPing | UseConnection | End
 
 
 class OperatorPeerMachine:
-    """The machine. ``now_s`` is any monotonic clock. ``was_original``: the robot said no hello a moment ago, so that it
-    is not waited for long now; a late one counts all the same."""
+    """Decides when the operator pings, trusts and gives up a peer connection. ``now_s`` is any monotonic clock.
+
+    ``was_original``: the robot said no hello a moment ago, so that it is not waited for long now; a late one counts all
+    the same."""
 
     def __init__(self, now_s: float, *, was_original: bool = False) -> None:
         self._hello_s = KNOWN_ORIGINAL_S if was_original else HELLO_TIMEOUT_S
@@ -147,6 +154,10 @@ class OperatorPeerMachine:
                 return self._end(code, message, tells_robot=False)
             case EndRequested():
                 return self._end("peer.closed", "", tells_robot=True)
+            case PatienceLost():
+                code = TIMEOUTS.get(self.phase, (0.0, "channel.timeout"))[1]
+                self.phase, self.deadline_s = "closed", None
+                return [End(code, "", tells_robot=True)]  # the server knows of it, even if the robot does not yet
             case Doubted(patience_s):
                 return self._doubted(now_s + patience_s, now_s)
             case RobotReturned() if self.phase == "waiting":

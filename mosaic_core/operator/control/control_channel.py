@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from functools import partial
+from typing import Protocol
 from uuid import uuid4
 
 from mosaic_core.machines.control.stop_call import ClockReading
@@ -22,36 +24,42 @@ BOOT_ID = uuid4().hex
 """Names this program's monotonic clock."""
 
 
-class ControlChannel:
-    """``heard`` gets every message; pings, which are answered here, and pongs too: they are a sign of life.
+class ControlListener(Protocol):
+    """Hears what the robot says on its control channels."""
 
-    ``clock_us`` is this operator's monotonic clock; ``is_person``: a person decides here, not a program;
-    ``word``: what to say right after hello.
+    def control_opened(self) -> None: ...
+    def resume_word(self) -> ControlMessage:
+        """What to say right after hello: how far the reliable channels are."""
+        ...
+
+    def control_heard(self, message: ControlMessage) -> None:
+        """Every message; pings, which are answered already, and pongs too: they are a sign of life."""
+        ...
+
+
+class ControlChannel:
+    """Greets the robot, answers its pings, and measures its clock by ours. Event loop only.
+
+    ``clock_us`` is this operator's monotonic clock; ``is_person``: a person decides here, not a program.
     """
 
     def __init__(
         self,
         channel: Channel,
-        heard: Callable[[ControlMessage], None],
+        stop_channel: Channel,
+        listener: ControlListener,
         *,
         clock_us: Callable[[], int] = now_us,
         is_person: bool = False,
-        opened: Callable[[], None] | None = None,
-        word: Callable[[], ControlMessage] | None = None,
     ) -> None:
-        self._heard = heard
+        self._listener = listener
         self._clock_us = clock_us
         self._is_person = is_person
-        self._word = word
         self._clock = ClockOffset()
         self._robot_boot_id = ""
-        self._opened = opened
-        self._port = _words_port(channel, self._received, self._changed, clock_us)
-        self._stop_port: DataPort | None = None
-
-    def add_stop_channel(self, channel: Channel) -> None:
-        """The stop's own lane; what comes back on it is handed over like everything else."""
-        self._stop_port = _words_port(channel, self._received_on_stop_channel, lambda is_open: None, self._clock_us)
+        self._port = _words_port(channel, partial(self._received, self.send), self._changed, clock_us)
+        received = partial(self._received, self.send_on_stop_channel)
+        self._stop_port = _words_port(stop_channel, received, lambda is_open: None, clock_us)
 
     @property
     def round_trip_ms(self) -> float | None:
@@ -76,32 +84,29 @@ class ControlChannel:
     def to_theirs_us(self, ours_us: int) -> int | None:
         return self._clock.to_theirs_us(ours_us)
 
+    def robot_now_us(self) -> int | None:
+        """What the robot's clock shows now."""
+        return self.to_theirs_us(self._clock_us())
+
     def send(self, message: ControlMessage) -> bool:
         return self._port.send(PayloadKind.JSON, message.to_text().encode())
 
     def send_on_stop_channel(self, message: ControlMessage) -> bool:
-        """``False`` where there is no such channel (yet)."""
-        return self._stop_port is not None and self._stop_port.send(PayloadKind.JSON, message.to_text().encode())
+        """The stop's own lane; ``False`` while it is not open."""
+        return self._stop_port.send(PayloadKind.JSON, message.to_text().encode())
 
     def ping(self) -> None:
         self.send(Ping(t0=self._clock_us()))
 
     def _changed(self, is_open: bool) -> None:
         if is_open:
-            hello = Hello(extensions=CONTROL_EXTENSIONS, software=SOFTWARE, boot_id=BOOT_ID, is_person=self._is_person)
-            if self._opened is not None:
-                self._opened()
-            self.send(hello)
-            if self._word is not None:
-                self.send(self._word())
+            self._listener.control_opened()
+            self.send(
+                Hello(extensions=CONTROL_EXTENSIONS, software=SOFTWARE, boot_id=BOOT_ID, is_person=self._is_person)
+            )
+            self.send(self._listener.resume_word())
 
-    def _received_on_stop_channel(self, frame: Frame) -> None:
-        self._take(frame, self.send_on_stop_channel)
-
-    def _received(self, frame: Frame) -> None:
-        self._take(frame, self.send)
-
-    def _take(self, frame: Frame, answer: Callable[[ControlMessage], bool]) -> None:
+    def _received(self, answer: Callable[[ControlMessage], bool], frame: Frame) -> None:
         arrived_us = self._clock_us()
         try:
             message = parse_control(frame.payload.decode())
@@ -119,7 +124,7 @@ class ControlChannel:
             case _:
                 pass
         if message is not None:
-            self._heard(message)
+            self._listener.control_heard(message)
 
 
 def _words_port(

@@ -1,6 +1,6 @@
 """Commanding a robot: take and give back leases, stop, clear, and see who else is there.
 
-Carries out what ``machines.operator_control`` decides.
+Carries out what ``machines.control.operator_control`` decides.
 """
 
 from __future__ import annotations
@@ -18,6 +18,9 @@ from mosaic_core.operator.control.lease_takers import LeaseTakers
 from mosaic_core.operator.control.robot_answers import RobotAnswers
 from mosaic_core.operator.control.stop_caller import StopCaller
 from mosaic_core.operator.delivery.data_port import now_us
+from mosaic_core.operator.delivery.listeners import Listeners
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
+from mosaic_core.runtime.timing.machine_driver import MachineDriver
 from mosaic_core.words import control
 from mosaic_core.words.codes import reason
 from mosaic_core.words.control import JournalEntry, PeerInfo, SafetyLimit
@@ -39,18 +42,17 @@ class ControlDesk:
 
     def __init__(self, peer_id: str, clock_us: Callable[[], int] = now_us) -> None:
         self._clock_us = clock_us
-        self._machine = machine.OperatorControl(peer_id)
+        self._takers = LeaseTakers(self._gave_up)
+        self._answers = RobotAnswers()
         self._stops: StopCaller | None = None
         self._has_said_stop = False
         self._port: ControlChannel | None = None
         self._is_original = False
         self._extensions: Mapping[str, int] = {}
-        self._takers = LeaseTakers(lambda resource: self._handle(machine.GaveUp(resource)))
-        self._answers = RobotAnswers()
-        self._listeners: list[Callable[[], None]] = []
-        self._timer: asyncio.TimerHandle | None = None
+        self._listeners: Listeners[[]] = Listeners()
         self._missed: list[Lease] = []
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks = BackgroundTasks()
+        self.renew(peer_id)
 
     # -- what is known -----------------------------------------------------------------------------------------------
 
@@ -85,8 +87,7 @@ class ControlDesk:
 
     def on_change(self, callback: Callable[[], None]) -> Callable[[], None]:
         """Call ``callback()`` after every change of what is known; returns what ends it."""
-        self._listeners.append(callback)
-        return lambda: self._listeners.remove(callback) if callback in self._listeners else None
+        return self._listeners.add(callback)
 
     async def wait_for(self, condition: Callable[[], object], timeout_s: float = 10.0) -> None:
         """Until ``condition()`` is true, looked at after every change; raises :class:`TimeoutError`."""
@@ -114,7 +115,7 @@ class ControlDesk:
         """
         self._port_for("lease")
         return await self._takers.take(
-            resource, lambda: self._handle(machine.Asked(resource, reason[:200], force)), wait_s
+            resource, lambda: self._driver.tell(machine.Asked(resource, reason[:200], force)), wait_s
         )
 
     def release(self, resource: str = MOTION) -> None:
@@ -176,35 +177,36 @@ class ControlDesk:
 
     # -- told by the connection --------------------------------------------------------------------------------------
 
-    def open(self, port: ControlChannel, extensions: Mapping[str, int]) -> None:
+    def greeted(self, port: ControlChannel, extensions: Mapping[str, int]) -> None:
         """The robot has said hello and what it knows."""
         self._port, self._extensions, self._is_original = port, extensions, False
         self._stops = StopCaller(port, self._clock_us)
 
-    def plain(self) -> None:
+    def found_original(self) -> None:
         """It is an original robot, and knows none of this."""
         self._is_original = True
 
-    def hear(self, message: control.ControlMessage) -> None:
+    def heard(self, message: control.ControlMessage) -> None:
         """A message of the robot."""
-        self._answers.hear(message)
+        self._answers.heard(message)
         if isinstance(message, control.StopAck) and self._stops is not None:
             self._stops.acknowledged(message)
-        self._handle(machine.ControlHeard(message))
+        self._driver.tell(machine.ControlHeard(message))
 
-    def close(self, error: ConnectionFailed, *, comes_back: bool = False) -> None:
+    def ended(self, error: ConnectionFailed, *, comes_back: bool = False) -> None:
         """The connection has ended: every lease with it. ``comes_back``: :meth:`regain` will ask for them again."""
         self._port = None
         if comes_back:
             self._missed += self._takers.held_for_long()
         if self._stops is not None:
-            self._stops.close(error)
-        self._answers.fail(error)
-        self._handle(machine.ConnectionEnded(error.code, error.message))
+            self._stops.ended(error)
+        self._answers.ended(error)
+        self._driver.tell(machine.ConnectionEnded(error.code, error.message))
 
     def renew(self, peer_id: str) -> None:
-        """The connection is being made anew; nothing is known yet."""
+        """The connection is being made, or made anew; nothing is known yet."""
         self._machine = machine.OperatorControl(peer_id)
+        self._driver = MachineDriver(self._machine, self._carry_out)
         self._is_original = False
 
     def regain(self) -> None:
@@ -212,9 +214,7 @@ class ControlDesk:
         missed, self._missed = self._missed, []
         for resource in dict.fromkeys(lease.resource for lease in missed):
             leases = [lease for lease in missed if lease.resource == resource]
-            task = asyncio.create_task(self._regain(resource, leases))
-            self._tasks.add(task)
-            task.add_done_callback(self._tasks.discard)
+            self._tasks.start(self._regain(resource, leases))
 
     async def _regain(self, resource: str, leases: Sequence[Lease]) -> None:
         try:
@@ -236,42 +236,25 @@ class ControlDesk:
             raise _not_known(extension, f"This robot does not know {extension!r}.", "Update MOSAIC on the robot.")
         return self._port
 
-    def _now_s(self) -> float:
-        return self._clock_us() / 1e6
+    def _gave_up(self, resource: str) -> None:
+        self._driver.tell(machine.GaveUp(resource))
 
-    def _handle(self, event: machine.Event) -> None:
-        has_changed = False
-        for effect in self._machine.handle(event, self._now_s()):
-            match effect:
-                case machine.Say(message):
-                    if self._port is not None:
-                        self._port.send(message)
-                case machine.ControlChanged():
-                    has_changed = True
-                case _:
-                    self._takers.hear(effect)
-        self._rearm()
-        if has_changed:
-            self._tell()
+    def _carry_out(self, effect: machine.Effect) -> None:
+        match effect:
+            case machine.Say(message):
+                if self._port is not None:
+                    self._port.send(message)
+            case machine.ControlChanged():
+                self._tell()
+            case _:
+                self._takers.decided(effect)
 
     def _tell(self) -> None:
-        for callback in list(self._listeners):
+        for callback in self._listeners:
             try:
                 callback()
             except Exception:  # noqa: BLE001 - a listener that fails must cost nobody the control
                 _log.exception("a listener of the control desk failed")
-
-    def _rearm(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-        due_s = self._machine.deadline_s
-        if due_s is not None and self._port is not None:
-            self._timer = asyncio.get_running_loop().call_later(max(0.0, due_s - self._now_s()), self._overdue)
-
-    def _overdue(self) -> None:
-        self._timer = None
-        self._handle(machine.DeadlinePassed())
 
 
 def _of_an_original(extension: str) -> MosaicError:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Self
 
+from mosaic_core.operator.delivery.listeners import Listeners
 from mosaic_core.words.codes import REASONS, reason
 from mosaic_core.words.errors import MosaicError
 
@@ -46,7 +47,7 @@ class Lease:
         self.lost: LeaseLost | None = None
         self._give_back = give_back
         self._is_released = False
-        self._listeners: list[Callable[[LeaseLost], None]] = []
+        self._listeners: Listeners[[LeaseLost]] = Listeners()
         self._ended = asyncio.Event()
         self._block: asyncio.Task[object] | None = None
         self._cancellations = 0
@@ -58,8 +59,7 @@ class Lease:
 
     def on_lost(self, callback: Callable[[LeaseLost], None]) -> Callable[[], None]:
         """Call ``callback(lost)`` once when the lease is lost; returns what ends it."""
-        self._listeners.append(callback)
-        return lambda: self._listeners.remove(callback) if callback in self._listeners else None
+        return self._listeners.add(callback)
 
     async def wait_lost(self) -> LeaseLost | None:
         """Until it is lost, with the reason, or given back (``None``)."""
@@ -101,7 +101,7 @@ class Lease:
         self._ended.set()
         # Not at once: the block itself may be running right now, and would only meet it after its own end.
         asyncio.get_running_loop().call_soon(self._cancel_block)
-        for callback in list(self._listeners):
+        for callback in self._listeners:
             try:
                 callback(lost)
             except Exception:  # noqa: BLE001 - one listener must not keep the news from the others

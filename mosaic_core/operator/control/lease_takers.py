@@ -21,7 +21,10 @@ class _Taker:
 
 
 class LeaseTakers:
-    """Event loop only. ``give_up(resource)`` tells the robot that nobody here wants it any more."""
+    """Hands the robot's decisions to the takers and holders of leases in this program. Event loop only.
+
+    ``give_up(resource)`` tells the robot that nobody here wants it any more.
+    """
 
     def __init__(self, give_up: Callable[[str], None]) -> None:
         self._give_up = give_up
@@ -39,7 +42,7 @@ class LeaseTakers:
             self._takers[resource].remove(taker)
             self._unclaimed(taker, resource)
 
-    def hear(self, effect: Granted | Queued | Denied | Lost) -> None:
+    def decided(self, effect: Granted | Queued | Denied | Lost) -> None:
         """What the machine decided."""
         match effect:
             case Granted(resource, epoch):

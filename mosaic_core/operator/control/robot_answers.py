@@ -15,7 +15,7 @@ _CONTROL_LABELS = (CONTROL_LABEL, STOP_LABEL)
 
 
 class RobotAnswers:
-    """Event loop only."""
+    """Finds the answer to a question among all that the robot says. Event loop only."""
 
     def __init__(self) -> None:
         self._expected: dict[asyncio.Future[ControlMessage], Fits] = {}
@@ -37,7 +37,7 @@ class RobotAnswers:
         finally:
             self._expected.pop(answer, None)
 
-    def hear(self, message: ControlMessage) -> None:
+    def heard(self, message: ControlMessage) -> None:
         """Everything that the robot says goes through here."""
         is_refusal = isinstance(message, control.Refusal) and message.label in _CONTROL_LABELS
         for answer, fits in list(self._expected.items()):
@@ -48,7 +48,7 @@ class RobotAnswers:
             elif fits(message):
                 answer.set_result(message)
 
-    def fail(self, error: ConnectionFailed) -> None:
+    def ended(self, error: ConnectionFailed) -> None:
         """The connection has ended."""
         for answer in self._expected:
             if not answer.done():

@@ -1,27 +1,32 @@
-"""Carries out what ``machines.stop_call`` decides: says stop until the robot has answered."""
+"""Carries out what ``machines.control.stop_call`` decides: says stop until the robot has answered."""
 
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Callable, Sequence
 from uuid import uuid4
 
 from mosaic_core.machines.control import stop_call
 from mosaic_core.machines.control.stop_call import StopReport
 from mosaic_core.operator.control.control_channel import ControlChannel
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.words.control import StopAck
 from mosaic_core.words.errors import ConnectionFailed
 
 
 class StopCaller:
-    """All stops of one connection. Event loop only; ``clock_us`` is the clock that the port's offset speaks of."""
+    """Says the stops of one connection until each is answered. Event loop only.
+
+    ``clock_us`` is the clock that the port's offset speaks of.
+    """
 
     def __init__(self, port: ControlChannel, clock_us: Callable[[], int]) -> None:
         self._port = port
         self._clock_us = clock_us
         self._calls = stop_call.StopCalls()
         self._reports: dict[str, asyncio.Future[StopReport]] = {}
-        self._timer: asyncio.TimerHandle | None = None
+        self._timer = DeadlineTimer(self._overdue)
 
     async def stop(self, reason: str) -> StopReport:
         """Say it at once, and go on until it is answered, also when the caller is cancelled."""
@@ -36,10 +41,10 @@ class StopCaller:
     def acknowledged(self, ack: StopAck) -> None:
         self._carry_out(self._calls.acknowledged(ack, self._port.clock_reading, self._now_s()))
 
-    def close(self, error: ConnectionFailed) -> None:
+    def ended(self, error: ConnectionFailed) -> None:
         """The connection has ended; who still waits for an answer is told."""
         self._calls.forget()
-        self._rearm()
+        self._timer.cancel()
         for report in self._reports.values():
             if not report.done():
                 report.set_exception(error)
@@ -58,16 +63,8 @@ class StopCaller:
                     waiting = self._reports.get(id_)
                     if waiting is not None and not waiting.done():
                         waiting.set_result(report)
-        self._rearm()
-
-    def _rearm(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
         due_s = self._calls.deadline_s
-        if due_s is not None:
-            self._timer = asyncio.get_running_loop().call_later(max(0.0, due_s - self._now_s()), self._overdue)
+        self._timer.set(None if due_s is None else time.monotonic() + due_s - self._now_s())
 
     def _overdue(self) -> None:
-        self._timer = None
         self._carry_out(self._calls.overdue(self._now_s()))

@@ -5,17 +5,21 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping
 
+from mosaic_core.operator.delivery.listeners import Listeners, first_heard
 from mosaic_core.words.control import ControlMessage, DeliveryReport, DeliveryRow, DeliveryWatch
 
 Told = Callable[[Mapping[str, DeliveryRow]], None]
 
 
 class DeliveryWatcher:
-    """Of one connection, whatever its peers; event loop only. ``tell``: says something on the control channel."""
+    """Asks for delivery reports while somebody listens, whatever the peers of the connection. Event loop only.
+
+    ``tell``: says something on the control channel.
+    """
 
     def __init__(self, tell: Callable[[ControlMessage], object]) -> None:
         self._tell = tell
-        self._callbacks: list[Told] = []
+        self._listeners: Listeners[[Mapping[str, DeliveryRow]]] = Listeners()
         self.is_known = False
         """The robot can be asked."""
         self.rows: Mapping[str, DeliveryRow] = {}
@@ -24,37 +28,33 @@ class DeliveryWatcher:
     def watch(self, callback: Told) -> Callable[[], None]:
         """Call ``callback(rows)`` with every report, once a second; returns what ends it. The robot counts anyway, but
         tells only while somebody watches."""
-        self._callbacks.append(callback)
-        if len(self._callbacks) == 1:
+        end = self._listeners.add(callback)
+        if len(self._listeners) == 1:
             self._ask(True)
-        return lambda: self._end(callback)
+
+        def end_and_tell() -> None:
+            was_watched = len(self._listeners) > 0
+            end()
+            if was_watched and not self._listeners:
+                self._ask(False)
+
+        return end_and_tell
 
     async def next_report(self, timeout_s: float = 5.0) -> Mapping[str, DeliveryRow]:
         """The next report; raises :class:`TimeoutError`, as toward robots that know none."""
-        arrived: asyncio.Future[Mapping[str, DeliveryRow]] = asyncio.get_running_loop().create_future()
-        end = self.watch(lambda rows: None if arrived.done() else arrived.set_result(rows))
-        try:
-            async with asyncio.timeout(timeout_s):
-                return await arrived
-        finally:
-            end()
+        async with asyncio.timeout(timeout_s):
+            return await first_heard(self.watch)
 
     def greeted(self, extensions: Mapping[str, int]) -> None:
         """The robot's hello, on this connection."""
         self.is_known = "delivery" in extensions
-        if self._callbacks:
+        if self._listeners:
             self._ask(True)
 
     def heard(self, report: DeliveryReport) -> None:
         self.rows = {row.label: row for row in report.connectors}
-        for callback in list(self._callbacks):
+        for callback in self._listeners:
             callback(self.rows)
-
-    def _end(self, callback: Told) -> None:
-        if callback in self._callbacks:
-            self._callbacks.remove(callback)
-            if not self._callbacks:
-                self._ask(False)
 
     def _ask(self, on: bool) -> None:
         if self.is_known:

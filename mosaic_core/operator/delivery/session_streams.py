@@ -4,13 +4,14 @@ something, and never used before both sides have said how far they are.
 
 from __future__ import annotations
 
-import asyncio
+import time
 from collections.abc import Callable, Collection, Mapping
 from typing import Literal, Protocol
 
 from mosaic_core.machines.delivery.framing import Frame
 from mosaic_core.machines.delivery.resume import ResumeReceiver
 from mosaic_core.operator.delivery.outgoing_stream import OutgoingStream
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.words.control import HELLO_TIMEOUT_S, ControlMessage, Delivered, Resume
 
 TELL_PERIOD_S = 0.25
@@ -28,7 +29,10 @@ class GapListener(Protocol):
 
 
 class SessionStreams:
-    """Of one connection, whatever its peers; event loop only. ``tell``: says something on the control channel."""
+    """Numbers what travels on reliable channels across the peers of one connection. Event loop only.
+
+    ``tell``: says something on the control channel; ``listener(label)``: whom gaps of this channel concern.
+    """
 
     def __init__(
         self,
@@ -46,12 +50,12 @@ class SessionStreams:
         self._numbered: Collection[str] = ()
         self._held: list[tuple[str, Frame, Callable[[Frame], None]]] = []
         self._untold = 0
-        self._timer: asyncio.TimerHandle | None = None
-        self._patience: asyncio.TimerHandle | None = None
+        self._telling = DeadlineTimer(self._tell_delivered)
+        self._patience = DeadlineTimer(self.plain)
 
     # -- the life of a connection ------------------------------------------------------------------------------------
 
-    def word(self) -> Resume:
+    def resume_word(self) -> Resume:
         """What to say right after hello."""
         return Resume(
             boot_id=self._robot_boot_id,
@@ -66,7 +70,7 @@ class SessionStreams:
             if "resume" not in extensions:
                 self.plain()
             else:
-                self._patience = asyncio.get_running_loop().call_later(HELLO_TIMEOUT_S, self.plain)
+                self._patience.set(time.monotonic() + HELLO_TIMEOUT_S)
 
     def plain(self) -> None:
         """The robot's numbers begin anew with every connection: an original one, or an older one of ours."""
@@ -85,7 +89,7 @@ class SessionStreams:
     def lost(self) -> None:
         """The connection is gone and will be made anew."""
         if self._phase != "closed":
-            self._end_patience()
+            self._patience.cancel()
             self._stop_telling()
             self._phase = "away"
             self._held.clear()
@@ -94,7 +98,7 @@ class SessionStreams:
 
     def close(self) -> None:
         """It has ended for good."""
-        self._end_patience()
+        self._patience.cancel()
         self._stop_telling()
         self._phase = "closed"
         self._held.clear()
@@ -103,7 +107,7 @@ class SessionStreams:
 
     def _settled(self, phase: Literal["resumed", "plain"], word: Resume) -> None:
         self._phase = phase
-        self._end_patience()
+        self._patience.cancel()
         self._numbered = word.upcoming.keys()
         for label, upcoming in word.upcoming.items():
             self._announced(label, upcoming, word.is_new)
@@ -171,17 +175,12 @@ class SessionStreams:
         if listener is not None:
             listener.missed(lost, sent=sent)
 
-    def _end_patience(self) -> None:
-        if self._patience is not None:
-            self._patience.cancel()
-            self._patience = None
-
     def _tell_soon(self) -> None:
         self._untold += 1
         if self._untold >= TELL_AFTER:
             self._tell_delivered()
-        elif self._timer is None:
-            self._timer = asyncio.get_running_loop().call_later(TELL_PERIOD_S, self._tell_delivered)
+        elif self._untold == 1:
+            self._telling.set(time.monotonic() + TELL_PERIOD_S)
 
     def _tell_delivered(self) -> None:
         self._stop_telling()
@@ -191,6 +190,4 @@ class SessionStreams:
 
     def _stop_telling(self) -> None:
         self._untold = 0
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._telling.cancel()

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Coroutine
-from typing import Any
+import time
+from collections.abc import Callable, Mapping
 
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.runtime.transport.operator_transport import Offerer
 from mosaic_core.words.control import ControlMessage, RenegotiateAnswer, RenegotiateOffer
 from mosaic_core.words.errors import MosaicError
@@ -20,7 +22,10 @@ ANSWER_TIMEOUT_S = 10.0
 
 
 class FurtherOffers:
-    """Of one connection; event loop only. ``settled``: the lines that were asked for are there, or will never be."""
+    """Asks the robot for more media lines, all that are wanted at a time. Event loop only.
+
+    ``settled()``: the lines that were asked for are there, or will never be.
+    """
 
     def __init__(self, offerer: Offerer, say: Callable[[ControlMessage], bool], settled: Callable[[], None]) -> None:
         self._offerer = offerer
@@ -30,13 +35,14 @@ class FurtherOffers:
         self._attempt = 0
         self._wanted: list[str] = []
         self._offered: set[str] = set()
-        self._timer: asyncio.TimerHandle | None = None
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._patience = DeadlineTimer(self._timed_out)
+        self._tasks = BackgroundTasks()
         self._is_busy = False
+        self._is_asked = False
 
-    def greeted(self, *, is_known: bool) -> None:
+    def greeted(self, extensions: Mapping[str, int]) -> None:
         """The robot's hello says whether it takes further offers."""
-        self._is_known = is_known
+        self._is_known = "renegotiate" in extensions
 
     def want(self, label: str) -> bool:
         """Whether a line for this picture is on its way; ``False``: there will be none."""
@@ -49,27 +55,26 @@ class FurtherOffers:
             self._next()
         return True
 
-    def hear(self, answer: RenegotiateAnswer) -> None:
+    def answered(self, answer: RenegotiateAnswer) -> None:
         """The robot's answer."""
-        if not self._is_busy or self._timer is None or answer.attempt != self._attempt:
+        if not self._is_asked or answer.attempt != self._attempt:
             return
-        self._disarm()
+        self._stop_asking()
         if answer.sdp is None:
             self._give_up(answer.code)
         else:
-            self._run(self._accept(answer.sdp))
+            self._tasks.start(self._accept(answer.sdp))
 
     def close(self) -> None:
         """The connection is over."""
         self._is_known = False
-        self._disarm()
-        for task in self._tasks:
-            task.cancel()
+        self._stop_asking()
+        self._tasks.cancel()
 
     def _next(self) -> None:
         if self._wanted and not self._is_busy:
             self._is_busy = True
-            self._run(self._offer())
+            self._tasks.start(self._offer())
 
     async def _offer(self) -> None:
         await asyncio.sleep(0)  # who opens several stores in a row needs one offer
@@ -81,7 +86,8 @@ class FurtherOffers:
         except MosaicError as error:
             self._give_up(error.code)
             return
-        self._timer = asyncio.get_running_loop().call_later(ANSWER_TIMEOUT_S, self._give_up, "signal.timeout")
+        self._is_asked = True
+        self._patience.set(time.monotonic() + ANSWER_TIMEOUT_S)
         self._say(RenegotiateOffer(attempt=self._attempt, sdp=sdp, tracks=dict(tracks)))
 
     async def _accept(self, sdp: str) -> None:
@@ -96,17 +102,14 @@ class FurtherOffers:
 
     def _give_up(self, code: str) -> None:
         _log.info("the connection keeps the media lines that it has (%s)", code)
-        self._disarm()
+        self._stop_asking()
         self._is_known = self._is_busy = False
         self._wanted.clear()
         self._settled()
 
-    def _disarm(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+    def _timed_out(self) -> None:
+        self._give_up("signal.timeout")
 
-    def _run(self, work: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+    def _stop_asking(self) -> None:
+        self._is_asked = False
+        self._patience.cancel()

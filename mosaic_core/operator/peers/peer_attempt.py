@@ -1,16 +1,17 @@
-"""Makes one peer connection and keeps it: carries out what ``machines.operator_peer`` decides."""
+"""Makes one peer connection and keeps it: carries out what ``machines.peers.peer_of_operator`` decides."""
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import time
-from collections.abc import Callable, Coroutine, Mapping
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping
+from typing import Protocol
 
 from mosaic_core.machines.peers import peer_of_operator as machine
 from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.operator.peers.connection_plan import ConnectionPlan
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
+from mosaic_core.runtime.timing.machine_driver import MachineDriver
 from mosaic_core.runtime.transport.operator_transport import IncomingVideo, OffererFactory, OutgoingSound
 from mosaic_core.words import control, signaling
 from mosaic_core.words.codes import REASONS, reason
@@ -27,18 +28,18 @@ DOUBT_ROUND_TRIPS = 4
 
 
 class PeerOwner(Protocol):
-    """Whom the link tells; all on the event loop."""
+    """Is told what becomes of an attempt, on the event loop."""
 
     def track_arrived(self, label: str, video: IncomingVideo) -> None: ...
-    def robot_known(self, is_ours: bool) -> None:
+    def robot_known(self) -> None:
         """It speaks ``mosaic.1``, or it said no hello in time; the former may still follow the latter."""
         ...
 
-    def greeted(self, port: ControlChannel, extensions: Mapping[str, int]) -> None:
+    def greeted(self, control: ControlChannel, extensions: Mapping[str, int]) -> None:
         """The robot's hello: what it knows. Told before :meth:`robot_known`."""
         ...
 
-    def word(self) -> control.Resume:
+    def resume_word(self) -> control.Resume:
         """What to say right after hello: how far the reliable channels are."""
         ...
 
@@ -49,7 +50,10 @@ class PeerOwner(Protocol):
 
 
 class PeerAttempt:
-    """Implements ``OffererListener``. Event loop only."""
+    """Offers one peer connection to the robot, and keeps it alive to its end. Event loop only.
+
+    Implements ``OffererListener`` and ``ControlListener``.
+    """
 
     def __init__(
         self,
@@ -60,46 +64,39 @@ class PeerAttempt:
         *,
         was_original: bool = False,
     ) -> None:
-        self.offerer = make_offerer(self, plan.ice_servers)
-        self.control: ControlChannel | None = None
+        self.is_ours: bool | None = None
+        """Whether the robot speaks ``mosaic.1``; ``None`` until it is known."""
         self.voices: dict[str, OutgoingSound] = {}
         """One's own voice for each loudspeaker that was asked for, by label."""
         self._plan = plan
         self._owner = owner
         self._send = send
         self._machine = machine.OperatorPeerMachine(time.monotonic(), was_original=was_original)
-        self._is_ours = False
-        self._woken = asyncio.Event()
-        self._tasks: set[asyncio.Task[None]] = set()
-        self._clock: asyncio.Task[None] | None = None
+        self._driver = MachineDriver(self._machine, self._carry_out)
+        self._tasks = BackgroundTasks()
+        self.offerer = make_offerer(self, plan.ice_servers)
+        self._add_lines()
+        self.control = self._made_control()
+
+    def _made_control(self) -> ControlChannel:
+        create, protocol = self.offerer.create_channel, control.CHANNEL_PROTOCOL
+        ours = create(control.CONTROL_LABEL, protocol=protocol)
+        stop = create(control.STOP_LABEL, protocol=protocol, ordered=False, max_retransmits=0)
+        return ControlChannel(ours, stop, self, clock_us=self._plan.clock_us, is_person=self._plan.is_person)
 
     async def offer(self) -> None:
-        """Start: create the lines and the control channel, and send the offer."""
-        self._clock = asyncio.create_task(self._keep_time())
-        self._add_lines()
-        channel = self.offerer.create_channel(control.CONTROL_LABEL, protocol=control.CHANNEL_PROTOCOL)
-        self.control = ControlChannel(
-            channel,
-            self._heard,
-            clock_us=self._plan.clock_us,
-            is_person=self._plan.is_person,
-            opened=self._control_opened,
-            word=self._owner.word,
-        )
-        stop = self.offerer.create_channel(
-            control.STOP_LABEL, protocol=control.CHANNEL_PROTOCOL, ordered=False, max_retransmits=0
-        )
-        self.control.add_stop_channel(stop)
+        """Send the offer, and watch from now on what comes of it."""
+        self._driver.start()
         try:
             sdp, tracks = await self.offerer.offer()
             knows_tracks = "catalogue" in self._plan.agreed and self._plan.catalogue is not None
             named = dict(tracks) if knows_tracks else None
             self._send(signaling.SdpOffer(rtc_connection_id=self._plan.peer_id, sdp_offer=sdp, tracks=named))
         except MosaicError as error:
-            self._handle(machine.EndReceived(error.code, error.message))
+            self._driver.tell(machine.EndReceived(error.code, error.message))
             return
         self._mark("offered")
-        self._handle(machine.OfferMade())
+        self._driver.tell(machine.OfferMade())
 
     def _add_lines(self) -> None:
         """Pictures first: an original robot takes lines in their order, and knows no sound."""
@@ -115,42 +112,39 @@ class PeerAttempt:
                 self.offerer.add_microphone(label)
 
     def time_out(self) -> None:
-        """Whoever waits for the connection has lost patience; the phase names the code."""
-        code = machine.TIMEOUTS.get(self._machine.phase, (0.0, "channel.timeout"))[1]
-        self._end_with(machine.End(code, "", tells_robot=True))
+        """Whoever waits for the connection has lost patience."""
+        self._driver.tell(machine.PatienceLost())
 
-    def hear(self, message: SignalingMessage) -> None:
+    def signaled(self, message: SignalingMessage) -> None:
         """A signaling message about this connection."""
         match message:
             case signaling.SdpAnswer(sdp_answer=sdp):
-                self._run(self._accept(sdp))
+                self._tasks.start(self._accept(sdp))
             case signaling.ExchangeIceCandidate(ice_candidate=candidate):
                 self._mark("candidate")
-                self._run(self.offerer.add_candidate(candidate))
+                self._tasks.start(self.offerer.add_candidate(candidate))
             case signaling.ClosePeerConnection(code=code, message=text):
-                self._handle(machine.EndReceived(code or "peer.closed", text or ""))
+                self._driver.tell(machine.EndReceived(code or "peer.closed", text or ""))
             case _:
                 pass
 
     def doubt(self) -> None:
         """The network is another one: the robot has a few round trips to prove that it is still there."""
-        best_us = self.control.best_round_trip_us if self.control is not None else None
-        self._handle(machine.Doubted(max(DOUBT_S, DOUBT_ROUND_TRIPS * (best_us or 0) / 1e6)))
+        round_trip_s = (self.control.best_round_trip_us or 0) / 1e6
+        self._driver.tell(machine.Doubted(max(DOUBT_S, DOUBT_ROUND_TRIPS * round_trip_s)))
 
     def robot_returned(self) -> None:
         """The robot has a new connection to the server."""
-        self._handle(machine.RobotReturned())
+        self._driver.tell(machine.RobotReturned())
 
     async def close(self) -> None:
         """Say good-bye and end everything; doing so twice does nothing."""
-        self._handle(machine.EndRequested())
-        if self._clock is not None:
-            self._clock.cancel()
+        self._driver.tell(machine.EndRequested())
         await self.offerer.close()
 
     def say(self, message: control.ControlMessage) -> bool:
-        """Tell the robot, over the control channel; ``False`` where there is none (yet)."""
-        return self.control is not None and self.control.send(message)
+        """Tell the robot, over the control channel; ``False`` while that is not open."""
+        return self.control.send(message)
 
     async def _accept(self, sdp: str) -> None:
         if self._machine.phase != "waiting":
@@ -158,12 +152,12 @@ class PeerAttempt:
         try:
             await self.offerer.accept_answer(sdp)
         except ConnectionFailed as error:
-            self._handle(machine.EndReceived(error.code, error.message))
+            self._driver.tell(machine.EndReceived(error.code, error.message))
         else:
             self._mark("answered")
             if "\na=candidate:" in sdp:
                 self._mark("candidate", "in the answer")
-            self._handle(machine.AnswerReceived())
+            self._driver.tell(machine.AnswerReceived())
 
     def _mark(self, moment: Moment, detail: str = "") -> None:
         self._plan.timeline.mark(moment, time.monotonic(), detail)
@@ -176,15 +170,6 @@ class PeerAttempt:
         if state == "connected":
             self._mark("dtls")
 
-    def to_ours_us(self, theirs_us: int) -> int | None:
-        """A moment of the robot's clock on ours; ``None`` before the first pong. Good after the connection has ended
-        too, for what came over it."""
-        return self.control.to_ours_us(theirs_us) if self.control is not None else None
-
-    def _control_opened(self) -> None:
-        self._mark("control")
-        self._handle(machine.ControlOpened())
-
     # -- told by the peer connection ---------------------------------------------------------------------------------
 
     def candidate_found(self, candidate: IceCandidate) -> None:
@@ -192,56 +177,57 @@ class PeerAttempt:
 
     def state_changed(self, state: str) -> None:
         self._mark_transport(state)
-        self._handle(machine.TransportChanged(state))
+        self._driver.tell(machine.TransportChanged(state))
 
     def track_arrived(self, label: str, video: IncomingVideo) -> None:
         self._owner.track_arrived(label, video)
 
-    def _heard(self, message: control.ControlMessage) -> None:
+    # -- told by the control channel ---------------------------------------------------------------------------------
+
+    def control_opened(self) -> None:
+        self._mark("control")
+        self._driver.tell(machine.ControlOpened())
+
+    def resume_word(self) -> control.Resume:
+        return self._owner.resume_word()
+
+    def control_heard(self, message: control.ControlMessage) -> None:
         match message:
             case control.Hello(extensions=extensions):
-                if self.control is not None and self._machine.phase != "closed":
+                if self._machine.phase != "closed":
                     self._owner.greeted(self.control, extensions)
                 self._mark("hello")
-                self._handle(machine.HelloReceived())
+                self._driver.tell(machine.HelloReceived())
             case control.Bye(code=code, message=text):
-                self._handle(machine.EndReceived(code, text or ""))
+                self._driver.tell(machine.EndReceived(code, text or ""))
             case _:
                 if isinstance(message, control.CatalogueFull):
                     self._mark("catalogue")
-                self._handle(machine.ControlReceived())
+                self._driver.tell(machine.ControlReceived())
                 self._owner.control_heard(message)
 
     # -- the machine -------------------------------------------------------------------------------------------------
 
-    def _handle(self, event: machine.Event) -> None:
-        for effect in self._machine.handle(event, time.monotonic()):
-            match effect:
-                case machine.SendPing():
-                    if self.control is not None:
-                        self.control.ping()
-                case machine.UseConnection(is_ours):
-                    self._is_ours = is_ours
-                    self._owner.robot_known(is_ours)
-                case machine.End():
-                    self._end(effect)
-        self._woken.set()
-
-    def _end_with(self, end: machine.End) -> None:
-        if self._machine.phase != "closed":
-            self._machine.handle(machine.EndRequested(), time.monotonic())
-            self._end(end)
+    def _carry_out(self, effect: machine.Effect) -> None:
+        match effect:
+            case machine.SendPing():
+                self.control.ping()
+            case machine.UseConnection(is_ours):
+                self.is_ours = is_ours
+                self._owner.robot_known()
+            case machine.End():
+                self._end(effect)
 
     def _end(self, end: machine.End) -> None:
         known = end.code if end.code in REASONS else "peer.closed"
         self._plan.timeline.end(known, time.monotonic())
         if end.tells_robot:
-            if self.control is not None and self._is_ours:
+            if self.is_ours:
                 self.control.send(control.Bye())
             # a robot keeps what belongs to a session that was lost, and forgets it on a good-bye
             code = known if "closeReasons" in self._plan.agreed and known != "peer.closed" else None
             self._tell_server(signaling.ClosePeerConnection(rtc_connection_id=self._plan.peer_id, code=code))
-        self._run(self.offerer.close())
+        self._tasks.start(self.offerer.close())
         self._owner.ended(ConnectionFailed(end.message or reason(known).sentence, code=known))
 
     def _tell_server(self, message: SignalingMessage) -> None:
@@ -250,18 +236,3 @@ class PeerAttempt:
             self._send(message)
         except MosaicError as error:
             _log.debug("the server could not be told: %s", error.message)
-
-    async def _keep_time(self) -> None:
-        while self._machine.phase != "closed":
-            self._woken.clear()
-            deadline_s = self._machine.deadline_s
-            try:
-                async with asyncio.timeout(None if deadline_s is None else deadline_s - time.monotonic()):
-                    await self._woken.wait()
-            except TimeoutError:
-                self._handle(machine.DeadlinePassed())
-
-    def _run(self, work: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+from mosaic_core.operator.delivery.listeners import Listeners
 from mosaic_core.operator.delivery.store_counters import StoreCounters
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
@@ -56,9 +57,9 @@ class MosaicStore:
         self.state = StoreState()
         self.counters = StoreCounters()
         """What it has received and sent since it was made."""
-        self._listeners: dict[Moment, list[Callable[[], None]]] = {}
+        self._listeners: dict[Moment, Listeners[[]]] = {}
         self._changed = asyncio.Event()
-        self._gap_callbacks: list[GapCallback] = []
+        self._gap_listeners: Listeners[[Gap]] = Listeners()
 
     def before_connected(self) -> None:
         """The channel or track is about to be opened."""
@@ -90,14 +91,11 @@ class MosaicStore:
 
     def when(self, moment: Moment, callback: Callable[[], None]) -> Callable[[], None]:
         """Call ``callback`` at each such moment; returns what ends it."""
-        callbacks = self._listeners.setdefault(moment, [])
-        callbacks.append(callback)
-        return lambda: callbacks.remove(callback) if callback in callbacks else None
+        return self._listeners.setdefault(moment, Listeners()).add(callback)
 
     def on_gap(self, callback: GapCallback) -> Callable[[], None]:
         """Call ``callback(gap)`` when messages were lost across a reconnection; returns what ends it."""
-        self._gap_callbacks.append(callback)
-        return lambda: self._gap_callbacks.remove(callback) if callback in self._gap_callbacks else None
+        return self._gap_listeners.add(callback)
 
     async def wait_open(self, timeout_s: float = 10.0) -> None:
         """Until data can flow; raises :class:`ConnectionFailed` with the reason, or ``channel.timeout``."""
@@ -132,6 +130,13 @@ class MosaicStore:
         """The connection was lost and is being made anew."""
         self._ended("reconnecting")
 
+    def disconnected(self, *, comes_back: bool) -> None:
+        """The connection is over, or interrupted."""
+        if comes_back:
+            self.interrupted()
+        else:
+            self.closed()
+
     def _ended(self, phase: Literal["closed", "reconnecting"]) -> None:
         was_open = self.state.phase == "open"
         self._enter(StoreState(phase))
@@ -143,7 +148,7 @@ class MosaicStore:
         label = self.robot_connector.connector_id
         what = "messages" if lost is None else f"{lost} message(s)"
         _log.warning("%r: %s %s lost while there was no connection", label, what, "sent were" if sent else "were")
-        for callback in list(self._gap_callbacks):
+        for callback in self._gap_listeners:
             callback(Gap(lost, sent))
 
     def failed(self, error: MosaicError, nearest: str | None = None) -> None:

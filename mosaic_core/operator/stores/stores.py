@@ -18,8 +18,10 @@ from pydantic import BaseModel
 
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.operator.delivery.data_port import MessageInfo, Received
+from mosaic_core.operator.delivery.listeners import first_heard
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.wire_model import to_json
 
@@ -42,7 +44,7 @@ class ReceivableStore(MosaicStore):
         super().__init__(robot_connector)
         self.latest: Received | None = None
         self._subscribers: list[tuple[Subscriber, bool]] = []
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks = BackgroundTasks()
         self._complained_at_s = float("-inf")
         self._failures = 0
 
@@ -74,22 +76,12 @@ class ReceivableStore(MosaicStore):
                 self._complain()
                 continue
             if inspect.isawaitable(result):
-                self._run(result)
+                self._tasks.start(self._guarded(result))
 
     async def next_message(self, timeout_s: float = 10.0) -> Received:
         """The next message that arrives; raises :class:`TimeoutError`."""
-        arrived: asyncio.Future[Received] = asyncio.get_running_loop().create_future()
-
-        def take(data: bytes, info: MessageInfo) -> None:
-            if not arrived.done():
-                arrived.set_result(Received(data, info))
-
-        end = self.subscribe(take)
-        try:
-            async with asyncio.timeout(timeout_s):
-                return await arrived
-        finally:
-            end()
+        async with asyncio.timeout(timeout_s):
+            return await first_heard(lambda take: self.subscribe(lambda data, info: take(Received(data, info))))
 
     async def messages(self) -> AsyncIterator[Received]:
         """Every message from now on, for ever."""
@@ -110,16 +102,11 @@ class ReceivableStore(MosaicStore):
         finally:
             end()
 
-    def _run(self, work: Awaitable[None]) -> None:
-        async def guarded() -> None:
-            try:
-                await work
-            except Exception:  # noqa: BLE001 - as above
-                self._complain()
-
-        task = asyncio.create_task(guarded())
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+    async def _guarded(self, work: Awaitable[None]) -> None:
+        try:
+            await work
+        except Exception:  # noqa: BLE001 - as above
+            self._complain()
 
     def _complain(self) -> None:
         """Log the exception that is being handled; at most one in :data:`COMPLAINT_S`, and how many there were."""

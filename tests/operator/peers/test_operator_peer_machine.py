@@ -21,6 +21,7 @@ from mosaic_core.machines.peers.peer_of_operator import (
     HelloReceived,
     OfferMade,
     OperatorPeerMachine,
+    PatienceLost,
     SendPing,
     TransportChanged,
     UseConnection,
@@ -103,6 +104,22 @@ def test_each_phase_has_its_own_time_out(events: tuple[Event, ...], code: str) -
 
 @pytest.mark.parametrize(
     ("events", "code"),
+    [
+        ((), "sdp.timeout"),
+        (TO_GREETING[:1], "signal.no_answer"),
+        (TO_GREETING[:3], "dtls.timeout"),
+        (TO_GREETING, "channel.timeout"),
+    ],
+)
+def test_who_waits_no_longer_is_told_by_the_phase_what_was_missing(events: tuple[Event, ...], code: str) -> None:
+    peer = peer_after(*events)
+    assert peer.handle(PatienceLost(), 1.0) == [End(code, "", True)]
+    assert (peer.phase, peer.deadline_s) == ("closed", None)
+    assert peer.handle(PatienceLost(), 1.0) == []
+
+
+@pytest.mark.parametrize(
+    ("events", "code"),
     [(TO_GREETING[:2], "ice.failed"), (TO_GREETING[:3], "dtls.failed"), (TO_GREETING, "peer.lost")],
 )
 def test_a_failed_transport_names_its_phase(events: tuple[Event, ...], code: str) -> None:
@@ -134,6 +151,7 @@ def test_an_end_of_the_robots_is_not_told_back_to_it() -> None:
 EVENTS = st.sampled_from([
     OfferMade(), AnswerReceived(), ControlOpened(), HelloReceived(), ControlReceived(), EndRequested(),
     DeadlinePassed(),
+    PatienceLost(),
     EndReceived("peer.shutdown"),
     *(TransportChanged(s) for s in ("connecting", "securing", "connected", "failed", "closed", "?")),
 ])  # fmt: skip
