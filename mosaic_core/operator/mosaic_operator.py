@@ -20,15 +20,16 @@ from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.signaling.rest_api import RestApi, RobotSummary, log_in
 from mosaic_core.operator.signaling.signaling_socket import SignalingSocket
 from mosaic_core.operator.stores.channel_plan import Known, media_labels_of
+from mosaic_core.operator.stores.known_robots import KnownRobots
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.store_manager import StoreManager
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.transport.operator_transport import OffererFactory
 from mosaic_core.runtime.transport.transport import NetworkWatcher, SocketConnector
 from mosaic_core.words import signaling
-from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
-from mosaic_core.words.described import DescribedConnector, described_catalogue
+from mosaic_core.words.described import DescribedConnector
 from mosaic_core.words.ice import IceServer, IceTransportPolicy
 from mosaic_core.words.signaling import RobotStatus, SignalingMessage
 
@@ -69,25 +70,24 @@ class MosaicOperator:
         self.uses_bulk_lane = uses_bulk_lane
         self.rest = RestApi(base_url, access_token, http)
         self.stores = StoreManager(self._known_of, self._store_opened, self._store_released)
-        self.statuses: dict[str, RobotStatus] = {}
+        self._robots = KnownRobots(self.rest)
+        self.statuses = self._robots.statuses
         """The last known status of every robot in :meth:`watch`."""
         self.timelines: dict[str, ConnectionTimeline] = {}
         """Of the newest attempt to reach each robot, also of one that failed."""
-        self.catalogues: dict[str, Catalogue] = {}
+        self.catalogues = self._robots.catalogues
         """Short catalogues, as the server tells them."""
-        self._described: dict[str, Catalogue] = {}
         self._make_offerer = make_offerer
         self._clock_us = clock_us
         self._connections: dict[str, RobotConnection] = {}
         self._session_ids: dict[str, str] = {}
-        self._keepers: dict[asyncio.Task[None], Keeper] = {}
+        self._keepers: list[Keeper] = []
+        self._tasks = BackgroundTasks()
         self._watch_network = watch_network or (_default_watch() if open_socket is None else None)
-        self._network_watch: asyncio.Task[None] | None = None
+        self._watches_network = False
         self._watched: set[str] = set()
-        self._listeners: list[Callable[[str, RobotStatus], None]] = []
-        self._changed = asyncio.Event()
         url = base_url.rstrip("/").replace("http", "ws", 1) + "/ws/user"
-        self._signaling = SignalingSocket(url, access_token, open_socket or _default_socket(), self._heard)
+        self._signaling = SignalingSocket(url, access_token, open_socket or _default_socket(), self._signaled)
 
     @classmethod
     async def login(cls, base_url: str, email: str, password: str, *, is_person: bool = False) -> Self:
@@ -106,8 +106,9 @@ class MosaicOperator:
 
     def _start(self) -> None:
         self._signaling.start()
-        if self._network_watch is None and self._watch_network is not None:
-            self._network_watch = asyncio.create_task(self._watch_network(self._network_changed))
+        if self._watch_network is not None and not self._watches_network:
+            self._watches_network = True
+            self._tasks.start(self._watch_network(self._network_changed))
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -116,10 +117,7 @@ class MosaicOperator:
 
     async def close(self) -> None:
         """End all connections and sign off."""
-        for keeper in list(self._keepers):
-            keeper.cancel()
-        if self._network_watch is not None:
-            self._network_watch.cancel()
+        self._tasks.cancel()
         await asyncio.gather(*(connection.close() for connection in list(self._connections.values())))
         self.stores.close()
         await self._signaling.close()
@@ -135,18 +133,10 @@ class MosaicOperator:
         self._start()
         self._signaling.subscribe(sorted(self._watched))
 
-    def on_status(self, callback: Callable[[str, RobotStatus], None]) -> Callable[[], None]:
-        """Call ``callback(robot_id, status)`` at each change; returns what ends it."""
-        self._listeners.append(callback)
-        return lambda: self._listeners.remove(callback) if callback in self._listeners else None
-
     async def wait_status(self, robot_id: str, status: RobotStatus, timeout_s: float = 10.0) -> None:
         """Until the robot has this status; raises :class:`TimeoutError`."""
         self.watch([robot_id])
-        async with asyncio.timeout(timeout_s):
-            while self.statuses.get(robot_id) is not status:
-                self._changed.clear()
-                await self._changed.wait()
+        await self._robots.wait_status(robot_id, status, timeout_s)
 
     def connection(self, robot_id: str) -> RobotConnection | None:
         """The live connection to a robot."""
@@ -180,10 +170,10 @@ class MosaicOperator:
         self._start()
         loop = asyncio.get_running_loop()
         ends_at_s = loop.time() + timeout_s
-        timeline = self.timelines[robot_id] = ConnectionTimeline(time.monotonic())
+        self.timelines[robot_id] = ConnectionTimeline(time.monotonic())
         await self._signaling.wait_ready(timeout_s)
         self.watch([robot_id])
-        plan = await self._plan(robot_id, connectors, described, timeline)
+        plan = await self._plan(robot_id, connectors, described)
         connection = RobotConnection(
             plan, self.stores, self._make_offerer or self._aiortc_offerer(), self._signaling.send
         )
@@ -200,42 +190,33 @@ class MosaicOperator:
         if may_break:
             connection.allow_break()
         if reconnect or may_break:
-            self._keep(connection, connectors, described, None if reconnect else BREAK_S)
+            reopen = partial(self._reopen, connection, connectors, described)
+            self._tasks.start(self._keep(Keeper(connection, reopen, None if reconnect else BREAK_S)))
         return connection
 
-    def _keep(
+    async def _keep(self, keeper: Keeper) -> None:
+        self._keepers.append(keeper)
+        try:
+            await keeper.run()
+        finally:
+            self._keepers.remove(keeper)
+
+    async def _reopen(
         self,
         connection: RobotConnection,
         connectors: Sequence[RobotConnector],
         described: Sequence[DescribedConnector],
-        patience_s: float | None,
     ) -> None:
-        async def reopen() -> None:
-            timeline = self.timelines[connection.robot_id] = ConnectionTimeline(time.monotonic())
-            await self._signaling.assured(RECONNECT_TIMEOUT_S)
-            plan = await self._plan(connection.robot_id, connectors, described, timeline)
-            await connection.reopen(plan, RECONNECT_TIMEOUT_S)
-
-        keeper = Keeper(connection, reopen, patience_s)
-        task = asyncio.create_task(keeper.run())
-        self._keepers[task] = keeper
-        task.add_done_callback(lambda done: self._keepers.pop(done, None))
+        self.timelines[connection.robot_id] = ConnectionTimeline(time.monotonic())
+        await self._signaling.assured(RECONNECT_TIMEOUT_S)
+        plan = await self._plan(connection.robot_id, connectors, described)
+        await connection.reopen(plan, RECONNECT_TIMEOUT_S)
 
     async def _plan(
-        self,
-        robot_id: str,
-        connectors: Sequence[RobotConnector],
-        described: Sequence[DescribedConnector],
-        timeline: ConnectionTimeline,
+        self, robot_id: str, connectors: Sequence[RobotConnector], described: Sequence[DescribedConnector]
     ) -> ConnectionPlan:
-        agreed = self._signaling.session.agreed
-        if "catalogue" in agreed and robot_id not in self.catalogues:
-            catalogue = await self.rest.catalogue(robot_id)
-            if catalogue is not None:
-                self.catalogues.setdefault(robot_id, catalogue)
-        if robot_id not in self.catalogues:
-            stored = await self.rest.described(robot_id)
-            self._described[robot_id] = described_catalogue((*described, *stored))
+        agreed, timeline = self._signaling.session.agreed, self.timelines[robot_id]
+        await self._robots.look_up(robot_id, described, has_catalogues="catalogue" in agreed)
         self._open_named(connectors)
         session_id = self._session_ids.get(robot_id) if "multiPeer" in agreed else None
         timeline.mark("asked", time.monotonic())
@@ -243,7 +224,7 @@ class MosaicOperator:
         timeline.mark("granted", time.monotonic())
         if made.session_id is not None:
             self._session_ids[robot_id] = made.session_id
-        known = self._told(robot_id)
+        known = self._robots.known(robot_id)
         return ConnectionPlan(
             robot_id=robot_id,
             peer_id=made.rtc_session_id,
@@ -273,12 +254,11 @@ class MosaicOperator:
         """Fresh ones: credentials of our server live for minutes."""
         return tuple(await self.rest.ice_servers())
 
-    def _heard(self, message: SignalingMessage) -> None:
+    def _signaled(self, message: SignalingMessage) -> None:
         match message:
             case signaling.StatusUpdate(robot_id=str(robot_id), status=status):
-                self._robot_status(robot_id, status)
-                for callback in list(self._listeners):
-                    callback(robot_id, status)
+                if self._robots.status_changed(robot_id, status):
+                    self._robot_returned(robot_id)
             case signaling.CatalogueUpdate(robot_id=robot_id, catalogue=catalogue):
                 self.catalogues[robot_id] = catalogue
             case signaling.ErrorEcho(request_type=request, code=code) if request.startswith("signaling."):
@@ -290,15 +270,11 @@ class MosaicOperator:
             case _:
                 pass
 
-    def _robot_status(self, robot_id: str, status: RobotStatus) -> None:
-        was_away = self.statuses.get(robot_id) in (RobotStatus.DISCONNECTED, RobotStatus.WS_CONNECTED)
-        self.statuses[robot_id] = status
-        self._changed.set()
-        if was_away and status is RobotStatus.READY_TO_CONNECT:
-            for keeper in self._keepers.values():
-                if keeper.connection.robot_id == robot_id:
-                    keeper.connection.robot_returned()
-                    keeper.wake()
+    def _robot_returned(self, robot_id: str) -> None:
+        for keeper in self._keepers:
+            if keeper.connection.robot_id == robot_id:
+                keeper.connection.robot_returned()
+                keeper.wake()
 
     def _network_changed(self, change: NetworkChange) -> None:
         """Whoever waits tries again now; what was connected may hang, and is asked."""
@@ -308,7 +284,7 @@ class MosaicOperator:
             self.rest.renew()
             for connection in self._connections.values():
                 connection.doubt()
-        for keeper in self._keepers.values():
+        for keeper in self._keepers:
             keeper.wake()
 
     def _refused(self, code: int) -> None:
@@ -331,15 +307,7 @@ class MosaicOperator:
         connection = self._connections.get(robot_id)
         if connection is not None and connection.state == "connected":
             return connection.known
-        return self._told(robot_id)
-
-    def _told(self, robot_id: str) -> Known:
-        """What the server tells: the robot's own catalogue, or what people wrote down."""
-        catalogue = self.catalogues.get(robot_id)
-        if catalogue is not None:
-            return Known(catalogue)
-        described = self._described.get(robot_id)
-        return Known(described if described is not None and described.entries else None, is_told=True)
+        return self._robots.known(robot_id)
 
     def _store_opened(self, store: MosaicStore) -> None:
         connection = self._connections.get(store.robot_connector.robot_id)

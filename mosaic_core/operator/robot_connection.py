@@ -10,7 +10,7 @@ from mosaic_core.machines.peers.bulk_of_operator import BulkState
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
 from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.operator.control.control_desk import ControlDesk
-from mosaic_core.operator.control.original_drives import ZerosReport, leave_standing, send_zeros
+from mosaic_core.operator.control.original_drives import CommandedDrives, ZerosReport
 from mosaic_core.operator.delivery.delivery_watcher import DeliveryWatcher
 from mosaic_core.operator.delivery.listeners import Listeners, first_heard
 from mosaic_core.operator.delivery.session_streams import SessionStreams
@@ -48,7 +48,7 @@ class RobotConnection:
         plan: ConnectionPlan,
         stores: StoreManager,
         make_offerer: OffererFactory,
-        send: Callable[[SignalingMessage], None],
+        signal: Callable[[SignalingMessage], None],
     ) -> None:
         self.robot_id = plan.robot_id
         self.catalogue = plan.catalogue
@@ -65,7 +65,7 @@ class RobotConnection:
         """How the robot's data travels, while anybody asks; what a store itself got and sent is its ``counters``."""
         self._stores = stores
         self._make_offerer = make_offerer
-        self._send = send
+        self._signal = signal
         self._is_kept = False
         self._may_break = False
         self._streams = SessionStreams(self._say, self._store_of_channel, plan.clock_us)
@@ -73,14 +73,14 @@ class RobotConnection:
         self._tasks = BackgroundTasks()
         self._refusals: Listeners[[control.Refusal]] = Listeners()
         self._closings: Listeners[[ConnectionFailed]] = Listeners()
-        self._let_go: dict[str, SendableStore] = {}
+        self._drives = CommandedDrives(stores, plan.robot_id)
         self._begin(plan)
 
     def _begin(self, plan: ConnectionPlan, *, was_original: bool = False) -> None:
         """A peer connection, the first one or the next."""
         self._is_breaking = False
         self._plan = plan
-        self._peer = PeerAttempt(plan, self, self._make_offerer, self._send, was_original=was_original)
+        self._peer = PeerAttempt(plan, self, self._make_offerer, self._signal, was_original=was_original)
         self._bindings = StoreBindings(
             self._peer, plan, self._make_offerer, self.control, self._streams, self._make_anew
         )
@@ -178,7 +178,7 @@ class RobotConnection:
     async def send_zeros(self) -> ZerosReport:
         """Ask everything that drives an original robot, as far as described, to stand. Such a robot has no stop: it
         obeys the next command. ``control.stop()`` is for ours."""
-        return await send_zeros(self._stores, self.robot_id, self.known)
+        return await self._drives.send_zeros(self.known)
 
     async def close(self) -> None:
         """Say good-bye and end the connection for good; doing so twice does nothing.
@@ -189,21 +189,12 @@ class RobotConnection:
         self._is_kept = False
         try:
             if self.state == "connected" and self.is_original:
-                await leave_standing(self._commanded(), self.known)
+                await self._drives.leave_standing(self.known, self._bindings.open)
         finally:
             await self._peer.close()
             await self._bindings.bulk.closed()
         if self.state == "reconnecting":
             self.give_up(ConnectionFailed(reason("peer.closed").sentence, code="peer.closed"))
-
-    def _commanded(self) -> list[SendableStore]:
-        """The stores that something was sent with; one that was released is opened once more."""
-        live = [store for store in self._stores.stores_of(self.robot_id) if isinstance(store, SendableStore)]
-        labels = {store.robot_connector.connector_id for store in live}
-        again = [store for label, store in self._let_go.items() if label not in labels]
-        for store in again:
-            self._bindings.open(store)
-        return [*(one for one in live if one.last_sent or one.robot_connector.connector_id in self._let_go), *again]
 
     def _store(self, label: str, data_type: MosaicDataType | str | None, kind: type[S]) -> S:
         connector = RobotConnector(self.robot_id, label, data_type)
@@ -283,8 +274,7 @@ class RobotConnection:
         self._bindings.open(store)
 
     def store_released(self, store: MosaicStore) -> None:
-        if isinstance(store, SendableStore) and store.last_sent is not None:
-            self._let_go[store.robot_connector.connector_id] = store
+        self._drives.released(store)
         self._bindings.release(store)
 
     # -- told by the peer attempt ----------------------------------------------------------------------------------

@@ -209,8 +209,7 @@ def test_our_python_operator_works_with_an_original_robot(
     async def scene() -> None:
         async with c2_robot(cameras=("front",)) as robot, await operator_of(server, seed) as operator:
             known = connectors_of(robot.robot_id)
-            check = ConnectionCheckingStore(known["link"])
-            operator.stores.adopt(check)
+            check = operator.stores.get_or_create_store(known["link"], ConnectionCheckingStore)
             named = [known[label] for label in ("pose", "cmd_vel", "front")]
             connection = await operator.connect(robot.robot_id, connectors=named, timeout_s=20)
             assert connection.is_original

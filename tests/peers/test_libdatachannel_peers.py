@@ -63,8 +63,8 @@ def test_our_python_operator_works_with_an_original_robot_on_libdatachannel(
         async with await MosaicOperator.login(server.url, seed.email, seed.password) as operator:
             pose = RobotConnector(robot.id, "pose", MosaicDataType.JSON_R2U)
             twist = RobotConnector(robot.id, "cmd_vel", MosaicDataType.JSON_U2R)
-            check = ConnectionCheckingStore(RobotConnector(robot.id, "link", MosaicDataType.JSON_BI))
-            operator.stores.adopt(check)
+            link = RobotConnector(robot.id, "link", MosaicDataType.JSON_BI)
+            check = operator.stores.get_or_create_store(link, ConnectionCheckingStore)
             connection = await operator.connect(robot.id, connectors=[pose, twist], timeout_s=20)
             heard, said = operator.stores.get_or_create_store(pose), operator.stores.get_or_create_store(twist)
             assert isinstance(heard, ReceivableStore)

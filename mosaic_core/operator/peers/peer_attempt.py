@@ -60,7 +60,7 @@ class PeerAttempt:
         plan: ConnectionPlan,
         owner: PeerOwner,
         make_offerer: OffererFactory,
-        send: Callable[[SignalingMessage], None],
+        signal: Callable[[SignalingMessage], None],
         *,
         was_original: bool = False,
     ) -> None:
@@ -70,7 +70,7 @@ class PeerAttempt:
         """One's own voice for each loudspeaker that was asked for, by label."""
         self._plan = plan
         self._owner = owner
-        self._send = send
+        self._signal = signal
         self._machine = machine.OperatorPeerMachine(time.monotonic(), was_original=was_original)
         self._driver = MachineDriver(self._machine, self._carry_out)
         self._tasks = BackgroundTasks()
@@ -91,7 +91,7 @@ class PeerAttempt:
             sdp, tracks = await self.offerer.offer()
             knows_tracks = "catalogue" in self._plan.agreed and self._plan.catalogue is not None
             named = dict(tracks) if knows_tracks else None
-            self._send(signaling.SdpOffer(rtc_connection_id=self._plan.peer_id, sdp_offer=sdp, tracks=named))
+            self._signal(signaling.SdpOffer(rtc_connection_id=self._plan.peer_id, sdp_offer=sdp, tracks=named))
         except MosaicError as error:
             self._driver.tell(machine.EndReceived(error.code, error.message))
             return
@@ -233,6 +233,6 @@ class PeerAttempt:
     def _tell_server(self, message: SignalingMessage) -> None:
         """Best effort: a connection lives on while the server is away."""
         try:
-            self._send(message)
+            self._signal(message)
         except MosaicError as error:
             _log.debug("the server could not be told: %s", error.message)

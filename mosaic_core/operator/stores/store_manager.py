@@ -92,15 +92,6 @@ class StoreManager:
         counted.users += 1
         return counted.store
 
-    def adopt(self, store: MosaicStore) -> MosaicStore:
-        """Use a store of one's own class under its connector; the caller counts as its first user."""
-        counted = self._stores.get(store.robot_connector.key)
-        if counted is not None:
-            raise ValueError(f"{store.robot_connector.connector_id!r} has a store already")
-        self._stores[store.robot_connector.key] = _Counted(store, users=1)
-        self._opened(store)
-        return store
-
     def release_store(self, robot_connector: RobotConnector) -> None:
         """Let go of it once; the last one closes its channel :data:`LINGER_S` later."""
         counted = self._stores.get(robot_connector.key)

@@ -158,7 +158,7 @@ def test_the_stores_of_sound_are_of_their_own_kind() -> None:
 def test_a_picture_store_made_blindly_for_sound_says_what_to_do() -> None:
     async def look(link: Any) -> None:
         connector = RobotConnector(link.connection.robot_id, "cabin", MosaicDataType.MEDIA)
-        store = link.operator.stores.adopt(MediaStreamStore(connector))
+        store = link.operator.stores.get_or_create_store(connector, MediaStreamStore)
         assert store.state.phase == "mismatch"
         assert "sound" in store.state.message
 
