@@ -67,10 +67,6 @@ class StorePlan:
     data_type: MosaicDataType
     channels: tuple[PlannedChannel, ...]
 
-    @property
-    def is_media(self) -> bool:
-        return self.data_type is MosaicDataType.MEDIA
-
 
 @dataclass(frozen=True, slots=True)
 class Known:
@@ -196,22 +192,16 @@ def check_plan_of(connector: RobotConnector, known: Known) -> StorePlan:
     """The two channels of a connection check that was asked for by its class; raises :class:`ConnectionFailed` where
     the robot itself says that this label is something else."""
     catalogue = known.for_connector(connector)
+    label = connector.connector_id
     if known.is_told and not is_connection_check(connector, catalogue):
-        return check_plan(connector.connector_id)
-    plan = plan_of(RobotConnector(connector.robot_id, connector.connector_id), known)
+        receiver = PlannedChannel(f"{label}-receiver", Delivery.RELIABLE, True)
+        sender = PlannedChannel(f"{label}-sender", Delivery.RELIABLE, False)
+        return StorePlan(MosaicDataType.STRING_U2R, (receiver, sender))
+    plan = plan_of(RobotConnector(connector.robot_id, label), known)
     if not is_connection_check(connector, catalogue):
-        message = f"{connector.connector_id!r} is no connection-check, so that it can't be timed."
+        message = f"{label!r} is no connection-check, so that it can't be timed."
         raise ConnectionFailed(message, code="channel.unknown_label", cure="Name a connector of that type.")
     return plan
-
-
-def check_plan(label: str) -> StorePlan:
-    """The two channels of a ``connection-check`` on a robot without a catalogue."""
-    channels = (
-        PlannedChannel(f"{label}-receiver", Delivery.RELIABLE, True),
-        PlannedChannel(f"{label}-sender", Delivery.RELIABLE, False),
-    )
-    return StorePlan(MosaicDataType.STRING_U2R, channels)
 
 
 def _plan_of_entry(entry: CatalogueEntry, label: str) -> StorePlan:

@@ -21,7 +21,6 @@ _log = logging.getLogger(__name__)
 Moment = Literal["before_connected", "after_connected", "after_disconnected", "after_connection_failed"]
 HOPELESS = ("channel.unknown_label", "media.no_line")
 """Codes of failures that waiting does not mend."""
-GapCallback = Callable[["Gap"], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +92,7 @@ class MosaicStore:
         """Call ``callback`` at each such moment; returns what ends it."""
         return self._listeners.setdefault(moment, Listeners()).add(callback)
 
-    def on_gap(self, callback: GapCallback) -> Callable[[], None]:
+    def on_gap(self, callback: Callable[[Gap], None]) -> Callable[[], None]:
         """Call ``callback(gap)`` when messages were lost across a reconnection; returns what ends it."""
         return self._gap_listeners.add(callback)
 
