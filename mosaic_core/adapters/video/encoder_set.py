@@ -2,38 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Hashable, Mapping
 
 import av
 
-from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable
-from mosaic_core.adapters.video.encoder_thread import EncoderOrder, EncoderThread
-from mosaic_core.adapters.video.video_encoder import CodecName
-from mosaic_core.machines.media.rung_ladder import Rung
+from mosaic_core.adapters.video.encoder_thread import EncodedRung, EncoderListener, EncoderOrder, EncoderThread
 
 _JOIN_S = 0.5
 
 
-@dataclass(frozen=True, slots=True)
-class EncodedRung:
-    """What one encoder makes."""
-
-    codec: CodecName
-    rung: Rung
-
-
 class EncoderSet:
-    """Event loop, but for :meth:`offer`. ``deliver`` and ``failed`` are called on the encoders' threads."""
+    """Starts and ends one camera's encoders. Event loop, but for :meth:`offer`."""
 
-    def __init__(
-        self,
-        deliver: Callable[[EncodedRung, av.Packet[Any]], None],
-        failed: Callable[[EncodedRung, EncoderUnavailable], None],
-    ) -> None:
-        self._deliver = deliver
-        self._failed = failed
+    def __init__(self, listener: EncoderListener) -> None:
+        self._listener = listener
         self._threads: dict[EncodedRung, EncoderThread] = {}
         self._offered_to: tuple[EncoderThread, ...] = ()
         self._latest: av.VideoFrame | None = None
@@ -75,7 +57,7 @@ class EncoderSet:
         for key, order in orders.items():
             thread = self._threads.get(key)
             if thread is None:
-                self._threads[key] = self._started(key, order)
+                self._threads[key] = self._started(order)
             else:
                 thread.aim_at(order.settings.bitrate_bps)
         self._offered_to = tuple(self._threads.values())
@@ -94,8 +76,8 @@ class EncoderSet:
         for thread in threads:
             thread.join(_JOIN_S)
 
-    def _started(self, key: EncodedRung, order: EncoderOrder) -> EncoderThread:
-        thread = EncoderThread(order, lambda packet: self._deliver(key, packet), lambda error: self._failed(key, error))
+    def _started(self, order: EncoderOrder) -> EncoderThread:
+        thread = EncoderThread(order, self._listener)
         if self._latest is not None:
             thread.offer(self._latest)
         return thread

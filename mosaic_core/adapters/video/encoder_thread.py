@@ -8,9 +8,8 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import av
 
@@ -19,6 +18,7 @@ from mosaic_core.adapters.video.found_encoders import ENCODERS
 from mosaic_core.adapters.video.picture import scaled_picture
 from mosaic_core.adapters.video.video_encoder import CodecName, EncoderSettings, VideoEncoder
 from mosaic_core.machines.media.key_frame_requests import KeyFrameRequests
+from mosaic_core.machines.media.rung_ladder import Rung
 
 _log = logging.getLogger(__name__)
 
@@ -27,31 +27,38 @@ _IDLE_S = 0.15
 
 
 @dataclass(frozen=True, slots=True)
+class EncodedRung:
+    """A rung in one codec: the key of an encoder and of the packets that it makes."""
+
+    codec: CodecName
+    rung: Rung
+
+
+@dataclass(frozen=True, slots=True)
 class EncoderOrder:
-    """What to encode: of every ``frame_step``-th picture, by which encoder (``auto``: the best that works)."""
+    """An order to encode the pictures of ``label``, by a named encoder or by the best that works (``auto``)."""
 
     label: str
-    codec: CodecName
+    key: EncodedRung
     settings: EncoderSettings
-    frame_step: int = 1
     encoder: str = "auto"
 
 
+class EncoderListener(Protocol):
+    """Whom encoders tell, each on its own thread."""
+
+    def encoded(self, key: EncodedRung, packet: av.Packet[Any]) -> None: ...
+    def failed(self, key: EncodedRung, error: EncoderUnavailable) -> None:
+        """No encoder for this rung works; told once, at the end."""
+        ...
+
+
 class EncoderThread:
-    """``offer``, ``ask_key_frame`` and ``aim_at`` on any thread, none of them blocks.
+    """Encodes one rung on its own thread. ``offer``, ``ask_key_frame`` and ``aim_at`` on any, none of them blocks."""
 
-    ``deliver(packet)`` and ``failed(error)`` are called on the encoder's thread, ``failed`` at most once, at the end.
-    """
-
-    def __init__(
-        self,
-        order: EncoderOrder,
-        deliver: Callable[[av.Packet[Any]], None],
-        failed: Callable[[EncoderUnavailable], None],
-    ) -> None:
+    def __init__(self, order: EncoderOrder, listener: EncoderListener) -> None:
         self._order = order
-        self._deliver = deliver
-        self._failed = failed
+        self._listener = listener
         self._changed = threading.Condition()
         self._waiting: av.VideoFrame | None = None
         self._last: av.VideoFrame | None = None
@@ -67,15 +74,11 @@ class EncoderThread:
         self._thread = threading.Thread(target=self._run, name=f"encode {order.label}", daemon=True)
         self._thread.start()
 
-    @property
-    def order(self) -> EncoderOrder:
-        return self._order
-
     def offer(self, picture: av.VideoFrame) -> None:
         """A prepared picture of any size; replaces one that still waits."""
         with self._changed:
             self._offered += 1
-            if (self._offered - 1) % self._order.frame_step:
+            if (self._offered - 1) % self._order.key.rung.frame_step:
                 return
             if self._waiting is not None:
                 self.skipped += 1
@@ -105,9 +108,9 @@ class EncoderThread:
         broken: list[str] = []
         while True:
             try:
-                kind = chosen_kind(self._order.codec, self._order.encoder, broken=broken)
+                kind = chosen_kind(self._order.key.codec, self._order.encoder, broken=broken)
             except EncoderUnavailable as error:
-                self._failed(error)
+                self._listener.failed(self._order.key, error)
                 return
             ENCODERS.began(kind)
             try:
@@ -131,7 +134,7 @@ class EncoderThread:
                 with self._changed:
                     self._requests.made(now_s)
             for packet in packets:
-                self._deliver(packet)
+                self._listener.encoded(self._order.key, packet)
             self.encoded += 1
             self.cpu_s = time.thread_time()
 

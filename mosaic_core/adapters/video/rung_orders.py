@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from mosaic_core.adapters.video.encoder_set import EncodedRung
-from mosaic_core.adapters.video.encoder_thread import EncoderOrder
+from mosaic_core.adapters.video.encoder_thread import EncodedRung, EncoderOrder
 from mosaic_core.adapters.video.packet_source import SourceState
 from mosaic_core.adapters.video.video_encoder import CodecName, EncoderSettings
 from mosaic_core.adapters.video.viewer_feed import ViewerFeed
@@ -26,12 +25,6 @@ class SourceShape:
 
     size: tuple[int, int] | None = None
     packets: SourceState | None = None
-
-    def with_size(self, size: tuple[int, int]) -> SourceShape:
-        return replace(self, size=size)
-
-    def with_packets(self, packets: SourceState | None) -> SourceShape:
-        return replace(self, packets=packets)
 
     def passes_on(self, codec: CodecName | None, *, is_local: bool = False) -> bool:
         """Whether a viewer of ``codec`` can be sent the source's own packets. Their rate can't be lowered: if it is
@@ -122,4 +115,4 @@ def _order(label: str, key: EncodedRung, bitrate_bps: int, fps: float | None, en
     settings = EncoderSettings(
         rung.width, rung.height, (fps or ASSUMED_FPS) / rung.frame_step, bitrate_bps, rung.ceiling_bps, encoding.preset
     )
-    return EncoderOrder(label, key.codec, settings, rung.frame_step, encoding.encoder)
+    return EncoderOrder(label, key, settings, encoding.encoder)

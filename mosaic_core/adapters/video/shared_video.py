@@ -8,12 +8,14 @@ import asyncio
 import logging
 import time
 from collections.abc import Callable, Hashable
+from dataclasses import replace
 from typing import Any
 
 import av
 
 from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable
-from mosaic_core.adapters.video.encoder_set import EncodedRung, EncoderSet
+from mosaic_core.adapters.video.encoder_set import EncoderSet
+from mosaic_core.adapters.video.encoder_thread import EncodedRung
 from mosaic_core.adapters.video.found_encoders import ENCODERS
 from mosaic_core.adapters.video.packet_source import PassedPackets, SourceState
 from mosaic_core.adapters.video.picture import prepared_picture
@@ -64,7 +66,7 @@ class SharedVideo:
         self._counted: Hashable = None
         self._timer = DeadlineTimer(self._tick)
         self._is_ticking = False
-        self.encoders = EncoderSet(self._encoded, self._failed)
+        self.encoders = EncoderSet(self)
         self._offered_size: tuple[int, int] | None = None
         self._offered_state: SourceState | None = None
 
@@ -86,7 +88,7 @@ class SharedVideo:
         self._rate.seen((picture.pts or 0) / 90_000)
         self.encoders.offer(picture)
         size = (picture.width, picture.height)
-        if size != self._offered_size and self._to_loop(lambda: self._sized(size)):
+        if size != self._offered_size and self._to_loop(lambda: self._reshape(replace(self._shape, size=size))):
             self._offered_size = size
 
     def _offer_packet(self, packet: av.Packet[Any], captured_at_s: float) -> None:
@@ -103,15 +105,15 @@ class SharedVideo:
             self._to_loop(lambda: self._distribute(PASSED_ON, packet))
 
     def _tell_state(self, state: SourceState | None) -> None:
-        if state != self._offered_state and self._to_loop(lambda: self._source_changed(state)):
+        if state != self._offered_state and self._to_loop(lambda: self._reshape(replace(self._shape, packets=state))):
             self._offered_state = state
 
     # -- on the encoders' threads --------------------------------------------------------------------------------
 
-    def _encoded(self, key: EncodedRung, packet: av.Packet[Any]) -> None:
+    def encoded(self, key: EncodedRung, packet: av.Packet[Any]) -> None:
         self._to_loop(lambda: self._distribute(key, packet))
 
-    def _failed(self, key: EncodedRung, error: EncoderUnavailable) -> None:
+    def failed(self, key: EncodedRung, error: EncoderUnavailable) -> None:
         self._to_loop(lambda: self._tell_failed(key, error))
 
     def _to_loop(self, act: Callable[[], None]) -> bool:
@@ -171,12 +173,6 @@ class SharedVideo:
         self._timer.set(now_s + TICK_S)
 
     # -- the source ----------------------------------------------------------------------------------------------
-
-    def _sized(self, size: tuple[int, int]) -> None:
-        self._reshape(self._shape.with_size(size))
-
-    def _source_changed(self, state: SourceState | None) -> None:
-        self._reshape(self._shape.with_packets(state))
 
     def _reshape(self, shape: SourceShape) -> None:
         self._shape = shape

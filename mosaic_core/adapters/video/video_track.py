@@ -50,8 +50,8 @@ class VideoTrack(MediaStreamTrack):
         self._ssrc = ssrc_of(sender)
         self._watch, self._missing = PathWatch(), MissingPackets()
         self._numbers = PacketNumbers(sender, self._arrived) if has_arrivals else None
-        self._pacing = PacedTransport(sender, feed.pause_s, feed.wants_copy, self._left)
-        self._feedback = SenderFeedback(sender, feed.heard, feed.repeats, self._pacing.copy_later)
+        self._pacing = PacedTransport(sender, feed, self._left)
+        self._feedback = SenderFeedback(sender, feed, self._pacing.copy_later)
         self._on_origin = on_origin
         self._last_pts = -1
 

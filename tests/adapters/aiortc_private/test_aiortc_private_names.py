@@ -7,6 +7,7 @@ import inspect
 from collections.abc import Callable, Coroutine
 from fractions import Fraction
 from importlib.metadata import version
+from types import SimpleNamespace
 from typing import Any
 
 import aioice.ice
@@ -253,7 +254,8 @@ def test_a_sender_is_asked_for_key_frames_and_given_reports_through_the_instance
 
     async def check(pc: RTCPeerConnection) -> None:
         sender, heard = pc.addTransceiver("video").sender, []
-        SenderFeedback(sender, heard.append, lambda sequence_number: 0, lambda sequence_numbers: None)
+        feed: Any = SimpleNamespace(heard=heard.append)
+        SenderFeedback(sender, feed, lambda sequence_numbers: None)
         await sender._handle_rtcp_packet(RtcpPsfbPacket(fmt=RTCP_PSFB_PLI, ssrc=1, media_ssrc=sender._ssrc))
         fci = pack_remb_fci(600_000, [sender._ssrc])
         await sender._handle_rtcp_packet(RtcpPsfbPacket(fmt=RTCP_PSFB_APP, ssrc=1, media_ssrc=0, fci=fci))
@@ -309,7 +311,8 @@ def test_a_sender_sends_its_pictures_through_its_transport_from_a_task_of_its_ow
         sender, sizes, sent, real = pc.addTransceiver("video").sender, [], [], RecordingTransport()
         sender.setTransport(real)  # type: ignore[arg-type]
         picture = packet_of(7).serialize()
-        PacedTransport(sender, lambda size: sizes.append(size) or 0.0, lambda *_: False, sent.append)  # type: ignore[func-returns-value]
+        feed: Any = SimpleNamespace(pause_s=lambda size: sizes.append(size) or 0.0, wants_copy=lambda *_: False)
+        PacedTransport(sender, feed, sent.append)
         await sender.transport._send_rtp(picture)
         assert not sizes
         sender._RTCRtpSender__rtp_task = asyncio.current_task()  # type: ignore[attr-defined]
@@ -328,7 +331,8 @@ def test_packets_that_shall_be_copied_are_sent_again_after_their_picture() -> No
         sender.setTransport(RecordingTransport())  # type: ignore[arg-type]
         again: asyncio.Queue[int] = asyncio.Queue()
         sender._retransmit = again.put  # type: ignore[method-assign]
-        PacedTransport(sender, lambda size: 0.0, lambda number, size: number != 8, lambda data: None)
+        feed: Any = SimpleNamespace(pause_s=lambda size: 0.0, wants_copy=lambda number, size: number != 8)
+        PacedTransport(sender, feed, lambda data: None)
         sender._RTCRtpSender__rtp_task = asyncio.current_task()  # type: ignore[attr-defined]
         for number in (7, 8, 9):
             assert again.empty()

@@ -12,8 +12,8 @@ import pytest
 
 from mosaic_core.adapters.video import encoder_thread
 from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable
-from mosaic_core.adapters.video.encoder_set import EncodedRung, EncoderSet
-from mosaic_core.adapters.video.encoder_thread import EncoderOrder, EncoderThread
+from mosaic_core.adapters.video.encoder_set import EncoderSet
+from mosaic_core.adapters.video.encoder_thread import EncodedRung, EncoderOrder, EncoderThread
 from mosaic_core.adapters.video.picture import prepared_picture
 from mosaic_core.adapters.video.picture_clock import pts_of
 from mosaic_core.adapters.video.video_encoder import EncoderSettings, VideoEncoder
@@ -32,9 +32,19 @@ def pts(number: int) -> int:
 
 
 class Outlet:
+    """Listens to encoders."""
+
     def __init__(self) -> None:
+        self.keys: queue.Queue[EncodedRung] = queue.Queue()
         self.packets: queue.Queue[Any] = queue.Queue()
         self.failures: queue.Queue[EncoderUnavailable] = queue.Queue()
+
+    def encoded(self, key: EncodedRung, packet: Any) -> None:
+        self.keys.put(key)
+        self.packets.put(packet)
+
+    def failed(self, key: EncodedRung, error: EncoderUnavailable) -> None:
+        self.failures.put(error)
 
     def next(self) -> Any:
         return self.packets.get(timeout=WAIT_S)
@@ -50,8 +60,9 @@ def start(outlet: Outlet) -> Iterator[Callable[..., EncoderThread]]:
     started: list[EncoderThread] = []
 
     def make(**order: Any) -> EncoderThread:
-        chosen = EncoderOrder("front", "VP8", order.pop("settings", SETTINGS), **order)
-        started.append(EncoderThread(chosen, outlet.packets.put, outlet.failures.put))
+        key = EncodedRung("VP8", Rung(64, 48, order.pop("frame_step", 1), 100_000, 200_000))
+        chosen = EncoderOrder("front", key, order.pop("settings", SETTINGS), **order)
+        started.append(EncoderThread(chosen, outlet))
         return started[-1]
 
     yield make
@@ -156,25 +167,24 @@ def test_without_any_encoder_it_says_so_and_ends(start: Any, outlet: Outlet, mon
     assert outlet.failures.get(timeout=WAIT_S).code == "media.no_encoder"
 
 
-def test_a_set_runs_exactly_what_is_used_and_a_new_one_begins_with_the_latest_picture() -> None:
-    made: queue.Queue[Any] = queue.Queue()
-    encoders = EncoderSet(lambda key, packet: made.put((key, packet)), lambda key, error: made.put(error))
+def test_a_set_runs_exactly_what_is_used_and_a_new_one_begins_with_the_latest_picture(outlet: Outlet) -> None:
+    encoders = EncoderSet(outlet)
     keys = [EncodedRung("VP8", Rung(width, 48, 1, 100_000, 200_000)) for width in (64, 32)]
     orders = {
-        key: EncoderOrder("front", "VP8", EncoderSettings(key.rung.width, 48, 30.0, 200_000, 200_000)) for key in keys
+        key: EncoderOrder("front", key, EncoderSettings(key.rung.width, 48, 30.0, 200_000, 200_000)) for key in keys
     }
     try:
         encoders.offer(picture(0))
         encoders.use({keys[0]: orders[keys[0]]})
-        key, packet = made.get(timeout=WAIT_S)
-        assert (key, packet.is_keyframe) == (keys[0], True)
+        packet = outlet.next()
+        assert (outlet.keys.get(), packet.is_keyframe) == (keys[0], True)
         encoders.use(orders)
-        key, packet = made.get(timeout=WAIT_S)
-        assert (key, packet.is_keyframe, packet.pts) == (keys[1], True, pts(0))
+        packet = outlet.next()
+        assert (outlet.keys.get(), packet.is_keyframe, packet.pts) == (keys[1], True, pts(0))
         encoders.use({keys[1]: orders[keys[1]]})
         assert encoders.running == (keys[1],)
         encoders.offer(picture(1))
-        assert made.get(timeout=WAIT_S)[0] == keys[1]
+        assert outlet.keys.get(timeout=WAIT_S) == keys[1]
         assert encoders.cpu_s > 0
     finally:
         encoders.close()

@@ -128,15 +128,15 @@ def test_a_codec_that_nothing_here_decodes_is_hopeless_for_those_without_it(capl
     source.taken(packet)
     assert source.pictures(packet) == []
     assert not source.state.is_decodable
-    shape = SourceShape().with_packets(source.state)
+    shape = SourceShape(packets=source.state)
     assert shape.is_hopeless("VP8")
-    assert not SourceShape().with_packets(SourceState("H264", is_decodable=False)).is_hopeless("H264")
+    assert not SourceShape(packets=SourceState("H264", is_decodable=False)).is_hopeless("H264")
     assert any("no_such_codec" in record.message for record in caplog.records)
 
 
 def test_a_viewer_of_the_sources_codec_gets_its_packets_and_cheaper_rungs_below() -> None:
     state = SourceState("H264", bitrate_bps=2_000_000)
-    shape = SourceShape().with_size((1280, 720)).with_packets(state)
+    shape = SourceShape((1280, 720), state)
     own, *cheaper = options_of("H264", shape, EncodingParams())
     assert own[0] == PASSED_ON
     assert own[1].floor_bps == 1_500_000
@@ -261,7 +261,7 @@ def test_a_source_just_below_the_ceiling_is_known_to_be_so_after_a_second_though
 def test_a_ceiling_holds_for_packets_that_came_encoded() -> None:
     encoding = EncodingParams(max_bitrate_bps=500_000)
     above = SourceState("H264", bitrate_bps=4_000_000, is_within_ceiling=False)
-    shape = SourceShape().with_size((1280, 720)).with_packets(above)
+    shape = SourceShape((1280, 720), above)
     options = options_of("H264", shape, encoding)
     assert options
     assert PASSED_ON not in dict(options)
@@ -272,14 +272,14 @@ def test_a_ceiling_holds_for_packets_that_came_encoded() -> None:
 
 
 def test_under_a_ceiling_all_that_the_source_sends_is_in_the_budget_before_copies_are() -> None:
-    shape = SourceShape().with_size((1280, 720)).with_packets(SourceState("H264", bitrate_bps=800_000))
+    shape = SourceShape((1280, 720), SourceState("H264", bitrate_bps=800_000))
     encoding = EncodingParams(max_bitrate_bps=1_000_000)
     assert dict(options_of("H264", shape, encoding))[PASSED_ON].floor_bps == 800_000
     assert limits_bps(shape, encoding) == (150_000, 1_000_000)
 
 
-SEEN = SourceShape().with_packets(SourceState("H264", bitrate_bps=800_000))
-TOO_MUCH = SourceShape().with_packets(SourceState("H264", bitrate_bps=800_000, is_within_ceiling=False))
+SEEN = SourceShape(packets=SourceState("H264", bitrate_bps=800_000))
+TOO_MUCH = SourceShape(packets=SourceState("H264", bitrate_bps=800_000, is_within_ceiling=False))
 
 
 @pytest.mark.parametrize(

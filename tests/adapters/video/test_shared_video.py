@@ -18,7 +18,7 @@ from mosaic_core import EncodingParams
 from mosaic_core.adapters.video import shared_video
 from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable
 from mosaic_core.adapters.video.packet_source import SourceState
-from mosaic_core.adapters.video.rung_orders import PASSED_ON
+from mosaic_core.adapters.video.rung_orders import PASSED_ON, SourceShape
 from mosaic_core.adapters.video.shared_video import SharedVideo
 from mosaic_core.adapters.video.viewer_feed import MAX_WAITING
 from mosaic_core.contract.media import Captured
@@ -262,7 +262,7 @@ async def test_packets_that_nobody_can_decode_are_refused_to_those_without_their
         it.viewer("h264", "video/H264")
         for name in ("vp8", "h264"):
             it.stream.watch(name, True)
-        it.stream._source_changed(SourceState("H264", is_decodable=False))
+        it.stream._reshape(SourceShape(packets=SourceState("H264", is_decodable=False)))
         it.stream._reconsider()
         assert it.refused == [("vp8", "media.not_decodable")]
 

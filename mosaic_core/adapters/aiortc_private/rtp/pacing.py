@@ -11,6 +11,7 @@ from aiortc import RTCRtpSender
 from aiortc.rtp import is_rtcp
 
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
+from mosaic_core.runtime.transport.picture_transport import PictureFeed
 
 COPY_AFTER_S = 0.01
 """After the picture: a short burst of losses may be over by then, and a repeat on request comes much later."""
@@ -20,20 +21,14 @@ _MARKER = 0x80
 
 
 class PacedTransport:
-    """Stands between a sender and its DTLS transport. ``left(data)`` is told of every RTP packet;
-    ``wait_s(size_bytes)`` is asked after each packet of a picture, and ``wants_copy(sequence_number, size_bytes)``.
-    Repeats and RTCP are never held up: they are sent by the task that also receives."""
+    """Stands between a sender and its DTLS transport. ``left(data)`` is told of every RTP packet; the feed says after
+    each packet of a picture how long the next one waits, and whether it is copied. Repeats and RTCP are never held up:
+    they are sent by the task that also receives."""
 
-    def __init__(
-        self,
-        sender: RTCRtpSender,
-        wait_s: Callable[[int], float],
-        wants_copy: Callable[[int, int], bool],
-        left: Callable[[bytes], None],
-    ) -> None:
+    def __init__(self, sender: RTCRtpSender, feed: PictureFeed, left: Callable[[bytes], None]) -> None:
         self._sender = sender
         self._transport = sender.transport
-        self._wait_s, self._wants_copy, self._left = wait_s, wants_copy, left
+        self._feed, self._left = feed, left
         self._send_again = sender._retransmit
         self._to_copy: list[int] = []
         self._copying = BackgroundTasks()
@@ -50,7 +45,7 @@ class PacedTransport:
             return
         self._note_copy(data)
         # After sending, so that the next packet's send time is written when it really leaves.
-        pause_s = self._wait_s(len(data))
+        pause_s = self._feed.pause_s(len(data))
         if pause_s > 0.0:
             await asyncio.sleep(pause_s)
 
@@ -60,7 +55,7 @@ class PacedTransport:
 
     def _note_copy(self, data: bytes) -> None:
         sequence_number = int.from_bytes(data[2:4], "big")
-        if self._wants_copy(sequence_number, len(data)):
+        if self._feed.wants_copy(sequence_number, len(data)):
             self._to_copy.append(sequence_number)
         if data[1] & _MARKER and self._to_copy:
             self.copy_later(self._to_copy)

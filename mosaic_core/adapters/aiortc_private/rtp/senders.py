@@ -25,11 +25,11 @@ from aiortc.rtp import (
 
 from mosaic_core.machines.congestion.rate_control import (
     BandwidthEstimate,
-    Feedback,
     PacketsMissing,
     PictureLost,
     ReceiverReport,
 )
+from mosaic_core.runtime.transport.picture_transport import PictureFeed
 
 _MODULUS = 1 << 32
 
@@ -62,40 +62,34 @@ class RtpOriginLearner:
 
 
 class SenderFeedback:
-    """Tells ``heard`` what the receiving side says about this sender, after aiortc has seen to it itself; a lost packet
-    is sent again ``repeats(sequence_number)`` times, the second time by ``copy_later``."""
+    """Tells a feed what the receiving side says about its sender, after aiortc has seen to it itself; a lost packet is
+    sent again as often as the feed says, the second time by ``copy_later``."""
 
-    def __init__(
-        self,
-        sender: RTCRtpSender,
-        heard: Callable[[Feedback], None],
-        repeats: Callable[[int], int],
-        copy_later: Callable[[list[int]], None],
-    ) -> None:
+    def __init__(self, sender: RTCRtpSender, feed: PictureFeed, copy_later: Callable[[list[int]], None]) -> None:
         self._sender = sender
-        self._heard = heard
-        self._repeats, self._copy_later = repeats, copy_later
+        self._feed = feed
+        self._copy_later = copy_later
         self._repeat = sender._retransmit
         sender._retransmit = self._repeat_if_wise  # type: ignore[method-assign]
         self._handle = sender._handle_rtcp_packet
         sender._handle_rtcp_packet = self._handle_and_tell  # type: ignore[method-assign]
-        sender._send_keyframe = lambda: heard(PictureLost())  # type: ignore[method-assign]
+        sender._send_keyframe = lambda: feed.heard(PictureLost())  # type: ignore[method-assign]
 
     async def _handle_and_tell(self, packet: AnyRtcpPacket) -> None:
         await self._handle(packet)
         if isinstance(packet, RtcpRrPacket | RtcpSrPacket):
             for report in packet.reports:
                 if report.ssrc == self._sender._ssrc:
-                    self._heard(
+                    self._feed.heard(
                         ReceiverReport(report.packets_lost, report.highest_sequence, self._round_trip_s(report))
                     )
         elif isinstance(packet, RtcpRtpfbPacket) and packet.fmt == RTCP_RTPFB_NACK:
-            self._heard(PacketsMissing(len(packet.lost)))
+            self._feed.heard(PacketsMissing(len(packet.lost)))
         elif isinstance(packet, RtcpPsfbPacket) and packet.fmt == RTCP_PSFB_APP:
             self._hear_estimate(packet.fci)
 
     async def _repeat_if_wise(self, sequence_number: int) -> None:
-        times = self._repeats(sequence_number)
+        times = self._feed.repeats(sequence_number)
         if times > 0:
             await self._repeat(sequence_number)
         if times > 1:
@@ -107,7 +101,7 @@ class SenderFeedback:
         except ValueError:
             return  # some other application's message
         if self._sender._ssrc in ssrcs:
-            self._heard(BandwidthEstimate(bitrate_bps))
+            self._feed.heard(BandwidthEstimate(bitrate_bps))
 
     def _round_trip_s(self, report: RtcpReceiverInfo) -> float | None:
         """As aiortc computes it, but without its smoothing, which hides a queue for ten seconds."""
