@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from aiortc import MediaStreamTrack, RTCBundlePolicy, RTCRtpTransceiver, RTCSessionDescription
 
-from mosaic_core.adapters.aiortc_private.rtp.repeats import route_repeats
+from mosaic_core.adapters.aiortc_private.rtp.receivers import route_repeats
 from mosaic_core.adapters.aiortc_private.rtp.reporting import ArrivalReporter, agreed_number_id, offer_reports
 from mosaic_core.adapters.peers.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.peers.aiortc_peer import AiortcPeer

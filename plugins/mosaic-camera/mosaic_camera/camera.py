@@ -13,8 +13,7 @@ from pydantic import Field
 
 from mosaic_camera.grabbed import Grabbed, WantedSource
 from mosaic_camera.grabber import Grabber
-from mosaic_camera.packet_names import may_have_packets
-from mosaic_camera.source import is_device, open_source, shown
+from mosaic_camera.source import is_device, may_have_packets, open_source, shown
 from mosaic_camera.source_error import SourceError
 from mosaic_camera.transform import Flip, Rotation, scaled, turned
 from mosaic_core import Captured, EncodingParams, MediaTrackConfigurer, MediaTrackHandler, unit

@@ -10,12 +10,12 @@ import logging
 import os
 import re
 import time
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any, Protocol
+from urllib.parse import urlsplit
 
 from mosaic_camera.devices import check_device, found_devices
 from mosaic_camera.grabbed import Grabbed, Takes, WantedSource, capture_time_s, takes_all
-from mosaic_camera.packet_names import may_have_packets
 from mosaic_camera.source_error import SourceError
 
 logger = logging.getLogger(__name__)
@@ -23,6 +23,8 @@ logger = logging.getLogger(__name__)
 NETWORK_TIMEOUT_MS = 5000
 """For opening and for each read of a URL; OpenCV's own default is 30 s."""
 FALLBACK_FPS = 30.0
+_CONTAINERS = {".mp4", ".m4v", ".mov", ".mkv", ".ts", ".m2ts", ".flv", ".h264", ".264", ".m3u8"}
+_STREAM_SCHEMES = {"rtsp", "rtsps", "rtmp", "srt"}
 
 
 class Source(Protocol):
@@ -55,6 +57,13 @@ def shown(source: int | str) -> str:
 def is_device(source: int | str) -> bool:
     """Whether this names a camera of this machine: a number or a path under /dev."""
     return str(source).isdecimal() or str(source).startswith("/dev/")
+
+
+def may_have_packets(source: str) -> bool:
+    """Whether it is worth looking for H.264, by the name alone: not in a device, nor in a web camera's series of
+    JPEGs."""
+    parts = urlsplit(source)
+    return parts.scheme in _STREAM_SCHEMES or PurePosixPath(parts.path or source).suffix.lower() in _CONTAINERS
 
 
 def open_source(wanted: WantedSource) -> Source:

@@ -16,8 +16,8 @@ import pytest
 
 from mosaic_camera.camera import Camera, CameraConfigurer
 from mosaic_camera.marks import draw_marks, read_marks
-from mosaic_camera.packet_names import may_have_packets
 from mosaic_camera.packet_source import open_packets
+from mosaic_camera.source import may_have_packets
 from mosaic_camera.source_error import SourceError
 from mosaic_core import Captured
 from mosaic_core.testing import FakeClock, build, fake_host, take_frames

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import time
 from collections.abc import Callable
 
 from mosaic_recorder.folder import RecordingsFolder
 
 PERIOD_S = 1.0
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""No space, no quota, or more than the file system takes in one file."""
 
 
 class DiskWatch:
@@ -28,3 +31,8 @@ class DiskWatch:
         self._due_at_s = self._clock() + PERIOD_S
         self._folder.tidy()
         return "recorder.disk_full" if self._folder.free_bytes() < self._min_free_bytes else ""
+
+
+def code_of(error: OSError) -> str:
+    """The reason code of an error of the disk: ``recorder.disk_full`` or ``recorder.write_failed``."""
+    return "recorder.disk_full" if error.errno in _FULL else "recorder.write_failed"

@@ -7,7 +7,7 @@ from typing import ClassVar
 from mosaic_core import DataChannelBidirectional, DataChannelConfigurer, Refused, Sender
 from mosaic_core.contract.host import HandlerHost
 from mosaic_recorder.desk import RecorderDesk
-from mosaic_recorder.disk_failure import code_of
+from mosaic_recorder.disk_watch import code_of
 from mosaic_recorder.folder import RecordingsFolder
 from mosaic_recorder.messages import RecorderCommand
 from mosaic_recorder.params import RecorderParams, recordings_directory

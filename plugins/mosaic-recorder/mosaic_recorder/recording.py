@@ -10,7 +10,7 @@ from typing import Literal
 
 from mosaic_core.contract.media_tap import MediaTap, TappedPicture
 from mosaic_recorder.clip_writer import ClipWriter
-from mosaic_recorder.disk_failure import code_of
+from mosaic_recorder.disk_watch import code_of
 from mosaic_recorder.messages import RecordingState, RecordingStatus
 
 logger = logging.getLogger(__name__)

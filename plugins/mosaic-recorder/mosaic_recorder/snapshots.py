@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TappedImage, TappedPicture
 from mosaic_core.machines.delivery.framing import MAX_MESSAGE_BYTES
-from mosaic_recorder.disk_failure import code_of
+from mosaic_recorder.disk_watch import code_of
 from mosaic_recorder.folder import RecordingsFolder
 from mosaic_recorder.messages import RecorderCommand, SnapshotTaken
 from mosaic_recorder.stills import decoded, framed, png_of

@@ -9,7 +9,7 @@ from aiortc import RTCBundlePolicy, RTCConfiguration, RTCPeerConnection
 from aiortc.rtcdtlstransport import RtpRouter
 from aiortc.rtp import RtpPacket
 
-from mosaic_core.adapters.aiortc_private.rtp.repeats import route_repeats
+from mosaic_core.adapters.aiortc_private.rtp.receivers import route_repeats
 
 RTX = 98
 
