@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import logging
 import random
-import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 
@@ -14,7 +13,6 @@ from mosaic_core.machines.signaling.signaling_events import (
     ChangeState,
     CloseSocket,
     ConnectFailed,
-    DeadlinePassed,
     FrameReceived,
     NetworkChanged,
     ReconnectAfter,
@@ -24,6 +22,7 @@ from mosaic_core.machines.signaling.signaling_events import (
     SocketOpened,
 )
 from mosaic_core.runtime.signaling.socket_renewal import SocketRenewal
+from mosaic_core.runtime.timing.machine_driver import MachineDriver
 from mosaic_core.runtime.transport.transport import SocketConnector, TextSocket
 from mosaic_core.words.codes import CloseCode, reason
 from mosaic_core.words.errors import AuthError, SignalingError
@@ -46,7 +45,8 @@ class SignalingSocket:
     def __init__(
         self, url: str, access_token: str, connect: SocketConnector, deliver: Callable[[SignalingMessage], None]
     ) -> None:
-        self.session = machine.OperatorSignaling(access_token)
+        self.session = machine.OperatorSignaling(access_token, random.random)
+        self._driver = MachineDriver(self.session, self._carry_out)
         self._url = url
         self._connect = connect
         self._deliver = deliver
@@ -55,8 +55,8 @@ class SignalingSocket:
         self._changed = asyncio.Event()
         self._renewal = SocketRenewal(lambda socket: socket.close())
         self._frames = 0
-        self._woken = asyncio.Event()
-        self._close_request: CloseSocket | None = None
+        self._closing: asyncio.Future[CloseSocket] | None = None
+        """What ends the present socket."""
         self._problem: tuple[str, str] | None = None
         self._task: asyncio.Task[None] | None = None
 
@@ -86,14 +86,14 @@ class SignalingSocket:
             raise SignalingError("The server takes no more messages.", code="signal.too_slow")
 
     def subscribe(self, robot_ids: Iterable[str]) -> None:
-        self._carry_out(self.session.subscribe(robot_ids))
+        self._driver.tell(machine.RobotsWatched(tuple(robot_ids)))
 
     async def assured(self, timeout_s: float) -> None:
         """Until messages can be sent to a server that has just shown to be there: a socket that lost its network does
         not know it. Raises as :meth:`wait_ready`."""
         heard = self._frames
         if self.session.state == "ready":
-            self._carry_out(self.session.probe())
+            self._driver.tell(machine.ServerDoubted())
             with suppress(TimeoutError):
                 async with asyncio.timeout(PROBE_S):
                     while self._frames == heard and self.session.state == "ready":
@@ -120,6 +120,7 @@ class SignalingSocket:
             with suppress(asyncio.CancelledError):
                 await self._task
             self._task = None
+        self._driver.stop()
         await self._renewal.all_left()
 
     async def _run(self) -> None:
@@ -127,22 +128,24 @@ class SignalingSocket:
             try:
                 socket = await self._renewal.opened(self._connect(self._url))
             except SignalingError as error:
-                self._handle(ConnectFailed(error.message, error.code))
+                self._driver.tell(ConnectFailed(error.message, error.code))
             else:
                 if socket is None:
-                    self._handle(NetworkChanged())
+                    self._driver.tell(NetworkChanged())
                 else:
                     await self._serve(socket)
-                    self._handle(SocketClosed(socket.close_code))
+                    self._driver.tell(SocketClosed(socket.close_code))
             with suppress(TimeoutError):
                 async with asyncio.timeout(self._reconnect_after_s):
                     await self._renewal.asked()
-                    self._handle(NetworkChanged())
+                    self._driver.tell(NetworkChanged())
 
     async def _serve(self, socket: TextSocket) -> None:
         self._outgoing = asyncio.Queue(MAX_QUEUED)
-        self._handle(SocketOpened())
-        tasks = [asyncio.create_task(work) for work in (self._read(socket), self._write(socket), self._watch(socket))]
+        self._closing = closing = asyncio.get_running_loop().create_future()
+        self._driver.tell(SocketOpened())
+        works = (self._read(socket), self._write(socket), self._close_when_told(socket, closing))
+        tasks = [asyncio.create_task(work) for work in works]
         is_moved = False
         try:
             is_moved = not await self._renewal.until_done(*tasks)
@@ -156,14 +159,14 @@ class SignalingSocket:
         if not is_moved:
             await socket.close()
             return
-        self._handle(NetworkChanged())
+        self._driver.tell(NetworkChanged())
         self._renewal.leave(socket)
 
     async def _read(self, socket: TextSocket) -> None:
         async for text in socket:
             self._frames += 1
             self._changed.set()
-            self._handle(FrameReceived(text))
+            self._driver.tell(FrameReceived(text))
 
     async def _write(self, socket: TextSocket) -> None:
         with suppress(SignalingError):
@@ -171,45 +174,35 @@ class SignalingSocket:
                 await socket.send(await self._outgoing.get())
                 self._outgoing.task_done()
 
-    async def _watch(self, socket: TextSocket) -> None:
-        """Close the socket when the machine says so, or when it has been silent for too long."""
-        while self._close_request is None:
-            deadline_s = self.session.deadline_s
-            self._woken.clear()
-            with suppress(TimeoutError):
-                async with asyncio.timeout(None if deadline_s is None else deadline_s - time.monotonic()):
-                    await self._woken.wait()
-            self._handle(DeadlinePassed())
-        await socket.close(self._close_request.code, self._close_request.reason)
+    @staticmethod
+    async def _close_when_told(socket: TextSocket, closing: asyncio.Future[CloseSocket]) -> None:
+        request = await closing
+        await socket.close(request.code, request.reason)
+
+    def _close_socket(self, request: CloseSocket) -> None:
+        if self._closing is not None and not self._closing.done():
+            self._closing.set_result(request)
 
     def _queued(self, message: SignalingMessage) -> bool:
         try:
             self._outgoing.put_nowait(message.to_text())
         except asyncio.QueueFull:
-            self._close_request = CloseSocket(CloseCode.TOO_SLOW, "signal.too_slow")
-            self._woken.set()
+            self._close_socket(CloseSocket(CloseCode.TOO_SLOW, "signal.too_slow"))
             return False
         return True
 
-    def _handle(self, event: machine.Event) -> None:
-        if isinstance(event, SocketOpened):
-            self._close_request = None
-        self._carry_out(self.session.handle(event, time.monotonic(), random.random()))
-        self._woken.set()
-
-    def _carry_out(self, effects: list[machine.Effect]) -> None:
-        for effect in effects:
-            match effect:
-                case SendSignal(message):
-                    self._queued(message)
-                case machine.Deliver(message):
-                    self._deliver(message)
-                case CloseSocket():
-                    self._close_request = effect
-                case ReconnectAfter(delay_s):
-                    self._reconnect_after_s = delay_s
-                case Report(code, message):
-                    self._problem = (code, message)
-                    _log.warning("%s", message)
-                case ChangeState():
-                    self._changed.set()
+    def _carry_out(self, effect: machine.Effect) -> None:
+        match effect:
+            case SendSignal(message):
+                self._queued(message)
+            case machine.Deliver(message):
+                self._deliver(message)
+            case CloseSocket():
+                self._close_socket(effect)
+            case ReconnectAfter(delay_s):
+                self._reconnect_after_s = delay_s
+            case Report(code, message):
+                self._problem = (code, message)
+                _log.warning("%s", message)
+            case ChangeState():
+                self._changed.set()

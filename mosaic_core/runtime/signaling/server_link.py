@@ -7,6 +7,7 @@ one says of a peer or an operator never touches those of another.
 from __future__ import annotations
 
 import logging
+import random
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -92,7 +93,7 @@ class ServerLink:
         self._starter = peers
         self._state_changed = state_changed
         self._peers: dict[str, IntroducedPeer] = {}
-        machine = RobotSignaling(_facts(server, catalogue), TicketVerifier(server.robot_id))
+        machine = RobotSignaling(_facts(server, catalogue), TicketVerifier(server.robot_id), random.random)
         url = f"{server.config.ws_url.rstrip('/')}/ws/robot"
         self._socket = SignalingSocket(url, machine, server.connect, self._carry_out)
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import random
-import time
 from collections.abc import Callable
 
 from mosaic_core.machines.signaling import signaling_events as session
 from mosaic_core.machines.signaling.robot_signaling import RobotSignaling
 from mosaic_core.runtime.signaling.socket_renewal import SocketRenewal
+from mosaic_core.runtime.timing.machine_driver import MachineDriver
 from mosaic_core.runtime.transport.transport import SocketConnector, TextSocket
 from mosaic_core.words.errors import SignalingError
 
@@ -23,7 +22,8 @@ _CLOSE_PATIENCE_S = 0.5
 
 
 class SignalingSocket:
-    """Event loop only. ``carry_out`` gets every effect that isn't about the socket."""
+    """Keeps a socket to one server while the robot lives. Event loop only. ``carry_out`` gets every effect that
+    isn't about the socket."""
 
     def __init__(
         self,
@@ -33,29 +33,28 @@ class SignalingSocket:
         carry_out: Callable[[session.Effect], None],
     ) -> None:
         self._url = url
-        self._machine = machine
         self._connect = connect
         self._carry_out = carry_out
-        self._loop = asyncio.get_running_loop()
+        self._driver = MachineDriver(machine, self._do)
         self._unsent: asyncio.Queue[session.SendSignal | session.CloseSocket] | None = None
         self._delay_s = 0.0
-        self._timer: asyncio.TimerHandle | None = None
         self._stopped = asyncio.Event()
         self._renewal = SocketRenewal(lambda socket: _close(socket, 1000, ""))
 
     def tell(self, event: session.Event) -> None:
         """Something happened: on the socket, or in the robot."""
-        for effect in self._machine.handle(event, time.monotonic(), random.random()):
-            match effect:
-                case session.SendSignal() | session.CloseSocket():
-                    self._enqueue(effect)
-                case session.ReconnectAfter(delay_s):
-                    self._delay_s = delay_s
-                case _:
-                    self._carry_out(effect)
-        if self._machine.state == "stopped":
-            self._stopped.set()
-        self._rearm()
+        self._driver.tell(event)
+
+    def _do(self, effect: session.Effect) -> None:
+        match effect:
+            case session.SendSignal() | session.CloseSocket():
+                self._enqueue(effect)
+            case session.ReconnectAfter(delay_s):
+                self._delay_s = delay_s
+            case _:
+                if effect == session.ChangeState("stopped"):
+                    self._stopped.set()
+                self._carry_out(effect)
 
     def renew(self) -> None:
         """The network is another one: leave the socket, which may be dead without knowing it; make a new one now."""
@@ -76,7 +75,7 @@ class SignalingSocket:
             await self._wait()
 
     async def _wait(self) -> None:
-        stopped = self._loop.create_task(self._stopped.wait())
+        stopped = asyncio.create_task(self._stopped.wait())
         try:
             async with asyncio.timeout(self._delay_s):
                 if not await self._renewal.until_done(stopped):
@@ -88,8 +87,8 @@ class SignalingSocket:
 
     async def _serve(self, socket: TextSocket) -> None:
         self._unsent = asyncio.Queue(_MAX_UNSENT)
-        reader = self._loop.create_task(self._read(socket))
-        writer = self._loop.create_task(self._write(socket, self._unsent))
+        reader = asyncio.create_task(self._read(socket))
+        writer = asyncio.create_task(self._write(socket, self._unsent))
         self.tell(session.SocketOpened())
         is_moved = False
         try:
@@ -132,14 +131,6 @@ class SignalingSocket:
         if self._unsent.full():
             self._unsent.get_nowait()  # the server stopped reading: the oldest goes, its keep-alive ends the socket
         self._unsent.put_nowait(effect)
-
-    def _rearm(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-        if self._machine.deadline_s is not None:
-            delay_s = max(0.0, self._machine.deadline_s - time.monotonic())
-            self._timer = self._loop.call_later(delay_s, self.tell, session.DeadlinePassed())
 
 
 async def _close(socket: TextSocket, code: int, reason: str) -> None:

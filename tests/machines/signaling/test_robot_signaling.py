@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_core.machines.signaling.peer_admission import AddCandidate, PeerIdentity, RefusePeer, StartPeer, StopPeer
-from mosaic_core.machines.signaling.robot_signaling import GREETING_TIMEOUT_S, SILENCE_TIMEOUT_S, RobotSignaling
+from mosaic_core.machines.signaling.robot_signaling import RobotSignaling
 from mosaic_core.machines.signaling.signaling_events import (
     ChangeState,
     CloseSocket,
@@ -30,6 +30,7 @@ from mosaic_core.machines.signaling.signaling_events import (
     SocketClosed,
     SocketOpened,
 )
+from mosaic_core.machines.signaling.signaling_session import GREETING_TIMEOUT_S, SILENCE_TIMEOUT_S
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import REASONS
 from mosaic_core.words.errors import AuthError
@@ -50,7 +51,7 @@ def verify(ticket: str, prepared: PrepareConnection, keys: tuple[TicketKey, ...]
 
 def session(token: str | None = TOKEN, max_peers: int = 3) -> RobotSignaling:
     facts = RobotFacts("r1", token, Catalogue.of(()), ice_servers=(STUN,), max_peers=max_peers)
-    return RobotSignaling(facts, verify)
+    return RobotSignaling(facts, verify, lambda: 0.0)
 
 
 def frame(kind: str, data: Any = None) -> FrameReceived:
@@ -420,7 +421,7 @@ def test_over_any_history_nothing_is_said_before_authorization_and_every_wait_is
     it, now_s, running = session(), 0.0, set()
     for event, step_s in walk:
         now_s += step_s
-        for effect in it.handle(event, now_s, 0.5):
+        for effect in it.handle(event, now_s):
             if isinstance(effect, SendSignal) and it.state != "ready":
                 assert effect.message.type in ("authorize", "ping.pong")
             if isinstance(effect, StartPeer):

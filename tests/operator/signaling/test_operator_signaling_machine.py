@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.signaling.operator_signaling import Deliver, Effect, OperatorSignaling
+from mosaic_core.machines.signaling.operator_signaling import Deliver, Effect, OperatorSignaling, RobotsWatched
 from mosaic_core.machines.signaling.signaling_events import (
     ChangeState,
     CloseSocket,
@@ -33,7 +33,7 @@ def sent(effects: list[Effect]) -> list[dict[str, object]]:
 
 
 def ready_session(*, original: bool = False) -> OperatorSignaling:
-    session = OperatorSignaling("jwt")
+    session = OperatorSignaling("jwt", lambda: 0.0)
     session.handle(SocketOpened(), 0.0)
     session.handle(frame("authorize.req", None if original else {"extensions": EXTENSIONS}), 0.0)
     session.handle(frame("authorize.res", 100), 0.0)
@@ -44,7 +44,7 @@ def ready_session(*, original: bool = False) -> OperatorSignaling:
 
 
 def test_toward_an_original_server_exactly_its_keys_are_sent() -> None:
-    session = OperatorSignaling("jwt")
+    session = OperatorSignaling("jwt", lambda: 0.0)
     session.handle(SocketOpened(), 0.0)
     assert sent(session.handle(frame("authorize.req"), 0.0)) == [{"type": "authorize", "data": {"accessToken": "jwt"}}]
     assert session.handle(frame("authorize.res", 100), 0.0) == [ChangeState("ready")]
@@ -53,7 +53,7 @@ def test_toward_an_original_server_exactly_its_keys_are_sent() -> None:
 
 
 def test_toward_our_server_extensions_are_accepted_and_the_welcome_awaited() -> None:
-    session = OperatorSignaling("jwt")
+    session = OperatorSignaling("jwt", lambda: 0.0)
     session.handle(SocketOpened(), 0.0)
     offered = {"extensions": {"catalogue": 7, "tickets": 1, "unheard": 3}}
     ((answer),) = sent(session.handle(frame("authorize.req", offered), 0.0))
@@ -67,16 +67,16 @@ def test_toward_our_server_extensions_are_accepted_and_the_welcome_awaited() -> 
 def test_subscriptions_are_sent_again_after_every_reconnection() -> None:
     session = ready_session(original=True)
     expected = [{"type": "status.subscribe", "data": {"robotIds": ["a", "b"]}}]
-    assert sent(session.subscribe(["a", "b", "a"])) == expected
+    assert sent(session.handle(RobotsWatched(("a", "b", "a")), 0.0)) == expected
     session.handle(SocketClosed(1006), 1.0)
-    assert session.subscribe(["a", "b"]) == []
+    assert session.handle(RobotsWatched(("a", "b")), 1.0) == []
     session.handle(SocketOpened(), 2.0)
     session.handle(frame("authorize.req"), 2.0)
     assert sent(session.handle(frame("authorize.res", 100), 2.0)) == expected
 
 
 def test_pings_are_answered_in_every_state() -> None:
-    session = OperatorSignaling("jwt")
+    session = OperatorSignaling("jwt", lambda: 0.0)
     session.handle(SocketOpened(), 0.0)
     ping = frame("ping.ping", {"pingId": "p"})
     for each in (session, ready_session()):
@@ -86,7 +86,7 @@ def test_pings_are_answered_in_every_state() -> None:
 @pytest.mark.parametrize(("code", "word"), [(10021, "auth.failed"), (2004, "auth.expired"), (999999, "auth.failed")])
 @pytest.mark.parametrize("kind", ["authorize.res", "authorize"])
 def test_a_refused_token_stops_for_good(code: int, word: str, kind: str) -> None:
-    session = OperatorSignaling("jwt")
+    session = OperatorSignaling("jwt", lambda: 0.0)
     session.handle(SocketOpened(), 0.0)
     session.handle(frame("authorize.req"), 0.0)
     effects = session.handle(frame(kind, code), 0.0)
@@ -97,7 +97,7 @@ def test_a_refused_token_stops_for_good(code: int, word: str, kind: str) -> None
 
 
 def test_a_lost_server_is_reported_once_and_tried_again_ever_later() -> None:
-    session = OperatorSignaling("jwt")
+    session = OperatorSignaling("jwt", lambda: 0.0)
     waits, reports = [], 0
     for _ in range(8):
         effects = session.handle(ConnectFailed("nothing answers"), 0.0)
@@ -136,7 +136,7 @@ def test_messages_reach_the_operator_only_while_ready_and_nonsense_never() -> No
     )
 )  # fmt: skip
 def test_a_random_walk_never_sends_the_token_unasked(walk: list[object]) -> None:
-    session = OperatorSignaling("secret-jwt")
+    session = OperatorSignaling("secret-jwt", lambda: 0.0)
     for now_s, event in enumerate(walk):
         effects = session.handle(event, float(now_s))  # type: ignore[arg-type]
         told = any("secret-jwt" in str(message) for message in sent(effects))

@@ -18,7 +18,7 @@ from mosaic_core.words.signaling import SdpAnswer
 def client(network: Any) -> tuple[SignalingSocket, list[session.Effect]]:
     effects: list[session.Effect] = []
     machine = RobotSignaling(
-        session.RobotFacts("r1", "t", Catalogue.of(())), lambda ticket, prepared, keys: PeerIdentity("s")
+        session.RobotFacts("r1", "t", Catalogue.of(())), lambda ticket, prepared, keys: PeerIdentity("s"), lambda: 0.0
     )
     return SignalingSocket("ws://x/ws/robot", machine, network.connect, effects.append), effects
 
@@ -39,7 +39,7 @@ async def test_messages_leave_in_the_order_in_which_they_were_said(kit: Any) -> 
 
 
 async def test_a_server_that_says_nothing_is_given_up_with_its_code(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mosaic_core.machines.signaling.robot_signaling.GREETING_TIMEOUT_S", 0.05)
+    monkeypatch.setattr("mosaic_core.machines.signaling.signaling_session.GREETING_TIMEOUT_S", 0.05)
 
     network = kit.network()
     it, effects = client(network)
