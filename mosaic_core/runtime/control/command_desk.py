@@ -91,7 +91,7 @@ class CommandDesk:
 
     # -- peers ---------------------------------------------------------------------------------------------------
 
-    def joined(self, peer: Controlled) -> None:
+    def peer_joined(self, peer: Controlled) -> None:
         """A peer is there, or has said who it is: it hears how things stand, and the others of it."""
         self._present.setdefault(peer.sender.peer_id, _Present(peer))
         self.fence.handle(lease.PartyJoined(words.party_of(peer.sender)))
@@ -104,7 +104,7 @@ class CommandDesk:
         for state in states:
             peer.tell(state)
 
-    def left(self, peer: Controlled, code: str) -> None:
+    def peer_left(self, peer: Controlled, code: str) -> None:
         if self._present.pop(peer.sender.peer_id, None) is None:
             return
         self.fence.handle(lease.PartyLeft(peer.sender.peer_id, on_purpose=code not in LOST))
@@ -143,7 +143,7 @@ class CommandDesk:
 
     # -- what peers say ------------------------------------------------------------------------------------------
 
-    def heard(self, peer: Controlled, message: ControlMessage, now_s: float) -> None:
+    def control_heard(self, peer: Controlled, message: ControlMessage, now_s: float) -> None:
         """A message about control. Whoever asks too much is told so, and nothing happens."""
         peer_id = peer.sender.peer_id
         present = self._present.get(peer_id)
@@ -168,7 +168,7 @@ class CommandDesk:
             case control.JournalRead(limit=limit, before=before):
                 self._read_journal(peer, limit, before)
 
-    def stop(self, peer: Controlled, message: control.Stop, answer: Answer, now_s: float) -> None:
+    def stop_heard(self, peer: Controlled, message: control.Stop, answer: Answer, now_s: float) -> None:
         """Stop first, then speak. ``answer`` says it where the stop was heard."""
         name = name_of(peer.sender)
         is_new, times = self.fence.stop(name, message.reason, message.id)

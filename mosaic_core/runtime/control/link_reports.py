@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Protocol
@@ -11,6 +10,7 @@ from mosaic_core.machines.commands.slow_down import REPORT_PERIOD_S, LimitReport
 from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.control.control_words import safety_limit
 from mosaic_core.runtime.handlers.routes import Route
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.words.control import SafetyLimit
 
 _TICK_S = 0.1
@@ -37,7 +37,6 @@ class LinkReports:
         commander: Callable[[Route], str | None],
         listener: ReportListener,
     ) -> None:
-        self._loop = asyncio.get_running_loop()
         self._links = links
         self._routes = tuple(route for route in routes if route.safety.is_slowed)
         self._commander = commander
@@ -45,7 +44,7 @@ class LinkReports:
         self._reports: dict[str, tuple[str, LimitReport]] = {}
         self._factors: dict[str, float] = {}
         self._ticks = 0
-        self._timer: asyncio.TimerHandle | None = None
+        self._timer = DeadlineTimer(self._tick)
         links.added = self._wake
 
     @property
@@ -54,16 +53,15 @@ class LinkReports:
         return self._factors
 
     def close(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.cancel()
 
     def _wake(self) -> None:
-        if self._timer is None:
+        if not self._timer.is_set:
             self._ticks = -1
-            self._timer = self._loop.call_later(_TICK_S, self._tick)
+            self._timer.set(time.monotonic() + _TICK_S)
 
     def _tick(self) -> None:
-        self._timer = self._loop.call_later(_TICK_S, self._tick) if self._links.peer_ids else None
+        self._timer.set(time.monotonic() + _TICK_S if self._links.peer_ids else None)
         self._ticks += 1
         self._listener.ping_all()
         if self._ticks % _TICKS_PER_FLUSH == 0:

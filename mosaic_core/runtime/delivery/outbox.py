@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Protocol
 
 from mosaic_core.contract.host import Loss, Outgoing
@@ -21,6 +22,7 @@ from mosaic_core.machines.delivery.send_scheduler import Offered
 from mosaic_core.machines.timing.pacing import ComplaintPace, NewestThinning, TokenBucket
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 
 logger = logging.getLogger(__name__)
 
@@ -46,13 +48,14 @@ class Listener(Protocol):
 class _Channel:
     terms: DeliveryTerms
     counters: ConnectorCounters
+    timer: DeadlineTimer
+    """Sends what the thinner keeps back."""
     listeners: Mapping[str, Listener] = field(default_factory=dict)
     full: frozenset[str] = frozenset()
     """The peers that refused a message and have not said that they take more."""
     latched: Outgoing | None = None
     bucket: TokenBucket | None = None
     thinner: NewestThinning[Outgoing] | None = None
-    timer: asyncio.TimerHandle | None = None
 
     def hearing(self, to: str | None) -> tuple[str, ...]:
         """The peers that a message is for."""
@@ -60,12 +63,13 @@ class _Channel:
 
 
 class Outbox:
-    """Of one robot. ``listened``: told on the loop when a channel gets its first or loses its last listener."""
+    """Distributes what the handlers of a robot send. ``heard_changed``: told on the loop when a channel gets its first
+    or loses its last listener."""
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, listened: Callable[[str, bool], None]) -> None:
+    def __init__(self, loop: asyncio.AbstractEventLoop, heard_changed: Callable[[str, bool], None]) -> None:
         self._loop = loop
         self._handover: Handover[Outgoing] = Handover(loop, self._arrived)
-        self._listened = listened
+        self._heard_changed = heard_changed
         self._channels: dict[str, _Channel] = {}
         self._lock = threading.Lock()
         """Around what is counted or paced on the handlers' threads."""
@@ -74,7 +78,7 @@ class Outbox:
 
     def add_channel(self, channel: str, terms: DeliveryTerms, counters: ConnectorCounters) -> None:
         """A channel of a connector that sends."""
-        self._channels[channel] = known = _Channel(terms, counters)
+        self._channels[channel] = known = _Channel(terms, counters, DeadlineTimer(partial(self._due, channel)))
         if terms.max_rate_hz is not None and terms.limits.newest_wins:
             known.thinner = NewestThinning(terms.max_rate_hz)
         elif terms.max_rate_hz is not None:
@@ -141,7 +145,7 @@ class Outbox:
         is_first = not known.listeners
         known.listeners = {**known.listeners, peer_id: listener}
         if is_first:
-            self._listened(channel, True)
+            self._heard_changed(channel, True)
         return known.latched
 
     def leave(self, channel: str, peer_id: str) -> None:
@@ -151,7 +155,7 @@ class Outbox:
         known.listeners = {key: value for key, value in known.listeners.items() if key != peer_id}
         known.full -= {peer_id}
         if not known.listeners:
-            self._listened(channel, False)
+            self._heard_changed(channel, False)
 
     def hand_over(self, channel: str, peer_id: str, successor_id: str) -> None:
         """The session of a peer goes on with another one, and so does its channel."""
@@ -199,32 +203,30 @@ class Outbox:
         channel.counters.thinned += channel.thinner.thinned - before
         if now is not None:
             self._distribute(channel, now)
-        elif channel.timer is None and channel.thinner.due_at_s is not None:
-            channel.timer = self._loop.call_at(channel.thinner.due_at_s, self._due, channel)
+        elif not channel.timer.is_set:
+            channel.timer.set(channel.thinner.due_at_s)
 
-    def _due(self, channel: _Channel) -> None:
-        channel.timer = None
+    def _due(self, label: str) -> None:
+        channel = self._channels[label]
         assert channel.thinner is not None
         message = channel.thinner.due(self._loop.time())
         if message is not None:
             self._distribute(channel, message)
-        elif channel.thinner.due_at_s is not None:  # another one went out meanwhile, or the clock is coarse
-            channel.timer = self._loop.call_at(channel.thinner.due_at_s, self._due, channel)
+        else:  # another one went out meanwhile, or the clock is coarse
+            channel.timer.set(channel.thinner.due_at_s)
 
     def _distribute(self, channel: _Channel, message: Outgoing) -> None:
-        size_bytes = message.size_bytes
-        if not self._is_refused(channel, message):
+        hearing, size_bytes = self._hearing(channel, message), message.size_bytes
+        if not hearing and message.to is not None:  # an answer to somebody who takes none
+            self._dropped(channel)
+        elif not hearing or self._offer(channel, hearing, message):  # unheard, its rate tells that the connector lives
             channel.counters.count(size_bytes, time.monotonic())
         if message.to is None and channel.terms.latch and size_bytes <= channel.terms.limits.size_bytes:
             channel.latched = message
 
-    def _is_refused(self, channel: _Channel, message: Outgoing) -> bool:
-        """By all that it is for. What nobody listens to is not: its rate tells that the connector lives. An answer to
-        somebody who takes none is lost."""
-        hearing, is_taken = self._hearing(channel, message), False
-        if message.to is not None and not hearing:
-            self._dropped(channel)
-            return True
+    def _offer(self, channel: _Channel, hearing: tuple[str, ...], message: Outgoing) -> bool:
+        """Offer it to all that it is for; ``False``: none of them took it."""
+        is_taken = False
         for peer_id in hearing:
             offered = channel.listeners[peer_id].deliver(message)
             if offered is Offered.REFUSED:
@@ -234,4 +236,4 @@ class Outbox:
             is_taken = True
             if offered is Offered.REPLACED:
                 self.left_out(message.channel, "replaced", 1)
-        return bool(hearing) and not is_taken
+        return is_taken

@@ -4,7 +4,7 @@ bounded number of sessions; a good-bye ends it at once.
 
 from __future__ import annotations
 
-import asyncio
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -13,6 +13,7 @@ from mosaic_core.machines.delivery.resume import ResumeLimits, ResumeReceiver
 from mosaic_core.machines.delivery.send_scheduler import QueueLimits
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.delivery.resumed_stream import ResumedStream, StreamCounters
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 
 AWAY_S = 60.0
 """Who was lost and is not back after this long begins anew: a page that was reloaded or put to sleep."""
@@ -44,7 +45,10 @@ class OperatorSession:
     """What the robot sends, by label."""
     receivers: dict[str, ResumeReceiver] = field(default_factory=dict)
     """What it receives."""
-    timer: asyncio.TimerHandle | None = None
+    left_at_s: float = 0.0
+    """When its last connection was lost."""
+    timer: DeadlineTimer | None = None
+    """Forgets it while it has none."""
 
     def has_room(self, size_bytes: int) -> bool:
         most_bytes = AWAY_BYTES if self.owner is None else LIVE_BYTES
@@ -52,7 +56,8 @@ class OperatorSession:
 
 
 class SessionBook:
-    """Of one robot; event loop only. ``counters``: of the connector behind a channel's label."""
+    """Keeps the sessions of one robot's operators from one peer to the next. Event loop only. ``counters``: of the
+    connector behind a channel's label."""
 
     def __init__(self, outbox: Outbox, counters: Callable[[str], StreamCounters], away_s: float = AWAY_S) -> None:
         self._outbox = outbox
@@ -96,7 +101,7 @@ class SessionBook:
         self._outbox.leave(label, session.peer_id)
         session.streams[label].forget()
 
-    def left(self, session: OperatorSession, owner: Owner, *, is_lost: bool) -> None:
+    def peer_left(self, session: OperatorSession, owner: Owner, *, is_lost: bool) -> None:
         """Its peer has ended. ``is_lost``: it may come back."""
         if session.owner is not owner:
             return
@@ -106,10 +111,12 @@ class SessionBook:
             return
         for stream in session.streams.values():
             stream.detach()
-        session.timer = asyncio.get_running_loop().call_later(self._away_s, self._end, session)
+        session.left_at_s = time.monotonic()
+        session.timer = DeadlineTimer(lambda: self._end(session))
+        session.timer.set(session.left_at_s + self._away_s)
         away = [one for one in self._sessions.values() if one.owner is None]
         if len(away) > MAX_AWAY:
-            self._end(min(away, key=lambda one: one.timer.when() if one.timer is not None else 0.0))
+            self._end(min(away, key=lambda one: one.left_at_s))
 
     def close(self) -> None:
         """The robot stops."""

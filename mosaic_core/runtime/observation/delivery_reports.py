@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 import time
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from mosaic_core.runtime.observation.counters import ConnectorSnapshot
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.words.control import DELIVERY_REPORT_PERIOD_S, ControlMessage, DeliveryReport, DeliveryRow
 from mosaic_core.words.data_type import Delivery
 
@@ -19,34 +19,29 @@ class Reader(Protocol):
 
 
 class DeliveryReports:
-    """Of one robot; event loop only. ``snapshot``: how all its connectors are now."""
+    """Reports how one robot's data travels to whoever watches it. Event loop only. ``snapshot``: how all its connectors
+    are now."""
 
     def __init__(self, snapshot: Callable[[], Sequence[ConnectorSnapshot]]) -> None:
         self._snapshot = snapshot
         self._readers: list[Reader] = []
         self._told_at_s = float("-inf")
-        self._timer: asyncio.TimerHandle | None = None
+        self._timer = DeadlineTimer(self._tell)
 
     def watch(self, reader: Reader, on: bool) -> None:
         """The first report comes at once, unless others have just got one."""
         if on and reader not in self._readers:
             self._readers.append(reader)
-            if self._timer is None:
-                wait_s = max(0.0, self._told_at_s + DELIVERY_REPORT_PERIOD_S - time.monotonic())
-                self._timer = asyncio.get_running_loop().call_later(wait_s, self._tell)
+            if not self._timer.is_set:
+                self._timer.set(self._told_at_s + DELIVERY_REPORT_PERIOD_S)
         elif not on and reader in self._readers:
             self._readers.remove(reader)
             if not self._readers:
-                self.close()
-
-    def close(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+                self._timer.cancel()
 
     def _tell(self) -> None:
         self._told_at_s = time.monotonic()
-        self._timer = asyncio.get_running_loop().call_later(DELIVERY_REPORT_PERIOD_S, self._tell)
+        self._timer.set(self._told_at_s + DELIVERY_REPORT_PERIOD_S)
         report = DeliveryReport(connectors=tuple(map(row_of, self._snapshot())))
         for reader in tuple(self._readers):
             reader.answer(report)

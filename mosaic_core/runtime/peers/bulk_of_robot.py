@@ -123,7 +123,7 @@ class _AnsweredAttempt(BulkAttempt[Answerer]):
             if self._control is None:  # it answers pings by itself, and nothing else is said there
                 self._control = ControlChannel(channel, self.queue, ArrivalBaseline(), lambda _: None, Priority.BULK)
         else:
-            self._bulk.channels.opened_for_bulk(channel, self.queue)
+            self._bulk.channels.bulk_channel_opened(channel, self.queue)
 
     def track_bound(self, label: str) -> PictureFeed:
         """Never told: no label was given to the answerer."""

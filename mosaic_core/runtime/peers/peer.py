@@ -255,7 +255,7 @@ class Peer:
         elif channel.label == STOP_LABEL and channel.protocol == CHANNEL_PROTOCOL:
             self.operator.stop_channel = StopChannel(channel, self._stop_channel_heard)
         else:
-            self._channels.opened(channel)
+            self._channels.channel_opened(channel)
 
     def _control_channel_opened(self, channel: Channel) -> None:
         if self.operator.control_channel is not None or channel.protocol != CHANNEL_PROTOCOL:

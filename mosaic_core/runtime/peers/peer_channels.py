@@ -47,16 +47,16 @@ class PeerChannels:
     def labels(self) -> tuple[str, ...]:
         return tuple(self._links)
 
-    def opened_for_bulk(self, channel: Channel, queue: SendQueue) -> None:
+    def bulk_channel_opened(self, channel: Channel, queue: SendQueue) -> None:
         """A channel on the second peer connection, where nothing else than bulk belongs."""
         route = self._site.routes.get(channel.label)
         if route is None or (route.lane is Priority.BULK and channel.protocol == CHANNEL_PROTOCOL):
-            self.opened(channel, queue)
+            self.channel_opened(channel, queue)
             return
         self._operator.refuse(channel.label, None, "channel.wrong_lane", "")
         channel.close()
 
-    def opened(self, channel: Channel, queue: SendQueue | None = None) -> None:
+    def channel_opened(self, channel: Channel, queue: SendQueue | None = None) -> None:
         """A channel of the operator's. One with the label of an open one takes its place."""
         route = self._site.routes.get(channel.label)
         if route is None:
@@ -77,7 +77,7 @@ class PeerChannels:
             if route.safety.max_rate_hz is not None:
                 self._rates.setdefault(route.label, TokenBucket.of_rate(route.safety.max_rate_hz))
         channel.on_message = lambda data: self._received(route, link, opening, data)
-        channel.on_close = lambda: self._closed(link)
+        channel.on_close = lambda: self._channel_closed(link)
         if channel.is_open:
             self._ready(route, link)
         else:
@@ -109,7 +109,7 @@ class PeerChannels:
         carrier = self._carriers.get(channel)
         return carrier.waiting(channel) if carrier is not None else (0, 0)
 
-    def _closed(self, link: DataPort) -> None:
+    def _channel_closed(self, link: DataPort) -> None:
         label = link.channel.label
         if self._links.get(label) is link:
             self._detach(label)

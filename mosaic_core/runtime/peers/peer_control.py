@@ -32,14 +32,14 @@ class PeerControl:
         return True
 
     def operator_joined(self) -> None:
-        self._site.desk.joined(self._operator)
+        self._site.desk.peer_joined(self._operator)
         self._site.near.operator_joined(self._operator)
 
     def operator_left(self, code: str) -> None:
         self._site.links.remove(self._operator.peer_id)
         self._site.near.operator_left(self._operator)
         self._site.delivery.watch(self._operator, False)
-        self._site.desk.left(self._operator, code)
+        self._site.desk.peer_left(self._operator, code)
 
     def control_heard(self, message: control.ControlMessage) -> None:
         """Anything but hello, bye, media.watch and what belongs to the bulk connection or to resuming."""
@@ -56,8 +56,8 @@ class PeerControl:
             case control.DeliveryWatch(on=on):
                 self._site.delivery.watch(self._operator, on)
             case _:
-                self._site.desk.heard(self._operator, message, time.monotonic())
+                self._site.desk.control_heard(self._operator, message, time.monotonic())
 
     def stop_heard(self, stop: control.Stop, answer: Callable[[control.ControlMessage], None]) -> None:
         """``answer`` says it where the stop was heard."""
-        self._site.desk.stop(self._operator, stop, answer, time.monotonic())
+        self._site.desk.stop_heard(self._operator, stop, answer, time.monotonic())

@@ -176,7 +176,7 @@ class PeerResume:
         self._held.clear()
         session, self._session = self._session, None
         if session is not None:
-            self._site.sessions.left(session, self, is_lost=code in LOST)
+            self._site.sessions.peer_left(session, self, is_lost=code in LOST)
 
     # -- inside --------------------------------------------------------------------------------------------------
 

@@ -23,6 +23,11 @@ class DeadlineTimer:
             delay_s = max(0.0, deadline_s - time.monotonic())
             self._handle = asyncio.get_running_loop().call_later(delay_s, self._fire)
 
+    @property
+    def is_set(self) -> bool:
+        """It will call back."""
+        return self._handle is not None
+
     def cancel(self) -> None:
         """Never call back, unless it is set again. Needs no running event loop."""
         if self._handle is not None:

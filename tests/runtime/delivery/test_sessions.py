@@ -35,7 +35,7 @@ class Desk:
     def lost(self, session_id: str = "s", operator_id: str = "ann", boot_id: str = "page") -> None:
         owner = Owner()
         session, _ = self.book.claim(session_id, operator_id, boot_id, f"peer of {session_id}", owner)
-        self.book.left(session, owner, is_lost=True)
+        self.book.peer_left(session, owner, is_lost=True)
 
 
 async def test_a_lost_session_is_remembered_by_its_own_page_and_by_nobody_else() -> None:
@@ -53,7 +53,7 @@ async def test_a_good_bye_forgets_it_at_once_and_time_after_a_while() -> None:
     desk = Desk(away_s=0.01)
     owner = Owner()
     session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
-    desk.book.left(session, owner, is_lost=False)
+    desk.book.peer_left(session, owner, is_lost=False)
     assert len(desk.book) == 0
     desk.lost()
     assert len(desk.book) == 1
@@ -78,7 +78,7 @@ async def test_the_next_peer_of_a_session_takes_it_from_the_one_before() -> None
     session, _ = desk.book.claim("s", "ann", "page", "p1", old)
     assert desk.book.claim("s", "ann", "page", "p2", new) == (session, True)
     assert old.is_dispossessed
-    desk.book.left(session, old, is_lost=False)
+    desk.book.peer_left(session, old, is_lost=False)
     assert len(desk.book) == 1
 
 
@@ -89,7 +89,7 @@ async def test_what_is_kept_for_somebody_away_is_bounded_and_counted_as_lost_at_
     desk.book.resume(session, {"events": 0}, {"events": LIMITS[Priority.RELIABLE]})
     stream = session.streams["events"]
     desk.outbox.join("events", "p1", stream)
-    desk.book.left(session, owner, is_lost=True)
+    desk.book.peer_left(session, owner, is_lost=True)
     message = Outgoing("events", PayloadKind.BYTES, bytes(100_000), 0)
     taken = sum(stream.deliver(message) is Offered.QUEUED for _ in range(200))
     assert 0 < taken * 100_000 <= LIMITS[Priority.RELIABLE].size_bytes < AWAY_BYTES
@@ -109,12 +109,12 @@ async def test_as_much_is_kept_as_the_file_lets_wait_but_all_channels_together_n
     session, _ = desk.book.claim("s", "ann", "page", "p1", owner)
     large = QueueLimits(messages=2000, size_bytes=6 * 1024 * 1024)
     desk.book.resume(session, {"events": 0, "maps": 0}, {"events": large, "maps": large})
-    desk.book.left(session, owner, is_lost=True)
+    desk.book.peer_left(session, owner, is_lost=True)
     assert kept(session.streams["events"], 10) == 2000
     assert 0 < kept(session.streams["maps"], 100_000) * 100_000 < 6 * 1024 * 1024
     session, _ = desk.book.claim("t", "ann", "page", "p2", owner)
     desk.book.resume(session, {"events": 0, "maps": 0}, {"events": large, "maps": large})
-    desk.book.left(session, owner, is_lost=True)
+    desk.book.peer_left(session, owner, is_lost=True)
     both_bytes = sum(kept(session.streams[label], 100_000) for label in ("events", "maps")) * 100_000
     assert 6 * 1024 * 1024 < both_bytes <= AWAY_BYTES
     desk.book.close()
@@ -128,7 +128,7 @@ async def test_on_a_live_connection_what_went_out_is_kept_too_until_it_is_confir
     stream.attach(lambda message, flags, seq: went_out.append(seq) or Offered.QUEUED, lambda: (0, 0))
     many = kept(stream, 1)
     assert many == len(went_out) > 10
-    desk.book.left(session, owner, is_lost=True)
+    desk.book.peer_left(session, owner, is_lost=True)
     assert kept(stream, 1) == 0
     session, _ = desk.book.claim("s", "ann", "page", "p2", owner)
     desk.book.resume(session, {"events": 4}, {"events": QueueLimits(messages=10, size_bytes=1000)})

@@ -49,11 +49,7 @@ def snapshot() -> tuple[ConnectorSnapshot, ...]:
 
 def played(kit: Any, monkeypatch: pytest.MonkeyPatch, body: Callable[[DeliveryReports], Any]) -> None:
     async def play() -> None:
-        reports = DeliveryReports(snapshot)
-        try:
-            await body(reports)
-        finally:
-            reports.close()
+        await body(DeliveryReports(snapshot))
 
     monkeypatch.setattr(delivery_reports, "DELIVERY_REPORT_PERIOD_S", 0.05)
     kit.play(play)
