@@ -144,19 +144,16 @@ def robot(start_robot: Any, server: Any, tamperer: Tamperer) -> Any:
         return start_robot("  - { type: connection-check, label: link }\n")
 
 
-def test_a_forged_ticket_lets_nobody_in_and_a_true_one_still_does(
+async def test_a_forged_ticket_lets_nobody_in_and_a_true_one_still_does(
     server: Any, seed: Any, robot: Any, tamperer: Tamperer
 ) -> None:
-    async def body() -> None:
-        async with await MosaicOperator.login(server.url, seed.email, seed.password) as operator:
-            for name, forgery in FORGERIES.items():
-                tamperer.forgery, before = forgery, tamperer.forged
-                with pytest.raises(ConnectionFailed) as refused:
-                    await operator.connect(seed.robot_id, timeout_s=10)
-                assert tamperer.forged > before, name
-                assert refused.value.code in {"auth.bad_ticket", "auth.forbidden"}, (name, refused.value)
-            tamperer.forgery = None
-            connection = await operator.connect(seed.robot_id, timeout_s=10)
-            assert connection.state == "connected"
-
-    asyncio.run(body())
+    async with await MosaicOperator.login(server.url, seed.email, seed.password) as operator:
+        for name, forgery in FORGERIES.items():
+            tamperer.forgery, before = forgery, tamperer.forged
+            with pytest.raises(ConnectionFailed) as refused:
+                await operator.connect(seed.robot_id, timeout_s=10)
+            assert tamperer.forged > before, name
+            assert refused.value.code in {"auth.bad_ticket", "auth.forbidden"}, (name, refused.value)
+        tamperer.forgery = None
+        connection = await operator.connect(seed.robot_id, timeout_s=10)
+        assert connection.state == "connected"

@@ -192,200 +192,161 @@ def house(pair: Any) -> Any:
 # -- robot → operators -----------------------------------------------------------------------------------------------
 
 
-def test_several_operators_hear_the_robot_and_it_is_encoded_once(house: Any) -> None:
-    async def run() -> None:
-        async with house() as place:
-            ann, bob = await place.guest("ann"), await place.guest("bob")
-            place.listen(ann)
-            place.listen(bob)
-            recorded = place.record(hz=1000)
-            for guest in (ann, bob):
-                assert pitch_hz(await guest.hears()) == pytest.approx(1000, abs=5)
-            assert place.stream._counters.messages <= recorded.posted
-
-    asyncio.run(run())
+async def test_several_operators_hear_the_robot_and_it_is_encoded_once(house: Any) -> None:
+    async with house() as place:
+        ann, bob = await place.guest("ann"), await place.guest("bob")
+        place.listen(ann)
+        place.listen(bob)
+        recorded = place.record(hz=1000)
+        for guest in (ann, bob):
+            assert pitch_hz(await guest.hears()) == pytest.approx(1000, abs=5)
+        assert place.stream._counters.messages <= recorded.posted
 
 
-def test_who_joins_late_hears_what_is_said_now(house: Any) -> None:
-    async def run() -> None:
-        async with house() as place:
-            ann = await place.guest("ann")
-            place.listen(ann)
-            recorded = place.record(hz=500)
-            await ann.hears()
-            late = await place.guest("late")
-            place.listen(late)
-            recorded.hz = 1500
-            assert pitch_hz((await late.hears())[-9600:]) == pytest.approx(1500, abs=10)
-
-    asyncio.run(run())
+async def test_who_joins_late_hears_what_is_said_now(house: Any) -> None:
+    async with house() as place:
+        ann = await place.guest("ann")
+        place.listen(ann)
+        recorded = place.record(hz=500)
+        await ann.hears()
+        late = await place.guest("late")
+        place.listen(late)
+        recorded.hz = 1500
+        assert pitch_hz((await late.hears())[-9600:]) == pytest.approx(1500, abs=10)
 
 
-def test_nobody_listening_nothing_is_encoded(house: Any) -> None:
-    async def run() -> None:
-        async with house() as place:
-            ann = await place.guest("ann")
-            assert not place.stream.offer(tone(0))
-            place.listen(ann)
-            assert place.stream.offer(tone(0))
-            place.listen(ann, False)
-            assert not place.stream.offer(tone(0))
-
-    asyncio.run(run())
+async def test_nobody_listening_nothing_is_encoded(house: Any) -> None:
+    async with house() as place:
+        ann = await place.guest("ann")
+        assert not place.stream.offer(tone(0))
+        place.listen(ann)
+        assert place.stream.offer(tone(0))
+        place.listen(ann, False)
+        assert not place.stream.offer(tone(0))
 
 
-def test_from_the_tone_to_the_operators_ear_it_takes_a_fraction_of_a_second(house: Any) -> None:
-    async def run() -> None:
-        async with house() as place:
-            ann = await place.guest("ann")
-            place.listen(ann)
-            began_s = time.monotonic()
-            place.record()
-            await ann.hears()
-            # half a second is what it listens; aiortc's receiver holds four packets back, the rest is a busy machine
-            assert time.monotonic() - began_s < 0.5 + 2.0
-
-    asyncio.run(run())
+async def test_from_the_tone_to_the_operators_ear_it_takes_a_fraction_of_a_second(house: Any) -> None:
+    async with house() as place:
+        ann = await place.guest("ann")
+        place.listen(ann)
+        began_s = time.monotonic()
+        place.record()
+        await ann.hears()
+        # half a second is what it listens; aiortc's receiver holds four packets back, the rest is a busy machine
+        assert time.monotonic() - began_s < 0.5 + 2.0
 
 
-def test_a_listener_who_takes_nothing_keeps_the_newest_200_ms() -> None:
-    async def run() -> None:
-        feed = SoundFeed()
-        packets = [object() for _ in range(3 * MAX_WAITING)]
-        dropped = sum(feed.put(packet) for packet in packets)  # type: ignore[arg-type]
-        assert dropped == 2 * MAX_WAITING
-        assert [await feed.next() for _ in range(MAX_WAITING)] == packets[-MAX_WAITING:]
-
-    asyncio.run(run())
+async def test_a_listener_who_takes_nothing_keeps_the_newest_200_ms() -> None:
+    feed = SoundFeed()
+    packets = [object() for _ in range(3 * MAX_WAITING)]
+    dropped = sum(feed.put(packet) for packet in packets)  # type: ignore[arg-type]
+    assert dropped == 2 * MAX_WAITING
+    assert [await feed.next() for _ in range(MAX_WAITING)] == packets[-MAX_WAITING:]
 
 
 # -- operators → robot -----------------------------------------------------------------------------------------------
 
 
-def test_what_an_operator_says_comes_out_of_the_loudspeaker(house: Any) -> None:
-    async def run() -> None:
-        async with house() as place:
-            ann = await place.guest("ann")
-            ann.speak(hz=700)
-            await until(lambda: len(place.loudspeaker.heard) > 60)
-            said = place.loudspeaker.said("ann")
-            assert pitch_hz(said[-RATE_HZ // 2 :]) == pytest.approx(700, abs=5)
-            assert {sound.samples.shape[1] for sound, _ in place.loudspeaker.heard} == {2}
-            assert place.talking == ["Ann"]
-
-    asyncio.run(run())
+async def test_what_an_operator_says_comes_out_of_the_loudspeaker(house: Any) -> None:
+    async with house() as place:
+        ann = await place.guest("ann")
+        ann.speak(hz=700)
+        await until(lambda: len(place.loudspeaker.heard) > 60)
+        said = place.loudspeaker.said("ann")
+        assert pitch_hz(said[-RATE_HZ // 2 :]) == pytest.approx(700, abs=5)
+        assert {sound.samples.shape[1] for sound, _ in place.loudspeaker.heard} == {2}
+        assert place.talking == ["Ann"]
 
 
-def test_the_end_of_a_talk_is_told_and_the_device_let_go(house: Any) -> None:
-    async def run() -> None:
-        async with house() as place:
-            ann = await place.guest("ann")
-            ann.speak()
-            await until(lambda: place.talking == ["Ann"] and place.loudspeaker.heard)
-            ann.pause()
-            await until(lambda: place.talking == ["Ann", None] and place.loudspeaker.ended == 1)
-            ann.speak()
-            await until(lambda: place.talking == ["Ann", None, "Ann"])
-
-    asyncio.run(run())
+async def test_the_end_of_a_talk_is_told_and_the_device_let_go(house: Any) -> None:
+    async with house() as place:
+        ann = await place.guest("ann")
+        ann.speak()
+        await until(lambda: place.talking == ["Ann"] and place.loudspeaker.heard)
+        ann.pause()
+        await until(lambda: place.talking == ["Ann", None] and place.loudspeaker.ended == 1)
+        ann.speak()
+        await until(lambda: place.talking == ["Ann", None, "Ann"])
 
 
-def test_of_two_who_talk_the_first_is_heard_and_the_other_is_told_why(house: Any) -> None:
-    async def run() -> None:
-        async with house() as place:
-            ann, bob = await place.guest("ann"), await place.guest("bob")
-            ann.speak()
-            await until(lambda: place.loudspeaker.heard)
-            bob.speak(hz=1200)
-            await until(lambda: bob.refusals)
-            assert bob.refusals == [("speaker", "media.talk_busy", "Ann is talking.")]
-            assert place.loudspeaker.voices() == {"ann"}
-            ann.pause()
-            await until(lambda: "bob" in place.loudspeaker.voices())
-            assert place.talking in (["Ann", None, "Bob"], ["Ann", "Bob"])
-            assert len(bob.refusals) == 1
-            assert place.counters.refused == 1
-
-    asyncio.run(run())
+async def test_of_two_who_talk_the_first_is_heard_and_the_other_is_told_why(house: Any) -> None:
+    async with house() as place:
+        ann, bob = await place.guest("ann"), await place.guest("bob")
+        ann.speak()
+        await until(lambda: place.loudspeaker.heard)
+        bob.speak(hz=1200)
+        await until(lambda: bob.refusals)
+        assert bob.refusals == [("speaker", "media.talk_busy", "Ann is talking.")]
+        assert place.loudspeaker.voices() == {"ann"}
+        ann.pause()
+        await until(lambda: "bob" in place.loudspeaker.voices())
+        assert place.talking in (["Ann", None, "Bob"], ["Ann", "Bob"])
+        assert len(bob.refusals) == 1
+        assert place.counters.refused == 1
 
 
-def test_observers_are_heard_nowhere(house: Any) -> None:
-    async def run() -> None:
-        async with house() as place:
-            eve = await place.guest("eve", role="observer")
-            eve.speak()
-            await until(lambda: eve.refusals)
-            assert eve.refusals[0][1] == "lease.forbidden"
-            assert place.loudspeaker.heard == []
-            assert place.talking == []
-
-    asyncio.run(run())
+async def test_observers_are_heard_nowhere(house: Any) -> None:
+    async with house() as place:
+        eve = await place.guest("eve", role="observer")
+        eve.speak()
+        await until(lambda: eve.refusals)
+        assert eve.refusals[0][1] == "lease.forbidden"
+        assert place.loudspeaker.heard == []
+        assert place.talking == []
 
 
-def test_who_leaves_in_the_middle_of_a_word_is_silent_at_once(house: Any) -> None:
-    async def run() -> None:
-        async with house() as place:
-            ann, bob = await place.guest("ann"), await place.guest("bob")
-            ann.speak()
-            await until(lambda: len(place.loudspeaker.heard) > 10)
-            await place.leaves(ann)
-            await until(lambda: place.loudspeaker.ended == 1)
-            count = len(place.loudspeaker.heard)
-            bob.speak()
-            await until(lambda: "bob" in place.loudspeaker.voices())
-            assert [who for _, who in place.loudspeaker.heard[count:]].count("ann") == 0
-            assert place.talking == ["Ann", None, "Bob"]
-
-    asyncio.run(run())
+async def test_who_leaves_in_the_middle_of_a_word_is_silent_at_once(house: Any) -> None:
+    async with house() as place:
+        ann, bob = await place.guest("ann"), await place.guest("bob")
+        ann.speak()
+        await until(lambda: len(place.loudspeaker.heard) > 10)
+        await place.leaves(ann)
+        await until(lambda: place.loudspeaker.ended == 1)
+        count = len(place.loudspeaker.heard)
+        bob.speak()
+        await until(lambda: "bob" in place.loudspeaker.voices())
+        assert [who for _, who in place.loudspeaker.heard[count:]].count("ann") == 0
+        assert place.talking == ["Ann", None, "Bob"]
 
 
-def test_a_loudspeaker_that_fails_rests_and_is_heard_again(house: Any) -> None:
-    async def run() -> None:
-        async with house() as place:
-            ann = await place.guest("ann")
-            play = place.loudspeaker.handle_sound
-            failures: list[int] = []
+async def test_a_loudspeaker_that_fails_rests_and_is_heard_again(house: Any) -> None:
+    async with house() as place:
+        ann = await place.guest("ann")
+        play = place.loudspeaker.handle_sound
+        failures: list[int] = []
 
-            def broken(sound: Sound, sender: Sender) -> None:
-                if not failures:
-                    failures.append(1)
-                    raise OSError("unplugged")
-                play(sound, sender)
+        def broken(sound: Sound, sender: Sender) -> None:
+            if not failures:
+                failures.append(1)
+                raise OSError("unplugged")
+            play(sound, sender)
 
-            place.loudspeaker.handle_sound = broken
-            ann.speak()
-            await until(lambda: place.loudspeaker.heard)
-            assert failures == [1]
-            assert ann.refusals == [("speaker", "plugin.failed", "OSError: unplugged")]
-            assert place.loudspeaker.ended == 1
-
-    asyncio.run(run())
+        place.loudspeaker.handle_sound = broken
+        ann.speak()
+        await until(lambda: place.loudspeaker.heard)
+        assert failures == [1]
+        assert ann.refusals == [("speaker", "plugin.failed", "OSError: unplugged")]
+        assert place.loudspeaker.ended == 1
 
 
 # -- lines -----------------------------------------------------------------------------------------------------------
 
 
-def test_an_offer_without_audio_lines_leaves_sound_unbound(pair: Any) -> None:
-    async def run() -> None:
-        async with pair() as peers:
-            peers.operator.add_video("front")
-            sdp, _ = await peers.operator.offer()
-            labels = SoundLabels(["microphone"], ["speaker"])
-            await peers.operator.accept_answer(await peers.robot.answer(sdp, ["front"], None, labels))
-            assert peers.robot_side.unbound == ["microphone", "speaker"]
-            assert list(peers.robot_side.streams) == ["front"]
-
-    asyncio.run(run())
+async def test_an_offer_without_audio_lines_leaves_sound_unbound(pair: Any) -> None:
+    async with pair() as peers:
+        peers.operator.add_video("front")
+        sdp, _ = await peers.operator.offer()
+        labels = SoundLabels(["microphone"], ["speaker"])
+        await peers.operator.accept_answer(await peers.robot.answer(sdp, ["front"], None, labels))
+        assert peers.robot_side.unbound == ["microphone", "speaker"]
+        assert list(peers.robot_side.streams) == ["front"]
 
 
-def test_an_audio_line_without_opus_stays_empty(pair: Any) -> None:
-    async def run() -> None:
-        async with pair() as peers:
-            peers.operator.add_microphone("microphone")
-            sdp, tracks = await peers.operator.offer()
-            poor = "\r\n".join(line.replace(" opus/48000/2", " unknown/48000/2") for line in sdp.splitlines())
-            answer = await peers.robot.answer(poor + "\r\n", [], tracks, SoundLabels(["microphone"]))
-            assert peers.robot_side.unbound == ["microphone"]
-            assert "a=inactive" in answer
-
-    asyncio.run(run())
+async def test_an_audio_line_without_opus_stays_empty(pair: Any) -> None:
+    async with pair() as peers:
+        peers.operator.add_microphone("microphone")
+        sdp, tracks = await peers.operator.offer()
+        poor = "\r\n".join(line.replace(" opus/48000/2", " unknown/48000/2") for line in sdp.splitlines())
+        answer = await peers.robot.answer(poor + "\r\n", [], tracks, SoundLabels(["microphone"]))
+        assert peers.robot_side.unbound == ["microphone"]
+        assert "a=inactive" in answer

@@ -58,18 +58,15 @@ def test_a_round_trip_takes_twice_the_delay(pair: Any, path: ImpairedPath) -> No
     assert 0.12 <= asyncio.run(scenario()) < 2.0
 
 
-def test_nothing_passes_a_cut_path_until_it_heals(pair: Any, path: ImpairedPath) -> None:
-    async def scenario() -> None:
-        async with echo_through(pair, path, reliable=False) as (channel, came):
-            path.is_cut = True
-            channel.send("lost")
-            with pytest.raises(TimeoutError):
-                await asyncio.wait_for(came.get(), 0.3)
-            path.is_cut = False
-            channel.send("found")
-            assert await asyncio.wait_for(came.get(), WAIT_S) == "found"
-
-    asyncio.run(scenario())
+async def test_nothing_passes_a_cut_path_until_it_heals(pair: Any, path: ImpairedPath) -> None:
+    async with echo_through(pair, path, reliable=False) as (channel, came):
+        path.is_cut = True
+        channel.send("lost")
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(came.get(), 0.3)
+        path.is_cut = False
+        channel.send("found")
+        assert await asyncio.wait_for(came.get(), WAIT_S) == "found"
     assert path.up.lost >= 1
 
 

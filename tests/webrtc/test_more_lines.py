@@ -50,76 +50,64 @@ async def more(peers: Any, labels: list[str], known: list[str]) -> None:
     await peers.operator.accept_answer(await peers.robot.answer(sdp, known, tracks))
 
 
-def test_a_line_is_added_while_another_one_and_the_data_go_on(pair: Any) -> None:
-    async def run() -> None:
-        async with pair() as peers:
-            peers.operator.add_video("front")
-            channel = peers.operator.create_channel("echo", protocol=CHANNEL_PROTOCOL)
-            await peers.join(["front"])
-            front = (await arrived(peers, {"front"}))["front"]
-            await shows(peers, "front", front, 60)
-            await more(peers, ["rear"], ["front", "rear"])
-            rear = (await arrived(peers, {"rear"}))["rear"]
-            await shows(peers, "rear", rear, 200)
-            await shows(peers, "front", front, 120)
-            assert peers.robot_side.unbound == []
-            robot_channel = await peers.robot_side.channels.get()
-            got: asyncio.Queue[Any] = asyncio.Queue()
-            robot_channel.on_message = got.put_nowait
-            channel.send(b"still here")
-            async with asyncio.timeout(WAIT_S):
-                assert await got.get() == b"still here"
-
-    asyncio.run(run())
+async def test_a_line_is_added_while_another_one_and_the_data_go_on(pair: Any) -> None:
+    async with pair() as peers:
+        peers.operator.add_video("front")
+        channel = peers.operator.create_channel("echo", protocol=CHANNEL_PROTOCOL)
+        await peers.join(["front"])
+        front = (await arrived(peers, {"front"}))["front"]
+        await shows(peers, "front", front, 60)
+        await more(peers, ["rear"], ["front", "rear"])
+        rear = (await arrived(peers, {"rear"}))["rear"]
+        await shows(peers, "rear", rear, 200)
+        await shows(peers, "front", front, 120)
+        assert peers.robot_side.unbound == []
+        robot_channel = await peers.robot_side.channels.get()
+        got: asyncio.Queue[Any] = asyncio.Queue()
+        robot_channel.on_message = got.put_nowait
+        channel.send(b"still here")
+        async with asyncio.timeout(WAIT_S):
+            assert await got.get() == b"still here"
 
 
-def test_a_line_that_goes_on_keeps_what_aiortc_itself_would_not_agree_on_again(pair: Any) -> None:
-    async def run() -> None:
-        async with pair() as peers:
-            peers.operator.add_video("front")
-            await peers.join(["front"])
-            sdp, tracks = await peers.operator.offer_more(["rear"])
-            answer = await peers.robot.answer(sdp, ["front", "rear"], tracks)
-            numbered = [NUMBER_URI in line for line in answer.split("m=") if line.startswith("video")]
-            assert numbered == [True, True]
-
-    asyncio.run(run())
+async def test_a_line_that_goes_on_keeps_what_aiortc_itself_would_not_agree_on_again(pair: Any) -> None:
+    async with pair() as peers:
+        peers.operator.add_video("front")
+        await peers.join(["front"])
+        sdp, tracks = await peers.operator.offer_more(["rear"])
+        answer = await peers.robot.answer(sdp, ["front", "rear"], tracks)
+        numbered = [NUMBER_URI in line for line in answer.split("m=") if line.startswith("video")]
+        assert numbered == [True, True]
 
 
-def test_the_first_line_of_all_may_come_later(pair: Any) -> None:
-    async def run() -> None:
-        async with pair() as peers:
-            peers.operator.create_channel("echo", protocol=CHANNEL_PROTOCOL)
-            await peers.join([])
-            await more(peers, ["front"], ["front"])
-            await shows(peers, "front", (await arrived(peers, {"front"}))["front"], 90)
-            await more(peers, ["rear"], ["front", "rear"])
-            await shows(peers, "rear", (await arrived(peers, {"rear"}))["rear"], 150)
-
-    asyncio.run(run())
+async def test_the_first_line_of_all_may_come_later(pair: Any) -> None:
+    async with pair() as peers:
+        peers.operator.create_channel("echo", protocol=CHANNEL_PROTOCOL)
+        await peers.join([])
+        await more(peers, ["front"], ["front"])
+        await shows(peers, "front", (await arrived(peers, {"front"}))["front"], 90)
+        await more(peers, ["rear"], ["front", "rear"])
+        await shows(peers, "rear", (await arrived(peers, {"rear"}))["rear"], 150)
 
 
 @pytest.mark.parametrize("change", ["another ICE user", "a line less", "no bundle", "too many lines"])
-def test_a_further_offer_can_only_add_lines(pair: Any, change: str, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_further_offer_can_only_add_lines(pair: Any, change: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if change == "too many lines":
         monkeypatch.setattr(offer_vetting, "MAX_LINES", 2)
 
-    async def run() -> None:
-        async with pair() as peers:
-            peers.operator.add_video("front")
-            peers.operator.create_channel("echo", protocol=CHANNEL_PROTOCOL)
-            await peers.join(["front"])
-            sdp, tracks = await peers.operator.offer_more(["rear"])
-            if change == "another ICE user":
-                sdp = sdp.replace("a=ice-ufrag:", "a=ice-ufrag:x")
-            elif change == "a line less":
-                sdp = sdp[: sdp.index("m=video")] + sdp[sdp.index("m=application") :]
-            elif change == "no bundle":
-                sdp = sdp.replace("a=group:BUNDLE", "a=group:OTHER")
-            with pytest.raises(ConnectionFailed) as refused:
-                await peers.robot.answer(sdp, ["front", "rear"], tracks)
-            assert refused.value.code == "sdp.invalid"
-            front = (await arrived(peers, {"front"}))["front"]
-            await shows(peers, "front", front, 60)
-
-    asyncio.run(run())
+    async with pair() as peers:
+        peers.operator.add_video("front")
+        peers.operator.create_channel("echo", protocol=CHANNEL_PROTOCOL)
+        await peers.join(["front"])
+        sdp, tracks = await peers.operator.offer_more(["rear"])
+        if change == "another ICE user":
+            sdp = sdp.replace("a=ice-ufrag:", "a=ice-ufrag:x")
+        elif change == "a line less":
+            sdp = sdp[: sdp.index("m=video")] + sdp[sdp.index("m=application") :]
+        elif change == "no bundle":
+            sdp = sdp.replace("a=group:BUNDLE", "a=group:OTHER")
+        with pytest.raises(ConnectionFailed) as refused:
+            await peers.robot.answer(sdp, ["front", "rear"], tracks)
+        assert refused.value.code == "sdp.invalid"
+        front = (await arrived(peers, {"front"}))["front"]
+        await shows(peers, "front", front, 60)

@@ -24,32 +24,26 @@ class Nobody:
 
 
 @pytest.mark.parametrize("servers", [(), (IceServer(urls=("turn:127.0.0.1:9?transport=tcp",)),)])
-def test_an_offer_without_a_relay_is_refused_with_a_code(servers: tuple[IceServer, ...]) -> None:
-    async def run() -> None:
-        offerer = AiortcOfferer(Nobody(), servers, relay_only=True)
-        offerer.create_channel("x")
-        try:
-            with pytest.raises(ConnectionFailed) as failed:
-                await offerer.offer()
-            assert failed.value.code == "ice.no_relay"
-        finally:
-            await offerer.close()
-
-    asyncio.run(run())
+async def test_an_offer_without_a_relay_is_refused_with_a_code(servers: tuple[IceServer, ...]) -> None:
+    offerer = AiortcOfferer(Nobody(), servers, relay_only=True)
+    offerer.create_channel("x")
+    try:
+        with pytest.raises(ConnectionFailed) as failed:
+            await offerer.offer()
+        assert failed.value.code == "ice.no_relay"
+    finally:
+        await offerer.close()
 
 
-def test_an_answer_without_a_relay_is_refused_with_a_code() -> None:
-    async def run() -> None:
-        offerer = AiortcOfferer(Nobody(), ())
-        answerer = AiortcAnswerer(Nobody(), (), relay_only=True)
-        offerer.create_channel("x")
-        try:
-            sdp, _ = await offerer.offer()
-            assert re.search("typ host", sdp)
-            with pytest.raises(ConnectionFailed) as failed:
-                await answerer.answer(sdp, [], None)
-            assert failed.value.code == "ice.no_relay"
-        finally:
-            await asyncio.gather(offerer.close(), answerer.close())
-
-    asyncio.run(run())
+async def test_an_answer_without_a_relay_is_refused_with_a_code() -> None:
+    offerer = AiortcOfferer(Nobody(), ())
+    answerer = AiortcAnswerer(Nobody(), (), relay_only=True)
+    offerer.create_channel("x")
+    try:
+        sdp, _ = await offerer.offer()
+        assert re.search("typ host", sdp)
+        with pytest.raises(ConnectionFailed) as failed:
+            await answerer.answer(sdp, [], None)
+        assert failed.value.code == "ice.no_relay"
+    finally:
+        await asyncio.gather(offerer.close(), answerer.close())

@@ -113,32 +113,29 @@ def check_agreement(peer: RsaPeer, role: str) -> None:
 
 
 @ROLES
-def test_an_operator_with_an_rsa_certificate_gets_data_and_a_picture_of_our_robot(
+async def test_an_operator_with_an_rsa_certificate_gets_data_and_a_picture_of_our_robot(
     role: str, side: Callable[[], Any], record_property: Callable[[str, object], None]
 ) -> None:
     record_property("pair", f"our robot ↔ aiortc operator with an RSA certificate, DTLS {role}: data, VP8")
 
-    async def run() -> None:
-        ours, peer = side(), RsaPeer()
-        robot = AiortcAnswerer(ours, ())
-        async with ended(ours, robot, peer):
-            peer.pc.addTransceiver("video", direction="recvonly")
-            channel, opened = peer.pc.createDataChannel("echo"), asyncio.Event()
-            channel.on("open", opened.set)
-            channel.on("message", peer.got.put_nowait)
-            await peer.accept(await robot.answer(await peer.offer(role), ["front"], None))
-            await opened.wait()
-            mine = await ours.channels.get()
-            mine.on_message = lambda message: mine.send(message * 2)
-            channel.send("up")
-            assert await peer.got.get() == "upup"
-            check_agreement(peer, role)
-            filming = asyncio.create_task(film(ours.watch("front")))
-            picture = await (await peer.tracks.get()).recv()
-            assert (picture.width, picture.height) == (320, 240)
-            filming.cancel()
-
-    asyncio.run(run())
+    ours, peer = side(), RsaPeer()
+    robot = AiortcAnswerer(ours, ())
+    async with ended(ours, robot, peer):
+        peer.pc.addTransceiver("video", direction="recvonly")
+        channel, opened = peer.pc.createDataChannel("echo"), asyncio.Event()
+        channel.on("open", opened.set)
+        channel.on("message", peer.got.put_nowait)
+        await peer.accept(await robot.answer(await peer.offer(role), ["front"], None))
+        await opened.wait()
+        mine = await ours.channels.get()
+        mine.on_message = lambda message: mine.send(message * 2)
+        channel.send("up")
+        assert await peer.got.get() == "upup"
+        check_agreement(peer, role)
+        filming = asyncio.create_task(film(ours.watch("front")))
+        picture = await (await peer.tracks.get()).recv()
+        assert (picture.width, picture.height) == (320, 240)
+        filming.cancel()
 
 
 async def film(stream: Any) -> None:
@@ -148,27 +145,24 @@ async def film(stream: Any) -> None:
 
 
 @ROLES
-def test_our_operator_gets_data_and_a_picture_of_a_robot_with_an_rsa_certificate(
+async def test_our_operator_gets_data_and_a_picture_of_a_robot_with_an_rsa_certificate(
     role: str, side: Callable[[], Any], record_property: Callable[[str, object], None]
 ) -> None:
     record_property("pair", f"our Python operator ↔ aiortc robot with an RSA certificate, DTLS {role}: data, VP8")
 
-    async def run() -> None:
-        ours, peer = side(), RsaPeer()
-        operator = AiortcOfferer(ours, ())
-        async with ended(ours, operator, peer):
-            operator.add_video("front")
-            mine = operator.create_channel("echo")
-            opened, answered = asyncio.Event(), asyncio.Queue[Any]()
-            mine.on_open, mine.on_message = opened.set, answered.put_nowait
-            sdp, _ = await operator.offer()
-            await operator.accept_answer(await peer.answer(sdp, role, VideoStreamTrack()))
-            await opened.wait()
-            mine.send("down")
-            assert await answered.get() == "downdown"
-            check_agreement(peer, role)
-            label, track = await ours.tracks.get()
-            picture = await track.next()
-            assert (label, picture.width, picture.height) == ("front", 640, 480)
-
-    asyncio.run(run())
+    ours, peer = side(), RsaPeer()
+    operator = AiortcOfferer(ours, ())
+    async with ended(ours, operator, peer):
+        operator.add_video("front")
+        mine = operator.create_channel("echo")
+        opened, answered = asyncio.Event(), asyncio.Queue[Any]()
+        mine.on_open, mine.on_message = opened.set, answered.put_nowait
+        sdp, _ = await operator.offer()
+        await operator.accept_answer(await peer.answer(sdp, role, VideoStreamTrack()))
+        await opened.wait()
+        mine.send("down")
+        assert await answered.get() == "downdown"
+        check_agreement(peer, role)
+        label, track = await ours.tracks.get()
+        picture = await track.next()
+        assert (label, picture.width, picture.height) == ("front", 640, 480)

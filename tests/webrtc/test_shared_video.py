@@ -141,96 +141,81 @@ def studio(pair: Any) -> Any:
     return opened
 
 
-def test_three_operators_share_one_encoder_and_all_see_the_picture(studio: Any) -> None:
-    async def run() -> None:
-        async with studio() as it:
-            operators = [await it.operator() for _ in range(3)]
-            for operator in operators:
-                operator.watch()
-            filming = it.film()
-            await asyncio.gather(*(operator.sees(scene()) for operator in operators))
-            assert len(it.stream.encoders.running) == 1
-            assert it.stream.encoders.encoded <= filming.posted + 3, "each picture once, whatever the number of viewers"
-
-    asyncio.run(run())
+async def test_three_operators_share_one_encoder_and_all_see_the_picture(studio: Any) -> None:
+    async with studio() as it:
+        operators = [await it.operator() for _ in range(3)]
+        for operator in operators:
+            operator.watch()
+        filming = it.film()
+        await asyncio.gather(*(operator.sees(scene()) for operator in operators))
+        assert len(it.stream.encoders.running) == 1
+        assert it.stream.encoders.encoded <= filming.posted + 3, "each picture once, whatever the number of viewers"
 
 
-def test_nobody_watching_nothing_is_encoded_and_the_last_one_to_leave_ends_the_encoder(studio: Any) -> None:
-    async def run() -> None:
-        async with studio() as it:
-            first, second = await it.operator(), await it.operator()
-            filming = it.film()
-            await asyncio.sleep(3 / FPS)
-            assert filming.posted == 0
-            assert it.stream.encoders.running == ()
-            first.watch()
-            second.watch()
-            await asyncio.gather(first.sees(scene()), second.sees(scene()))
-            first.watch(False)
-            await second.sees(scene(), 3)
-            second.watch(False)
-            assert it.stream.encoders.running == ()
-            await it.until(lambda: "encode front" not in {thread.name for thread in threading.enumerate()})
-
-    asyncio.run(run())
+async def test_nobody_watching_nothing_is_encoded_and_the_last_one_to_leave_ends_the_encoder(studio: Any) -> None:
+    async with studio() as it:
+        first, second = await it.operator(), await it.operator()
+        filming = it.film()
+        await asyncio.sleep(3 / FPS)
+        assert filming.posted == 0
+        assert it.stream.encoders.running == ()
+        first.watch()
+        second.watch()
+        await asyncio.gather(first.sees(scene()), second.sees(scene()))
+        first.watch(False)
+        await second.sees(scene(), 3)
+        second.watch(False)
+        assert it.stream.encoders.running == ()
+        await it.until(lambda: "encode front" not in {thread.name for thread in threading.enumerate()})
 
 
-def test_a_late_joiner_gets_its_picture_at_once(studio: Any) -> None:
-    async def run() -> None:
-        async with studio() as it:
-            first, late = await it.operator(), await it.operator()
-            it.film()
-            first.watch()
-            await first.sees(scene(), 20)
-            late.watch()
-            assert await late.sees(scene()) < 2.0
-            assert len(it.stream.encoders.running) == 1
-
-    asyncio.run(run())
+async def test_a_late_joiner_gets_its_picture_at_once(studio: Any) -> None:
+    async with studio() as it:
+        first, late = await it.operator(), await it.operator()
+        it.film()
+        first.watch()
+        await first.sees(scene(), 20)
+        late.watch()
+        assert await late.sees(scene()) < 2.0
+        assert len(it.stream.encoders.running) == 1
 
 
 @pytest.mark.parametrize("codec", ["vp8", "h264"])
-def test_each_operator_gets_a_codec_that_it_has(studio: Any, codec: str) -> None:
-    async def run() -> None:
-        async with studio(codec=codec) as it:
-            plain, only_vp8, only_h264 = (
-                await it.operator(),
-                await it.operator(without="H264"),
-                await it.operator(without="VP8"),
-            )
-            it.film()
-            for operator in (plain, only_vp8, only_h264):
-                operator.watch()
-            await asyncio.gather(plain.sees(scene()), only_vp8.sees(scene()), only_h264.sees(scene()))
-            assert (only_vp8.feed.codec, only_h264.feed.codec) == ("VP8", "H264")
-            assert plain.feed.codec == codec.upper()
-            assert len(it.stream.encoders.running) == 2
-
-    asyncio.run(run())
+async def test_each_operator_gets_a_codec_that_it_has(studio: Any, codec: str) -> None:
+    async with studio(codec=codec) as it:
+        plain, only_vp8, only_h264 = (
+            await it.operator(),
+            await it.operator(without="H264"),
+            await it.operator(without="VP8"),
+        )
+        it.film()
+        for operator in (plain, only_vp8, only_h264):
+            operator.watch()
+        await asyncio.gather(plain.sees(scene()), only_vp8.sees(scene()), only_h264.sees(scene()))
+        assert (only_vp8.feed.codec, only_h264.feed.codec) == ("VP8", "H264")
+        assert plain.feed.codec == codec.upper()
+        assert len(it.stream.encoders.running) == 2
 
 
-def test_a_worse_link_gets_a_smaller_picture_without_a_gap_and_others_keep_theirs(studio: Any) -> None:
-    async def run() -> None:
-        async with studio(max_bitrate_bps=700_000) as it:
-            good, bad = await it.operator(), await it.operator()
-            it.film(lambda: scene(640, 480))
-            good.watch()
-            bad.watch()
-            await asyncio.gather(good.sees(scene()), bad.sees(scene()))
-            bad.feed.rate.limit(150_000, 200_000)
-            last_pts, width = -1, 640
-            while width == 640:
-                frame = await bad.next()
-                assert frame.pts > last_pts
-                last_pts, width = frame.pts, frame.width
-                assert shows(frame, scene()) or frame.width == 640
-            assert width < 640
-            await bad.sees(scene())
-            await good.sees(scene())
-            assert (await good.next()).width == 640
-            assert len(it.stream.encoders.running) == 2
-
-    asyncio.run(run())
+async def test_a_worse_link_gets_a_smaller_picture_without_a_gap_and_others_keep_theirs(studio: Any) -> None:
+    async with studio(max_bitrate_bps=700_000) as it:
+        good, bad = await it.operator(), await it.operator()
+        it.film(lambda: scene(640, 480))
+        good.watch()
+        bad.watch()
+        await asyncio.gather(good.sees(scene()), bad.sees(scene()))
+        bad.feed.rate.limit(150_000, 200_000)
+        last_pts, width = -1, 640
+        while width == 640:
+            frame = await bad.next()
+            assert frame.pts > last_pts
+            last_pts, width = frame.pts, frame.width
+            assert shows(frame, scene()) or frame.width == 640
+        assert width < 640
+        await bad.sees(scene())
+        await good.sees(scene())
+        assert (await good.next()).width == 640
+        assert len(it.stream.encoders.running) == 2
 
 
 def test_a_lossy_link_still_shows_the_picture(studio: Any) -> None:
@@ -265,33 +250,27 @@ def packets_of(image: np.ndarray[Any, Any]) -> Callable[[], Any]:
     return encoded
 
 
-def test_packets_are_passed_on_as_they_are_and_encoded_anew_only_for_another_codec(studio: Any) -> None:
-    async def run() -> None:
-        async with studio(packet_codec="h264") as it:
-            h264, vp8 = await it.operator(), await it.operator(without="H264")
-            it.film(packets_of(scene()))
-            h264.watch()
-            await h264.sees(scene(), 10)
-            assert h264.feed.switch.current == PASSED_ON
-            assert it.stream.encoders.encoded == 0
-            vp8.watch()
-            await asyncio.gather(vp8.sees(scene(), 10), h264.sees(scene(), 10))
-            assert [key.codec for key in it.stream.encoders.running] == ["VP8"]
-
-    asyncio.run(run())
+async def test_packets_are_passed_on_as_they_are_and_encoded_anew_only_for_another_codec(studio: Any) -> None:
+    async with studio(packet_codec="h264") as it:
+        h264, vp8 = await it.operator(), await it.operator(without="H264")
+        it.film(packets_of(scene()))
+        h264.watch()
+        await h264.sees(scene(), 10)
+        assert h264.feed.switch.current == PASSED_ON
+        assert it.stream.encoders.encoded == 0
+        vp8.watch()
+        await asyncio.gather(vp8.sees(scene(), 10), h264.sees(scene(), 10))
+        assert [key.codec for key in it.stream.encoders.running] == ["VP8"]
 
 
-def test_who_connects_after_the_first_packets_has_them_passed_on_though_nobody_declared_them(studio: Any) -> None:
-    async def run() -> None:
-        async with studio() as it:
-            early = await it.operator(without="H264")
-            it.film(packets_of(scene()))
-            early.watch()
-            await early.sees(scene(), 5)
-            late = await it.operator()
-            late.watch()
-            await late.sees(scene(), 10)
-            assert late.feed.switch.current == PASSED_ON
-            assert early.feed.codec == "VP8", "what was agreed stays"
-
-    asyncio.run(run())
+async def test_who_connects_after_the_first_packets_has_them_passed_on_though_nobody_declared_them(studio: Any) -> None:
+    async with studio() as it:
+        early = await it.operator(without="H264")
+        it.film(packets_of(scene()))
+        early.watch()
+        await early.sees(scene(), 5)
+        late = await it.operator()
+        late.watch()
+        await late.sees(scene(), 10)
+        assert late.feed.switch.current == PASSED_ON
+        assert early.feed.codec == "VP8", "what was agreed stays"

@@ -167,30 +167,27 @@ class GStreamerOperator:
 
 @CODECS
 @pytest.mark.parametrize("bundle", ["none", "max-bundle"])
-def test_gstreamer_as_an_operator_of_our_robot(
+async def test_gstreamer_as_an_operator_of_our_robot(
     codec: str, bundle: str, version: str, original_robot: Any, record_property: Callable[[str, object], None]
 ) -> None:
     """Also with a transport for each line, which is its default."""
     pair = f"our robot ↔ GStreamer operator (RSA, bundle-policy {bundle}): data both ways, {codec}"
     record_property("pair", pair)
 
-    async def scene() -> None:
-        async with original_robot(ROBOT) as site:
-            async with gstreamer("operator", codec, bundle, "load", "link-receiver", "link-sender") as peer:
-                operator = GStreamerOperator(site, peer)
-                await operator.call()
-                for label in ("load", "link-receiver", "link-sender"):
-                    await peer.opens(label)
-                peer.say(send="link-receiver", text="to and fro")
-                await peer.says("link-sender", "to and fro")
-                reading = await peer.tells("readings", lambda one: one.get("message") == "load", times=3)
-                assert "cpu_percent" in json.loads(reading["text"])
-                picture = await peer.tells("pictures", lambda one: "picture" in one, times=10)
-                assert picture["picture"] == [320, 240]
-                assert picture["colours"] > 10
-            await site.is_alive()
-
-    asyncio.run(scene())
+    async with original_robot(ROBOT) as site:
+        async with gstreamer("operator", codec, bundle, "load", "link-receiver", "link-sender") as peer:
+            operator = GStreamerOperator(site, peer)
+            await operator.call()
+            for label in ("load", "link-receiver", "link-sender"):
+                await peer.opens(label)
+            peer.say(send="link-receiver", text="to and fro")
+            await peer.says("link-sender", "to and fro")
+            reading = await peer.tells("readings", lambda one: one.get("message") == "load", times=3)
+            assert "cpu_percent" in json.loads(reading["text"])
+            picture = await peer.tells("pictures", lambda one: "picture" in one, times=10)
+            assert picture["picture"] == [320, 240]
+            assert picture["colours"] > 10
+        await site.is_alive()
 
 
 class OriginalRobot:
@@ -238,26 +235,20 @@ class OriginalRobot:
 
 
 @CODECS
-def test_gstreamer_as_a_robot_for_our_operator(
+async def test_gstreamer_as_a_robot_for_our_operator(
     codec: str, version: str, server: Any, seed: Any, record_property: Callable[[str, object], None]
 ) -> None:
     record_property("pair", f"our Python operator and server ↔ GStreamer robot (RSA): data both ways, {codec}")
 
-    async def scene() -> None:
-        async with gstreamer("robot", codec, "max-bundle") as peer, called(peer, server, seed) as operator:
-            await use(operator, peer, seed.robot_id)
-
-    asyncio.run(scene())
+    async with gstreamer("robot", codec, "max-bundle") as peer, called(peer, server, seed) as operator:
+        await use(operator, peer, seed.robot_id)
 
 
-def test_a_gstreamer_robot_that_does_not_bundle_is_told_what_to_do(version: str, server: Any, seed: Any) -> None:
-    async def scene() -> None:
-        front = RobotConnector(seed.robot_id, "front", MosaicDataType.MEDIA)
-        async with gstreamer("robot", "VP8", "none") as peer, called(peer, server, seed) as operator:
-            with pytest.raises(ConnectionFailed, match="bundle-policy=max-bundle"):
-                await operator.connect(seed.robot_id, connectors=[front], timeout_s=WAIT_S)
-
-    asyncio.run(scene())
+async def test_a_gstreamer_robot_that_does_not_bundle_is_told_what_to_do(version: str, server: Any, seed: Any) -> None:
+    front = RobotConnector(seed.robot_id, "front", MosaicDataType.MEDIA)
+    async with gstreamer("robot", "VP8", "none") as peer, called(peer, server, seed) as operator:
+        with pytest.raises(ConnectionFailed, match="bundle-policy=max-bundle"):
+            await operator.connect(seed.robot_id, connectors=[front], timeout_s=WAIT_S)
 
 
 @asynccontextmanager
