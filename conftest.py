@@ -15,6 +15,7 @@ if PEERS not in sys.path:
     sys.path.append(PEERS)
 
 from pair_report import PairReport, is_ci  # noqa: E402
+from support.own_network import enter_own_network  # noqa: E402
 
 REAL = ("webrtc", "e2e", "netlab", "postgresql")
 
@@ -23,9 +24,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--pairs", action="store_true", help="bring the table of pairs up to date; with CI=true: fail if it is stale"
     )
+    parser.addoption(
+        "--own-networks", action="store_true", help="with -n: each of the processes has a network of its own, as root"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--own-networks") and hasattr(config, "workerinput"):
+        enter_own_network()
     config.pluginmanager.register(PairReport(updates=config.getoption("--pairs"), is_ci=is_ci()), "mosaic-pairs")
 
 

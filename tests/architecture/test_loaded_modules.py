@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from functools import cache
 
 import pytest
 
@@ -54,11 +55,13 @@ def loaded_by(code: str, *words: str) -> set[str]:
     return {name for name in found if not name.startswith("_sysconfigdata_")}  # Python's own, named by the machine
 
 
+@cache
 def _packages_after(code: str, *words: str) -> set[str]:
     return {name.partition(".")[0] for name in modules_after(code, *words)}
 
 
 def modules_after(code: str, *words: str) -> set[str]:
+    """In a fresh interpreter."""
     script = f"import sys\n{code}\nprint('\\n', *sys.modules)"
     done = subprocess.run([sys.executable, "-c", script, *words], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -15,6 +16,7 @@ MESSAGES = {"AngularVelocity", "Twist"}
 """Parts of messages of several plugins; their names are titles in the schemas that robots announce."""
 
 
+@cache
 def homes() -> dict[str, set[str]]:
     """The modules of every public class."""
     found = defaultdict(set)
