@@ -7,6 +7,7 @@ import logging
 import sys
 from collections.abc import Generator, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,6 +17,7 @@ if PEERS not in sys.path:
 
 from pair_report import PairReport, is_ci  # noqa: E402
 from support.own_network import enter_own_network  # noqa: E402
+from support.side_by_side import RealPeersScheduling, longest_first  # noqa: E402
 
 REAL = ("webrtc", "e2e", "netlab", "postgresql")
 
@@ -25,7 +27,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--pairs", action="store_true", help="bring the table of pairs up to date; with CI=true: fail if it is stale"
     )
     parser.addoption(
-        "--own-networks", action="store_true", help="with -n: each of the processes has a network of its own, as root"
+        "--own-networks", action="store_true", help="with -n: each of the processes has a network of its own; as root"
     )
 
 
@@ -33,6 +35,15 @@ def pytest_configure(config: pytest.Config) -> None:
     if config.getoption("--own-networks") and hasattr(config, "workerinput"):
         enter_own_network()
     config.pluginmanager.register(PairReport(updates=config.getoption("--pairs"), is_ci=is_ci()), "mosaic-pairs")
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> RealPeersScheduling | None:
+    return RealPeersScheduling(config, log) if config.getoption("--own-networks") else None
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("--own-networks"):
+        longest_first(items)
 
 
 @pytest.hookimpl(wrapper=True)

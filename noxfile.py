@@ -21,19 +21,22 @@ ROOT = Path(__file__).parent
 VENV_PYTHON = ROOT / ".venv" / "bin" / "python"
 PYTHON = str(VENV_PYTHON) if VENV_PYTHON.exists() else sys.executable
 REAL_PEERS = "webrtc or netlab"
-"""Tests whose processes and networks want the machine for themselves."""
+"""Tests of real connections."""
+OWN_NETWORKS = ("-n", str(2 * (os.cpu_count() or 1)), "--dist", "loadscope", "--no-loadscope-reorder", "--own-networks")
+"""More processes than processors, as most of these tests wait for somebody's patience to end."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
 TYPED = ["mosaic_core", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) for plugin in PLUGINS)]
 
 
 @nox.session
 def tests(session: nox.Session) -> None:
-    """Everything in Python but the browser: pure and loopback on all cores, then real peers one after the other."""
+    """Everything in Python but the browser: pure and loopback on all cores, then real peers, which mostly wait, side by
+    side in networks of their own; without root, where those can't be made, one after the other."""
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
         return
     _test(session, f"not e2e and not ({REAL_PEERS})", "-n", "auto", "--dist", "loadscope")
-    _test(session, f"not e2e and ({REAL_PEERS})")
+    _test(session, f"not e2e and ({REAL_PEERS})", *(OWN_NETWORKS if _may_make_networks() else ()))
 
 
 @nox.session
@@ -120,6 +123,10 @@ def _test(session: nox.Session, marks: str, *options: str) -> None:
     except CommandFailed:
         session.warn("Once more, alone, what failed:")
         session.run(*pytest, "--last-failed", "--last-failed-no-failures", "none", "-rpf", external=True)
+
+
+def _may_make_networks() -> bool:
+    return sys.platform == "linux" and os.geteuid() == 0 and shutil.which("ip") is not None
 
 
 def _build_dashboard(session: nox.Session) -> None:

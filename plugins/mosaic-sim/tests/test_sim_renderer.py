@@ -62,20 +62,20 @@ def test_above_the_walls_is_sky_and_below_is_floor(hall: Renderer) -> None:
     assert np.abs(floor[..., 0] - floor[..., 2]).max() < 40, "paving is gray"
 
 
-def test_a_low_box_hides_the_foot_of_the_wall_but_not_its_top() -> None:
+def test_a_low_box_hides_the_foot_of_the_wall_but_not_its_top(hall: Renderer) -> None:
     boxed = Room(8, 8, solids=(*outer_walls(8, 8), Box(4.0, 0.0, 1.0)))
     with_box = Renderer(boxed, width=WIDTH, height=HEIGHT).render(0, 0, 0, 0)
-    without = Renderer(HALL, width=WIDTH, height=HEIGHT).render(0, 0, 0, 0)
+    without = hall.render(0, 0, 0, 0)
     differs = (with_box != without).any(axis=2)[:, WIDTH // 2]
     top = wall_rows(without)[0]
     assert not differs[: top + 3].any()
     assert differs[HEIGHT // 2 : HEIGHT // 2 + 30].all()
 
 
-def test_a_box_behind_a_wall_is_not_seen() -> None:
+def test_a_box_behind_a_wall_is_not_seen(hall: Renderer) -> None:
     outside = Room(8, 8, solids=(*outer_walls(8, 8), Box(12.0, 0.0, 1.0)))
     with_box = Renderer(outside, width=WIDTH, height=HEIGHT).render(0, 0, 0, 0)
-    assert (with_box == Renderer(HALL, width=WIDTH, height=HEIGHT).render(0, 0, 0, 0)).all()
+    assert (with_box == hall.render(0, 0, 0, 0)).all()
 
 
 def test_turning_left_moves_things_to_the_right() -> None:

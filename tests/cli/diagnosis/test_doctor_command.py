@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from functools import cache
 
+import pytest
 from typer.testing import CliRunner
 
+from mosaic_core.adapters.video import encoder_choice
 from mosaic_core.cli.main import app
 
 ENCODERS = {"libx264", "libvpx", "h264_nvenc", "h264_v4l2m2m", "h264_vaapi"}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _measured_once() -> Iterator[None]:
+    """An encoder that was measured for one test is as fast for the next."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(encoder_choice, "measured_speed", cache(encoder_choice.measured_speed))
+        yield
 
 
 def test_the_table_names_every_encoder_and_what_is_used() -> None:

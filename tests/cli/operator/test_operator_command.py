@@ -31,20 +31,31 @@ def run(*words: str, **environ: str) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
-def test_signing_in_needs_an_account_and_a_password() -> None:
-    done = run("robots")
-    assert done.returncode == 2
-    assert "--email" in done.stderr
-    done = run("robots", "--email", "a@b.c")
-    assert done.returncode == 2
-    assert "MOSAIC_PASSWORD" in done.stderr
+@pytest.fixture
+def unsigned(mosaic: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """`mosaic operator …` in this process, in whose environment nobody has said who they are."""
+    for name in [name for name in os.environ if name.startswith("MOSAIC_")]:
+        monkeypatch.delenv(name)
+    return lambda *words: mosaic("operator", *words)
 
 
-def test_a_server_that_is_not_there_is_an_error_without_a_traceback() -> None:
-    done = run("robots", "--server", "http://127.0.0.1:9", "--email", "a@b.c", MOSAIC_PASSWORD="x")  # noqa: S106
-    assert done.returncode == 1
-    assert "code: signal.unreachable" in done.stderr
-    assert "Traceback" not in done.stderr
+def test_signing_in_needs_an_account_and_a_password(unsigned: Any) -> None:
+    ended = unsigned("robots")
+    assert ended.code == 2
+    assert "--email" in ended.err
+    ended = unsigned("robots", "--email", "a@b.c")
+    assert ended.code == 2
+    assert "MOSAIC_PASSWORD" in ended.err
+
+
+def test_a_server_that_is_not_there_is_an_error_without_a_traceback(
+    unsigned: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MOSAIC_PASSWORD", "x")
+    ended = unsigned("robots", "--server", "http://127.0.0.1:9", "--email", "a@b.c")
+    assert ended.code == 1
+    assert "code: signal.unreachable" in ended.err
+    assert "Traceback" not in ended.err
 
 
 @pytest.fixture(scope="module")
