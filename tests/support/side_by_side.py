@@ -1,4 +1,4 @@
-"""Shares out the tests of real peers among processes, most of whose time is waiting: those that wait longest come first,
+"""Shares out the tests of real peers among processes; most of their time is waiting. The longest come first,
 so that at the end no process waits alone."""
 
 from __future__ import annotations
