@@ -36,10 +36,12 @@ def wait_for_fixture() -> Callable[..., float]:
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
     """One for all tests, each module of which has an account and a robot of its own; who stops it starts it again."""
     running = ServerProcess(tmp_path_factory.mktemp("server"))
-    running.seed()  # so that there is a database to look at
-    running.start()
-    yield running
-    running.stop()
+    try:
+        running.seed()  # so that there is a database to look at
+        running.start()
+        yield running
+    finally:
+        running.stop()
 
 
 @pytest.fixture(scope="module")
