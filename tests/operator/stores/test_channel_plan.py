@@ -82,8 +82,7 @@ def test_a_channel_is_as_the_catalogue_says_and_what_moves_something_never_waits
 
 def test_a_camera_has_no_channel() -> None:
     plan = plan_of(of("front"), ANNOUNCED)
-    assert plan.is_media
-    assert plan.channels == ()
+    assert (plan.data_type, plan.channels) == (J.MEDIA, ())
 
 
 def test_a_connector_of_several_channels_is_served_whole_or_by_one_of_them() -> None:
