@@ -305,9 +305,9 @@ class RobotConnection:
                 self.catalogue = catalogue
                 self._settle()
             case control.Resume() | control.Delivered():
-                self._streams.heard(message)
+                self._streams.progress_heard(message)
             case control.DeliveryReport():
-                self.delivery.heard(message)
+                self.delivery.reported(message)
             case control.Near(urls=urls):
                 self.near_urls = urls
             case control.Refusal():

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class BulkFailed:
-    """Our own transport of this attempt can't be made, or is gone."""
+    """Our own transport of this attempt can't be made, or is gone. Without a code the phase names one."""
 
     attempt: int
-    code: str
+    code: str = ""
     message: str = ""
 
 

@@ -109,7 +109,7 @@ class OperatorBulkMachine:
             case BulkCloseHeard(_, code):
                 return self._failed(code, now_s)
             case BulkFailed(_, code):
-                return self._gave_up(code, now_s)
+                return self._gave_up(code or ("peer.lost" if self.state == "up" else "ice.failed"), now_s)
 
     def _begin(self, now_s: float) -> list[Effect]:
         self._attempt += 1

@@ -114,7 +114,7 @@ class RobotBulkMachine:
             case Connected():
                 self.phase, self.deadline_s = "up", None
             case BulkFailed(_, code, message):
-                return self._failed(code, message)
+                return self._failed(code or ("peer.lost" if self.phase == "up" else "ice.failed"), message)
             case _:
                 pass
         return []

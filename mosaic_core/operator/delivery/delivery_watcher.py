@@ -51,7 +51,7 @@ class DeliveryWatcher:
         if self._listeners:
             self._ask(True)
 
-    def heard(self, report: DeliveryReport) -> None:
+    def reported(self, report: DeliveryReport) -> None:
         self.rows = {row.label: row for row in report.connectors}
         for callback in self._listeners:
             callback(self.rows)

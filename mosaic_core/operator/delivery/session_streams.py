@@ -77,7 +77,8 @@ class SessionStreams:
         if self._phase in ("unknown", "away", "expecting"):
             self._settled("plain", Resume(is_new=True))
 
-    def heard(self, message: Resume | Delivered) -> None:
+    def progress_heard(self, message: Resume | Delivered) -> None:
+        """How far the robot has got: all that it says of reliable channels."""
         if isinstance(message, Resume):
             if self._phase == "expecting":
                 self._robot_boot_id = message.boot_id

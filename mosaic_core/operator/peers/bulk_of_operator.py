@@ -16,17 +16,8 @@ from mosaic_core.operator.delivery.data_port import DataPort
 from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.runtime.peers.bulk_connection import BulkAttempt, BulkConnection, LaneMessage
 from mosaic_core.runtime.transport.operator_transport import IncomingVideo, Offerer, OffererFactory
-from mosaic_core.words.control import (
-    CHANNEL_PROTOCOL,
-    LANE_LABEL,
-    MAX_LANE_SDP_BYTES,
-    ControlMessage,
-    LaneAnswer,
-    LaneCandidate,
-    LaneClose,
-    LaneOffer,
-    Ping,
-)
+from mosaic_core.words import control
+from mosaic_core.words.control import CHANNEL_PROTOCOL, LANE_LABEL, ControlMessage
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.ice import IceServer
@@ -85,11 +76,11 @@ class BulkOfOperator(BulkConnection["_OfferedAttempt"]):
     def heard(self, message: LaneMessage) -> None:
         attempt = self._attempt if self._attempt and self._attempt.attempt == message.attempt else None
         match message:
-            case LaneAnswer(sdp=sdp) if attempt is not None:
+            case control.LaneAnswer(sdp=sdp) if attempt is not None:
                 self.tasks.start(attempt.accept(sdp))
-            case LaneCandidate() if attempt is not None:
+            case control.LaneCandidate() if attempt is not None:
                 self.tasks.start(attempt.add_candidate(message.ice_candidate))
-            case LaneClose(code=code):
+            case control.LaneClose(code=code):
                 _log.info("the robot makes no second connection for bulk data (%s)", code)
                 super().heard(message)
             case _:
@@ -141,20 +132,16 @@ class _OfferedAttempt(BulkAttempt[Offerer]):
         channel.give_way(True)
         self._port = DataPort(channel, Delivery.RELIABLE, self._heard, self._changed, max_queued_bytes=None)
 
-    @property
-    def is_up(self) -> bool:
-        return self._bulk.state == "up"
-
     async def offer(self) -> None:
         try:
             sdp, _ = await self.end.offer()
         except MosaicError as error:
             self.fail(error.code)
             return
-        if len(sdp) > MAX_LANE_SDP_BYTES:
+        if len(sdp) > control.MAX_LANE_SDP_BYTES:
             self.fail("signal.too_large")
         elif not self.is_closed:
-            self.describe(LaneOffer(attempt=self.attempt, sdp=sdp))
+            self.describe(control.LaneOffer(attempt=self.attempt, sdp=sdp))
 
     async def accept(self, sdp: str) -> None:
         """Take the robot's answer."""
@@ -170,7 +157,7 @@ class _OfferedAttempt(BulkAttempt[Offerer]):
     def ping(self) -> None:
         """Ask for a sign of life."""
         now_us = time.monotonic_ns() // 1000
-        self._port.send(PayloadKind.JSON, Ping(t0=now_us).to_text().encode())
+        self._port.send(PayloadKind.JSON, control.Ping(t0=now_us).to_text().encode())
 
     def track_arrived(self, label: str, video: IncomingVideo) -> None:
         video.stop()  # nobody asked for one

@@ -33,7 +33,7 @@ class BulkEnd(Protocol):
 End = TypeVar("End", bound=BulkEnd)
 
 
-class BulkAttempt(ABC, Generic[End]):
+class BulkAttempt(Generic[End]):
     """Carries one attempt, under its number: what it tells after its end, nobody hears."""
 
     def __init__(self, attempt: int, connection: BulkConnection[Any]) -> None:
@@ -43,11 +43,6 @@ class BulkAttempt(ABC, Generic[End]):
         self._connection = connection
         self._early: list[IceCandidate] | None = []
 
-    @property
-    @abstractmethod
-    def is_up(self) -> bool:
-        """Whether it was connected, so that its failure is a loss."""
-
     def describe(self, message: LaneOffer | LaneAnswer) -> None:
         """Say our description, and after it the candidates that were found meanwhile."""
         self._connection.say(message)
@@ -55,7 +50,7 @@ class BulkAttempt(ABC, Generic[End]):
         for candidate in early:
             self.candidate_found(candidate)
 
-    def fail(self, code: str, message: str = "") -> None:
+    def fail(self, code: str = "", message: str = "") -> None:
         """It can't be made, or is gone."""
         if not self.is_closed:
             self._connection.tell(BulkFailed(self.attempt, code, message))
@@ -85,7 +80,7 @@ class BulkAttempt(ABC, Generic[End]):
 
     def state_changed(self, state: str) -> None:
         if state in ("failed", "closed"):
-            self.fail("peer.lost" if self.is_up else "ice.failed")
+            self.fail()
 
 
 Attempt = TypeVar("Attempt", bound=BulkAttempt[Any])

@@ -17,13 +17,7 @@ from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.runtime.transport.picture_transport import PictureFeed
 from mosaic_core.runtime.transport.sound_transport import IncomingSound
 from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, Channel
-from mosaic_core.words.control import (
-    CHANNEL_PROTOCOL,
-    LANE_LABEL,
-    LaneAnswer,
-    LaneCandidate,
-    LaneOffer,
-)
+from mosaic_core.words.control import CHANNEL_PROTOCOL, LANE_LABEL, LaneAnswer, LaneCandidate, LaneOffer
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.ice import IceServer
 
@@ -42,15 +36,10 @@ class BulkOfRobot(BulkConnection["_AnsweredAttempt"]):
     """Is the robot's end of the second connection with one operator."""
 
     def __init__(self, host: BulkHost, channels: PeerChannels, make_answerer: AnswererFactory) -> None:
-        self._machine = machine.RobotBulkMachine()
-        super().__init__(self._machine, host.operator.answer, host.operator.peer_id)
+        super().__init__(machine.RobotBulkMachine(), host.operator.answer, host.operator.peer_id)
         self.host = host
         self.channels = channels
         self.make_answerer = make_answerer
-
-    @property
-    def is_up(self) -> bool:
-        return self._machine.phase == "up"
 
     def heard(self, message: LaneMessage) -> None:
         match message:
@@ -82,10 +71,6 @@ class _AnsweredAttempt(BulkAttempt[Answerer]):
         self.queue = connection.channels.new_queue()
         self._bulk = connection
         self._control: ControlChannel | None = None
-
-    @property
-    def is_up(self) -> bool:
-        return self._bulk.is_up
 
     async def answer(self, offer_sdp: str) -> None:
         try:

@@ -107,9 +107,16 @@ def test_our_own_stall_is_not_the_robots_silence() -> None:
     assert TellBulkClosed(1, "peer.lost") in [effect for _, effect in run_until(bulk, 110.0)]
 
 
+def test_a_failure_without_a_code_is_named_by_how_far_it_came() -> None:
+    assert bulk_after(BulkWanted()).handle(BulkFailed(1), 1.0) == [TellBulkClosed(1, "ice.failed"), DropBulk()]
+    bulk = bulk_after(BulkWanted(), Opened(1))
+    assert bulk.handle(BulkFailed(1), 1.0) == [TellBulkClosed(1, "peer.lost"), DropBulk()]
+    assert bulk.code == "peer.lost"
+
+
 def test_what_the_robot_said_itself_is_not_told_to_it() -> None:
     bulk = bulk_after(BulkWanted())
-    assert bulk.handle(BulkCloseHeard(1, "bulk.refused"), 1.0) == [DropBulk()]
+    assert bulk.handle(BulkCloseHeard(1, "lane.refused"), 1.0) == [DropBulk()]
 
 
 def test_what_comes_of_an_abandoned_attempt_changes_nothing() -> None:
@@ -133,7 +140,7 @@ events = st.one_of(
     st.builds(Opened, attempts),
     st.builds(BulkHeard, attempts),
     st.builds(BulkFailed, attempts, st.sampled_from(["ice.failed", "peer.lost"])),
-    st.builds(BulkCloseHeard, attempts, st.just("bulk.refused")),
+    st.builds(BulkCloseHeard, attempts, st.just("lane.refused")),
 )
 
 

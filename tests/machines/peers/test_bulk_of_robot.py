@@ -114,6 +114,13 @@ def test_a_failure_is_told_with_its_code() -> None:
     ]
 
 
+def test_a_failure_without_a_code_is_named_by_how_far_it_came() -> None:
+    answered = bulk_after(OfferHeard(1, SDP), BulkAnswerMade(1))
+    assert answered.handle(BulkFailed(1), 0.0) == [DropBulk(), TellBulkClosed(1, "ice.failed")]
+    connected = bulk_after(OfferHeard(1, SDP), BulkAnswerMade(1), Connected(1))
+    assert connected.handle(BulkFailed(1), 0.0) == [DropBulk(), TellBulkClosed(1, "peer.lost")]
+
+
 def test_an_answer_that_is_ready_when_it_is_over_changes_nothing() -> None:
     bulk = bulk_after(OfferHeard(1, SDP), BulkCloseHeard(1, "peer.closed"))
     assert bulk.handle(BulkAnswerMade(1), 0.0) == []
