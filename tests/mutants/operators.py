@@ -138,8 +138,9 @@ class EmptyArgument(Operator):  # type: ignore[misc]
 
     def _is_value(self, part: NodeOrLeaf) -> bool:
         if part.type == "argument":
-            return part.children[1] == "=" and part.children[2].get_code().strip() not in ("None", "False", '""')
-        return part.type not in ("operator", "strings") and part.get_code().strip() not in ("None", "False", '""')
+            name, equals, *value = part.children
+            return equals == "=" and name.value != "strict" and _is_something(value[0])
+        return part.type not in ("operator", "strings") and _is_something(part)
 
     def mutate(self, node: NodeOrLeaf, index: int) -> NodeOrLeaf:
         chosen = self._arguments(node)[index]
@@ -169,6 +170,10 @@ def _is_in_function(node: NodeOrLeaf) -> bool:
 def _is_called(node: Name) -> bool:
     following = node.get_next_sibling()
     return following is not None and following.type == "trailer" and following.children[0] == "("
+
+
+def _is_something(value: NodeOrLeaf) -> bool:
+    return value.get_code().strip() not in ("None", "False", '""')
 
 
 def _words(node: NodeOrLeaf) -> str:

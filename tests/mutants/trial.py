@@ -230,10 +230,15 @@ def changes_functions(path: Path, original: str, mutated: str) -> bool:
     return _changed(compile(original, str(path), "exec"), compile(mutated, str(path), "exec")) is not None
 
 
-def swapped(path: Path, original: str, mutated: str) -> Codes:
-    """The functions of the imported module at ``path`` that the mutant changes, with their new code."""
+def functions_of(path: Path) -> list[FunctionType]:
+    """All functions that the import of the module at ``path`` has made."""
+    gc.unfreeze()
+    return [one for one in gc.get_objects() if isinstance(one, FunctionType) and one.__code__.co_filename == str(path)]
+
+
+def swapped(path: Path, live: list[FunctionType], original: str, mutated: str) -> Codes:
+    """Those of the ``live`` functions that the mutant changes, with their new code."""
     changed = _changed(compile(original, str(path), "exec"), compile(mutated, str(path), "exec")) or []
-    live = [one for one in gc.get_objects() if isinstance(one, FunctionType) and one.__code__.co_filename == str(path)]
     return [(one, new) for one in live for old, new in changed if one.__code__ == old]
 
 
@@ -272,7 +277,7 @@ class MutantFinder(importlib.abc.MetaPathFinder):
     def find_spec(self, name: str, path: Any, target: ModuleType | None = None) -> Any:
         if name != self._name:
             return None
-        complete = [name for name, module in list(sys.modules.items()) if _is_complete(name, module)]
+        complete = [name for name in list(sys.modules) if _is_complete(name)]
         _note(self._notes, imports=complete)
         return importlib.util.spec_from_file_location(name, self._path, loader=_Loader(name, self._path, self._source))
 
@@ -286,11 +291,13 @@ class _Loader(importlib.machinery.SourceFileLoader):
         return compile(self._source, self.path, "exec", dont_inherit=True)
 
 
-def _is_complete(name: str, module: ModuleType | None) -> bool:
-    spec = getattr(module, "__spec__", None)
-    if spec is None or getattr(spec, "_initializing", False) or spec.name != name:
+def _is_complete(name: str) -> bool:
+    """It and the packages around it, which are imported with it."""
+    parents = [name.rsplit(".", depth)[0] for depth in range(name.count(".") + 1)]
+    specs = [getattr(sys.modules.get(one), "__spec__", None) for one in parents]
+    if any(spec is None or getattr(spec, "_initializing", False) for spec in specs):
         return False
-    return not name.startswith(("tests", "test_", "conftest", "plugins")) and "conftest" not in name
+    return not name.startswith(("tests", "test_", "plugins")) and "conftest" not in name
 
 
 @contextlib.contextmanager

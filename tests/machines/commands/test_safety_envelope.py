@@ -124,7 +124,8 @@ def test_a_command_that_was_refused_after_all_did_not_move_the_envelope() -> Non
     before = envelope.state
     envelope.shaped({"v": 1.0}, 1.0, 0.1)
     envelope.restore(before)
-    assert envelope.shaped({"v": 1.0}, 1.0, 0.1).message["v"] == pytest.approx(0.2)
+    assert envelope.state == before
+    assert envelope.shaped({"v": 1.0}, 1.0, 0.05).message["v"] == pytest.approx(0.15)
 
 
 def test_a_clock_that_goes_back_moves_nothing() -> None:
@@ -143,6 +144,34 @@ def test_limits_that_share_a_field_move_together() -> None:
     message = envelope.shaped({"x": 0.0, "y": 1.0}, 1.0, 0.2).message
     assert message["x"] == pytest.approx(0.9)
     assert math.hypot(message["x"], message["y"]) <= 1.0
+
+
+def test_limits_that_share_no_field_do_not_wait_for_each_other() -> None:
+    envelope = SafetyEnvelope(
+        [FieldLimit(("slow",), None, None, None, 0.1), FieldLimit(("quick",), None, None, None, 100.0)]
+    )
+    message = envelope.shaped({"slow": 1.0, "quick": 1.0}, 1.0, 0.0).message
+    assert message == {"slow": pytest.approx(0.01), "quick": 1.0}
+
+
+def test_what_is_within_reach_is_reached_exactly() -> None:
+    envelope = SafetyEnvelope([FieldLimit(("v",), None, None, None, 100.0)])
+    envelope.shaped({"v": 0.7}, 1.0, 0.0)
+    shaped = envelope.shaped({"v": 0.1}, 1.0, 0.1)
+    assert (shaped.message["v"], shaped.was_limited) == (0.1, False), "0.7 + (0.1 - 0.7) would not be 0.1"
+
+
+def test_a_standstill_saves_up_no_jump_however_long_it_is_repeated() -> None:
+    envelope = SafetyEnvelope([FieldLimit(("v",), None, None, None, 2.0)])
+    for now_s in (0.0, 0.05, 0.1):
+        envelope.shaped({"v": 0.0}, 1.0, now_s)
+    assert envelope.shaped({"v": 9.0}, 1.0, 0.12).message["v"] == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize("limits", [(), [FieldLimit(("v",), None, None, None, 1.0)]])
+def test_a_standstill_has_no_sign(limits: list[FieldLimit]) -> None:
+    value = SafetyEnvelope(limits, ("v",)).shaped({"v": -1.0}, 0.0, 0.0).message["v"]
+    assert (value, math.copysign(1.0, value)) == (0.0, 1.0)
 
 
 # -- missing fields
@@ -266,6 +295,11 @@ def test_zero_makes_a_message_a_standstill_and_keeps_the_rest() -> None:
         "linear": {"x": 0.0, "frame": "base"},
         "light": 1,
     }
+
+
+def test_a_standstill_too_is_refused_by_the_name_of_what_is_no_number() -> None:
+    with pytest.raises(OutOfRange, match=r"linear\.x is no number but a str"):
+        SafetyEnvelope((), TWIST).zero({"linear": {"x": "fast"}})
 
 
 # -- properties

@@ -99,7 +99,7 @@ def test_a_person_takes_from_a_program_at_once() -> None:
 
 def test_a_program_takes_nothing_from_a_person_and_does_not_wait() -> None:
     desk = desk_with(PATROL, ANNA, holder=ANNA)
-    assert replies(desk.handle(Requested("p", "motion"), 1.0)) == [("p", "denied", "lease.person_commands")]
+    assert desk.handle(Requested("p", "motion"), 1.0) == [Reply("p", "motion", "denied", 0, "lease.person_commands")]
     assert desk.queue("motion") == ()
 
 
@@ -125,7 +125,7 @@ def test_a_program_waits_for_a_program() -> None:
 
 def test_an_observer_gets_no_lease() -> None:
     desk = desk_with(WATCHER)
-    assert replies(desk.handle(Requested("w", "motion"), 1.0)) == [("w", "denied", "lease.forbidden")]
+    assert desk.handle(Requested("w", "motion"), 1.0) == [Reply("w", "motion", "denied", 0, "lease.forbidden")]
     assert desk.refusal("w", "motion", 0, 1.0) == "lease.forbidden"
 
 
@@ -133,7 +133,7 @@ def test_an_observer_gets_no_lease() -> None:
 def test_force_is_for_supervisors_with_a_reason(party: Party, reason: str) -> None:
     desk = desk_with(ANNA, party, holder=ANNA)
     effects = desk.handle(Requested(party.peer_id, "motion", reason, force=True), 1.0)
-    assert replies(effects) == [(party.peer_id, "denied", "lease.force_forbidden")]
+    assert effects == [Reply(party.peer_id, "motion", "denied", 0, "lease.force_forbidden")]
     assert desk.holder("motion") == ANNA
 
 
@@ -155,8 +155,9 @@ def test_force_is_told_as_force_also_where_it_was_not_needed() -> None:
 
 def test_an_unknown_resource_is_named() -> None:
     desk = desk_with(ANNA)
-    assert replies(desk.handle(Requested("a", "legs"), 0.0)) == [("a", "denied", "lease.unknown_resource")]
-    assert replies(desk.handle(Released("a", "legs"), 0.0)) == [("a", "denied", "lease.unknown_resource")]
+    denied = Reply("a", "legs", "denied", 0, "lease.unknown_resource")
+    assert desk.handle(Requested("a", "legs"), 0.0) == [denied]
+    assert desk.handle(Released("a", "legs"), 0.0) == [denied]
     assert desk.refusal("a", "legs", 1, 0.0) == "lease.unknown_resource"
     assert (desk.holder("legs"), desk.epoch("legs"), desk.queue("legs")) == (None, 0, ())
 
@@ -214,10 +215,15 @@ def test_the_queue_is_bounded_and_a_program_makes_room_for_a_person() -> None:
     desk = desk_with(ANNA, BEN, PATROL, MAPPER, *programs, holder=PATROL)
     for number, program in enumerate(programs):
         desk.handle(Requested(program.peer_id, "motion"), 0.001 * number)
-    assert replies(desk.handle(Requested("m", "motion"), 0.5)) == [("m", "denied", "lease.denied")]
+    denied = Reply("m", "motion", "denied", 0, "lease.denied", "too many wait already")
+    assert desk.handle(Requested("m", "motion"), 0.5) == [denied]
     desk.handle(Requested("a", "motion"), 0.6)
     effects = desk.handle(Requested("b", "motion"), 0.7)
-    assert replies(effects) == [("p31", "denied", "lease.person_commands"), ("b", "queued", "lease.queued")]
+    assert effects == [
+        Reply("p31", "motion", "denied", 0, "lease.person_commands"),
+        Reply("b", "motion", "queued", 0, "lease.queued"),
+        QueueChanged("motion"),
+    ]
     assert len(desk.queue("motion")) == MAX_WAITING
     assert desk.queue("motion")[0].party == BEN
 
@@ -310,6 +316,19 @@ def test_a_keep_alive_that_comes_too_late_revives_nothing() -> None:
     assert replies(effects) == [("a", "ended", "lease.expired"), ("b", "granted", "")]
 
 
+def test_of_two_leases_the_one_that_ends_first_is_waited_for() -> None:
+    desk = desk_with(ANNA, holder=ANNA)
+    desk.handle(Requested("a", "arm"), 1.0)
+    assert desk.deadline_s == 2.0
+
+
+def test_how_long_a_lease_lasts_unkept_is_known() -> None:
+    desk = LeaseDesk(["motion"], expiry_s=0.5)
+    desk.handle(PartyJoined(ANNA), 0.0)
+    desk.handle(Requested("a", "motion"), 0.0)
+    assert (desk.expiry_s, desk.deadline_s) == (0.5, 0.5)
+
+
 # -- coming and going
 
 
@@ -331,6 +350,28 @@ def test_a_lost_holder_has_until_the_expiry_to_come_back_with_a_new_epoch() -> N
         Reply("a2", "motion", "granted", 101),
     ]
     assert desk.refusal("a", "motion", 100, 1.3) == "lease.not_holder"
+    assert desk.deadline_s == 3.2, "with a whole term before it"
+
+
+def test_a_lost_holder_that_comes_back_under_its_own_peer_id_goes_on() -> None:
+    desk = desk_with(ANNA, holder=ANNA)
+    desk.handle(PartyLeft("a", on_purpose=False), 0.5)
+    assert desk.handle(PartyJoined(ANNA), 1.0) == []
+    assert desk.refusal("a", "motion", 100, 1.1) is None
+
+
+def test_a_holder_that_says_more_of_itself_goes_on_and_is_known_by_it() -> None:
+    desk = desk_with(PATROL, holder=PATROL)
+    named = Party("p", "sp", "Pia", is_person=True)
+    assert desk.handle(PartyJoined(named), 0.5) == []
+    assert (desk.holder("motion"), desk.epoch("motion")) == (named, 100)
+
+
+def test_who_gets_what_another_may_no_longer_have_has_it_for_a_whole_term() -> None:
+    desk = desk_with(ANNA, BEN, holder=ANNA)
+    desk.handle(Requested("b", "motion"), 0.1)
+    desk.handle(PartyJoined(Party("a", "sa", "Anna", role="observer", is_person=True)), 0.5)
+    assert (desk.holder("motion"), desk.deadline_s) == (BEN, 2.5)
 
 
 def test_a_lost_holder_that_does_not_come_back_makes_way_for_who_waits() -> None:
@@ -490,6 +531,14 @@ def test_an_epoch_is_never_zero_even_after_the_last_one() -> None:
         epochs.append(desk.epoch("motion"))
         desk.handle(Released("a", "motion"), 0.0)
     assert epochs == [EPOCH_MAX - 1, EPOCH_MAX, 1, 2]
+
+
+@pytest.mark.parametrize("options", [{}, {"first_epoch": 0}, {"first_epoch": EPOCH_MAX}])
+def test_epochs_begin_with_one_where_nothing_else_is_said(options: dict[str, int]) -> None:
+    desk = LeaseDesk(["motion"], **options)  # type: ignore[arg-type]
+    desk.handle(PartyJoined(ANNA), 0.0)
+    desk.handle(Requested("a", "motion"), 0.0)
+    assert desk.epoch("motion") == 1
 
 
 @pytest.mark.parametrize("first", [0, -5, EPOCH_MAX, 2**70])

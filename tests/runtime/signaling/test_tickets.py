@@ -11,7 +11,7 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 
-from mosaic_core.runtime.signaling.tickets import TicketVerifier
+from mosaic_core.runtime.signaling.tickets import LEEWAY_S, TicketVerifier
 from mosaic_core.words.errors import AuthError
 from mosaic_core.words.signaling import PrepareConnection, TicketKey
 
@@ -62,14 +62,39 @@ def test_the_key_is_chosen_by_its_id_so_that_servers_can_rotate() -> None:
         ({"peerId": "p2"}, "another peerId"),
         ({"sessionId": "s2"}, "another sessionId"),
         ({"role": "god"}, "unknown role"),
-        ({"exp": None}, "exp"),
-        ({"sub": None}, "sub"),
+        *(({name: None}, name) for name in ("exp", "iat", "sub", "sessionId", "robotId", "peerId", "role")),
     ],
 )
 def test_every_wrong_claim_is_refused_by_name(changes: dict[str, Any], part: str) -> None:
     with pytest.raises(AuthError, match=part) as caught:
         verify(ticket(**changes))
     assert caught.value.code == "auth.bad_ticket"
+
+
+def test_clocks_may_differ_by_a_minute() -> None:
+    now = time.time()
+    for changes in ({"exp": now - LEEWAY_S + 20}, {"iat": now + LEEWAY_S - 20}):
+        assert verify(ticket(**changes)).operator_id == "ann"
+    for changes in ({"exp": now - LEEWAY_S - 20}, {"iat": now + LEEWAY_S + 20}):
+        with pytest.raises(AuthError, match="clock"):
+            verify(ticket(**changes))
+
+
+def test_ids_are_the_same_in_capitals_and_a_nameless_operator_has_no_name() -> None:
+    who = verify(ticket(robotId="R1", peerId="P1", sessionId="S1", name=None))
+    assert (who.session_id, who.name) == ("S1", "")
+
+
+def test_a_server_that_names_no_session_leaves_it_to_the_ticket() -> None:
+    prepared = PrepareConnection(rtc_connection_id="p1")
+    assert TicketVerifier("r1")(ticket(sessionId="s9"), prepared, (key(),)).session_id == "s9"
+
+
+def test_an_unknown_role_and_an_unknown_key_are_told() -> None:
+    with pytest.raises(AuthError, match="unknown role 'god'"):
+        verify(ticket(role="god"))
+    with pytest.raises(AuthError, match="a key that the server did not announce"):
+        verify(ticket(kid="k9"))
 
 
 @pytest.mark.parametrize(
@@ -92,5 +117,6 @@ def test_what_our_server_did_not_sign_is_refused(text: str) -> None:
 
 def test_an_unusable_key_refuses_instead_of_crashing() -> None:
     for x in ("", "AAAA", "?"):
-        with pytest.raises(AuthError):
+        with pytest.raises(AuthError, match="unusable key") as caught:
             verify(ticket(), TicketKey(kid="k1", x=x))
+        assert caught.value.code == "auth.bad_ticket"

@@ -7,26 +7,43 @@ from typing import Any
 import pytest
 
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry
-from mosaic_core.words.codes import CloseCode, ResultCode
+from mosaic_core.words.codes import CLOSE_REASONS, CloseCode, ResultCode
 from mosaic_core.words.data_type import Direction, MosaicDataType
+from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import (
     EXTENSIONS,
+    SIZE_AFTER_AUTHORIZATION,
+    AuthorizeResult,
     CatalogueAnnounce,
+    CatalogueUpdate,
     ClosePeerConnection,
+    ErrorEcho,
     ExchangeIceCandidate,
     IceCandidate,
     OperatorIdentity,
+    PingPing,
+    PingPong,
+    RobotStatus,
     SdpAnswer,
     SdpOffer,
+    SessionWelcome,
     SignalingMessage,
     StatusSubscribe,
     StatusUnsubscribe,
     StatusUpdate,
+    TicketKey,
     UnknownMessage,
 )
 from mosaic_server.switchboard import Switchboard
 from mosaic_server.switchboard.connection_rules import NEVER_OFFERED_S, ORPHANED_S, PER_ACCOUNT_AND_ROBOT, SESSION_S
-from mosaic_server.switchboard.effects import CloseLink, ConnectionsMade, ConnectionsRefused, KeepCatalogue, SendToLink
+from mosaic_server.switchboard.effects import (
+    CloseLink,
+    ConnectionsMade,
+    ConnectionsRefused,
+    KeepCatalogue,
+    LimitFrames,
+    SendToLink,
+)
 from mosaic_server.switchboard.events import (
     AuthorizationRefused,
     ConnectionsRequested,
@@ -45,6 +62,7 @@ from mosaic_server.switchboard.events import (
     Ticked,
     WantedConnection,
 )
+from mosaic_server.switchboard.parties import WEDGED_AFTER_S
 from mosaic_server.switchboard.voiding import HEARD_AFTER_S
 
 ROBOT = "00000000-0000-4000-8000-000000000001"
@@ -83,7 +101,13 @@ class Scene:
         return socket
 
     def says(self, socket: int, message: SignalingMessage, spelled: str | None = None) -> list[Any]:
-        return self.board.handle(MessageArrived(socket, message, spelled or message.type, self.now_s))
+        """What follows; a refusal names what it refuses."""
+        spelled = spelled or message.type
+        effects = self.board.handle(MessageArrived(socket, message, spelled, self.now_s))
+        for effect in effects:
+            if isinstance(effect, SendToLink) and effect.socket == socket and isinstance(effect.message, ErrorEcho):
+                assert effect.message.request_type.removesuffix(".res") == spelled
+        return effects
 
     def asks(
         self,
@@ -190,13 +214,104 @@ def test_welcome_goes_only_to_those_who_know_extensions(scene: Scene) -> None:
         assert [envelope["type"] for number, envelope in texts(effects) if number == socket] == expected
 
 
+def test_the_welcome_tells_ice_servers_and_keys_to_those_who_know_them() -> None:
+    key, ice = TicketKey(kid="k", x="x"), IceServer(urls=("stun:s.example",))
+    board = Switchboard(keys=(key,))
+    for number, (extensions, ice_servers, keys) in enumerate(
+        [({"iceServers": 1}, (ice,), ()), ({"tickets": 1}, (), (key,))]
+    ):
+        board.handle(LinkOpened(number, Side.OPERATOR, 0.0))
+        assert board.handle(OperatorAuthorized(number, ADA, "org", 0.0, extensions, (ice,))) == [
+            LimitFrames(number, SIZE_AFTER_AUTHORIZATION),
+            SendToLink(number, AuthorizeResult(code=ResultCode.SUCCESS)),
+            SendToLink(
+                number,
+                SessionWelcome(server="mosaic-server", extensions=extensions, ice_servers=ice_servers, keys=keys),
+            ),
+        ]
+
+
+def test_a_stranger_is_told_that_it_has_not_logged_in_and_may_answer_pings(scene: Scene) -> None:
+    for side, told in ((Side.ROBOT, "catalogue.announce.res"), (Side.OPERATOR, "catalogue.announce")):
+        socket = scene.opened(side)
+        effects = scene.says(socket, CatalogueAnnounce(catalogue=CATALOGUE))
+        assert effects == [SendToLink(socket, ErrorEcho(request_type=told, code=ResultCode.AUTHENTICATION_FAILED))]
+        assert scene.says(socket, PingPong(ping_id="id")) == []
+    assert echoed(scene.says(socket, StatusUpdate(status=1))) == 10021, "only robots have a status to hold"
+
+
+def test_nobody_may_refuse_the_server_anything(scene: Scene) -> None:
+    for socket in (scene.opened(Side.ROBOT), scene.robot(), scene.operator()):
+        assert scene.says(socket, ErrorEcho(request_type="authorize", code=10021)) == []
+        assert scene.says(socket, AuthorizeResult(code=ResultCode.SUCCESS)) == []
+
+
+def test_the_time_to_authorize_is_over_to_the_moment() -> None:
+    board = Switchboard(authorize_within_s=4.0)
+    board.handle(LinkOpened(1, Side.ROBOT, 0.0))
+    assert board.handle(Ticked(3.9)) == []
+    assert board.handle(Ticked(4.0)) == [CloseLink(1, CloseCode.TIMEOUT)]
+
+
+def test_a_status_that_was_held_counts_from_the_log_in_and_for_that_robot_alone(scene: Scene) -> None:
+    socket, other = scene.opened(Side.ROBOT), ROBOT[:-1] + "2"
+    scene.operator()
+    scene.says(socket, StatusUpdate(status=RobotStatus.RTC_CONNECTING))
+    scene.board.handle(RobotAuthorized(socket, ROBOT, "org", scene.now_s))
+    scene.now_s += WEDGED_AFTER_S - 1
+    assert scene.asks("c") == [ConnectionsRefused(ResultCode.ROBOT_NOT_READY_TO_CONNECT, ROBOT)]
+    scene.now_s += 1
+    assert ConnectionsMade() in scene.asks("c")
+    scene.board.handle(RobotAuthorized(socket, other, "org", scene.now_s))
+    assert scene.board.robot(other).status is RobotStatus.WS_CONNECTED  # type: ignore[union-attr]
+
+
+def test_an_operator_that_logs_in_again_on_its_socket_keeps_what_it_has(scene: Scene) -> None:
+    robot, socket = scene.robot(), scene.operator()
+    scene.says(socket, StatusSubscribe(robot_ids=(ROBOT,)))
+    scene.connected(socket)
+    scene.board.handle(OperatorAuthorized(socket, ADA, "org", scene.now_s))
+    assert to(scene.says(robot, StatusUpdate(status=1))) == [socket]
+    assert to(scene.says(robot, candidate())) == [socket]
+
+
+@pytest.mark.parametrize("ending", ["malformed", "wrong log-ins", "another account", "silence"])
+def test_a_connection_outlives_its_operators_socket_for_ten_minutes_however_it_ended(scene: Scene, ending: str) -> None:
+    scene.robot(ours=True)
+    socket = scene.operator(ours=True)
+    scene.connected(socket)
+    scene.now_s += 1000
+    if ending == "malformed":
+        for _ in range(6):
+            scene.board.handle(MalformedArrived(socket, None, scene.now_s))
+    elif ending == "wrong log-ins":
+        for _ in range(5):
+            scene.board.handle(AuthorizationRefused(socket, ResultCode.AUTHENTICATION_FAILED, scene.now_s))
+    elif ending == "another account":
+        scene.board.handle(OperatorAuthorized(socket, BOB, "org", scene.now_s))
+        scene.closed(socket)
+    else:
+        scene.board.handle(SocketCondemned(socket, CloseCode.TIMEOUT, scene.now_s))
+    scene.passes(ORPHANED_S)
+    assert set(scene.board.book.connections) == {"c"}
+    scene.passes(1)
+    assert scene.board.book.connections == {}
+
+
 def test_five_wrong_logins_close_the_socket(scene: Scene) -> None:
     socket = scene.opened(Side.OPERATOR)
     wrong = AuthorizationRefused(socket, ResultCode.AUTHENTICATION_FAILED, scene.now_s)
     for _ in range(4):
         assert texts(scene.board.handle(wrong)) == [(socket, {"type": "authorize.res", "data": 10021})]
-    assert scene.board.handle(wrong)[-1] == CloseLink(socket, CloseCode.AUTH)
+    told = SendToLink(socket, AuthorizeResult(code=ResultCode.AUTHENTICATION_FAILED))
+    assert scene.board.handle(wrong) == [told, CloseLink(socket, CloseCode.AUTH)]
     assert scene.board.handle(wrong) == []
+
+
+def test_a_bare_refusal_is_spelled_as_the_original_spells_it(scene: Scene) -> None:
+    socket = scene.opened(Side.ROBOT)
+    refused = AuthorizationRefused(socket, ResultCode.ROBOT_NOT_FOUND, scene.now_s, bare=True)
+    assert texts(scene.board.handle(refused)) == [(socket, {"type": "authorize", "data": 20001})]
 
 
 def test_malformed_frames_are_echoed_and_then_close_the_socket(scene: Scene) -> None:
@@ -215,7 +330,23 @@ def test_malformed_frames_are_echoed_and_then_close_the_socket(scene: Scene) -> 
 
 def test_pings_go_to_authorized_sockets_only(scene: Scene) -> None:
     assert scene.board.handle(PingDue(scene.opened(Side.ROBOT), "id")) == []
-    assert to(scene.board.handle(PingDue(scene.robot(), "id"))) != []
+    socket = scene.robot()
+    assert scene.board.handle(PingDue(socket, "id")) == [SendToLink(socket, PingPing(ping_id="id"))]
+
+
+def test_an_account_knows_sessions_if_one_of_its_sockets_says_so(scene: Scene) -> None:
+    scene.operator(BOB)
+    assert not scene.board.knows_sessions("ada")
+    scene.operator(ADA)
+    assert not scene.board.knows_sessions("ada")
+    scene.operator(ADA, ours=True)
+    assert scene.board.knows_sessions("ada")
+    assert not scene.board.knows_sessions("bob")
+
+
+@pytest.mark.parametrize("code", list(CloseCode))
+def test_a_socket_is_closed_with_its_codes_own_words(code: CloseCode) -> None:
+    assert CloseLink(1, code).reason == CLOSE_REASONS[code]
 
 
 # --- presence
@@ -243,13 +374,34 @@ def test_a_subscription_replaces_the_one_before_and_ends(scene: Scene) -> None:
     assert scene.says(robot, StatusUpdate(status=2)) == []
 
 
+def test_who_is_gone_hears_nothing_and_who_stays_hears_all(scene: Scene) -> None:
+    robot = scene.robot()
+    first, second, third = scene.operator(), scene.operator(), scene.operator()
+    for operator in (first, second, third):
+        scene.says(operator, StatusSubscribe(robot_ids=(ROBOT,)))
+    scene.closed(first)
+    scene.says(second, StatusUnsubscribe(robot_ids=(ROBOT,)))
+    assert to(scene.says(robot, StatusUpdate(status=1))) == [third]
+
+
+def test_operators_that_came_and_went_leave_nothing_behind(scene: Scene) -> None:
+    scene.robot()
+    empty = repr(vars(scene.board.book))
+    for _ in range(3):
+        operator = scene.operator()
+        scene.says(operator, StatusSubscribe(robot_ids=(ROBOT,)))
+        scene.closed(operator)
+    assert repr(vars(scene.board.book)) == empty
+
+
 def test_strangers_learn_nothing_of_a_robot(scene: Scene) -> None:
     robot = scene.robot(ours=True)
     scene.says(robot, CatalogueAnnounce(catalogue=CATALOGUE))
     stranger = scene.operator(BOB, organization="other", ours=True)
     unknown = scene.says(stranger, StatusSubscribe(robot_ids=(ROBOT[:-1] + "9",)))
     foreign = scene.says(stranger, StatusSubscribe(robot_ids=(ROBOT,)))
-    assert [one.message.status for one in unknown] == [one.message.status for one in foreign] == [5]
+    nobody = [{"robotId": robot_id, "status": 5} for robot_id in (ROBOT[:-1] + "9", ROBOT)]
+    assert [one.message.wire() for one in (*unknown, *foreign)] == nobody
     assert scene.says(robot, StatusUpdate(status=1)) == []
 
 
@@ -259,6 +411,11 @@ def test_too_many_or_odd_subscriptions_are_refused(scene: Scene) -> None:
         assert echoed(scene.says(operator, StatusSubscribe(robot_ids=robot_ids))) == 10000
 
 
+def test_a_thousand_subscriptions_are_not_too_many(scene: Scene) -> None:
+    robot_ids = tuple(f"00000000-0000-4000-8000-{number:012}" for number in range(1000))
+    assert len(scene.says(scene.operator(), StatusSubscribe(robot_ids=robot_ids))) == 1000
+
+
 def test_the_catalogue_is_kept_without_schemas_and_told_to_those_who_know_it(scene: Scene) -> None:
     robot = scene.robot(ours=True)
     ours, original = scene.operator(ours=True), scene.operator()
@@ -266,7 +423,7 @@ def test_the_catalogue_is_kept_without_schemas_and_told_to_those_who_know_it(sce
         scene.says(operator, StatusSubscribe(robot_ids=(ROBOT,)))
     effects = scene.says(robot, CatalogueAnnounce(catalogue=CATALOGUE))
     assert effects[0] == KeepCatalogue(ROBOT, CATALOGUE.short())
-    assert to(effects) == [ours]
+    assert effects[1:] == [SendToLink(ours, CatalogueUpdate(robot_id=ROBOT, catalogue=CATALOGUE.short()))]
     assert scene.says(robot, CatalogueAnnounce(catalogue=CATALOGUE)) == []
     scene.closed(robot)
     late = scene.operator(ours=True)
@@ -276,8 +433,12 @@ def test_the_catalogue_is_kept_without_schemas_and_told_to_those_who_know_it(sce
 
 def test_a_catalogue_from_the_database_is_known_before_the_robot_comes(scene: Scene) -> None:
     scene.board.handle(RobotRemembered(ROBOT, "org", CATALOGUE))
-    told = texts(scene.says(scene.operator(ours=True), StatusSubscribe(robot_ids=(ROBOT,))))
+    operator = scene.operator(ours=True)
+    told = texts(scene.says(operator, StatusSubscribe(robot_ids=(ROBOT,))))
     assert [envelope["type"] for _, envelope in told] == ["status.update", "catalogue.update"]
+    robot = scene.robot()
+    news = {"type": "status.update", "data": {"robotId": ROBOT, "status": 1}}
+    assert texts(scene.says(robot, StatusUpdate(status=1))) == [(operator, news)]
 
 
 def test_an_original_robot_may_not_announce_a_catalogue(scene: Scene) -> None:
@@ -292,6 +453,7 @@ def test_the_newest_socket_of_a_robot_wins_and_the_old_one_is_told(scene: Scene)
     effects = scene.board.handle(RobotAuthorized(new, ROBOT, "org", scene.now_s))
     assert effects[0] == CloseLink(old, CloseCode.REPLACED)
     assert scene.says(old, StatusUpdate(status=2)) == [], "nothing of the old one counts any more"
+    assert scene.board.handle(PingDue(old, "id")) == [], "it is closed"
     assert scene.closed(old) == [], "and its end does not mark the robot as gone"
     assert scene.board.robot(ROBOT).socket == new  # type: ignore[union-attr]
 
@@ -301,6 +463,8 @@ def test_a_removed_robot_loses_its_socket_and_its_connections(scene: Scene) -> N
     scene.connected(operator)
     assert CloseLink(robot, CloseCode.AUTH) in scene.board.handle(RobotRemoved(ROBOT, scene.now_s))
     assert echoed(scene.says(operator, candidate())) == 10053
+    assert scene.board.robot(ROBOT) is None
+    assert scene.board.handle(RobotRemoved(ROBOT, scene.now_s)) == [], "there is nothing left to remove"
 
 
 def test_a_condemned_socket_is_closed_once(scene: Scene) -> None:
@@ -409,6 +573,53 @@ def test_a_session_is_claimed_again_by_its_owner_only(scene: Scene) -> None:
     assert scene.asks("c", BOB, session_id="s") == [ConnectionsRefused(ResultCode.ACCESS_DENIED, ROBOT)]
 
 
+def test_a_session_is_its_owners_for_an_hour_after_its_last_connection(scene: Scene) -> None:
+    scene.robot(ours=True)
+    operator = scene.operator()
+    scene.operator(BOB)
+    scene.asks("c", session_id="s")
+    scene.says(operator, offer())
+    scene.passes(3 * SESSION_S)
+    scene.says(operator, close())
+    scene.passes(SESSION_S)
+    assert scene.asks("d", BOB, session_id="s") == [ConnectionsRefused(ResultCode.ACCESS_DENIED, ROBOT)]
+    scene.passes(1)
+    assert ConnectionsMade() in scene.asks("d", BOB, session_id="s")
+
+
+@pytest.mark.parametrize(
+    ("extensions", "more"),
+    [
+        ({}, set()),
+        ({"iceServers": 1}, set()),
+        ({"multiPeer": 1}, {"sessionId", "operator"}),
+        ({"tickets": 1}, {"sessionId", "operator", "ticket"}),
+        ({"tickets": 1, "iceServers": 1}, {"sessionId", "operator", "ticket", "iceServers"}),
+    ],
+)
+def test_a_robot_is_told_of_an_operator_what_it_knows_to_read(
+    scene: Scene, extensions: dict[str, int], more: set[str]
+) -> None:
+    socket = scene.opened(Side.ROBOT)
+    scene.board.handle(RobotAuthorized(socket, ROBOT, "org", scene.now_s, extensions))
+    scene.says(socket, StatusUpdate(status=0))
+    scene.operator()
+    assert set(scene.asks("c")[0].message.wire()) == {"rtcConnectionId"} | more
+
+
+def test_the_end_of_an_older_connection_does_not_free_a_robot_that_is_kept_for_the_next(scene: Scene) -> None:
+    robot, ada = scene.robot(), scene.operator()
+    eve = OperatorIdentity(id="eve", name="Eve")
+    scene.operator(BOB)
+    scene.operator(eve)
+    scene.connected(ada)
+    for status in (1, 0):
+        scene.says(robot, StatusUpdate(status=status))
+    assert ConnectionsMade() in scene.asks("d", BOB)
+    scene.says(ada, close())
+    assert scene.asks("e", eve) == [ConnectionsRefused(ResultCode.ROBOT_NOT_READY_TO_CONNECT, ROBOT)]
+
+
 def test_connections_that_nobody_closes_do_not_pile_up(scene: Scene) -> None:
     scene.robot(ours=True)
     scene.operator()
@@ -466,6 +677,28 @@ def test_a_robot_that_reconnects_still_owns_its_connections(scene: Scene) -> Non
     assert to(scene.says(operator, candidate())) == [new]
 
 
+@pytest.mark.parametrize("speaker", ["robot", "operator"])
+def test_a_connection_is_remembered_for_ten_minutes_after_the_last_word_in_it(scene: Scene, speaker: str) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator()
+    scene.connected(operator)
+    scene.now_s += 1000
+    scene.says(robot if speaker == "robot" else operator, candidate())
+    scene.closed(robot)
+    scene.passes(ORPHANED_S)
+    assert set(scene.board.book.connections) == {"c"}
+    scene.passes(1)
+    assert scene.board.book.connections == {}
+
+
+def test_only_our_robots_are_told_which_tracks_an_offer_asks_for(scene: Scene) -> None:
+    operator = scene.operator()
+    for robot_id, ours, tracks in ((ROBOT, True, {"cam": "0"}), (ROBOT[:-1] + "2", False, None)):
+        scene.robot(robot_id, ours=ours)
+        scene.asks(robot_id, robot_id=robot_id)
+        [sent] = scene.says(operator, offer(robot_id, tracks={"cam": "0"}))
+        assert (sent.message.sdp_offer, sent.message.tracks) == ("o", tracks)
+
+
 def test_a_robot_may_not_speak_in_a_connection_of_another(scene: Scene) -> None:
     scene.robot()
     other = scene.robot(ROBOT[:-1] + "2")
@@ -497,7 +730,9 @@ def test_stale_connections_and_sessions_are_forgotten(scene: Scene) -> None:
     robot, operator = scene.robot(ours=True), scene.operator()
     scene.asks("never offered")
     scene.connected(operator, connection_id="alive")
-    scene.passes(NEVER_OFFERED_S + 1)
+    scene.passes(NEVER_OFFERED_S)
+    assert set(scene.board.book.connections) == {"never offered", "alive"}
+    scene.passes(1)
     assert set(scene.board.book.connections) == {"alive"}
     scene.passes(10 * ORPHANED_S)
     assert set(scene.board.book.connections) == {"alive"}
@@ -511,8 +746,11 @@ def test_stale_connections_and_sessions_are_forgotten(scene: Scene) -> None:
 
 def test_unknown_words_are_refused_pings_are_not(scene: Scene) -> None:
     for socket in (scene.robot(), scene.operator()):
-        assert echoed(scene.says(socket, UnknownMessage(unknown_type="a.b"), "a.b")) == 10002
-        assert scene.says(socket, UnknownMessage(unknown_type="ping"), "ping") == []
+        told = ErrorEcho(request_type="a.b", code=ResultCode.UNKNOWN_WEBSOCKET_REQUEST_TYPE)
+        assert scene.says(socket, UnknownMessage(unknown_type="a.b"), "a.b") == [SendToLink(socket, told)]
+        assert echoed(scene.says(socket, UnknownMessage(unknown_type="a.ping"), "a.ping")) == 10002
+        for spelled in ("ping", "ping.a"):
+            assert scene.says(socket, UnknownMessage(unknown_type=spelled), spelled) == []
 
 
 def test_another_account_on_the_same_socket_inherits_nothing(scene: Scene) -> None:
@@ -523,6 +761,8 @@ def test_another_account_on_the_same_socket_inherits_nothing(scene: Scene) -> No
     assert scene.says(robot, StatusUpdate(status=1)) == []
     assert echoed(scene.says(socket, candidate())) == 10020
     assert scene.says(robot, candidate()) == []
+    scene.says(robot, StatusUpdate(status=0))
+    assert scene.asks("d") == [ConnectionsRefused(ResultCode.USER_WS_SESSION_NOT_EXIST)], "Ada is no longer here"
 
 
 # --- observers
@@ -637,6 +877,15 @@ def test_a_second_offer_that_is_answered_is_carried_like_the_first(scene: Scene)
         assert to(scene.says(operator, offer())) == [robot]
 
 
+def test_of_two_offers_in_a_row_the_first_answer_leaves_the_second_waiting(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator(ours=True)
+    scene.connected(operator)
+    scene.says(operator, offer())
+    scene.says(robot, answer())
+    assert echoed(scene.says(robot, close(code="signal.bad_message"))) == 20007
+    assert to(scene.says(operator, candidate())) == [robot]
+
+
 def test_a_connection_that_ends_while_its_second_offer_waits_has_ended(scene: Scene) -> None:
     robot, operator = scene.robot(ours=True), scene.operator(ours=True)
     scene.connected(operator)
@@ -667,6 +916,16 @@ def test_an_original_robot_keeps_its_connection_when_a_second_offer_comes(scene:
     ]
 
 
+def test_a_further_offer_waits_while_an_original_robot_is_kept_for_the_next_connection(scene: Scene) -> None:
+    robot, operator = scene.robot(), scene.operator()
+    scene.connected(operator)
+    for status in (1, 0):
+        scene.says(robot, StatusUpdate(status=status))
+    scene.asks("d")
+    assert echoed(scene.says(operator, offer("c"))) == 20007
+    assert to(scene.says(operator, offer("d"))) == [robot]
+
+
 # --- original operators that leave
 
 
@@ -684,8 +943,15 @@ def test_a_robot_is_told_at_once_that_an_original_page_was_closed(scene: Scene) 
 def test_a_connection_outlives_the_socket_of_its_original_operator(scene: Scene) -> None:
     robot, operator = scene.robot(ours=True), scene.operator()
     scene.connected(operator)
-    assert scene.closed(operator) == []
+    assert scene.board.handle(LinkClosed(operator, scene.now_s)) == []
     assert to(scene.says(scene.operator(), candidate())) == [robot], "it is taken up again"
+
+
+def test_an_original_page_that_is_closed_after_its_robot_went_away_tells_nobody(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator()
+    scene.connected(operator)
+    scene.closed(robot)
+    assert scene.closed(operator, said_goodbye=True) == []
 
 
 def test_a_robot_is_not_told_of_an_operator_that_answers_no_ping(scene: Scene) -> None:
