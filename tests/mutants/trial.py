@@ -42,7 +42,7 @@ TIMES = 4
 MEMORY_BYTES = 4 << 30
 PYTEST_WORDS = (
     *("-x", "-q", "--assert=plain", "--tb=line", "--no-header", "--hypothesis-seed=0"),
-    *("-p", "no:cacheprovider", "-p", "no:xdist"),
+    *("-p", "no:cacheprovider"),
 )
 
 

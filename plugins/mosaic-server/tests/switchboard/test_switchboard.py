@@ -886,6 +886,15 @@ def test_of_two_offers_in_a_row_the_first_answer_leaves_the_second_waiting(scene
     assert to(scene.says(operator, candidate())) == [robot]
 
 
+def test_when_all_offers_are_answered_the_robots_close_is_the_end_whatever_its_code(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator(ours=True)
+    scene.connected(operator)
+    scene.says(robot, answer())
+    scene.says(operator, offer())
+    scene.says(robot, answer())
+    assert scene.says(robot, close(code="signal.timeout"))[0].message.code == "signal.timeout"
+
+
 def test_a_connection_that_ends_while_its_second_offer_waits_has_ended(scene: Scene) -> None:
     robot, operator = scene.robot(ours=True), scene.operator(ours=True)
     scene.connected(operator)
