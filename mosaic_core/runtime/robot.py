@@ -5,29 +5,19 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-import uuid
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import pluggy
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.host import Sender
-from mosaic_core.machines.peers.network_change import NetworkChange
-from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.hook_calls import call_hook
-from mosaic_core.runtime.control.robot_control import RobotControl
-from mosaic_core.runtime.delivery.sessions import SessionBook
-from mosaic_core.runtime.handlers.handler_runs import HandlerRuns
 from mosaic_core.runtime.handlers.receiver import Outcome
+from mosaic_core.runtime.live_robot import LiveRobot, RobotPlan
 from mosaic_core.runtime.media.plain_stream import plain_sound
 from mosaic_core.runtime.observation.counters import RobotSnapshot
-from mosaic_core.runtime.observation.delivery_reports import DeliveryReports
 from mosaic_core.runtime.peers.near_path import NearPath
-from mosaic_core.runtime.peers.peer_book import PeerBook
-from mosaic_core.runtime.peers.site import Site
-from mosaic_core.runtime.signaling.robot_servers import RobotServers
 from mosaic_core.runtime.signaling.server_link import FLEET, KnownServer
 from mosaic_core.runtime.transport.picture_transport import PictureStreamFactory
 from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
@@ -37,23 +27,9 @@ from mosaic_core.words.config import RobotConfig
 
 logger = logging.getLogger(__name__)
 
-_PEERS_PATIENCE_S = 1.0
-"""For the peers' transports and the socket to close at the end."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Live:
-    """What a robot has once it runs."""
-
-    runs: HandlerRuns
-    control: RobotControl
-    sessions: SessionBook
-    peers: PeerBook
-    servers: RobotServers
-
 
 class Robot:
-    """Is ``run`` on an event loop until ``stop``. One robot runs once."""
+    """Runs on an event loop until it is stopped, once, and tells plugins and journal what happens on it."""
 
     def __init__(
         self,
@@ -71,28 +47,30 @@ class Robot:
         watch_network: NetworkWatcher | None = None,
     ) -> None:
         """``lan`` is a second server beside that of the configuration, or the only one where it names none."""
-        self._config = config
-        self._connectors = tuple(connectors)
+        self._plan = RobotPlan(
+            config=config,
+            connectors=tuple(connectors),
+            catalogue=Catalogue.of(connector.entry for connector in connectors),
+            servers=_known_servers(config, connect_socket, lan),
+            make_answerer=make_answerer,
+            open_stream=open_stream,
+            open_sound=open_sound,
+            software=software,
+        )
         self._shared = shared
         self._plugins = plugins
-        self._known_servers = _known_servers(config, connect_socket, lan)
-        self._make_answerer = make_answerer
-        self._open_stream = open_stream
-        self._open_sound = open_sound
-        self._software = software
         self._watch_network = watch_network
-        self._catalogue = Catalogue.of(connector.entry for connector in connectors)
         self._state = "offline"
         self._started_at_s = time.monotonic()
         self._near = NearPath()
-        self._live: _Live | None = None
+        self._live: LiveRobot | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stop_wanted = False
         self._stopping = asyncio.Event()
 
     @property
     def robot_id(self) -> str:
-        return self._known_servers[0].robot_id
+        return self._plan.servers[0].robot_id
 
     @property
     def state(self) -> str:
@@ -101,7 +79,7 @@ class Robot:
 
     @property
     def catalogue(self) -> Catalogue:
-        return self._catalogue
+        return self._plan.catalogue
 
     @property
     def peers(self) -> tuple[Sender, ...]:
@@ -109,7 +87,7 @@ class Robot:
         return self._live.peers.connected() if self._live is not None else ()
 
     @property
-    def _running(self) -> _Live:
+    def _running(self) -> LiveRobot:
         assert self._live is not None
         return self._live
 
@@ -129,55 +107,22 @@ class Robot:
             raise error
 
     async def _run(self) -> None:
-        self._live = live = self._built()
+        self._live = live = LiveRobot(self._plan, self._near, self)
         live.runs.start()
         signaling = asyncio.create_task(live.servers.run(), name="mosaic-signaling")
         signaling.add_done_callback(lambda _: self._stopping.set())
         watching = None
         if self._watch_network is not None:
-            watching = asyncio.create_task(self._watch_network(self._network_changed), name="mosaic-network")
+            watching = asyncio.create_task(self._watch_network(live.network_changed), name="mosaic-network")
         try:
             if not self._stop_wanted:
                 await self._stopping.wait()
         finally:
             if watching is not None:
                 watching.cancel()
-            await self._shutdown(live, signaling)
+            await live.end(signaling)
         if not signaling.cancelled() and (bug := signaling.exception()) is not None:
             raise bug
-
-    def _built(self) -> _Live:
-        links = LinkWatch()
-        runs = HandlerRuns(self._connectors, self._open_stream, self, links, self._open_sound)
-        control = RobotControl(self._config.control, runs.routes, runs.safety, links, self)
-        sessions = SessionBook(runs.outbox, lambda label: runs.routes[label].counters)
-        site = Site(
-            routes=runs.routes,
-            outbox=runs.outbox,
-            sessions=sessions,
-            media=runs.media,
-            talk=runs.talk,
-            desk=control.desk,
-            links=links,
-            near=self._near,
-            delivery=DeliveryReports(lambda: runs.snapshot({})),
-            legacy_peers=self._config.control.legacy_peers,
-            catalogue=self._catalogue,
-            boot_id=uuid.uuid4().hex,
-            software=self._software,
-            listener=self,
-        )
-        peers = PeerBook(site, self._make_answerer)
-        servers = RobotServers(self._known_servers, self._catalogue, peers, self._server_changed)
-        return _Live(runs, control, sessions, peers, servers)
-
-    def _network_changed(self, change: NetworkChange) -> None:
-        """Be found again soon: operators whose connection is dead ask for a new one through the server."""
-        logger.info("this machine's network is another one (%s)", change)
-        self._running.servers.network_changed(change)
-        if change == "moved":
-            for peer in self._running.peers:
-                peer.doubt()
 
     def stop(self) -> None:
         """Begin an orderly end. Any thread, any number of times, also before :meth:`run`."""
@@ -189,21 +134,9 @@ class Robot:
         except RuntimeError:
             logger.debug("stop() after the robot's event loop was closed")
 
-    async def _shutdown(self, live: _Live, signaling: asyncio.Task[None]) -> None:
-        live.peers.close_all("peer.shutdown")
-        live.sessions.close()
-        live.servers.shut_down()
-        handlers = asyncio.create_task(live.runs.close())
-        _, late = await asyncio.wait({signaling, asyncio.create_task(live.peers.closed())}, timeout=_PEERS_PATIENCE_S)
-        for task in late:
-            task.cancel()
-        await asyncio.gather(*late, return_exceptions=True)
-        await handlers
-        await live.control.close()
-
     # -- what servers tell ---------------------------------------------------------------------------------------
 
-    def _server_changed(self) -> None:
+    def server_changed(self) -> None:
         state = self._running.servers.state
         if state != self._state:
             self._state = state

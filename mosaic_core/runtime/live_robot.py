@@ -1,0 +1,104 @@
+"""What a robot has while it runs: handlers, who commands it, its peers and its servers, each built on those before."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import uuid
+from dataclasses import dataclass
+from typing import Protocol
+
+from mosaic_core.machines.peers.network_change import NetworkChange
+from mosaic_core.runtime.commands.link_watch import LinkWatch
+from mosaic_core.runtime.configuration.connector import Connector
+from mosaic_core.runtime.control.command_desk import DeskListener
+from mosaic_core.runtime.control.robot_control import RobotControl
+from mosaic_core.runtime.delivery.sessions import SessionBook
+from mosaic_core.runtime.handlers.handler_runs import HandlerRuns, RunsListener
+from mosaic_core.runtime.observation.delivery_reports import DeliveryReports
+from mosaic_core.runtime.peers.near_path import NearPath
+from mosaic_core.runtime.peers.peer_book import PeerBook
+from mosaic_core.runtime.peers.site import PeerListener, Site
+from mosaic_core.runtime.signaling.robot_servers import RobotServers
+from mosaic_core.runtime.signaling.server_link import KnownServer
+from mosaic_core.runtime.transport.picture_transport import PictureStreamFactory
+from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
+from mosaic_core.runtime.transport.transport import AnswererFactory
+from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.config import RobotConfig
+
+logger = logging.getLogger(__name__)
+
+_PEERS_PATIENCE_S = 1.0
+"""For the peers' transports and the socket to close at the end."""
+
+
+@dataclass(frozen=True, slots=True)
+class RobotPlan:
+    """What a robot is made of."""
+
+    config: RobotConfig
+    connectors: tuple[Connector, ...]
+    catalogue: Catalogue
+    servers: tuple[KnownServer, ...]
+    make_answerer: AnswererFactory
+    open_stream: PictureStreamFactory
+    open_sound: SoundStreamFactory
+    software: str
+
+
+class LiveListener(RunsListener, DeskListener, PeerListener, Protocol):
+    """Hears all that happens on a running robot, on the event loop."""
+
+    def server_changed(self) -> None:
+        """The robot stands to a server in another way than before."""
+        ...
+
+
+class LiveRobot:
+    """Holds what runs, and ends it in order. Made on the event loop when the robot starts; event loop only."""
+
+    def __init__(self, plan: RobotPlan, near: NearPath, listener: LiveListener) -> None:
+        links = LinkWatch()
+        self.runs = runs = HandlerRuns(plan.connectors, plan.open_stream, listener, links, plan.open_sound)
+        self.control = RobotControl(plan.config.control, runs.routes, runs.safety, links, listener)
+        self._sessions = SessionBook(runs.outbox, lambda label: runs.routes[label].counters)
+        site = Site(
+            routes=runs.routes,
+            outbox=runs.outbox,
+            sessions=self._sessions,
+            media=runs.media,
+            talk=runs.talk,
+            desk=self.control.desk,
+            links=links,
+            near=near,
+            delivery=DeliveryReports(lambda: runs.snapshot({})),
+            legacy_peers=plan.config.control.legacy_peers,
+            catalogue=plan.catalogue,
+            boot_id=uuid.uuid4().hex,
+            software=plan.software,
+            listener=listener,
+        )
+        self.peers = PeerBook(site, plan.make_answerer)
+        self.servers = RobotServers(plan.servers, plan.catalogue, self.peers, listener.server_changed)
+
+    def network_changed(self, change: NetworkChange) -> None:
+        """Be found again soon: operators whose connection is dead ask for a new one through the server."""
+        logger.info("this machine's network is another one (%s)", change)
+        self.servers.network_changed(change)
+        if change == "moved":
+            for peer in self.peers:
+                peer.doubt()
+
+    async def end(self, signaling: asyncio.Task[None]) -> None:
+        """Say good-bye to operators and servers, stop what moves, then the rest. ``signaling`` runs the servers."""
+        self.peers.close_all("peer.shutdown")
+        self._sessions.close()
+        self.servers.shut_down()
+        handlers = asyncio.create_task(self.runs.close())
+        _, late = await asyncio.wait({signaling, asyncio.create_task(self.peers.closed())}, timeout=_PEERS_PATIENCE_S)
+        for task in late:
+            task.cancel()
+        await asyncio.gather(*late, return_exceptions=True)
+        await handlers
+        await self.control.close()
