@@ -180,6 +180,13 @@ def test_an_archive_that_unpacks_without_end_is_refused(tmp_path: Path) -> None:
         read_cloud(path)
 
 
+@pytest.mark.parametrize("kind", [">f8", "<f8"])
+def test_doubles_stay_doubles_in_either_byte_order(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "far.npy"
+    path.write_bytes(npy(np.array([[1e9 + 0.125, 1e300, 0.0]], dtype=kind)))
+    assert read_cloud(path).xyz.tolist() == [[1e9 + 0.125, 1e300, 0.0]]
+
+
 GOOD = [("f.ply", ply("ascii")), ("f.ply", ply("binary_big_endian")), ("f.pcd", pcd("ascii")), ("f.pcd", pcd("binary"))]
 GOOD += [("f.pcd", pcd("binary_compressed")), ("f.npy", npy(np.array(XYZ))), ("f.npz", npz(points=np.array(XYZ)))]
 

@@ -119,6 +119,8 @@ def _colours(array: Numbers) -> Bytes:
 
 
 def _as_floats(array: Numbers) -> Floats:
-    if array.dtype == np.float64 or (array.dtype.kind in "ui" and array.dtype.itemsize > 2):
-        return array.astype(np.float64, copy=False)
-    return array.astype(np.float32, copy=False)
+    """Doubles where a float could not hold the numbers, in whatever byte order they came."""
+    size = array.dtype.itemsize
+    is_wide = size > 4 if array.dtype.kind == "f" else size > 2 and array.dtype.kind in "ui"
+    with np.errstate(over="ignore"):  # what is too large for a double is infinite, and no point
+        return array.astype(np.float64 if is_wide else np.float32, copy=False)
