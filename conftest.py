@@ -4,12 +4,14 @@ tests of pairs found becomes the table of `docs/reference/compatibility.md`."""
 from __future__ import annotations
 
 import logging
+import os
 import sys
 from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 PEERS = str(Path(__file__).parent / "tests" / "peers")
 if PEERS not in sys.path:
@@ -20,6 +22,11 @@ from support.own_network import enter_own_network  # noqa: E402
 from support.side_by_side import RealPeersScheduling, longest_first  # noqa: E402
 
 REAL = ("webrtc", "e2e", "netlab", "postgresql")
+
+# A busy machine is no failure of pure logic. `MOSAIC_THOROUGH=1`: a night's run, which looks at ten times as much.
+settings.register_profile("mosaic", deadline=None)
+settings.register_profile("thorough", deadline=None, max_examples=1000)
+settings.load_profile("thorough" if os.environ.get("MOSAIC_THOROUGH") else "mosaic")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -42,7 +49,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> RealPeersSch
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if config.getoption("--own-networks"):
+    if hasattr(config, "workerinput"):
         longest_first(items)
 
 

@@ -22,7 +22,8 @@ VENV_PYTHON = ROOT / ".venv" / "bin" / "python"
 PYTHON = str(VENV_PYTHON) if VENV_PYTHON.exists() else sys.executable
 REAL_PEERS = "webrtc or netlab"
 """Tests of real connections."""
-OWN_NETWORKS = ("-n", str(2 * (os.cpu_count() or 1)), "--dist", "loadscope", "--no-loadscope-reorder", "--own-networks")
+SHARED_OUT = ("--dist", "loadscope", "--no-loadscope-reorder")
+OWN_NETWORKS = ("-n", str(2 * (os.cpu_count() or 1)), *SHARED_OUT, "--own-networks")
 """More processes than processors, as most of these tests wait for somebody's patience to end."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
 TYPED = ["mosaic_core", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) for plugin in PLUGINS)]
@@ -35,7 +36,7 @@ def tests(session: nox.Session) -> None:
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
         return
-    _test(session, f"not e2e and not ({REAL_PEERS})", "-n", "auto", "--dist", "loadscope")
+    _test(session, f"not e2e and not ({REAL_PEERS})", "-n", "auto", *SHARED_OUT)
     _test(session, f"not e2e and ({REAL_PEERS})", *(OWN_NETWORKS if _may_make_networks() else ()))
 
 

@@ -1,5 +1,4 @@
-"""Shares out the tests of real peers among processes; most of their time is waiting. The longest come first,
-so that at the end no process waits alone."""
+"""Shares out the tests among processes. What takes longest comes first, so that at the end no process works alone."""
 
 from __future__ import annotations
 
@@ -9,7 +8,22 @@ from xdist.scheduler import LoadScopeScheduling
 ONE_BY_ONE = "tests/webrtc/original/"
 """Every test there makes its own robot; elsewhere those of a module share one, and stay together."""
 LONGEST_FIRST = (
-    "test_vanished_operator",  # each waits for the end of consent: half a minute
+    "test_original_page",
+    "test_server_role_changes",
+    "test_grant_properties",
+    "test_recorder_robot",
+    "test_control_walks",
+    "test_original_dashboard",
+    "test_server_guessing",
+    "test_server_sockets",
+    "test_server_postgresql",
+    "test_sim_renderer",
+    "test_drill",
+    "test_loaded_modules",
+    "test_video_on_a_shared_link",
+    "test_docs",
+    "test_sim_motion",
+    "test_vanished_operator",
     "test_a_refused_robot_goes_on",
     "test_an_operator_that_never_appears",
     "test_roaming",

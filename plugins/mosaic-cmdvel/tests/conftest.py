@@ -8,14 +8,10 @@ from types import TracebackType
 from typing import Self
 
 import pytest
-from hypothesis import settings
 
 from mosaic_cmdvel import STANDSTILL, Drive, DriveParams, Twist
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.host import Sender
-
-settings.register_profile("mosaic", deadline=None)  # a busy machine is no failure of pure logic
-settings.load_profile("mosaic")
 
 IN_TIME_S = 5.0
 

@@ -15,13 +15,9 @@ from typing import Generic, Self, TypeVar
 import av
 import numpy as np
 import pytest
-from hypothesis import settings
 
 from mosaic_camera.marks import draw_marks, read_marks
 from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
-
-settings.register_profile("mosaic", deadline=None)  # a busy machine is no failure of pure logic
-settings.load_profile("mosaic")
 
 Tapped = TypeVar("Tapped", TappedPicture, TappedImage)
 
