@@ -7,7 +7,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 
@@ -51,6 +51,7 @@ _NEEDS = {
     "h264_v4l2m2m": "a V4L2 encoder under /dev/video* that this account may open",
     "vp8_v4l2m2m": "a V4L2 encoder under /dev/video* that this account may open",
 }
+_NOT_BUILT = "not in this build of PyAV"
 _probe_lock = threading.Lock()
 
 
@@ -79,7 +80,7 @@ def probed(kind: EncoderKind) -> Probe:
 @cache
 def _probed(kind: EncoderKind) -> Probe:
     if kind.name not in av.codecs_available:
-        return Probe(kind, "not in this build of PyAV")
+        return Probe(kind, _NOT_BUILT)
     try:
         encoder = VideoEncoder(kind, _PROBE)
         pictures = [_test_picture(step, _PROBE.width, _PROBE.height) for step in range(_PROBE_PICTURES)]
@@ -91,15 +92,30 @@ def _probed(kind: EncoderKind) -> Probe:
     return Probe(kind)
 
 
-def chosen_kind(codec: CodecName, wanted: str = "auto", *, broken: Iterable[str] = ()) -> EncoderKind:
-    """The encoder for ``codec``: the ``wanted`` one if it makes this codec, else the first that works.
+def presumed(kind: EncoderKind) -> Probe:
+    """The probe of a robot at work: of an encoder in software only whether libav has it. It needs no device that could
+    be missing, and one that was open for a moment leaves its megabytes in the process."""
+    if kind.is_hardware:
+        return probed(kind)
+    return Probe(kind, "" if kind.name in av.codecs_available else _NOT_BUILT)
+
+
+def chosen_kind(
+    codec: CodecName,
+    wanted: str = "auto",
+    *,
+    broken: Iterable[str] = (),
+    look: Callable[[EncoderKind], Probe] = probed,
+) -> EncoderKind:
+    """The encoder for ``codec``: the ``wanted`` one if it makes this codec, else the first that works, as ``look``
+    finds.
 
     Raises :class:`EncoderUnavailable`. May take a moment the first time: not on the event loop.
     """
     kinds = [kind for kind in KINDS if kind.codec == codec and kind.name not in set(broken)]
     forced = [kind for kind in kinds if kind.name == wanted]
     for kind in (*forced, *kinds):
-        probe = probed(kind)
+        probe = look(kind)
         if probe.works:
             return kind
         if kind.name == wanted:

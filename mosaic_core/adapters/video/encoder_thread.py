@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 import av
 
-from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable, chosen_kind
+from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable, chosen_kind, presumed
 from mosaic_core.adapters.video.found_encoders import ENCODERS
 from mosaic_core.adapters.video.picture import scaled_picture
 from mosaic_core.adapters.video.video_encoder import CodecName, EncoderSettings, VideoEncoder
@@ -108,7 +108,7 @@ class EncoderThread:
         broken: list[str] = []
         while True:
             try:
-                kind = chosen_kind(self._order.key.codec, self._order.encoder, broken=broken)
+                kind = chosen_kind(self._order.key.codec, self._order.encoder, broken=broken, look=presumed)
             except EncoderUnavailable as error:
                 self._listener.failed(self._order.key, error)
                 return

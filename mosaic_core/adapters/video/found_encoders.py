@@ -5,19 +5,21 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Mapping
+from functools import partial
 
-from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable, chosen_kind
+from mosaic_core.adapters.video.encoder_choice import EncoderUnavailable, chosen_kind, presumed
 from mosaic_core.adapters.video.video_encoder import CodecName, EncoderKind
 
 _log = logging.getLogger(__name__)
 
 _CODECS: tuple[CodecName, ...] = ("H264", "VP8")
+_AT_WORK = partial(chosen_kind, look=presumed)
 
 
 class FoundEncoders:
     """Any thread, and nothing here waits: ``choose``, which takes its time, is called on a thread of its own."""
 
-    def __init__(self, choose: Callable[[CodecName], EncoderKind] = chosen_kind) -> None:
+    def __init__(self, choose: Callable[[CodecName], EncoderKind] = _AT_WORK) -> None:
         self._choose = choose
         self._lock = threading.Lock()
         self._is_sought = False

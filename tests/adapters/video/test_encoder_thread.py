@@ -138,7 +138,7 @@ def test_an_encoder_that_breaks_is_replaced(
     asked: list[tuple[str, ...]] = []
     choose, encode = encoder_thread.chosen_kind, VideoEncoder.encode
 
-    def choosing(codec: Any, wanted: str, *, broken: Any = ()) -> Any:
+    def choosing(codec: Any, wanted: str, *, broken: Any = (), **_: Any) -> Any:
         asked.append(tuple(broken))
         return choose(codec, wanted)
 

@@ -11,7 +11,14 @@ import pytest
 from av.codec.hwaccel import HWAccel
 
 from mosaic_core.adapters.video import encoder_choice
-from mosaic_core.adapters.video.encoder_choice import KINDS, EncoderUnavailable, chosen_kind, measured_speed, probed
+from mosaic_core.adapters.video.encoder_choice import (
+    KINDS,
+    EncoderUnavailable,
+    chosen_kind,
+    measured_speed,
+    presumed,
+    probed,
+)
 from mosaic_core.adapters.video.picture import prepared_picture
 from mosaic_core.adapters.video.video_encoder import EncoderKind, EncoderSettings, VideoEncoder
 
@@ -151,6 +158,13 @@ def test_an_encoder_that_broke_is_not_chosen_again() -> None:
     with pytest.raises(EncoderUnavailable) as none_left:
         chosen_kind("VP8", broken=[kind.name for kind in KINDS])
     assert none_left.value.code == "media.no_encoder"
+
+
+def test_a_robot_at_work_opens_no_software_encoder_to_see_whether_it_works(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(encoder_choice, "_probed", lambda kind: encoder_choice.Probe(kind, "opened"))
+    assert {chosen_kind(codec, look=presumed).name for codec in ("VP8", "H264")} == {"libvpx", "libx264"}
+    with pytest.raises(EncoderUnavailable):
+        chosen_kind("VP8")
 
 
 def test_a_wish_that_can_not_be_fulfilled_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
