@@ -7,7 +7,7 @@ from typing import Any
 from aiortc import RTCPeerConnection, RTCRtpReceiver
 from aiortc.sdp import SessionDescription
 
-RTP_MODULUS = 1 << 32
+from mosaic_core.machines.media.capture_clock import RTP_MODULUS
 
 
 def rtp_timestamp_of(receiver: RTCRtpReceiver, frame: Any) -> int | None:

@@ -29,9 +29,8 @@ from mosaic_core.machines.congestion.rate_control import (
     PictureLost,
     ReceiverReport,
 )
+from mosaic_core.machines.media.capture_clock import RTP_MODULUS
 from mosaic_core.runtime.transport.picture_transport import PictureFeed
-
-_MODULUS = 1 << 32
 
 
 def name_stream(sender: RTCRtpSender, label: str) -> None:
@@ -55,7 +54,7 @@ class RtpOriginLearner:
         timestamp = self._timestamp()
         if timestamp == self._before:
             return None
-        return (timestamp - last_pts) % _MODULUS
+        return (timestamp - last_pts) % RTP_MODULUS
 
     def _timestamp(self) -> int:
         return int(self._sender._RTCRtpSender__rtp_timestamp)  # type: ignore[attr-defined]
