@@ -8,6 +8,7 @@ import pytest
 
 from mosaic_core.machines.signaling.peer_admission import (
     MAX_EARLY_CANDIDATES,
+    MAX_PREPARED,
     PREPARED_FOR_S,
     AddCandidate,
     PeerAdmission,
@@ -18,6 +19,7 @@ from mosaic_core.machines.signaling.peer_admission import (
     StopPeer,
 )
 from mosaic_core.words.errors import AuthError
+from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import ExchangeIceCandidate, IceCandidate, PrepareConnection, RobotStatus, SdpOffer
 
 CANDIDATE = IceCandidate(candidate="candidate:1", sdp_mid="0")
@@ -152,3 +154,119 @@ def test_a_preparation_that_nobody_follows_is_forgotten() -> None:
     admission = PeerAdmission(4)
     admission.prepare(PrepareConnection(rtc_connection_id="p1", ticket="a/alice"), 0.0)
     assert offered(admission, "p1", None, PREPARED_FOR_S + 1)[0].code == "auth.bad_ticket"
+
+
+# -- what is said to whom
+
+
+def full_offer(peer_id: str = "p1") -> SdpOffer:
+    return SdpOffer(rtc_connection_id=peer_id, sdp_offer="v=0", tracks={"cam": "0"})
+
+
+def decided(admission: PeerAdmission, peer_id: str, now_s: float = 0.0, **more: Any) -> Any:
+    return list(admission.decide(full_offer(peer_id), now_s, **({"tickets": None, "several": True} | more)))
+
+
+STUN, TURN, PUBLIC = (IceServer(urls=(f"stun:{name}",)) for name in ("own", "fresh", "welcome"))
+
+
+@pytest.mark.parametrize(
+    ("prepared", "servers"),
+    [
+        (PrepareConnection(rtc_connection_id="p1", ice_servers=(TURN,)), (STUN, TURN)),
+        (PrepareConnection(rtc_connection_id="p1", ice_servers=()), (STUN,)),
+        (PrepareConnection(rtc_connection_id="p1"), (STUN, PUBLIC)),
+        (None, (STUN, PUBLIC)),
+    ],
+)
+def test_its_own_ice_servers_always_count_and_of_the_servers_the_freshest(
+    prepared: PrepareConnection | None, servers: tuple[IceServer, ...]
+) -> None:
+    admission = PeerAdmission(4)
+    if prepared is not None:
+        admission.prepare(prepared, 0.0)
+    (start,) = decided(admission, "p1", configured=(STUN,), welcomed=(PUBLIC,))
+    assert start == StartPeer("p1", PeerIdentity("p1"), "v=0", {"cam": "0"}, servers, ())
+
+
+def test_a_further_offer_goes_on_with_its_tracks_and_uses_up_its_preparation() -> None:
+    admission = PeerAdmission(4)
+    sdp = "v=0\r\na=fingerprint:sha-256 AB:CD\r\n"
+    again(admission, "AB:CD", True)
+    admission.prepare(PrepareConnection(rtc_connection_id="p1", ticket="a/alice"), 0.0)
+    offer = SdpOffer(rtc_connection_id="p1", sdp_offer=sdp, tracks={"cam": "1"})
+    assert list(admission.decide(offer, 0.0, tickets=ticketed, several=True)) == [
+        RenegotiatePeer("p1", sdp, {"cam": "1"})
+    ]
+    admission.forget("p1")
+    assert decided(admission, "p1", tickets=ticketed)[0].code == "auth.bad_ticket"
+
+
+def test_every_refusal_says_why() -> None:
+    admission = PeerAdmission(1)
+    forged = PrepareConnection(rtc_connection_id="p0", ticket="forged")
+    admission.prepare(forged, 0.0)
+    assert decided(admission, "p0", tickets=ticketed) == [RefusePeer("p0", "auth.bad_ticket", "forged")]
+    no_ticket = RefusePeer("p0", "auth.bad_ticket", "the offer came without a ticket")
+    assert decided(admission, "p0", tickets=ticketed) == [no_ticket]
+    offered(admission, "p1", "s/alice")
+    live = RefusePeer("p1", "signal.bad_message", "this connection has its offer; a new one needs an id", True)
+    assert decided(admission, "p1") == [live]
+    busy = RefusePeer("p2", "signal.robot_busy", "the robot already has 1 operators")
+    assert offered(admission, "p2", "t/bob") == [busy]
+    taken = RefusePeer("p2", "peer.not_allowed", "this session belongs to another operator")
+    assert offered(admission, "p2", "s/mallory") == [taken]
+
+
+def test_a_preparation_without_a_ticket_is_no_preparation_where_tickets_count() -> None:
+    admission = PeerAdmission(4)
+    admission.prepare(PrepareConnection(rtc_connection_id="p1"), 0.0)
+    assert decided(admission, "p1", tickets=ticketed)[0].code == "auth.bad_ticket"
+
+
+def test_of_too_many_preparations_the_oldest_is_forgotten() -> None:
+    admission = PeerAdmission(MAX_PREPARED + 1)
+    for number in range(MAX_PREPARED + 1):
+        admission.prepare(PrepareConnection(rtc_connection_id=f"p{number}", ticket=f"s{number}/alice"), 0.0)
+    found = [decided(admission, f"p{number}", tickets=ticketed)[0] for number in range(MAX_PREPARED + 1)]
+    assert [isinstance(one, StartPeer) for one in found] == [False] + [True] * MAX_PREPARED
+
+
+@pytest.mark.parametrize(("after_s", "kept"), [(PREPARED_FOR_S, True), (PREPARED_FOR_S + 0.1, False)])
+def test_a_preparation_and_its_candidates_are_kept_for_a_minute(after_s: float, kept: bool) -> None:
+    admission = PeerAdmission(4)
+    admission.prepare(PrepareConnection(rtc_connection_id="p1", ticket="a/alice"), 5.0)
+    message = ExchangeIceCandidate(rtc_connection_id="p1", ice_candidate=CANDIDATE)
+    assert list(admission.candidate(message, 5.0 + after_s)) == []
+    (start,) = decided(admission, "p1", 5.0)
+    assert start.candidates == ((CANDIDATE,) if kept else ())
+
+
+def test_what_is_forgotten_was_in_a_phase_and_leaves_nothing() -> None:
+    admission = PeerAdmission(4)
+    admission.connected("p1")
+    assert (admission.forget("p1"), admission.status(several=False)) == (None, RobotStatus.READY_TO_CONNECT)
+    offered(admission, "p1", "a/alice")
+    admission.prepare(PrepareConnection(rtc_connection_id="p1", ticket="a/alice"), 0.0)
+    assert admission.forget("p1") == "connecting"
+    assert decided(admission, "p1", tickets=ticketed)[0].code == "auth.bad_ticket"
+    offered(admission, "p1", "a/alice")
+    admission.connected("p1")
+    assert admission.forget("p1") == "connected"
+
+
+def test_toward_an_original_server_a_peer_that_never_connected_is_replaced_as_such() -> None:
+    admission = PeerAdmission(1)
+    decided(admission, "p1", several=False)
+    stop, start = decided(admission, "p2", several=False)
+    assert stop == StopPeer("p1", "peer.replaced", was_connected=False)
+    assert start.peer_id == "p2"
+    assert admission.forget("p1") is None
+
+
+def test_an_operator_has_room_until_the_last_place_is_taken() -> None:
+    admission = PeerAdmission(2)
+    offered(admission, "p1", "a/alice")
+    assert admission.status(several=True) is RobotStatus.READY_TO_CONNECT
+    assert isinstance(offered(admission, "p2", "b/bob")[0], StartPeer)
+    assert admission.status(several=True) is RobotStatus.RTC_CONNECTED

@@ -564,6 +564,15 @@ def test_our_robot_takes_several_operators(scene: Scene) -> None:
         assert to(scene.says(robot, SdpAnswer(rtc_connection_id=name, sdp_answer="a"))) == [socket]
 
 
+def test_an_original_robot_that_repeats_that_it_is_ready_stays_kept(scene: Scene) -> None:
+    robot = scene.robot()
+    scene.operator()
+    scene.operator(BOB)
+    scene.asks("c")
+    scene.says(robot, StatusUpdate(status=0))
+    assert scene.asks("d", BOB) == [ConnectionsRefused(ResultCode.ROBOT_NOT_READY_TO_CONNECT, ROBOT)]
+
+
 def test_a_session_is_claimed_again_by_its_owner_only(scene: Scene) -> None:
     scene.robot(ours=True)
     scene.operator()
@@ -790,6 +799,17 @@ def test_a_void_connection_is_closed_at_both_ends_once(scene: Scene) -> None:
     assert echoed(scene.says(operator, candidate())) == 10053, "nothing is said in it any more"
 
 
+@pytest.mark.parametrize("is_there", [True, False])
+def test_of_a_void_connection_only_operators_are_told_that_are_there_and_know_the_word(
+    scene: Scene, is_there: bool
+) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator(ours=not is_there)
+    scene.connected(operator)
+    if not is_there:
+        scene.closed(operator)
+    assert to(scene.void("c")) == [robot]
+
+
 def test_a_robot_is_told_of_connections_that_the_server_forgot_and_again_when_it_comes_back(scene: Scene) -> None:
     robot = scene.robot(ours=True)
     assert to(scene.void("older than this process")) == [robot]
@@ -813,6 +833,25 @@ def test_a_connection_whose_role_changed_while_it_was_made_is_refused(scene: Sce
     scene.operator(ours=True)
     scene.void("c")
     assert scene.asks("c") == [ConnectionsRefused(ResultCode.ACCESS_DENIED, ROBOT)]
+
+
+def test_what_a_robot_ended_itself_it_has_heard_at_once(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator(ours=True)
+    scene.connected(operator)
+    scene.says(robot, candidate())
+    assert scene.board.heard_by_robots(scene.now_s) == []
+    scene.says(robot, close(code="peer.closed"))
+    assert scene.board.heard_by_robots(scene.now_s) == ["c"]
+    assert scene.board.heard_by_robots(scene.now_s) == []
+
+
+def test_a_robot_may_end_a_connection_before_its_offer_and_says_nothing_in_one_that_is_not(scene: Scene) -> None:
+    robot, operator = scene.robot(ours=True), scene.operator()
+    scene.asks("c")
+    assert scene.says(robot, close(code="peer.shutdown")) == []
+    assert echoed(scene.says(operator, offer())) == 10053
+    for message in (answer(), candidate(), close()):
+        assert echoed(scene.says(robot, message)) == 10053
 
 
 def test_what_a_robot_was_told_a_minute_ago_on_the_same_socket_it_has_heard(scene: Scene) -> None:
@@ -852,6 +891,7 @@ def answer(connection_id: str = "c") -> SdpAnswer:
         ("signal.bad_message", 20007),
         ("signal.robot_busy", 20007),
         ("media.no_encoder", 20007),
+        ("peer.not_allowed", 20007),
         ("auth.bad_ticket", 10020),
     ],
 )
