@@ -10,13 +10,14 @@ import {
 import type { BulkLaneState } from './peers/BulkConnection'
 import { pathText } from './peers/chosenPath'
 import { wallClockMs } from './timing/clock'
-import { ConnectionRequest } from './signaling/ConnectionRequest'
+import { ConnectionRequest, type Granted } from './signaling/ConnectionRequest'
 import { ConnectionTimeline, type Timeline } from './peers/ConnectionTimeline'
 import { reasonIn } from './words/connectionWords'
 import type { ControlDesk } from './control/ControlDesk'
 import { readConnectorConfig } from './described/connectorConfig'
 import { describedCatalogue } from './described/describedCatalogue'
 import type { DeliveryWatch } from './delivery/DeliveryWatch'
+import { LiveLink } from './peers/LiveLink'
 import { PeerAttempt } from './peers/PeerAttempt'
 import type { PeerEffect, PeerEvent } from './peers/peerEvents'
 import { OperatorPeerMachine } from './peers/peerOfOperator'
@@ -30,7 +31,7 @@ import { SleepWatch, SLEPT_MS } from './timing/SleepWatch'
 import type { StoreHost } from './stores/StoreManager'
 import type { MosaicStore } from './stores/MosaicStore'
 import type { ConnectionState, RobotInfo } from './words/types'
-import { WakeTimer } from './timing/WakeTimer'
+import { MachineDriver } from './timing/MachineDriver'
 
 /** How long the zeros for an original robot travel ahead of the server's word, which makes it listen to nothing more. */
 const ZEROS_LEAVE_MS = 100
@@ -47,15 +48,15 @@ export interface ConnectionSurroundings {
  * `disconnect`; the stores of the robot live through that. `OperatorPeerMachine` decides, this carries it out.
  */
 export class RobotConnection implements StoreHost {
-  private readonly session = new OperatorPeerMachine()
+  private readonly machine: OperatorPeerMachine
+  private readonly driver: MachineDriver<PeerEvent, PeerEffect>
   private readonly conversation: RobotConversation
   private readonly request: ConnectionRequest
   private readonly status = new Value<ConnectionState>({ phase: 'idle', roundTripMs: null })
   private readonly record = new ConnectionTimeline()
-  private readonly timer: WakeTimer
+  private readonly link = new LiveLink(this.status)
   private readonly sleep = new SleepWatch()
   private robotStatus: RobotStatus | null = null
-  private attempt: PeerAttempt | null = null
   private config: string | null = null
 
   /** Who commands the robot, its stop, its limits. */
@@ -87,20 +88,9 @@ export class RobotConnection implements StoreHost {
     private readonly around: ConnectionSurroundings,
   ) {
     const { platform, socket } = around
-    this.timer = new WakeTimer(() => platform.now(), (lateMs) => this.woken(lateMs))
-    this.request = new ConnectionRequest(robotId, around, {
-      knowsCatalogue: () => this.conversation.known.isTold,
-      announced: (catalogue) => this.announced(catalogue),
-      described: (robot) => this.described(robot),
-      granted: (rtcConnectionId, iceServers) => this.begin(rtcConnectionId, iceServers),
-      failed: (code, message) => this.handle({ type: 'broken', code, message }),
-    })
-    this.conversation = new RobotConversation({
-      platform,
-      live: { attempt: () => this.attempt, phase: () => this.session.publicPhase },
-      record: this.record,
-      iceServers: () => this.request.freshIceServers(),
-    })
+    const { link, record } = this
+    this.request = new ConnectionRequest(robotId, around)
+    this.conversation = new RobotConversation({ platform, link, record, ice: this.request })
     const { conversation } = this
     this.control = conversation.control
     this.catalogue = conversation.known.value
@@ -108,11 +98,18 @@ export class RobotConnection implements StoreHost {
     this.arrivedPictures = conversation.stores.media.arrivedLabels
     this.near = conversation.nearPath.value
     this.delivery = conversation.delivery
-    this.bulkLane = conversation.lane.state
+    this.bulkLane = conversation.bulk.state
     this.refusals = { subscribe: (listener) => conversation.refused.add(listener) }
+    this.machine = new OperatorPeerMachine(() => platform.random())
+    this.driver = new MachineDriver<PeerEvent, PeerEffect>(this.machine, platform, {
+      // Set first, so that whoever is told next sees the new state.
+      decided: () => this.publish(),
+      carryOut: (effect) => this.carryOut(effect),
+      woken: (lateMs) => this.woken(lateMs),
+    })
     platform.onVisibilityChange(() => conversation.visibilityChanged(platform.isVisible()))
-    platform.onPageHide(() => this.handle({ type: 'pageHidden' }))
-    platform.onPageShow(() => this.handle({ type: 'pageShown' }))
+    platform.onPageHide(() => this.tell({ type: 'pageHidden' }))
+    platform.onPageShow(() => this.tell({ type: 'pageShown' }))
     platform.onNetworkChange(() => this.doubt())
     socket.onMessage((message) => this.signaled(message))
     socket.state.subscribe(() => this.serverChanged())
@@ -120,12 +117,12 @@ export class RobotConnection implements StoreHost {
 
   /** Connect and stay connected until `disconnect`; repeated calls do nothing, after a failure one tries again. */
   connect(): void {
-    this.handle({ type: 'connectWanted' })
+    this.tell({ type: 'connectWanted' })
   }
 
   /** End the connection; the robot is told. */
   disconnect(): void {
-    this.handle({ type: 'disconnectWanted' })
+    this.tell({ type: 'disconnectWanted' })
   }
 
   /** What the robot's catalogue says of this label; null while unknown. */
@@ -153,7 +150,7 @@ export class RobotConnection implements StoreHost {
 
   /** Called by the client: the short catalogue from the server. A live robot's own word counts more. */
   announced(catalogue: Catalogue): void {
-    this.conversation.known.announced(catalogue, this.session.phase === 'up')
+    this.conversation.known.announced(catalogue, this.machine.phase === 'up')
   }
 
   /** Called by the client: the robot's row on the server, with what people say that it has. */
@@ -164,22 +161,17 @@ export class RobotConnection implements StoreHost {
     this.conversation.known.describe(describedCatalogue(readConnectorConfig(config)))
   }
 
-  private handle(event: PeerEvent): void {
-    const { platform } = this.around
-    this.record.heard(event, platform.now())
+  private tell(event: PeerEvent): void {
+    this.record.heard(event, this.around.platform.now())
     if (event.type === 'iceConnected') void this.explainPath()
-    const effects = this.session.handle(event, platform.now(), platform.random())
-    // Set first, so that whoever is told below sees the new state.
-    this.publish()
-    for (const effect of effects) this.carryOut(effect)
-    this.timer.set(this.session.wakeAtMs)
+    this.driver.tell(event)
   }
 
   private publish(): void {
     const now = this.status.get()
-    const phase = this.session.publicPhase
-    const { code, message } = this.session.reason
-    const roundTripMs = phase === 'connected' ? (this.attempt?.control.clocks.roundTripMs ?? null) : null
+    const phase = this.machine.publicPhase
+    const { code, message } = this.machine.reason
+    const roundTripMs = phase === 'connected' ? (this.link.clocks?.roundTripMs ?? null) : null
     const isSame = now.phase === phase && now.code === code && now.message === message
     if (!isSame || now.roundTripMs !== roundTripMs) this.status.set({ phase, roundTripMs, ...reasonIn({ code, message }) })
   }
@@ -192,11 +184,11 @@ export class RobotConnection implements StoreHost {
       this.around.socket.doubt()
       this.doubt()
     }
-    this.handle({ type: 'ticked' })
   }
 
   private doubt(): void {
-    if (this.attempt) this.handle({ type: 'doubted', patienceMs: this.attempt.patienceMs })
+    const { attempt } = this.link
+    if (attempt) this.tell({ type: 'doubted', patienceMs: attempt.patienceMs })
   }
 
   private carryOut(effect: PeerEffect): void {
@@ -207,11 +199,11 @@ export class RobotConnection implements StoreHost {
         conversation.stores.begin()
         return this.requestIfOnline()
       case 'makeOffer':
-        return void this.attempt?.offer(conversation.stores.media.lines())
+        return void this.link.attempt?.offer(conversation.stores.media.lines())
       case 'sendHello':
-        return this.attempt?.control.sendHello(conversation.resumeWord())
+        return this.link.attempt?.control.sendHello(conversation.resumeWord())
       case 'sendPing':
-        return this.attempt?.control.sendPing()
+        return this.link.attempt?.control.sendPing()
       case 'treatAsOriginal':
         return conversation.treatAsOriginal()
       case 'drop':
@@ -226,67 +218,78 @@ export class RobotConnection implements StoreHost {
   }
 
   private tellDisconnected(why: { code?: string; message?: string }): void {
-    const { conversation, session } = this
+    const { conversation, machine } = this
     // Closed between two attempts there was nothing to drop, but there is something to give up.
-    if (session.phase === 'closed' || session.phase === 'suspended') conversation.closed()
-    if (session.publicPhase !== 'reconnecting') return conversation.stores.tellDisconnected(why)
+    if (machine.phase === 'closed' || machine.phase === 'suspended') conversation.closed()
+    if (machine.publicPhase !== 'reconnecting') return conversation.stores.tellDisconnected(why)
     this.around.socket.doubt()
     conversation.stores.tellInterrupted(why)
   }
 
   private drop(bye: boolean): void {
-    const { attempt } = this
+    const { attempt } = this.link
     this.request.giveUp()
     // First of all, in this very moment: a page that is put away may have no other.
     const zerosLeave = bye && this.control.leaving()
-    const isPutAway = this.session.phase === 'suspended'
+    const isPutAway = this.machine.phase === 'suspended'
     if (zerosLeave && isPutAway) this.around.platform.standStill(ZEROS_LEAVE_MS)
-    this.attempt = null
-    this.record.end(this.session.reason.code ?? 'peer.closed', this.around.platform.now())
+    this.link.attempt = null
+    this.record.end(this.machine.reason.code ?? 'peer.closed', this.around.platform.now())
     this.conversation.linkLost(bye)
     attempt?.close(bye, zerosLeave && !isPutAway)
   }
 
   private serverChanged(): void {
     if (this.around.socket.state.get() !== 'online') return
-    if (this.session.phase === 'requesting') this.requestIfOnline()
-    else this.handle({ type: 'robotReady' })
+    if (this.machine.phase === 'requesting') this.requestIfOnline()
+    else this.tell({ type: 'robotReady' })
   }
 
   // The server connects only those whose socket it has; until then the phase's time-out runs.
   private requestIfOnline(): void {
-    if (this.around.socket.state.get() === 'online') void this.request.make()
+    if (this.around.socket.state.get() !== 'online') return
+    void this.request.make(this.conversation.known.isTold, {
+      granted: (granted) => this.granted(granted),
+      failed: (code, message) => this.tell({ type: 'broken', code, message }),
+    })
+  }
+
+  private granted({ rtcConnectionId, iceServers, catalogue, robot }: Granted): void {
+    if (catalogue) this.announced(catalogue)
+    if (robot) this.described(robot)
+    this.begin(rtcConnectionId, iceServers)
   }
 
   private begin(rtcConnectionId: string, iceServers: readonly IceServer[]): void {
     const { platform, socket } = this.around
     const options = { rtcConnectionId, iceServers, holdCandidates: !this.conversation.known.isTold }
     const { stores, control } = this.conversation
-    this.attempt = new PeerAttempt(platform, socket, options, {
-      happened: (event) => this.handle(event),
+    const attempt = new PeerAttempt(platform, socket, options, {
+      happened: (event) => this.tell(event),
       controlHeard: (message) => this.controlHeard(message),
       channelOpened: () => control.linkUp(),
       trackArrived: (label, stream, receiver) => stores.trackArrived(label, stream, receiver),
     })
-    stores.setLink(this.attempt.link)
-    this.handle({ type: 'granted' })
+    this.link.attempt = attempt
+    stores.setLink(attempt.link)
+    this.tell({ type: 'granted' })
   }
 
   private controlHeard(message: ControlMessage | null): void {
-    this.handle({ type: 'robotHeard' })
-    if (message?.type === 'bye') return this.handle({ type: 'broken', ...reasonIn(message.data), code: message.data.code })
-    if (message?.type === 'hello') this.handle({ type: 'helloHeard' })
-    if (message) this.conversation.heard(message, this.session.isGreeted === true)
+    this.tell({ type: 'robotHeard' })
+    if (message?.type === 'bye') return this.tell({ type: 'broken', ...reasonIn(message.data), code: message.data.code })
+    if (message?.type === 'hello') this.tell({ type: 'helloHeard' })
+    if (message) this.conversation.heard(message, this.machine.isGreeted === true)
   }
 
   private signaled(message: SignalingMessage): void {
     if (message.type === 'status.update' && message.data.robotId === this.robotId) this.statusChanged(message.data.status)
-    if (this.attempt?.signaled(message)) this.record.signaled(message, this.around.platform.now())
+    if (this.link.attempt?.signaled(message)) this.record.signaled(message, this.around.platform.now())
   }
 
   private async explainPath(): Promise<void> {
     // Told afterwards, for people alone: a browser that can't say it is no problem.
-    const path = await this.attempt?.link.path().catch(() => null)
+    const path = await this.link.attempt?.link.path().catch(() => null)
     if (path) this.record.explain('ice', pathText(path))
   }
 
@@ -294,6 +297,6 @@ export class RobotConnection implements StoreHost {
   private statusChanged(status: RobotStatus): void {
     const wasOffline = this.robotStatus === RobotStatus.DISCONNECTED || this.robotStatus === RobotStatus.WS_CONNECTED
     this.robotStatus = status
-    if (wasOffline && status === RobotStatus.READY_TO_CONNECT) this.handle({ type: 'robotReady' })
+    if (wasOffline && status === RobotStatus.READY_TO_CONNECT) this.tell({ type: 'robotReady' })
   }
 }

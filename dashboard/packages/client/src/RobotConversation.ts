@@ -1,25 +1,27 @@
-import type { CatalogueEntry, ControlMessage, IceServer, Refusal, Resume } from '@mosaic/protocol'
-import { BulkConnection } from './peers/BulkConnection'
+import type { ControlMessage, Refusal, Resume } from '@mosaic/protocol'
+import { BulkConnection, type IceSource } from './peers/BulkConnection'
 import type { ConnectionTimeline } from './peers/ConnectionTimeline'
 import { ControlDesk } from './control/ControlDesk'
 import { PictureReporter } from './control/PictureReporter'
 import { DeliveryWatch } from './delivery/DeliveryWatch'
 import { KnownCatalogue } from './bindings/KnownCatalogue'
-import { bindingHost, deskSurroundings, pictureSurroundings, type Live } from './liveSurroundings'
 import { FurtherOffers } from './peers/FurtherOffers'
+import type { LiveLink } from './peers/LiveLink'
 import { NearPath } from './peers/NearPath'
 import type { Platform } from './platform/Platform'
 import { Listeners } from './platform/Readable'
 import { SessionStreams } from './resume/SessionStreams'
-import { StoreBindings, type BindingHost } from './bindings/StoreBindings'
+import { StoreBindings } from './bindings/StoreBindings'
+import { RobotStores } from './stores/RobotStores'
 
-export interface ConversationOptions {
-  platform: Platform
-  live: Live
+/** What a conversation stands on. */
+export interface ConversationSurroundings {
+  readonly platform: Platform
+  readonly link: LiveLink
   /** Told of the first value and the first picture. */
-  record: ConnectionTimeline
-  /** For the lane. */
-  iceServers: () => Promise<readonly IceServer[]>
+  readonly record: ConnectionTimeline
+  /** For the second peer connection. */
+  readonly ice: IceSource
 }
 
 /**
@@ -29,40 +31,28 @@ export interface ConversationOptions {
 export class RobotConversation {
   readonly stores: StoreBindings
   readonly control: ControlDesk
-  readonly lane: BulkConnection
+  readonly bulk: BulkConnection
   readonly known = new KnownCatalogue()
   readonly nearPath = new NearPath()
   readonly delivery: DeliveryWatch
   readonly refused = new Listeners<[Refusal]>()
   private readonly streams: SessionStreams
   private readonly pictures: PictureReporter
-  private more: FurtherOffers | null = null
+  private readonly offers: FurtherOffers
 
-  constructor(private readonly around: ConversationOptions) {
-    const { platform, live } = around
-    const entryOf = (label: string): CatalogueEntry | null => this.known.entryOf(label)
-    this.delivery = new DeliveryWatch((watch) => live.attempt()?.control.send('delivery.watch', watch) ?? false)
-    this.streams = new SessionStreams({
-      now: () => platform.now(),
-      tell: (delivered) => live.attempt()?.control.send('delivered', delivered),
-      missed: (label, lost, sent) => this.stores.missed(label, lost, sent),
-    })
-    this.lane = new BulkConnection(platform, {
-      iceServers: around.iceServers,
-      send: (type, data) => live.attempt()?.control.send(type, data) ?? false,
-      changed: (lost) => this.stores.laneChanged(lost),
-    })
-    this.stores = new StoreBindings(this.storesHost(), platform.isVisible())
-    this.control = new ControlDesk(
-      {
-        ...deskSurroundings(platform, live, entryOf),
-        sendOn: (label, text) => this.stores.sendOn(label, text),
-        hasSentOn: (label) => this.stores.hasSentOn(label),
-      },
-      () => this.stores.showBlocks(),
-    )
-    this.pictures = new PictureReporter(pictureSurroundings(platform, live))
-    this.known.value.subscribe(() => this.catalogueChanged())
+  constructor(private readonly around: ConversationSurroundings) {
+    const { platform, link, record, ice } = around
+    const { known } = this
+    const stores = new RobotStores()
+    this.delivery = new DeliveryWatch((watch) => link.send('delivery.watch', watch))
+    this.streams = new SessionStreams(platform, link)
+    this.bulk = new BulkConnection(platform, link, ice)
+    this.offers = new FurtherOffers(platform, link)
+    this.pictures = new PictureReporter(platform, link)
+    this.control = new ControlDesk({ platform, link, known, senders: stores })
+    const { streams, bulk, offers, pictures, control } = this
+    this.stores = new StoreBindings({ platform, link, record, stores, streams, bulk, offers, pictures, control })
+    known.value.subscribe(() => this.catalogueChanged())
   }
 
   visibilityChanged(isVisible: boolean): void {
@@ -95,14 +85,14 @@ export class RobotConversation {
         if (isGreeted) this.greeted(message.data.extensions)
         return this.stores.media.greeted()
       case 'catalogue':
-        this.mark('catalogue')
+        this.around.record.mark('catalogue', this.around.platform.now())
         return this.known.learn(message.data.catalogue)
       case 'renegotiate.answer':
-        return this.more?.heard(message.data)
+        return this.offers.heard(message.data)
       case 'lane.answer':
       case 'lane.candidate':
       case 'lane.close':
-        return this.lane.heard(message)
+        return this.bulk.heard(message)
       case 'resume':
         return this.streams.resumed(message.data)
       case 'delivery.report':
@@ -117,7 +107,7 @@ export class RobotConversation {
       case 'media.unavailable':
         return this.stores.mediaUnavailable(message.data)
       case 'near':
-        return this.nearPath.told(message.data.urls, () => this.remoteAddress())
+        return this.nearPath.told(message.data.urls, () => this.around.link.remoteAddress())
       case 'refusal':
         this.stores.refused(message.data)
         this.control.heard(message)
@@ -131,9 +121,8 @@ export class RobotConversation {
   linkLost(onPurpose: boolean): void {
     this.control.linkLost(onPurpose)
     this.pictures.clear()
-    this.lane.drop()
-    this.more?.close()
-    this.more = null
+    this.bulk.drop()
+    this.offers.close()
     this.delivery.lost()
     this.nearPath.forget()
     if (onPurpose) this.streams.close()
@@ -161,52 +150,13 @@ export class RobotConversation {
     this.control.setDescribed(this.known.described.get() ? (catalogue?.entries ?? []) : null)
   }
 
-  private storesHost(): BindingHost {
-    const { platform, live } = this.around
-    return bindingHost(platform, live, {
-      watch: (label, on) => this.watch(label, on),
-      clearanceOf: (entry) => this.control.clearanceOf(entry),
-      lineMissing: () => this.more?.look(),
-      bulkCarrier: (main) => (this.lane.settled() ? (this.lane.link ?? main) : null),
-      streams: this.streams,
-      shown: (label, rtpTimestamp, atMs) => {
-        this.around.record.mark('frame', atMs, label)
-        this.pictureSeen(label, rtpTimestamp, atMs)
-      },
-      valueArrived: (label) => this.mark('value', label),
-    })
-  }
-
   private greeted(extensions: Record<string, number>): void {
     this.known.greeted()
     this.control.greeted(extensions)
     this.streams.greeted(extensions)
     this.delivery.greeted(extensions)
-    this.lane.greeted('bulkLane' in extensions)
-    if ('renegotiate' in extensions) this.more ??= this.moreLines()
-  }
-
-  private remoteAddress(): Promise<string | null> {
-    return this.around.live.attempt()?.link.remoteAddress() ?? Promise.resolve(null)
-  }
-
-  private moreLines(): FurtherOffers | null {
-    const attempt = this.around.live.attempt()
-    return attempt && new FurtherOffers(attempt.link, {
-      send: (offer) => attempt.control.send('renegotiate.offer', offer),
-      missing: () => this.stores.missingLines(),
-      added: () => this.stores.linesAdded(),
-    })
-  }
-
-  private watch(label: string, on: boolean): boolean {
-    const isSaid = this.around.live.attempt()?.control.send('media.watch', { label, on }) ?? false
-    // Nobody drives by sound: its age slows nothing down.
-    if (isSaid && this.known.entryOf(label)?.kind !== 'audio') this.pictures.watching(label, on)
-    return isSaid
-  }
-
-  private mark(moment: 'catalogue' | 'value', detail?: string): void {
-    this.around.record.mark(moment, this.around.platform.now(), detail)
+    this.bulk.greeted('bulkLane' in extensions)
+    const { attempt } = this.around.link
+    if ('renegotiate' in extensions && attempt !== null) this.offers.greeted(attempt.link)
   }
 }

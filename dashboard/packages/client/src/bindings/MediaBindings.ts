@@ -1,19 +1,27 @@
 import type { Catalogue, MediaOrigin, MediaTalking } from '@mosaic/protocol'
 import { mediaLines } from './mediaLines'
 import { nearestName } from '../words/nearestName'
+import type { PictureReporter } from '../control/PictureReporter'
+import type { ConnectionTimeline } from '../peers/ConnectionTimeline'
+import type { FurtherOffers } from '../peers/FurtherOffers'
+import type { LiveLink } from '../peers/LiveLink'
 import type { MediaLine, MissingTrack, PeerLink } from '../peers/PeerLink'
+import type { Platform } from '../platform/Platform'
+import { receiverSource } from './receiverSource'
 import { Value, type Readable } from '../platform/Readable'
 import { MediaStreamStore, type MediaSource } from '../stores/MediaStreamStore'
+import { labelOf } from '../stores/RobotStores'
 import { TalkStore, type Talker } from '../stores/TalkStore'
 import type { StoreState } from '../words/types'
 
-/** What pictures and sound need of the live connection. */
-export interface MediaHost {
-  /** Ask the robot for a picture, or to stop; false while that can't be said. */
-  watch(label: string, on: boolean): boolean
-  mediaSource(label: string, receiver: RTCRtpReceiver): MediaSource
-  /** A connector of the catalogue has no media line. */
-  lineMissing(): void
+/** What pictures and sound stand on. */
+export interface MediaSurroundings {
+  readonly platform: Pick<Platform, 'now' | 'isVisible'>
+  readonly link: LiveLink
+  /** Told of the first picture. */
+  readonly record: Pick<ConnectionTimeline, 'mark'>
+  readonly offers: Pick<FurtherOffers, 'want'>
+  readonly pictures: PictureReporter
 }
 
 export type MediaStore = MediaStreamStore | TalkStore
@@ -48,10 +56,11 @@ export class MediaBindings {
   /** The labels of the pictures that the robot sends on the present link. */
   readonly arrivedLabels: Readable<readonly string[]> = this.arrived
 
-  constructor(
-    private readonly host: MediaHost,
-    private isVisible: boolean,
-  ) {}
+  private isVisible: boolean
+
+  constructor(private readonly around: MediaSurroundings) {
+    this.isVisible = around.platform.isVisible()
+  }
 
   add(store: MediaStore): void {
     this.stores.set(labelOf(store), store)
@@ -63,7 +72,7 @@ export class MediaBindings {
   remove(store: MediaStore): void {
     const watch = store instanceof MediaStreamStore ? this.watches.get(store) : undefined
     watch?.end()
-    if (watch?.isOn) this.host.watch(labelOf(store), false)
+    if (watch?.isOn) this.ask(labelOf(store), false)
     this.unbind(store)
     this.stores.delete(labelOf(store))
     if (store instanceof MediaStreamStore) this.watches.delete(store)
@@ -79,10 +88,14 @@ export class MediaBindings {
     return mediaLines(this.catalogue, this.watches.size, this.isDescribed)
   }
 
-  /** The lines that a further offer must add; none while nobody wants one of them. */
-  missingLines(): MediaLine[] {
+  /** Ask for the lines that are not there, unless nobody wants one of them. */
+  wantLines(): void {
+    this.around.offers.want(this.missingLines())
+  }
+
+  private missingLines(): MediaLine[] {
     const { link } = this
-    if (link === null || this.catalogue === null || !this.isGreeted) return []
+    if (link === null || this.catalogue === null || !this.isGreeted || this.isOriginal || this.isDescribed) return []
     const isMissing = (label: string | null): boolean => label !== null && !link.hasLine(label) && !this.tracks.has(label)
     const missing = this.lines().filter(({ label }) => isMissing(label))
     return missing.some(({ label }) => label !== null && this.stores.has(label)) ? missing : []
@@ -102,7 +115,7 @@ export class MediaBindings {
   greeted(): void {
     this.isGreeted = true
     this.watchAll()
-    this.host.lineMissing()
+    this.wantLines()
   }
 
   /** The link is gone; the stores stay. */
@@ -149,7 +162,7 @@ export class MediaBindings {
     const line = link.voiceOf(labelOf(store))
     if (line === null) {
       store.setState({ phase: 'closed', code: 'media.no_line' })
-      return this.host.lineMissing()
+      return this.wantLines()
     }
     if (!store.connectLine(line)) return
     store.talkingChanged(this.talkers.get(labelOf(store)) ?? null)
@@ -161,7 +174,7 @@ export class MediaBindings {
     const track = this.tracks.get(label)
     if (!track) return this.trackMissing(store)
     if (store.mediaStream.get() === track.stream) return
-    store.setMediaStream(track.stream, this.host.mediaSource(label, track.receiver))
+    store.setMediaStream(track.stream, this.sourceOf(label, track.receiver))
     const origin = this.origins.get(label)
     if (origin) store.setOrigin(origin)
     store.notifyAfterConnected()
@@ -171,7 +184,7 @@ export class MediaBindings {
   /** Why it is not there, where that is known; the robot's own word may follow. */
   private trackMissing(store: MediaStreamStore): void {
     const why = this.link?.missing(labelOf(store), this.isOriginal) ?? null
-    if (why === null) return this.host.lineMissing()
+    if (why === null) return this.wantLines()
     store.setState(noPicture(why, labelOf(store), this.arrived.get()))
   }
 
@@ -195,9 +208,29 @@ export class MediaBindings {
     if (!this.isGreeted || !watch) return
     const label = labelOf(store)
     // Sound is heard in a hidden tab too.
-    const isHeard = this.catalogue?.entries.some((entry) => entry.label === label && entry.kind === 'audio') === true
-    const isWanted = store.isKept.get() || ((this.isVisible || isHeard) && store.isWatched.get())
-    if (isWanted !== watch.isOn && this.host.watch(label, isWanted)) watch.isOn = isWanted
+    const isWanted = store.isKept.get() || ((this.isVisible || this.isSound(label)) && store.isWatched.get())
+    if (isWanted !== watch.isOn && this.ask(label, isWanted)) watch.isOn = isWanted
+  }
+
+  /** Ask the robot for a picture, or to stop; false while that can't be said. */
+  private ask(label: string, on: boolean): boolean {
+    const isSaid = this.around.link.send('media.watch', { label, on })
+    // Nobody drives by sound: its age slows nothing down.
+    if (isSaid && !this.isSound(label)) this.around.pictures.watching(label, on)
+    return isSaid
+  }
+
+  private isSound(label: string): boolean {
+    return this.catalogue?.entries.some((entry) => entry.label === label && entry.kind === 'audio') === true
+  }
+
+  private sourceOf(label: string, receiver: RTCRtpReceiver): MediaSource {
+    const { platform, link, record, pictures } = this.around
+    const shown = (rtpTimestamp: number, atMs: number): void => {
+      record.mark('frame', atMs, label)
+      pictures.seen(label, rtpTimestamp, atMs)
+    }
+    return receiverSource(receiver, { clock: platform, link, shown })
   }
 }
 
@@ -208,8 +241,4 @@ function noPicture(why: MissingTrack, label: string, arrived: readonly string[])
   const others = arrived.length === 0 ? 'it sends none' : `it sends: ${arrived.join(', ')}`
   const guess = nearest === null ? '' : `; did you mean '${nearest}'?`
   return { phase: 'closed', code: 'channel.unknown_label', message: `The robot sends no picture '${label}' (${others})${guess}` }
-}
-
-function labelOf(store: MediaStore): string {
-  return store.robotConnector.connectorId
 }

@@ -1,20 +1,25 @@
-import type { Catalogue, CatalogueEntry, MediaUnavailable, Refusal } from '@mosaic/protocol'
+import type { Catalogue, MediaUnavailable, Refusal } from '@mosaic/protocol'
 import { channelPlan, NOT_MEDIA } from './channelPlan'
 import type { Clearance } from '../control/clearance'
 import { ChannelPartials } from '../delivery/ChannelPartials'
-import { MediaBindings, type MediaHost, type MediaStore } from './MediaBindings'
-import type { MediaLine, PeerLink } from '../peers/PeerLink'
-import { StorePorts, type ChannelCarrier, type PortsHost } from './StorePorts'
-import { BidirectionalStore } from '../stores/BidirectionalStore'
+import type { ControlDesk } from '../control/ControlDesk'
+import { MediaBindings, type MediaStore, type MediaSurroundings } from './MediaBindings'
+import type { BulkConnection, ChannelCarrier } from '../peers/BulkConnection'
+import type { FurtherOffers } from '../peers/FurtherOffers'
+import type { PeerLink } from '../peers/PeerLink'
+import { StorePorts, type PortsSurroundings } from './StorePorts'
 import { MediaStreamStore } from '../stores/MediaStreamStore'
 import type { MosaicStore } from '../stores/MosaicStore'
-import { SendableStore } from '../stores/SendableStore'
+import { isSending, labelOf, type RobotStores } from '../stores/RobotStores'
 import { TalkStore } from '../stores/TalkStore'
 
-/** What the bindings need of the live connection. */
-export interface BindingHost extends PortsHost, MediaHost {
-  /** Whether a message for this connector may leave now; null: one that nobody knows. */
-  clearanceOf(entry: CatalogueEntry | null): Clearance
+/** What the bindings stand on. */
+export interface BindingSurroundings extends MediaSurroundings, Omit<PortsSurroundings, 'link' | 'platform' | 'partials' | 'clearance'> {
+  readonly bulk: BulkConnection
+  readonly offers: FurtherOffers
+  readonly control: ControlDesk
+  /** Those that are bound here. */
+  readonly stores: RobotStores
 }
 
 interface Binding {
@@ -28,26 +33,28 @@ type Why = { code?: string; message?: string }
 export class StoreBindings {
   readonly media: MediaBindings
   private readonly bindings = new Map<string, Binding>()
-  private readonly partials = new ChannelPartials(() => this.host.now())
+  private readonly partials: ChannelPartials
   private link: PeerLink | null = null
   private catalogue: Catalogue | null = null
   private isDescribed = false
   private wasSilent = false
 
-  constructor(
-    private readonly host: BindingHost,
-    isVisible: boolean,
-  ) {
-    this.media = new MediaBindings(host, isVisible)
+  constructor(private readonly around: BindingSurroundings) {
+    const { platform, streams, bulk, offers, control } = around
+    this.partials = new ChannelPartials(() => platform.now())
+    this.media = new MediaBindings(around)
+    streams.missed.add((label, lost, sent) => this.missed(label, lost, sent))
+    bulk.changed.add((lost) => this.bulkMoved(lost))
+    offers.added.add(() => this.linesAdded())
+    control.changed.add(() => this.showBlocks())
   }
 
   add(store: MosaicStore): void {
-    const { host, partials } = this
-    const binding: Binding = {
-      store,
-      ports: new StorePorts(store, { host, partials, clearance: () => this.clearanceOf(store) }),
-    }
+    const { partials } = this
+    const ports = new StorePorts(store, { ...this.around, partials, clearance: () => this.clearanceOf(store) })
+    const binding: Binding = { store, ports }
     this.bindings.set(labelOf(store), binding)
+    this.around.stores.add(store)
     if (isMedia(store)) this.media.add(store)
     if (this.link) store.notifyBeforeConnected()
     this.bind(binding)
@@ -58,6 +65,7 @@ export class StoreBindings {
     const binding = this.bindings.get(labelOf(store))
     if (binding?.store !== store) return
     this.bindings.delete(labelOf(store))
+    this.around.stores.remove(store)
     if (isMedia(store)) this.media.remove(store)
     binding.ports.release()
   }
@@ -70,32 +78,6 @@ export class StoreBindings {
     if (wasOriginal && !this.wasSilent && !isDescribed) for (const { ports } of this.bindings.values()) ports.close()
     this.bindAll()
     this.showBlocks()
-  }
-
-  /** Send it on this connector's channel; false where none is open, or it took nothing. */
-  sendOn(label: string, text: string): boolean {
-    const store = this.bindings.get(label)?.store
-    return store !== undefined && isSending(store) && store.state.get().phase === 'open' && store.sendData(text)
-  }
-
-  /** Whether anything was sent to this connector. */
-  hasSentOn(label: string): boolean {
-    return (this.bindings.get(label)?.store.counters.sent ?? 0) > 0
-  }
-
-  /** Who may send what may have changed. */
-  showBlocks(): void {
-    for (const binding of this.bindings.values()) this.showBlock(binding)
-  }
-
-  /** The lines that a further offer must add; none while nobody wants one of them. */
-  missingLines(): MediaLine[] {
-    return this.isOriginal ? [] : this.media.missingLines()
-  }
-
-  /** A further offer was answered. */
-  linesAdded(): void {
-    this.bindAll()
   }
 
   /** A new attempt begins. */
@@ -128,14 +110,6 @@ export class StoreBindings {
     }
   }
 
-  /** Bulk goes elsewhere from now on; what was carried by `lost` opens anew. */
-  laneChanged(lost: ChannelCarrier | null): void {
-    for (const binding of this.bindings.values()) {
-      if (lost !== null && binding.ports.isOn(lost)) binding.ports.lost()
-      this.bind(binding)
-    }
-  }
-
   /** The link is gone; the stores stay. */
   dropLink(): void {
     if (this.link === null) return
@@ -155,14 +129,6 @@ export class StoreBindings {
 
   tellFailed(why: Why & { code: string }): void {
     for (const store of this.matching) store.notifyAfterConnectionFailed(why)
-  }
-
-  /** Messages of this channel are lost. */
-  missed(label: string, lost: number | null, sent: boolean): void {
-    for (const { store, ports } of this.bindings.values()) {
-      const isMeant = labelOf(store) === label || ports.has(label)
-      if (isMeant) store.missed({ lost, sent, atMs: this.host.now() })
-    }
   }
 
   trackArrived(label: string, stream: MediaStream, receiver: RTCRtpReceiver): void {
@@ -194,6 +160,32 @@ export class StoreBindings {
     return this.wasSilent || this.isDescribed
   }
 
+  /** Messages of this channel are lost. */
+  private missed(label: string, lost: number | null, sent: boolean): void {
+    for (const { store, ports } of this.bindings.values()) {
+      const isMeant = labelOf(store) === label || ports.has(label)
+      if (isMeant) store.missed({ lost, sent, atMs: this.around.platform.now() })
+    }
+  }
+
+  /** Bulk goes elsewhere from now on; what was carried by `lost` opens anew. */
+  private bulkMoved(lost: ChannelCarrier | null): void {
+    for (const binding of this.bindings.values()) {
+      if (lost !== null && binding.ports.isOn(lost)) binding.ports.lost()
+      this.bind(binding)
+    }
+  }
+
+  private linesAdded(): void {
+    this.bindAll()
+    this.media.wantLines()
+  }
+
+  /** Who may send what may have changed. */
+  private showBlocks(): void {
+    for (const binding of this.bindings.values()) this.showBlock(binding)
+  }
+
   private bindAll(): void {
     for (const binding of this.bindings.values()) this.bind(binding)
   }
@@ -210,7 +202,7 @@ export class StoreBindings {
   }
 
   private clearanceOf(store: MosaicStore): Clearance {
-    return this.host.clearanceOf(this.catalogue?.entries.find(({ label }) => label === labelOf(store)) ?? null)
+    return this.around.control.clearanceOf(this.catalogue?.entries.find(({ label }) => label === labelOf(store)) ?? null)
   }
 
   private showBlock({ store }: Binding): void {
@@ -218,14 +210,6 @@ export class StoreBindings {
   }
 }
 
-function labelOf(store: MosaicStore): string {
-  return store.robotConnector.connectorId
-}
-
 function isMedia(store: MosaicStore): store is MediaStore {
   return store instanceof MediaStreamStore || store instanceof TalkStore
-}
-
-function isSending(store: MosaicStore): store is SendableStore | BidirectionalStore {
-  return store instanceof SendableStore || store instanceof BidirectionalStore
 }

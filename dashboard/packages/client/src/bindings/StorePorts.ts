@@ -3,32 +3,23 @@ import type { ChannelPlan } from './channelPlan'
 import type { Clearance } from '../control/clearance'
 import { DataPort, type PortMessage } from '../delivery/DataPort'
 import type { ChannelPartials } from '../delivery/ChannelPartials'
-import type { PeerLink } from '../peers/PeerLink'
+import type { BulkConnection, ChannelCarrier } from '../peers/BulkConnection'
+import type { ConnectionTimeline } from '../peers/ConnectionTimeline'
 import type { OutgoingStream } from '../resume/OutgoingStream'
 import type { SessionStreams } from '../resume/SessionStreams'
 import { ConnectionCheckingStore } from '../stores/ConnectionCheckingStore'
 import { arrived, type RobotClock } from '../stores/messageInfo'
 import type { MosaicStore } from '../stores/MosaicStore'
 
-/** A peer connection, as far as channels of connectors go. */
-export type ChannelCarrier = Pick<PeerLink, 'openChannel'>
-
-/** What the channels of a store need of the live connection. */
-export interface PortsHost {
-  now(): number
-  /** Of the live connection; null without one. */
-  clock(): RobotClock | null
-  /** A message of a connector has arrived. */
-  valueArrived(label: string): void
-  /** What outlives the connection. */
-  streams: SessionStreams
-  /** Where bulk goes; null: it shall wait, because its own connection is being made. */
-  bulkCarrier(main: ChannelCarrier): ChannelCarrier | null
-}
-
-/** What all stores of a robot share. */
+/** What the channels of all stores of a robot share. */
 export interface PortsSurroundings {
-  readonly host: PortsHost
+  readonly platform: { now(): number }
+  readonly link: { readonly clocks: RobotClock | null }
+  /** Told of the first value. */
+  readonly record: Pick<ConnectionTimeline, 'mark'>
+  /** What outlives the connection. */
+  readonly streams: SessionStreams
+  readonly bulk: Pick<BulkConnection, 'carrier'>
   readonly partials: ChannelPartials
   /** Whether a message for this store's connector may leave now. */
   readonly clearance: () => Clearance
@@ -59,7 +50,7 @@ export class StorePorts {
   open(link: ChannelCarrier, plan: Channels, isOriginal: boolean): void {
     if (this.ports.length > 0 && this.areThose(plan)) return
     if (this.ports.length > 0) this.close()
-    const carrier = plan.delivery === 'bulk' && !isOriginal ? this.around.host.bulkCarrier(link) : link
+    const carrier = plan.delivery === 'bulk' && !isOriginal ? this.around.bulk.carrier(link) : link
     if (carrier === null) return
     this.carrier = carrier
     if (this.store.state.get().phase !== 'reconnecting') this.store.setState({ phase: 'waiting' })
@@ -85,7 +76,7 @@ export class StorePorts {
 
   /** The store is gone: nothing that it sent is kept for another connection. */
   release(): void {
-    for (const port of this.ports) this.around.host.streams.released(port.label)
+    for (const port of this.ports) this.around.streams.released(port.label)
     this.close()
   }
 
@@ -94,8 +85,8 @@ export class StorePorts {
   }
 
   private port(channel: RTCDataChannel, { delivery }: Channels, dataType: MosaicDataType, stream: OutgoingStream | null): DataPort {
-    const { host, partials, clearance } = this.around
-    const shared = { now: () => host.now(), clearance, counters: this.store.counters, partials }
+    const { platform, partials, clearance } = this.around
+    const shared = { now: () => platform.now(), clearance, counters: this.store.counters, partials }
     return new DataPort(channel, { dataType, delivery, ...shared, ...(stream === null ? {} : { stream }) }, {
       opened: () => this.opened(),
       closed: () => this.lost(),
@@ -107,7 +98,7 @@ export class StorePorts {
   /** What is sent there outlives the connection: never what moves something, which is never kept nor repeated. */
   private streamFor(plan: Channels, label: string, dataType: MosaicDataType): OutgoingStream | null {
     if (plan.mayWait !== true || dataType.endsWith('r2u')) return null
-    return this.around.host.streams.outgoing(label, !(this.store instanceof ConnectionCheckingStore))
+    return this.around.streams.outgoing(label, !(this.store instanceof ConnectionCheckingStore))
   }
 
   private opened(): void {
@@ -118,13 +109,14 @@ export class StorePorts {
 
   private received(port: DataPort, message: PortMessage): void {
     const deliver = (): void => this.deliver(port, message)
-    if (port.isNumbered) this.around.host.streams.arrived(port.label, message.seq, deliver)
+    if (port.isNumbered) this.around.streams.arrived(port.label, message.seq, deliver)
     else deliver()
   }
 
   private deliver(port: DataPort, { data, seq, stampUs, latched }: PortMessage): void {
-    const { host } = this.around
-    host.valueArrived(port.label)
-    this.store.receive(data, arrived({ receivedAtMs: host.now(), seq, stampUs, latched }, host.clock()), port)
+    const { platform, record, link } = this.around
+    const receivedAtMs = platform.now()
+    record.mark('value', receivedAtMs, port.label)
+    this.store.receive(data, arrived({ receivedAtMs, seq, stampUs, latched }, link.clocks), port)
   }
 }

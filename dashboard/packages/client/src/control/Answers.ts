@@ -50,15 +50,21 @@ class Queue<T> {
   }
 }
 
+/** The way to the robot, while there is one. */
+export interface QuestionLink {
+  send(type: 'journal.read', question: JournalRead): boolean
+  send(type: 'stop.clear', nothing: object): boolean
+}
+
 /** What the page asked the robot and is to be told: pages of the journal, and what came of clearing the stop. */
 export class Answers {
   private readonly journals: Queue<readonly JournalEntry[]>
   private readonly clears: Queue<true>
   private clearing: Promise<ClearReport> | null = null
 
-  constructor(send: { journalRead(question: JournalRead): boolean; stopClear(): boolean }) {
-    this.journals = new Queue((question) => send.journalRead(question ?? { limit: 100 }))
-    this.clears = new Queue(() => send.stopClear())
+  constructor(link: QuestionLink) {
+    this.journals = new Queue((question) => link.send('journal.read', question ?? { limit: 100 }))
+    this.clears = new Queue(() => link.send('stop.clear', {}))
   }
 
   /** Rejects with `MosaicError`. */

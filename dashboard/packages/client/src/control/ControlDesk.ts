@@ -9,9 +9,9 @@ import {
   type Peers,
   type Refusal,
   type SafetyLimit,
-  type Stop,
   type StopState,
 } from '@mosaic/protocol'
+import type { Platform } from '../platform/Platform'
 import { Listeners, type Readable } from '../platform/Readable'
 import { Answers } from './Answers'
 import { clearanceFor, resourceOf, type Clearance } from './clearance'
@@ -20,7 +20,7 @@ import { DeskBoard } from './DeskBoard'
 import type { LeaseEffect } from './leaseEntry'
 import { LeaseTable, type LeaseEvent } from './leaseTable'
 import { Rests } from './Rests'
-import { StopSender } from './StopSender'
+import { StopSender, type StopLink } from './StopSender'
 import {
   whyOf,
   type Availability,
@@ -33,23 +33,25 @@ import {
   type Why,
 } from '../words/views'
 
-/** What the desk needs of the live connection. */
+/** What the desk stands on. */
 export interface DeskSurroundings {
-  readonly now: () => number
-  readonly every: (periodMs: number, onTick: () => void) => () => void
-  readonly isVisible: () => boolean
-  /** Whether a connection is there or on its way. */
-  readonly isComing: () => boolean
-  readonly send: <T extends keyof ControlMessages>(type: T, data: ControlMessages[T]) => boolean
-  /** On the stop lane. */
-  readonly sendStop: (stop: Stop) => boolean
-  /** A moment of the robot's clock on this page's; null while they have not been compared. */
-  readonly toPageMs: (robotUs: number) => number | null
-  readonly entryOf: (label: string) => CatalogueEntry | null
-  /** On a connector's channel; false where none is open, or it took nothing. */
-  readonly sendOn: (label: string, text: string) => boolean
+  readonly platform: Pick<Platform, 'now' | 'ticks' | 'isVisible'>
+  readonly link: ControlLink
+  readonly known: { entryOf(label: string): CatalogueEntry | null }
+  readonly senders: ConnectorSenders
+}
+
+/** The way to the robot, while there is one. */
+export interface ControlLink extends StopLink {
+  send<T extends keyof ControlMessages>(type: T, data: ControlMessages[T]): boolean
+}
+
+/** The connectors' own channels. */
+export interface ConnectorSenders {
+  /** False where none is open, or it took nothing. */
+  sendOn(label: string, text: string): boolean
   /** Whether this page has sent anything to this connector. */
-  readonly hasSentOn: (label: string) => boolean
+  hasSentOn(label: string): boolean
 }
 
 const MOTION = 'motion'
@@ -75,6 +77,9 @@ export class ControlDesk {
   private endDescribed: (() => void)[] | null = null
   private readonly rests: Rests
 
+  /** Called by this desk: whether messages may leave may have changed. */
+  readonly changed = new Listeners<[]>()
+
   /** Whether the robot knows leases and the stop at all. */
   readonly availability: Readable<Availability> = this.board.availability
   /** Everybody who is connected to the robot. */
@@ -92,20 +97,14 @@ export class ControlDesk {
   /** What happens once: granted, denied, lost, somebody asks, stopped, cleared. */
   readonly events = { subscribe: (listener: (event: ControlEvent) => void): (() => void) => this.told.add(listener) }
 
-  /** `changed`: whether messages may leave may have changed. */
-  constructor(
-    private readonly around: DeskSurroundings,
-    private readonly changed: () => void = () => {},
-  ) {
-    this.rests = new Rests((label, text) => around.sendOn(label, text))
+  constructor(private readonly around: DeskSurroundings) {
+    const { platform, link, senders } = around
+    this.rests = new Rests(senders)
     this.restable = this.rests.labels
-    this.stops = new StopSender({ ...around, sendOnControl: (stop) => around.send('stop', stop) })
+    this.stops = new StopSender(platform, link)
     this.stops.report.subscribe(() => this.board.showMyStop(this.stops.report.get()))
-    this.answers = new Answers({
-      journalRead: (question) => around.send('journal.read', question),
-      stopClear: () => around.send('stop.clear', {}),
-    })
-    this.table.handle({ type: 'visibilityChanged', isVisible: around.isVisible() }, around.now())
+    this.answers = new Answers(link)
+    this.table.handle({ type: 'visibilityChanged', isVisible: platform.isVisible() }, platform.now())
   }
 
   /** Ask to command; the answer shows in `leases` and `events`. False: not connected, or the robot knows no leases. */
@@ -124,7 +123,7 @@ export class ControlDesk {
 
   /** As the holder: hand over to a peer who asked, or refuse. */
   answerLease(resource: string, peerId: string, grant: boolean, message = ''): boolean {
-    return this.around.send('lease.answer', { resource, peerId, grant, message: cut(message) })
+    return this.around.link.send('lease.answer', { resource, peerId, grant, message: cut(message) })
   }
 
   /**
@@ -154,7 +153,7 @@ export class ControlDesk {
 
   /** A moment of the robot's clock (`StopView.sinceUs`) on this page's; null while they have not been compared. */
   toPageMs(robotUs: number): number | null {
-    return this.around.toPageMs(robotUs)
+    return this.around.link.toPageMs(robotUs)
   }
 
   /** What happened on the robot, newest first, for supervisors. Rejects with `MosaicError`. */
@@ -166,7 +165,7 @@ export class ControlDesk {
   /** Whether a message for this connector may leave now, and under which epoch. */
   clearanceOf(entry: CatalogueEntry | null): Clearance {
     const resource = resourceOf(entry) ?? MOTION
-    const epoch = this.table.epochOf(resource, this.around.now())
+    const epoch = this.table.epochOf(resource, this.around.platform.now())
     // The page slept: it shall not only not send, but also show it.
     if (epoch === 0 && this.table.view(resource).isMine) this.handle({ type: 'ticked' })
     const lease = this.table.view(resource)
@@ -184,7 +183,7 @@ export class ControlDesk {
     const isKnown = (extensions.lease ?? 0) >= 1 && (extensions.stop ?? 0) >= 1
     if (!isKnown) return this.original()
     this.board.availability.set('available')
-    this.changed()
+    this.changed.tell()
   }
 
   /** Called by the connection: the robot is an original one. */
@@ -192,7 +191,7 @@ export class ControlDesk {
     this.board.availability.set('unavailable')
     // What was said while nobody knew is said again in the way that this robot understands.
     if (this.stops.isSaying) this.stops.abandon('unavailable', this.rests.sendAll())
-    this.changed()
+    this.changed.tell()
   }
 
   /** Called by the connection: what people describe of a robot that tells nothing itself; null: it tells. */
@@ -211,7 +210,7 @@ export class ControlDesk {
    * last command of this page. True: zeros are on their way to it. Drives that this page left alone are none of its business.
    */
   leaving(): boolean {
-    return this.needsZeros && this.rests.sendAll((label) => this.around.hasSentOn(label)).sent.length > 0
+    return this.needsZeros && this.rests.sendAll((label) => this.around.senders.hasSentOn(label)).sent.length > 0
   }
 
   /** Called by the connection: its channels are gone; `onPurpose` if this page said goodbye. */
@@ -292,16 +291,16 @@ export class ControlDesk {
     const isLater = was.isStopped && was.mine?.phase !== 'sending'
     if (!state.isStopped && isLater) this.hasSaidStop = false
     if (!state.isStopped) this.answers.stopCleared()
-    this.changed()
+    this.changed.tell()
     if (state.isStopped && !was.isStopped) this.told.tell({ type: 'stopped', by: state.by, reason: state.reason })
     if (!state.isStopped && was.isStopped) this.told.tell({ type: 'cleared' })
   }
 
   private handle(event: LeaseEvent): void {
-    const effects = this.table.handle(event, this.around.now())
+    const effects = this.table.handle(event, this.around.platform.now())
     this.publish()
     for (const effect of effects) this.carryOut(effect)
-    if (this.table.needsTicks) this.endTicks ??= this.around.every(LEASE_KEEP_PERIOD_MS, () => this.handle({ type: 'ticked' }))
+    if (this.table.needsTicks) this.endTicks ??= this.around.platform.ticks.every(LEASE_KEEP_PERIOD_MS, () => this.handle({ type: 'ticked' }))
     else {
       this.endTicks?.()
       this.endTicks = null
@@ -313,18 +312,18 @@ export class ControlDesk {
       if (effect.event.type === 'lost') this.forgetLimits(effect.event.resource)
       return this.told.tell(effect.event)
     }
-    const isSent = this.around.send(effect.message, effect.data)
-    if (isSent && effect.message === 'lease.keep') this.table.kept(this.around.now())
+    const isSent = this.around.link.send(effect.message, effect.data)
+    if (isSent && effect.message === 'lease.keep') this.table.kept(this.around.platform.now())
     if (effect.message === 'lease.release') this.forgetLimits(effect.data.resource)
   }
 
   private forgetLimits(resource: string): void {
-    this.board.forgetLimits(resource, (label) => this.around.entryOf(label))
+    this.board.forgetLimits(resource, (label) => this.around.known.entryOf(label))
   }
 
   private publish(): void {
     this.board.showLeases(this.table.views)
-    this.changed()
+    this.changed.tell()
   }
 }
 

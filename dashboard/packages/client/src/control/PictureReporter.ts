@@ -1,12 +1,12 @@
 import { MEDIA_SEEN_PERIOD_MS, type MediaOrigin, type MediaSeen } from '@mosaic/protocol'
+import type { Platform } from '../platform/Platform'
 import { PictureReports } from './PictureReports'
 
-export interface PictureSurroundings {
-  readonly now: () => number
-  readonly every: (periodMs: number, onTick: () => void) => () => void
-  readonly send: (seen: MediaSeen) => boolean
+/** The way to the robot, while there is one. */
+export interface PictureLink {
+  send(type: 'media.seen', seen: MediaSeen): boolean
   /** When a picture was captured, on the robot's clock; null while the clocks have not been compared. */
-  readonly captureUs: (rtpTimestamp: number, atMs: number, origin: MediaOrigin) => number | null
+  captureUs(rtpTimestamp: number, atMs: number, origin: MediaOrigin): number | null
 }
 
 /** Tells the robot how old the pictures are by which this page drives; the robot slows down by that. */
@@ -16,7 +16,10 @@ export class PictureReporter {
   private readonly watched = new Set<string>()
   private endTicks: (() => void) | null = null
 
-  constructor(private readonly around: PictureSurroundings) {}
+  constructor(
+    private readonly platform: Pick<Platform, 'now' | 'ticks'>,
+    private readonly link: PictureLink,
+  ) {}
 
   /** The robot was asked for a picture, or to stop sending it. */
   watching(label: string, on: boolean): void {
@@ -36,10 +39,10 @@ export class PictureReporter {
   /** A picture with this RTP timestamp is on the screen at `atMs` of this page's clock. */
   seen(label: string, rtpTimestamp: number, atMs: number): void {
     const origin = this.origins.get(label)
-    const captureUs = origin ? this.around.captureUs(rtpTimestamp, atMs, origin) : null
+    const captureUs = origin ? this.link.captureUs(rtpTimestamp, atMs, origin) : null
     if (captureUs === null) return
-    const seen = this.reports.seen(label, captureUs, this.around.now())
-    if (seen) this.around.send(seen)
+    const seen = this.reports.seen(label, captureUs, this.platform.now())
+    if (seen) this.link.send('media.seen', seen)
   }
 
   /** The link is gone, and with it what the robot knows. */
@@ -60,10 +63,10 @@ export class PictureReporter {
     if (this.reports.isIdle) {
       this.endTicks?.()
       this.endTicks = null
-    } else this.endTicks ??= this.around.every(MEDIA_SEEN_PERIOD_MS, () => this.tick())
+    } else this.endTicks ??= this.platform.ticks.every(MEDIA_SEEN_PERIOD_MS, () => this.tick())
   }
 
   private tick(): void {
-    for (const seen of this.reports.ticked(this.around.now())) this.around.send(seen)
+    for (const seen of this.reports.ticked(this.platform.now())) this.link.send('media.seen', seen)
   }
 }

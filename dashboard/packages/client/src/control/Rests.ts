@@ -12,8 +12,7 @@ export class Rests {
   /** The connectors that can be asked to stand. */
   readonly labels: Readable<readonly string[]> = this.known
 
-  /** `send`: true where the channel is open and took it. */
-  constructor(private readonly send: (label: string, text: string) => boolean) {}
+  constructor(private readonly senders: { sendOn(label: string, text: string): boolean }) {}
 
   /** The result takes it away again. */
   add(label: string, zero: object): () => void {
@@ -34,7 +33,7 @@ export class Rests {
     const unsent: string[] = []
     for (const [label, [message]] of this.messages) {
       if (!meant(label)) continue
-      const isSent = message !== undefined && this.send(label, message.text)
+      const isSent = message !== undefined && this.senders.sendOn(label, message.text)
       ;(isSent ? sent : unsent).push(label)
     }
     return { sent, unsent }

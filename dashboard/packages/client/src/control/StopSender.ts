@@ -1,22 +1,23 @@
 import { STOP_REPEAT_MS, type Stop, type StopAck } from '@mosaic/protocol'
 import { randomId } from '../platform/randomId'
+import type { Platform } from '../platform/Platform'
 import { Value, type Readable } from '../platform/Readable'
 import { StopCourse } from './StopCourse'
 import type { StopReport, ZerosReport } from '../words/views'
 
-export interface StopSurroundings {
-  readonly now: () => number
-  readonly every: (periodMs: number, onTick: () => void) => () => void
-  /** On the lane of its own; false while that isn't open. */
-  readonly sendStop: (stop: Stop) => boolean
-  /** One copy on the control channel, for a path or robot without that lane. */
-  readonly sendOnControl: (stop: Stop) => boolean
-  readonly toPageMs: (robotUs: number) => number | null
+/** The ways of a stop to the robot, while there are any. */
+export interface StopLink {
   /** Whether a connection is there or on its way. */
-  readonly isComing: () => boolean
+  readonly isComing: boolean
+  /** On the stop channel; false while that isn't open. */
+  sendStop(stop: Stop): boolean
+  /** On the control channel, for a path or robot without a stop channel. */
+  send(type: 'stop', stop: Stop): boolean
+  /** A moment of the robot's clock on this page's; null while they have not been compared. */
+  toPageMs(robotUs: number): number | null
 }
 
-/** Says stop until the robot has heard it: at once on both channels, then on the stop lane at a steady pace. */
+/** Says stop until the robot has heard it: at once on both channels, then on the stop channel at a steady pace. */
 export class StopSender {
   private readonly last = new Value<StopReport | null>(null)
   private course: StopCourse | null = null
@@ -26,25 +27,28 @@ export class StopSender {
   /** My last stop. */
   readonly report: Readable<StopReport | null> = this.last
 
-  constructor(private readonly around: StopSurroundings) {}
+  constructor(
+    private readonly platform: Pick<Platform, 'now' | 'ticks'>,
+    private readonly link: StopLink,
+  ) {}
 
   /** Say stop; while one is being said this adds a copy to it. `zeros`: a robot that knows none was sent these instead. */
   say(reason: string, zeros: ZerosReport | null): Promise<StopReport> {
-    const now = this.around.now()
+    const now = this.platform.now()
     const isNew = this.course === null || this.outcome === null
     const course = isNew ? new StopCourse(randomId(), reason, now) : this.course
     this.course = course
     const { promise } = (this.outcome ??= resolvable())
     this.send(true)
     if (zeros !== null) this.abandon('unavailable', zeros)
-    else if (!this.around.isComing()) this.abandon('unconfirmed')
-    else if (this.course === course) this.endTicks ??= this.around.every(STOP_REPEAT_MS, () => this.tick())
+    else if (!this.link.isComing) this.abandon('unconfirmed')
+    else if (this.course === course) this.endTicks ??= this.platform.ticks.every(STOP_REPEAT_MS, () => this.tick())
     this.publish()
     return promise
   }
 
   acknowledged(ack: StopAck): void {
-    this.course?.acknowledged(ack, this.around.now(), (robotUs) => this.around.toPageMs(robotUs))
+    this.course?.acknowledged(ack, this.platform.now(), (robotUs) => this.link.toPageMs(robotUs))
     this.publish()
   }
 
@@ -66,7 +70,7 @@ export class StopSender {
   }
 
   private tick(): void {
-    if (this.course?.isDue(this.around.now())) this.send(false)
+    if (this.course?.isDue(this.platform.now())) this.send(false)
     this.publish()
   }
 
@@ -74,16 +78,16 @@ export class StopSender {
     const { course } = this
     if (course === null) return
     const { id, reason } = course.report
-    const isSent = this.around.sendStop({ id, reason })
-    const isSaid = onBoth && this.around.sendOnControl({ id, reason })
-    if (isSent || isSaid) course.sent(this.around.now())
+    const isSent = this.link.sendStop({ id, reason })
+    const isSaid = onBoth && this.link.send('stop', { id, reason })
+    if (isSent || isSaid) course.sent(this.platform.now())
   }
 
   private publish(): void {
     const { course } = this
     if (course === null) return
     this.last.set(course.report)
-    if (!course.isOver(this.around.now())) return
+    if (!course.isOver(this.platform.now())) return
     this.endTicks?.()
     this.endTicks = this.course = null
     this.outcome?.resolve(course.report)

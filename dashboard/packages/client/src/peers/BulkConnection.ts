@@ -2,8 +2,9 @@ import type { ControlMessage, ControlMessages, IceCandidate, IceServer } from '@
 import { BulkLink } from './BulkLink'
 import { OperatorBulkMachine, type LaneEffect, type LaneEvent, type LaneState } from './bulkOfOperator'
 import type { Platform } from '../platform/Platform'
-import { Value, type Readable } from '../platform/Readable'
-import { WakeTimer } from '../timing/WakeTimer'
+import { Listeners, Value, type Readable } from '../platform/Readable'
+import { MachineDriver } from '../timing/MachineDriver'
+import { LocalCandidates } from './LocalCandidates'
 
 type LaneWord = 'lane.offer' | 'lane.candidate' | 'lane.close'
 
@@ -13,19 +14,24 @@ export interface BulkLaneState {
   code?: string
 }
 
-export interface LaneHost {
-  /** Fresh ones: their credentials live for minutes. */
-  iceServers(): Promise<readonly IceServer[]>
-  send<T extends LaneWord>(type: T, data: ControlMessages[T]): boolean
-  /** Bulk channels open elsewhere from now on; those on the link `lost` are gone. */
-  changed(lost: BulkLink | null): void
+/** Where ICE servers come from; fresh ones, because their credentials live for minutes. */
+export interface IceSource {
+  freshIceServers(): Promise<readonly IceServer[]>
 }
+
+/** The way to the robot, while there is one. */
+export interface BulkSignaling {
+  send<T extends LaneWord>(type: T, data: ControlMessages[T]): boolean
+}
+
+/** A peer connection, as far as channels of connectors go. */
+export type ChannelCarrier = Pick<BulkLink, 'openChannel'>
 
 interface Attempt {
   number: number
   link: BulkLink
-  /** Candidates wait until the offer has left; null: it has. */
-  held: IceCandidate[] | null
+  /** They wait until the offer has left. */
+  candidates: LocalCandidates
 }
 
 /**
@@ -34,39 +40,37 @@ interface Attempt {
  */
 export class BulkConnection {
   private readonly status = new Value<BulkLaneState>({ phase: 'none' })
-  private session = new OperatorBulkMachine()
+  private machine: OperatorBulkMachine
+  private driver: MachineDriver<LaneEvent, LaneEffect>
   private attempt: Attempt | null = null
-  private readonly timer: WakeTimer
   private isKnown = false
   private hasGreeted = false
-  /** Counts main connections, so that what was begun for an older one is recognized. */
-  private generation = 0
 
   readonly state: Readable<BulkLaneState> = this.status
+  /** Bulk channels open elsewhere from now on; those on the link that is told are gone. */
+  readonly changed = new Listeners<[lost: BulkLink | null]>()
 
   constructor(
     private readonly platform: Platform,
-    private readonly host: LaneHost,
+    private readonly main: BulkSignaling,
+    private readonly ice: IceSource,
   ) {
-    this.timer = new WakeTimer(() => platform.now(), () => this.handle({ type: 'ticked' }))
-  }
-
-  /** Where bulk channels open; null: on the main connection. */
-  get link(): BulkLink | null {
-    return this.session.state === 'up' ? (this.attempt?.link ?? null) : null
+    this.machine = this.newMachine()
+    this.driver = this.newDriver()
   }
 
   /** The robot said hello: whether it knows lanes. */
   greeted(isKnown: boolean): void {
     this.isKnown = isKnown
     this.hasGreeted = true
-    this.host.changed(null)
+    this.changed.tell(null)
   }
 
-  /** A bulk channel is wanted: false while it should wait, for the hello or because the lane is being made. */
-  settled(): boolean {
-    if (this.isKnown) this.handle({ type: 'wanted' })
-    return this.hasGreeted && this.session.state !== 'connecting'
+  /** Where a bulk channel opens that is wanted now; null: it shall wait, for the hello or until the lane is made. */
+  carrier(main: ChannelCarrier): ChannelCarrier | null {
+    if (this.isKnown) this.driver.tell({ type: 'wanted' })
+    if (!this.hasGreeted || this.machine.state === 'connecting') return null
+    return this.machine.state === 'up' ? (this.attempt?.link ?? main) : main
   }
 
   /** The robot's word about the lane. */
@@ -74,7 +78,7 @@ export class BulkConnection {
     const { attempt } = this
     if (message.type === 'lane.close') {
       const { attempt: number, code } = message.data
-      return this.handle({ type: 'failed', attempt: number, code, isTold: true })
+      return this.driver.tell({ type: 'failed', attempt: number, code, isTold: true })
     }
     if (message.type !== 'lane.answer' && message.type !== 'lane.candidate') return
     if (attempt?.number !== message.data.attempt) return
@@ -87,66 +91,61 @@ export class BulkConnection {
 
   /** The main connection is over, and with it the lane. */
   drop(): void {
-    this.generation += 1
     this.attempt?.link.close()
     this.attempt = null
     this.isKnown = this.hasGreeted = false
-    this.session = new OperatorBulkMachine()
+    this.driver.stop()
+    this.machine = this.newMachine()
+    this.driver = this.newDriver()
     this.publish()
-    this.timer.set(this.session.wakeAtMs)
   }
 
-  private handle(event: LaneEvent): void {
-    const effects = this.session.handle(event, this.platform.now(), this.platform.random())
-    this.publish()
-    for (const effect of effects) this.carryOut(effect)
-    this.timer.set(this.session.wakeAtMs)
+  private newMachine(): OperatorBulkMachine {
+    return new OperatorBulkMachine(() => this.platform.random())
+  }
+
+  private newDriver(): MachineDriver<LaneEvent, LaneEffect> {
+    return new MachineDriver<LaneEvent, LaneEffect>(this.machine, this.platform, {
+      decided: () => this.publish(),
+      carryOut: (effect) => this.carryOut(effect),
+    })
   }
 
   private carryOut(effect: LaneEffect): void {
     if (effect.type === 'begin') void this.begin(effect.attempt)
-    else if (effect.type === 'use') this.host.changed(null)
+    else if (effect.type === 'use') this.changed.tell(null)
     else if (effect.type === 'ping') this.attempt?.link.ping()
     else this.fallBack(effect)
   }
 
   private async begin(number: number): Promise<void> {
-    const { generation } = this
-    const iceServers = await this.host.iceServers()
-    const isOver = (): boolean => generation !== this.generation || this.session.state !== 'connecting'
+    // Every main connection has a machine of its own: what was begun for an older one is recognized by that.
+    const { machine } = this
+    const iceServers = await this.ice.freshIceServers()
+    const isOver = (): boolean => machine !== this.machine || machine.state !== 'connecting'
     if (isOver() || this.attempt !== null) return
     try {
       const attempt = this.newAttempt(number, iceServers)
       this.attempt = attempt
       const sdp = await attempt.link.offer()
       if (isOver() || this.attempt !== attempt) return
-      this.host.send('lane.offer', { lane: 'bulk', attempt: number, sdp })
-      const held = attempt.held ?? []
-      attempt.held = null
-      for (const candidate of held) this.candidateFound(attempt, candidate)
+      this.main.send('lane.offer', { lane: 'bulk', attempt: number, sdp })
+      attempt.candidates.release()
     } catch {
-      if (generation === this.generation) this.handle({ type: 'failed', attempt: number, code: 'sdp.invalid' })
+      if (machine === this.machine) this.driver.tell({ type: 'failed', attempt: number, code: 'sdp.invalid' })
     }
   }
 
   private newAttempt(number: number, iceServers: readonly IceServer[]): Attempt {
-    const attempt: Attempt = {
-      number,
-      held: [],
-      link: new BulkLink(this.platform, iceServers, {
-        candidateFound: (candidate) => this.candidateFound(attempt, candidate),
-        opened: () => this.handle({ type: 'opened', attempt: number }),
-        heard: () => this.handle({ type: 'heard', attempt: number }),
-        broken: (code) => this.handle({ type: 'failed', attempt: number, code }),
-      }),
-    }
-    return attempt
-  }
-
-  private candidateFound(attempt: Attempt, candidate: IceCandidate): void {
-    if (this.attempt !== attempt) return
-    if (attempt.held) attempt.held.push(candidate)
-    else this.host.send('lane.candidate', { lane: 'bulk', attempt: attempt.number, ...candidate })
+    const send = (found: IceCandidate): void => void this.main.send('lane.candidate', { lane: 'bulk', attempt: number, ...found })
+    const candidates = new LocalCandidates(send, { isHeld: true })
+    const link = new BulkLink(this.platform, iceServers, {
+      candidateFound: (candidate) => candidates.found(candidate),
+      opened: () => this.driver.tell({ type: 'opened', attempt: number }),
+      heard: () => this.driver.tell({ type: 'heard', attempt: number }),
+      broken: (code) => this.driver.tell({ type: 'failed', attempt: number, code }),
+    })
+    return { number, link, candidates }
   }
 
   private async accept(attempt: Attempt, sdp: string): Promise<void> {
@@ -154,20 +153,20 @@ export class BulkConnection {
       await attempt.link.accept(sdp)
     } catch {
       // Numbers begin anew with every main connection: one of before must not be taken for one of now.
-      if (this.attempt === attempt) this.handle({ type: 'failed', attempt: attempt.number, code: 'sdp.invalid' })
+      if (this.attempt === attempt) this.driver.tell({ type: 'failed', attempt: attempt.number, code: 'sdp.invalid' })
     }
   }
 
   private fallBack({ attempt, code, tellsRobot }: LaneEffect & { type: 'fallBack' }): void {
     const lost = this.attempt?.link ?? null
     this.attempt = null
-    if (tellsRobot) this.host.send('lane.close', { lane: 'bulk', attempt, code })
+    if (tellsRobot) this.main.send('lane.close', { lane: 'bulk', attempt, code })
     lost?.close()
-    this.host.changed(lost)
+    this.changed.tell(lost)
   }
 
   private publish(): void {
-    const { state: phase, code } = this.session
+    const { state: phase, code } = this.machine
     const now = this.status.get()
     if (now.phase !== phase || (now.code ?? '') !== code) this.status.set(code === '' ? { phase } : { phase, code })
   }

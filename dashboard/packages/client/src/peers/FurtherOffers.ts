@@ -1,15 +1,14 @@
 import type { ControlMessages } from '@mosaic/protocol'
+import { Listeners } from '../platform/Readable'
+import { DeadlineTimer } from '../timing/DeadlineTimer'
 import type { MediaLine, PeerLink } from './PeerLink'
 
 /** The robot answers within a moment, or not at all. */
 const ANSWER_TIMEOUT_MS = 10_000
 
-export interface MoreLinesHost {
-  send(data: ControlMessages['renegotiate.offer']): boolean
-  /** The lines that are wanted and not there; none: nothing is missing. */
-  missing(): readonly MediaLine[]
-  /** Lines were added. */
-  added(): void
+/** The way to the robot, while there is one. */
+export interface OfferSignaling {
+  send(type: 'renegotiate.offer', data: ControlMessages['renegotiate.offer']): boolean
 }
 
 /**
@@ -17,71 +16,78 @@ export interface MoreLinesHost {
  * else goes on. One offer at a time; a robot that refuses one, or says nothing, is not asked again on this connection.
  */
 export class FurtherOffers {
+  /** Null while there is none that takes further offers. */
+  private link: PeerLink | null = null
   private attempt = 0
   private isBusy = false
   private isOver = false
-  private timer: ReturnType<typeof setTimeout> | null = null
+  private readonly timer: DeadlineTimer
+
+  /** Lines were added. */
+  readonly added = new Listeners<[]>()
 
   constructor(
-    private readonly link: PeerLink,
-    private readonly host: MoreLinesHost,
-  ) {}
+    private readonly clock: { now(): number },
+    private readonly main: OfferSignaling,
+  ) {
+    this.timer = new DeadlineTimer(clock, () => this.giveUp('signal.timeout'))
+  }
 
-  /** Something may be missing. */
-  look(): void {
-    if (this.isBusy || this.isOver) return
-    const lines = this.host.missing()
-    if (lines.length > 0) void this.offer(lines)
+  /** The robot takes further offers on this connection. */
+  greeted(link: PeerLink): void {
+    this.link = link
+  }
+
+  /** These lines are wanted and not there. */
+  want(lines: readonly MediaLine[]): void {
+    if (this.link !== null && !this.isBusy && !this.isOver && lines.length > 0) void this.offer(this.link, lines)
   }
 
   /** The robot's answer. */
   heard({ attempt, sdp, code }: ControlMessages['renegotiate.answer']): void {
-    if (this.isOver || !this.isBusy || attempt !== this.attempt) return
+    if (this.link === null || this.isOver || !this.isBusy || attempt !== this.attempt) return
     if (sdp === undefined) return this.giveUp(code)
-    void this.accept(sdp)
+    void this.accept(this.link, sdp)
   }
 
-  /** The connection is over. */
+  /** The connection is over; the next one begins anew. */
   close(): void {
-    this.isOver = true
-    this.disarm()
+    this.link = null
+    this.attempt = 0
+    this.isBusy = this.isOver = false
+    this.timer.set(null)
   }
 
-  private async offer(lines: readonly MediaLine[]): Promise<void> {
+  private async offer(link: PeerLink, lines: readonly MediaLine[]): Promise<void> {
     this.isBusy = true
     this.attempt += 1
     const { attempt } = this
     try {
-      const { sdp, tracks } = await this.link.offer(lines)
-      if (this.isOver) return
-      const isSent = this.host.send({ attempt, sdp, tracks })
-      if (isSent) this.timer = setTimeout(() => this.giveUp('signal.timeout'), ANSWER_TIMEOUT_MS)
+      const { sdp, tracks } = await link.offer(lines)
+      if (this.link !== link) return
+      const isSent = this.main.send('renegotiate.offer', { attempt, sdp, tracks })
+      if (isSent) this.timer.set(this.clock.now() + ANSWER_TIMEOUT_MS)
       else this.giveUp('peer.lost')
     } catch (error) {
-      this.giveUp(String(error))
+      if (this.link === link) this.giveUp(String(error))
     }
   }
 
-  private async accept(sdp: string): Promise<void> {
-    this.disarm()
+  private async accept(link: PeerLink, sdp: string): Promise<void> {
+    this.timer.set(null)
     try {
-      await this.link.acceptMore(sdp)
-      this.isBusy = false
+      await link.acceptMore(sdp)
     } catch (error) {
-      this.giveUp(String(error))
+      if (this.link === link) this.giveUp(String(error))
     }
-    if (this.isOver) return
-    this.host.added()
-    this.look()
+    if (this.isOver || this.link !== link) return
+    this.isBusy = false
+    this.added.tell()
   }
 
   private giveUp(why: string): void {
-    this.close()
+    this.isOver = true
+    this.timer.set(null)
     console.warn(`mosaic: the connection keeps the media lines that it has (${why})`)
-  }
-
-  private disarm(): void {
-    if (this.timer !== null) clearTimeout(this.timer)
-    this.timer = null
   }
 }

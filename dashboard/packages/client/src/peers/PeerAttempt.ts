@@ -1,6 +1,7 @@
 import type { ControlMessage, IceCandidate, IceServer, SignalingMessage } from '@mosaic/protocol'
 import { isAbout, reasonIn } from '../words/connectionWords'
 import { ControlChannel } from './ControlChannel'
+import { LocalCandidates } from './LocalCandidates'
 import { PeerLink, type MediaLine } from './PeerLink'
 import type { PeerEvent } from './peerEvents'
 import type { Platform } from '../platform/Platform'
@@ -34,7 +35,7 @@ export class PeerAttempt {
   readonly control: ControlChannel
   readonly stop: StopChannel
   private readonly rtcConnectionId: string
-  private held: IceCandidate[] | null
+  private readonly candidates: LocalCandidates
   private isOver = false
 
   constructor(
@@ -44,30 +45,27 @@ export class PeerAttempt {
     private readonly listener: AttemptListener,
   ) {
     this.rtcConnectionId = options.rtcConnectionId
-    this.held = options.holdCandidates ? [] : null
-    this.link = new PeerLink(platform, options.iceServers, {
-      candidateFound: (candidate) => this.candidateFound(candidate),
-      iceConnected: () => this.happened({ type: 'iceConnected' }),
-      iceHesitates: () => this.happened({ type: 'doubted', patienceMs: this.patienceMs }),
-      linkConnected: () => this.happened({ type: 'linkConnected' }),
-      linkBroken: (code) => this.happened({ type: 'broken', code }),
-      trackArrived: (label, stream, receiver) => listener.trackArrived(label, stream, receiver),
-    })
+    this.candidates = new LocalCandidates((candidate) => this.sendCandidate(candidate), { isHeld: options.holdCandidates })
+    this.link = new PeerLink(platform, options.iceServers)
     this.control = new ControlChannel(this.link.control, () => platform.now(), {
       controlOpened: () => {
         this.happened({ type: 'controlOpened' })
         this.channelOpened()
       },
       controlClosed: () => this.happened({ type: 'broken', code: 'peer.lost' }),
-      controlHeard: (message) => {
-        if (!this.isOver) listener.controlHeard(message)
-      },
+      controlHeard: (message) => this.heard(message),
     })
     this.stop = new StopChannel(this.link.stop, () => platform.now(), {
       opened: () => this.channelOpened(),
-      acknowledged: (data) => {
-        if (!this.isOver) listener.controlHeard({ type: 'stop.ack', data })
-      },
+      acknowledged: (data) => this.heard({ type: 'stop.ack', data }),
+    })
+    this.link.listen({
+      candidateFound: (candidate) => this.candidates.found(candidate),
+      iceConnected: () => this.happened({ type: 'iceConnected' }),
+      iceHesitates: () => this.happened({ type: 'doubted', patienceMs: this.patienceMs }),
+      linkConnected: () => this.happened({ type: 'linkConnected' }),
+      linkBroken: (code) => this.happened({ type: 'broken', code }),
+      trackArrived: (label, stream, receiver) => listener.trackArrived(label, stream, receiver),
     })
   }
 
@@ -118,6 +116,10 @@ export class PeerAttempt {
     }, FAREWELL_MS)
   }
 
+  private heard(message: ControlMessage | null): void {
+    if (!this.isOver) this.listener.controlHeard(message)
+  }
+
   private tellServer(): void {
     this.socket.send('signaling.close_peer_connection', { rtcConnectionId: this.rtcConnectionId })
   }
@@ -130,16 +132,12 @@ export class PeerAttempt {
       this.happened({ type: 'broken', code: 'sdp.invalid', message: String(error) })
       return
     }
-    const held = this.held ?? []
-    this.held = null
-    for (const candidate of held) this.candidateFound(candidate)
+    this.candidates.release()
   }
 
-  private candidateFound(iceCandidate: IceCandidate): void {
+  private sendCandidate(iceCandidate: IceCandidate): void {
     const { rtcConnectionId } = this
-    if (this.isOver) return
-    if (this.held) this.held.push(iceCandidate)
-    else this.socket.send('signaling.exchange_ice_candidate', { rtcConnectionId, iceCandidate })
+    if (!this.isOver) this.socket.send('signaling.exchange_ice_candidate', { rtcConnectionId, iceCandidate })
   }
 
   private channelOpened(): void {

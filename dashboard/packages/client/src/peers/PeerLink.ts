@@ -64,16 +64,23 @@ export class PeerLink {
   constructor(
     private readonly platform: Platform,
     iceServers: readonly IceServer[],
-    private readonly listener: PeerLinkListener,
   ) {
     this.connection = platform.openPeerConnection({ iceServers: usableIceServers(iceServers) })
     this.candidates = new RemoteCandidates(this.connection)
     this.control = this.connection.createDataChannel(CONTROL_LABEL, { ordered: true, protocol: CHANNEL_PROTOCOL })
     this.stop = this.openChannel(STOP_LABEL, 'latest', CHANNEL_PROTOCOL)
-    this.connection.onicecandidate = (event) => this.found(event.candidate)
-    this.connection.oniceconnectionstatechange = () => this.iceChanged()
-    this.connection.onconnectionstatechange = () => this.changed()
-    this.connection.ontrack = (event) => this.arrived(event)
+  }
+
+  /** Tell this one what happens; nothing does before the offer. */
+  listen(listener: PeerLinkListener): void {
+    const { connection } = this
+    connection.onicecandidate = ({ candidate }) => {
+      const found = plainCandidate(candidate)
+      if (found) listener.candidateFound(found)
+    }
+    connection.oniceconnectionstatechange = () => this.iceChanged(listener)
+    connection.onconnectionstatechange = () => this.changed(listener)
+    connection.ontrack = (event) => this.arrived(event, listener)
   }
 
   async offer(lines: readonly MediaLine[]): Promise<Offer> {
@@ -159,39 +166,34 @@ export class PeerLink {
     this.connection.close()
   }
 
-  private found(candidate: RTCIceCandidate | null): void {
-    const found = plainCandidate(candidate)
-    if (found) this.listener.candidateFound(found)
-  }
-
-  private iceChanged(): void {
+  private iceChanged(listener: PeerLinkListener): void {
     const state = this.connection.iceConnectionState
-    if (state === 'disconnected') this.listener.iceHesitates()
+    if (state === 'disconnected') listener.iceHesitates()
     if (state !== 'connected' && state !== 'completed') return
     this.hasPath = true
-    this.listener.iceConnected()
+    listener.iceConnected()
   }
 
-  private changed(): void {
+  private changed(listener: PeerLinkListener): void {
     const state = this.connection.connectionState
-    if (state === 'connected') this.listener.linkConnected()
+    if (state === 'connected') listener.linkConnected()
     if (state === 'connected') this.isSecured = true
     // ICE has a path and yet it failed: then it was DTLS.
     const code = this.hasPath && !this.isSecured && this.connection.iceConnectionState !== 'failed' ? 'dtls.failed' : 'ice.failed'
-    if (state === 'failed' || state === 'closed') this.listener.linkBroken(code)
+    if (state === 'failed' || state === 'closed') listener.linkBroken(code)
   }
 
   private noteRejected(sdp: string): void {
     for (const mid of rejectedMids(sdp)) this.rejected.add(mid)
   }
 
-  private arrived({ track, streams, receiver, transceiver }: RTCTrackEvent): void {
+  private arrived({ track, streams, receiver, transceiver }: RTCTrackEvent, listener: PeerLinkListener): void {
     const [stream] = streams
     const asked = transceiver.mid === null ? undefined : this.labels.get(transceiver.mid)
     // Who answered without heeding our wish (an original robot) names the track by its stream.
     const label = asked ?? stream?.id
     if (asked === undefined) this.blindTracks += 1
     if (label === undefined) return
-    this.listener.trackArrived(label, stream ?? this.platform.newMediaStream(track), receiver)
+    listener.trackArrived(label, stream ?? this.platform.newMediaStream(track), receiver)
   }
 }

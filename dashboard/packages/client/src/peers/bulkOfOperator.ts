@@ -3,6 +3,7 @@
  * first bulk store wants it, tried again with back-off, and nobody waits longer for it than `SETUP_TIMEOUT_MS`.
  */
 import { backoffDelayMs } from '../timing/backoff'
+import type { DeadlinePassed } from '../timing/MachineDriver'
 
 /** `none`: nobody wanted one, or the robot knows none. `failed`: bulk goes over the main connection meanwhile. */
 export type LaneState = 'none' | 'connecting' | 'up' | 'failed'
@@ -25,7 +26,7 @@ export type LaneEvent =
   | { type: 'heard'; attempt: number }
   /** It can't be made, or is gone. `isTold`: the robot said so itself. */
   | { type: 'failed'; attempt: number; code: string; isTold?: boolean }
-  | { type: 'ticked' }
+  | DeadlinePassed
 
 export type LaneEffect =
   /** Make a transport and offer it under this number. */
@@ -36,26 +37,28 @@ export type LaneEffect =
   /** Close the transport; bulk channels open on the main connection. */
   | { type: 'fallBack'; attempt: number; code: string; tellsRobot: boolean }
 
-/** The machine of one main connection; times are milliseconds of any monotonic clock, `random` is of [0, 1). */
+/** The machine of one main connection; times are milliseconds of any monotonic clock, `draw` gives numbers of [0, 1). */
 export class OperatorBulkMachine {
   state: LaneState = 'none'
   /** Why it failed; empty otherwise. */
   code = ''
-  /** When `ticked` is to be said; null: never. */
-  wakeAtMs: number | null = null
+  /** When `deadlinePassed` is to be said; null: never. */
+  deadlineMs: number | null = null
   private attempt = 0
   private failures = 0
   private upAtMs = 0
   private pingAtMs = 0
   private lostAtMs = 0
 
-  handle(event: LaneEvent, nowMs: number, random: number): LaneEffect[] {
+  constructor(private readonly draw: () => number) {}
+
+  handle(event: LaneEvent, nowMs: number): LaneEffect[] {
     if (event.type === 'wanted') return this.state === 'none' ? this.begin(nowMs) : []
-    if (event.type === 'ticked') return this.wakeAtMs !== null && nowMs >= this.wakeAtMs ? this.overdue(nowMs, random) : []
+    if (event.type === 'deadlinePassed') return this.deadlineMs !== null && nowMs >= this.deadlineMs ? this.overdue(nowMs) : []
     const isCurrent = event.attempt === this.attempt && (this.state === 'connecting' || this.state === 'up')
     if (!isCurrent) return []
     if (event.type === 'opened') return this.opened(nowMs)
-    if (event.type === 'failed') return this.failed(event.code, nowMs, random, event.isTold !== true)
+    if (event.type === 'failed') return this.failed(event.code, nowMs, event.isTold !== true)
     if (this.state === 'up') this.lostAtMs = nowMs + LOST_AFTER_MS
     return []
   }
@@ -64,7 +67,7 @@ export class OperatorBulkMachine {
     this.attempt += 1
     this.state = 'connecting'
     this.code = ''
-    this.wakeAtMs = nowMs + SETUP_TIMEOUT_MS
+    this.deadlineMs = nowMs + SETUP_TIMEOUT_MS
     return [{ type: 'begin', attempt: this.attempt }]
   }
 
@@ -73,27 +76,27 @@ export class OperatorBulkMachine {
     this.state = 'up'
     this.upAtMs = nowMs
     this.lostAtMs = nowMs + LOST_AFTER_MS
-    this.pingAtMs = this.wakeAtMs = nowMs + PING_PERIOD_MS
+    this.pingAtMs = this.deadlineMs = nowMs + PING_PERIOD_MS
     return [{ type: 'use' }]
   }
 
-  private overdue(nowMs: number, random: number): LaneEffect[] {
+  private overdue(nowMs: number): LaneEffect[] {
     if (this.state === 'failed') return this.begin(nowMs)
-    if (this.state === 'connecting') return this.failed('ice.timeout', nowMs, random, true)
+    if (this.state === 'connecting') return this.failed('ice.timeout', nowMs, true)
     if (nowMs >= this.lostAtMs) {
-      if (nowMs - this.pingAtMs <= STALL_MS) return this.failed('peer.lost', nowMs, random, true)
+      if (nowMs - this.pingAtMs <= STALL_MS) return this.failed('peer.lost', nowMs, true)
       this.lostAtMs = nowMs + PING_PERIOD_MS + STALL_MS
     }
-    this.pingAtMs = this.wakeAtMs = nowMs + PING_PERIOD_MS
+    this.pingAtMs = this.deadlineMs = nowMs + PING_PERIOD_MS
     return [{ type: 'ping' }]
   }
 
-  private failed(code: string, nowMs: number, random: number, tellsRobot: boolean): LaneEffect[] {
+  private failed(code: string, nowMs: number, tellsRobot: boolean): LaneEffect[] {
     const wasStable = this.state === 'up' && nowMs - this.upAtMs >= STABLE_MS
     this.failures = wasStable ? 0 : this.failures
     this.state = 'failed'
     this.code = code
-    this.wakeAtMs = nowMs + backoffDelayMs(this.failures, random, RETRY)
+    this.deadlineMs = nowMs + backoffDelayMs(this.failures, this.draw(), RETRY)
     this.failures += 1
     return [{ type: 'fallBack', attempt: this.attempt, code, tellsRobot }]
   }

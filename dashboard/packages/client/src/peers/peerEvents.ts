@@ -1,4 +1,6 @@
 /** What happens to one robot's connection, and what is to be done about it. */
+import type { DeadlinePassed } from '../timing/MachineDriver'
+
 export type PeerPhase =
   | 'idle'
   | 'requesting' // the server is asked for a connection
@@ -32,7 +34,7 @@ export type PeerEvent =
   | { type: 'broken'; code: string; message?: string }
   /** The network is another one, or the transport hesitates: a word of the robot within this time, or it is lost. */
   | { type: 'doubted'; patienceMs: number }
-  | { type: 'ticked' }
+  | DeadlinePassed
 
 export type PeerEffect =
   /** A new attempt: tell the stores and ask the server for a connection. */

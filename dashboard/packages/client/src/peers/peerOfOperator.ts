@@ -1,5 +1,5 @@
 /**
- * The life of one robot's connection, purely: events in, effects out, `now` and randomness are arguments.
+ * The life of one robot's connection, purely: events in, effects out, the time is an argument.
  * Every phase has a time-out with a reason code; a lost connection comes back by itself until `disconnect`.
  */
 import { HELLO_TIMEOUT_MS, PEER_LOST_AFTER_MS, PING_PERIOD_MS } from '@mosaic/protocol'
@@ -51,6 +51,9 @@ export class OperatorPeerMachine {
   private doubt: { untilMs: number; patienceMs: number } | null = null
   private why: { code?: string; message?: string } = {}
 
+  /** `draw` gives numbers of [0, 1), for pauses that differ from page to page. */
+  constructor(private readonly draw: () => number) {}
+
   get phase(): PeerPhase {
     return this.current
   }
@@ -79,8 +82,8 @@ export class OperatorPeerMachine {
     }
   }
 
-  /** When a `ticked` event is due; null while nothing is. */
-  get wakeAtMs(): number | null {
+  /** When a `deadlinePassed` event is due; null while nothing is. */
+  get deadlineMs(): number | null {
     if (this.current === 'waiting') return this.retryAtMs
     if (this.current !== 'up') return this.deadline?.atMs ?? null
     if (this.greeted === null) return this.heardAtMs + HELLO_TIMEOUT_MS
@@ -89,7 +92,7 @@ export class OperatorPeerMachine {
     return Math.min(this.pingAtMs, lostAtMs, this.doubt?.untilMs ?? Infinity)
   }
 
-  handle(event: PeerEvent, nowMs: number, random: number): PeerEffect[] {
+  handle(event: PeerEvent, nowMs: number): PeerEffect[] {
     switch (event.type) {
       case 'connectWanted':
         return this.isResting ? this.beginAnew(nowMs) : []
@@ -102,11 +105,11 @@ export class OperatorPeerMachine {
       case 'robotReady':
         return this.retryNow(nowMs)
       case 'broken':
-        return this.fail(event, nowMs, random)
+        return this.fail(event, nowMs)
       case 'doubted':
         return this.doubted(event.patienceMs, nowMs)
-      case 'ticked':
-        return this.tick(nowMs, random)
+      case 'deadlinePassed':
+        return this.tick(nowMs)
       default:
         return this.advance(event.type, nowMs)
     }
@@ -218,20 +221,20 @@ export class OperatorPeerMachine {
     return [{ type: 'sendPing' }]
   }
 
-  private tick(nowMs: number, random: number): PeerEffect[] {
+  private tick(nowMs: number): PeerEffect[] {
     if (this.current === 'waiting') return nowMs >= this.retryAtMs ? this.begin(nowMs) : []
-    if (this.current === 'up') return this.tickUp(nowMs, random)
+    if (this.current === 'up') return this.tickUp(nowMs)
     const isOver = this.deadline !== null && nowMs >= this.deadline.atMs
-    return isOver && this.deadline ? this.fail({ code: this.deadline.code }, nowMs, random) : []
+    return isOver && this.deadline ? this.fail({ code: this.deadline.code }, nowMs) : []
   }
 
-  private tickUp(nowMs: number, random: number): PeerEffect[] {
+  private tickUp(nowMs: number): PeerEffect[] {
     if (this.greeted === null) return this.missHello(nowMs)
     if (!this.greeted) return []
     if (this.mayBeLost && nowMs >= this.heardAtMs + PEER_LOST_AFTER_MS) {
-      return this.fail({ code: 'peer.lost' }, nowMs, random)
+      return this.fail({ code: 'peer.lost' }, nowMs)
     }
-    if (this.doubt !== null && nowMs >= this.doubt.untilMs) return this.settleDoubt(this.doubt, nowMs, random)
+    if (this.doubt !== null && nowMs >= this.doubt.untilMs) return this.settleDoubt(this.doubt, nowMs)
     return nowMs >= this.pingAtMs ? this.ping(nowMs) : []
   }
 
@@ -244,13 +247,13 @@ export class OperatorPeerMachine {
     return [{ type: 'treatAsOriginal' }]
   }
 
-  private settleDoubt({ untilMs, patienceMs }: { untilMs: number; patienceMs: number }, nowMs: number, random: number): PeerEffect[] {
-    if (nowMs - untilMs <= STALL_MS) return this.fail({ code: 'peer.lost' }, nowMs, random)
+  private settleDoubt({ untilMs, patienceMs }: { untilMs: number; patienceMs: number }, nowMs: number): PeerEffect[] {
+    if (nowMs - untilMs <= STALL_MS) return this.fail({ code: 'peer.lost' }, nowMs)
     this.doubt = { untilMs: nowMs + patienceMs, patienceMs }
     return this.ping(nowMs)
   }
 
-  private fail(why: { code: string; message?: string }, nowMs: number, random: number): PeerEffect[] {
+  private fail(why: { code: string; message?: string }, nowMs: number): PeerEffect[] {
     if (!this.hasPeer) return []
     const wasConnected = this.current === 'up'
     this.why = why.message === undefined ? { code: why.code } : { code: why.code, message: why.message }
@@ -262,7 +265,7 @@ export class OperatorPeerMachine {
     this.enter(isFinal ? 'failed' : 'waiting', nowMs)
     // Most losses are a change of network that is over when it is noticed: the first try is made at once.
     const isAtOnce = wasConnected && why.code !== 'peer.shutdown'
-    this.retryAtMs = isAtOnce ? nowMs : nowMs + backoffDelayMs(this.attempt - 1, random, BACKOFF)
+    this.retryAtMs = isAtOnce ? nowMs : nowMs + backoffDelayMs(this.attempt - 1, this.draw(), BACKOFF)
     this.doubt = null
     if (isFinal) effects.push({ type: 'tellFailed', ...this.why, code: why.code })
     return effects

@@ -1,5 +1,6 @@
 import { HELLO_TIMEOUT_MS, type Delivered, type Resume } from '@mosaic/protocol'
-import { WakeTimer } from '../timing/WakeTimer'
+import { Listeners } from '../platform/Readable'
+import { DeadlineTimer } from '../timing/DeadlineTimer'
 import { OutgoingStream } from './OutgoingStream'
 import { ResumeReceiver } from './ResumeReceiver'
 
@@ -12,12 +13,10 @@ const TELL_AFTER = 128
 /** Messages that overtook the robot's word; far more than a round trip of anything. */
 const MAX_HELD = 4096
 
-export interface StreamsHost {
-  now(): number
+/** The way to the robot, while there is one. */
+export interface StreamsLink {
   /** Say how far the channels of the robot are. */
-  tell(delivered: Delivered): void
-  /** `lost` messages of the channel will never come, or (`sent`) never arrived; null: nobody knows how many. */
-  missed(label: string, lost: number | null, sent: boolean): void
+  send(type: 'delivered', delivered: Delivered): void
 }
 
 interface Held {
@@ -39,9 +38,17 @@ export class SessionStreams {
   private held: Held[] = []
   private untold = 0
   private timer: ReturnType<typeof setTimeout> | null = null
-  private readonly patience = new WakeTimer(() => this.host.now(), (lateMs) => this.wordMissing(lateMs))
+  private readonly patience: DeadlineTimer
 
-  constructor(private readonly host: StreamsHost) {}
+  /** `lost` messages of the channel will never come, or (`sent`) never arrived; null: nobody knows how many. */
+  readonly missed = new Listeners<[label: string, lost: number | null, sent: boolean]>()
+
+  constructor(
+    private readonly clock: { now(): number },
+    private readonly link: StreamsLink,
+  ) {
+    this.patience = new DeadlineTimer(clock, (lateMs) => this.wordMissing(lateMs))
+  }
 
   /** What to say right after hello. */
   word(): Resume {
@@ -112,7 +119,7 @@ export class SessionStreams {
   outgoing(label: string, waits: boolean): OutgoingStream {
     const existing = this.outgoingStreams.get(label)
     if (existing) return existing
-    const stream = new OutgoingStream(() => this.host.now(), waits)
+    const stream = new OutgoingStream(() => this.clock.now(), waits)
     this.outgoingStreams.set(label, stream)
     if (this.phase === 'plain') stream.plain()
     else if (this.phase === 'resumed') stream.resumed(0)
@@ -151,7 +158,7 @@ export class SessionStreams {
   }
 
   private awaitWord(): void {
-    this.patience.set(this.host.now() + HELLO_TIMEOUT_MS)
+    this.patience.set(this.clock.now() + HELLO_TIMEOUT_MS)
   }
 
   private wordMissing(lateMs: number): void {
@@ -160,7 +167,7 @@ export class SessionStreams {
   }
 
   private report(label: string, lost: number | null, sent: boolean): void {
-    if (lost !== 0) this.host.missed(label, lost, sent)
+    if (lost !== 0) this.missed.tell(label, lost, sent)
   }
 
   private tellSoon(): void {
@@ -176,7 +183,7 @@ export class SessionStreams {
       const seq = receiver.untold()
       if (seq !== null) seqs[label] = seq
     }
-    if (Object.keys(seqs).length > 0) this.host.tell({ seqs })
+    if (Object.keys(seqs).length > 0) this.link.send('delivered', { seqs })
   }
 
   private stopTelling(): void {

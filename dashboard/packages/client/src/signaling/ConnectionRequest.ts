@@ -7,13 +7,17 @@ import type { RobotInfo } from '../words/types'
 /** How long somebody waits for the server's fresh credentials. */
 const FRESH_ICE_MS = 1000
 
-export interface RequestHost {
-  /** Whether the robot or its server said anything of its connectors. */
-  knowsCatalogue(): boolean
-  announced(catalogue: Catalogue): void
-  /** What people say of a robot that announces nothing. */
-  described(robot: RobotInfo): void
-  granted(rtcConnectionId: string, iceServers: readonly IceServer[]): void
+export interface Granted {
+  rtcConnectionId: string
+  iceServers: readonly IceServer[]
+  /** Null where it was known, or there is none. */
+  catalogue: Catalogue | null
+  /** What people say of a robot that announces nothing; null where that is known. */
+  robot: RobotInfo | null
+}
+
+export interface RequestListener {
+  granted(granted: Granted): void
   failed(code: string, message: string): void
 }
 
@@ -26,15 +30,13 @@ export class ConnectionRequest {
   constructor(
     private readonly robotId: string,
     private readonly server: { readonly api: RestApi; readonly sessionIds: SessionIds },
-    private readonly host: RequestHost,
   ) {}
 
-  /** Ask; whatever was asked before is given up. */
-  async make(): Promise<void> {
+  /** Ask; whatever was asked before is given up. `isKnown`: the robot or its server said what connectors it has. */
+  async make(isKnown: boolean, listener: RequestListener): Promise<void> {
     const number = ++this.number
     const { api, sessionIds } = this.server
     try {
-      const isKnown = this.host.knowsCatalogue()
       const [grant, iceServers, catalogue, robot] = await Promise.all([
         api.createConnection(this.robotId, sessionIds.of(this.robotId)),
         api.iceServers().catch((): IceServer[] => []),
@@ -44,12 +46,10 @@ export class ConnectionRequest {
       ])
       if (number !== this.number) return
       if (grant.sessionId !== undefined) sessionIds.remember(this.robotId, grant.sessionId)
-      if (catalogue) this.host.announced(catalogue)
-      if (robot) this.host.described(robot)
       this.iceServers = iceServers
-      this.host.granted(grant.rtcSessionId, iceServers)
+      listener.granted({ rtcConnectionId: grant.rtcSessionId, iceServers, catalogue, robot })
     } catch (error) {
-      if (number === this.number) this.failed(error)
+      if (number === this.number) failed(error, listener)
     }
   }
 
@@ -65,10 +65,10 @@ export class ConnectionRequest {
     const late = new Promise<readonly IceServer[]>((resolve) => setTimeout(() => resolve(known), FRESH_ICE_MS))
     return Promise.race([this.server.api.iceServers().catch(() => known), late])
   }
+}
 
-  // Nothing that we know of throws anything else than our own; a browser without WebRTC does.
-  private failed(error: unknown): void {
-    if (error instanceof MosaicError) this.host.failed(error.code, error.message)
-    else this.host.failed('sdp.invalid', String(error))
-  }
+// Nothing that we know of throws anything else than our own; a browser without WebRTC does.
+function failed(error: unknown, listener: RequestListener): void {
+  if (error instanceof MosaicError) listener.failed(error.code, error.message)
+  else listener.failed('sdp.invalid', String(error))
 }

@@ -1,20 +1,20 @@
 import { parseSignaling, signalingText, WireError, type SignalingMessage, type SignalingMessages } from '@mosaic/protocol'
 import type { Platform } from '../platform/Platform'
 import { Listeners, Value, type Readable } from '../platform/Readable'
+import { MachineDriver } from '../timing/MachineDriver'
 import { OperatorSignaling, type SignalingEffect, type SignalingEvent } from './operatorSignaling'
 import type { ServerState } from '../words/types'
-import { WakeTimer } from '../timing/WakeTimer'
 
 /** The operator's WebSocket to the server. `OperatorSignaling` decides, this carries it out. */
 export class SignalingSocket {
-  private readonly session = new OperatorSignaling()
+  private readonly machine: OperatorSignaling
+  private readonly driver: MachineDriver<SignalingEvent, SignalingEffect>
   private readonly serverState = new Value<ServerState>('offline')
   private readonly messages = new Listeners<[SignalingMessage]>()
   private readonly refusals = new Listeners<[string]>()
   private socket: WebSocket | null = null
   /** Whose status was asked for last: asked again, it is answered at once. */
   private robotIds: SignalingMessages['status.subscribe']['robotIds'] = []
-  private readonly timer: WakeTimer
 
   readonly state: Readable<ServerState> = this.serverState
 
@@ -22,26 +22,31 @@ export class SignalingSocket {
     private readonly url: string,
     private readonly platform: Platform,
   ) {
-    this.timer = new WakeTimer(() => platform.now(), () => this.handle({ type: 'ticked' }))
+    this.machine = new OperatorSignaling(() => platform.random())
+    this.driver = new MachineDriver<SignalingEvent, SignalingEffect>(this.machine, platform, {
+      // Set first: whoever hears that it is online may send at once.
+      decided: () => this.serverState.set(this.machine.state),
+      carryOut: (effect) => this.carryOut(effect),
+    })
     platform.onNetworkChange(() => {
-      this.handle({ type: 'networkChanged' })
+      this.driver.tell({ type: 'networkChanged' })
       this.doubt()
     })
   }
 
   start(token: string): void {
-    this.handle({ type: 'started', token })
+    this.driver.tell({ type: 'started', token })
   }
 
   stop(): void {
-    this.handle({ type: 'stopped' })
+    this.driver.tell({ type: 'stopped' })
   }
 
   /** Ask for a sign of life: a socket whose network is gone does not know it, and is made anew at once. */
   doubt(): void {
-    if (this.session.phase !== 'online') return
+    if (this.machine.phase !== 'online') return
     this.send('status.subscribe', { robotIds: this.robotIds })
-    this.handle({ type: 'doubted' })
+    this.driver.tell({ type: 'doubted' })
   }
 
   /** Every message that is not the socket's own business. */
@@ -57,38 +62,33 @@ export class SignalingSocket {
   /** Send one message; false while not online. */
   send<T extends keyof SignalingMessages>(word: T, data: SignalingMessages[T]): boolean {
     if (word === 'status.subscribe') this.robotIds = (data as SignalingMessages['status.subscribe']).robotIds
-    if (this.session.phase !== 'online' || this.socket === null) return false
+    if (this.machine.phase !== 'online' || this.socket === null) return false
     this.socket.send(signalingText(word, data))
     return true
   }
 
-  private handle(event: SignalingEvent): void {
-    const effects = this.session.handle(event, this.platform.now(), this.platform.random())
-    for (const effect of effects) this.carryOut(effect)
-    this.timer.set(this.session.wakeAtMs)
-    this.serverState.set(this.session.state)
-    // Told last, so that whoever hears it may send at once.
-    for (const effect of effects) this.tell(effect)
-  }
-
   private carryOut(effect: SignalingEffect): void {
-    if (effect.type === 'open') this.open()
-    else if (effect.type === 'close') this.close()
-    else if (effect.type === 'send') this.socket?.send(signalingText(effect.word, effect.data))
-  }
-
-  private tell(effect: SignalingEffect): void {
-    if (effect.type === 'tellMessage') this.messages.tell(effect.message)
-    else if (effect.type === 'tellRefused') this.refusals.tell(effect.code)
+    switch (effect.type) {
+      case 'open':
+        return this.open()
+      case 'close':
+        return this.close()
+      case 'send':
+        return this.socket?.send(signalingText(effect.word, effect.data))
+      case 'tellMessage':
+        return this.messages.tell(effect.message)
+      case 'tellRefused':
+        return this.refusals.tell(effect.code)
+    }
   }
 
   private open(): void {
     const socket = this.platform.openWebSocket(this.url)
     this.socket = socket
-    socket.onopen = () => this.handle({ type: 'opened' })
+    socket.onopen = () => this.driver.tell({ type: 'opened' })
     socket.onclose = (event) => {
       this.socket = null
-      this.handle({ type: 'closed', closeCode: event.code })
+      this.driver.tell({ type: 'closed', closeCode: event.code })
     }
     socket.onmessage = (event: MessageEvent<unknown>) => this.read(event.data)
   }
@@ -96,7 +96,7 @@ export class SignalingSocket {
   private read(data: unknown): void {
     if (typeof data !== 'string') return
     try {
-      this.handle({ type: 'heard', message: parseSignaling(data) })
+      this.driver.tell({ type: 'heard', message: parseSignaling(data) })
     } catch (error) {
       if (!(error instanceof WireError)) throw error
       console.warn(`mosaic: the server sent something unreadable (${error.message})`)

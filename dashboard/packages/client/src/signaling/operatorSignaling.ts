@@ -12,6 +12,7 @@ import {
   type SignalingMessages,
 } from '@mosaic/protocol'
 import { backoffDelayMs } from '../timing/backoff'
+import type { DeadlinePassed } from '../timing/MachineDriver'
 import type { ServerState } from '../words/types'
 
 export type SignalingPhase = 'off' | 'opening' | 'authorizing' | 'online' | 'waiting' | 'refused'
@@ -26,14 +27,12 @@ export type SignalingEvent =
   | { type: 'networkChanged' }
   /** Something was asked that is answered at once: silence means that the socket is dead without knowing it. */
   | { type: 'doubted' }
-  | { type: 'ticked' }
+  | DeadlinePassed
 
 export type SignalingEffect =
   | { type: 'open' }
   | { type: 'close' }
   | { [T in keyof SignalingMessages]: { type: 'send'; word: T; data: SignalingMessages[T] } }[keyof SignalingMessages]
-  | { type: 'tellOnline' }
-  | { type: 'tellOffline' }
   | { type: 'tellRefused'; code: string }
   | { type: 'tellMessage'; message: SignalingMessage }
 
@@ -52,6 +51,8 @@ export class OperatorSignaling {
   private pings = false
   private isDoubted = false
 
+  constructor(private readonly draw: () => number) {}
+
   get phase(): SignalingPhase {
     return this.current
   }
@@ -63,12 +64,12 @@ export class OperatorSignaling {
     return isFirst ? 'connecting' : 'offline'
   }
 
-  /** When a `ticked` event is due; null while nothing is. */
-  get wakeAtMs(): number | null {
+  /** When a `deadlinePassed` event is due; null while nothing is. */
+  get deadlineMs(): number | null {
     return this.wakeMs
   }
 
-  handle(event: SignalingEvent, nowMs: number, random: number): SignalingEffect[] {
+  handle(event: SignalingEvent, nowMs: number): SignalingEffect[] {
     switch (event.type) {
       case 'started':
         this.token = event.token
@@ -80,7 +81,7 @@ export class OperatorSignaling {
         if (this.current === 'opening') this.enter('authorizing', nowMs + OPEN_TIMEOUT_MS)
         return []
       case 'closed':
-        return this.closed(event.closeCode, nowMs, random)
+        return this.closed(event.closeCode, nowMs)
       case 'heard':
         return this.hasSocket ? this.heard(event.message, nowMs) : []
       case 'networkChanged':
@@ -88,8 +89,8 @@ export class OperatorSignaling {
       case 'doubted':
         if (this.current === 'online') this.doubt(nowMs)
         return []
-      case 'ticked':
-        return this.wakeMs !== null && nowMs >= this.wakeMs ? this.woken(nowMs, random) : []
+      case 'deadlinePassed':
+        return this.wakeMs !== null && nowMs >= this.wakeMs ? this.woken(nowMs) : []
     }
   }
 
@@ -122,35 +123,32 @@ export class OperatorSignaling {
 
   private stop(): SignalingEffect[] {
     const effects: SignalingEffect[] = this.hasSocket ? [{ type: 'close' }] : []
-    if (this.current === 'online') effects.push({ type: 'tellOffline' })
     this.enter('off', null)
     return effects
   }
 
-  private woken(nowMs: number, random: number): SignalingEffect[] {
+  private woken(nowMs: number): SignalingEffect[] {
     if (this.current === 'waiting') return this.open(nowMs)
-    if (this.isDoubted) return [{ type: 'close' }, { type: 'tellOffline' }, ...this.open(nowMs)]
-    return [{ type: 'close' }, ...this.retryLater(nowMs, random)]
+    if (this.isDoubted) return [{ type: 'close' }, ...this.open(nowMs)]
+    return [{ type: 'close' }, ...this.retryLater(nowMs)]
   }
 
-  private closed(closeCode: number, nowMs: number, random: number): SignalingEffect[] {
+  private closed(closeCode: number, nowMs: number): SignalingEffect[] {
     if (!this.hasSocket) return []
     const reason = reasonOfClose(closeCode)
     const isFinal = reason?.startsWith('auth.') || reason === 'signal.replaced'
-    return reason && isFinal ? this.refuse(reason) : this.retryLater(nowMs, random)
+    return reason && isFinal ? this.refuse(reason) : this.retryLater(nowMs)
   }
 
-  private retryLater(nowMs: number, random: number): SignalingEffect[] {
-    const wasOnline = this.current === 'online'
-    this.enter('waiting', nowMs + backoffDelayMs(this.attempt, random, BACKOFF))
+  private retryLater(nowMs: number): SignalingEffect[] {
+    this.enter('waiting', nowMs + backoffDelayMs(this.attempt, this.draw(), BACKOFF))
     this.attempt += 1
-    return wasOnline ? [{ type: 'tellOffline' }] : []
+    return []
   }
 
   private refuse(code: string): SignalingEffect[] {
-    const wasOnline = this.current === 'online'
     this.enter('refused', null)
-    return [...(wasOnline ? [{ type: 'tellOffline' } as const] : []), { type: 'tellRefused', code }]
+    return [{ type: 'tellRefused', code }]
   }
 
   private heard(message: SignalingMessage, nowMs: number): SignalingEffect[] {
@@ -184,6 +182,6 @@ export class OperatorSignaling {
     if (result !== ResultCode.SUCCESS) return [{ type: 'close' }, ...this.refuse(reasonOfResult(result) ?? 'auth.failed')]
     this.attempt = 0
     this.enter('online', null)
-    return [{ type: 'tellOnline' }]
+    return []
   }
 }

@@ -1,5 +1,6 @@
 import type { CatalogueEntry, MosaicDataType } from '@mosaic/protocol'
 import { nowMs } from '../timing/clock'
+import { DeadlineTimer } from '../timing/DeadlineTimer'
 import { LingerCount } from './lingerCount'
 import { StoreClasses, type StoreClass, type StoreMatch } from './StoreClasses'
 import { BidirectionalStore } from './BidirectionalStore'
@@ -24,12 +25,14 @@ export class StoreManager {
   private readonly stores = new Map<string, MosaicStore>()
   private readonly classes = new StoreClasses()
   private readonly counts = new LingerCount<string>(LINGER_MS)
-  private timer: ReturnType<typeof setTimeout> | null = null
+  private readonly timer: DeadlineTimer
 
   constructor(
     private readonly hostOf: (robotId: string) => StoreHost,
     private readonly now: () => number = nowMs,
-  ) {}
+  ) {
+    this.timer = new DeadlineTimer({ now }, () => this.sweep())
+  }
 
   /**
    * From now on connectors that `match` get stores of this class: by label, by the type that the robot announces, or by
@@ -70,22 +73,15 @@ export class StoreManager {
 
   /** The counterpart of `getOrCreateStore`. The last release closes the store's channels after a second. */
   releaseStore(connector: RobotConnector): void {
-    if (this.counts.release(keyOf(connector), this.now())) this.schedule()
-  }
-
-  private schedule(): void {
-    const atMs = this.counts.nextExpiryMs()
-    if (atMs === null || this.timer !== null) return
-    this.timer = setTimeout(() => this.sweep(), Math.max(0, atMs - this.now()))
+    if (this.counts.release(keyOf(connector), this.now())) this.timer.set(this.counts.nextExpiryMs())
   }
 
   private sweep(): void {
-    this.timer = null
     for (const key of this.counts.expired(this.now())) {
       const store = this.stores.get(key)
       if (store) this.remove(key, store)
     }
-    this.schedule()
+    this.timer.set(this.counts.nextExpiryMs())
   }
 
   /** One that only lingers makes room; one that is used does not. */

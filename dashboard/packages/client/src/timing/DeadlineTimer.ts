@@ -1,17 +1,18 @@
-/** The one timer of a machine that says when it wants to be woken. `woken` hears how late that was. */
-export class WakeTimer {
+/** Calls back once at a deadline that can be moved as often as wanted; `passed` hears how late that is. */
+export class DeadlineTimer {
   private timer: ReturnType<typeof setTimeout> | null = null
 
   constructor(
-    private readonly now: () => number,
-    private readonly woken: (lateMs: number) => void,
+    private readonly clock: { now(): number },
+    private readonly passed: (lateMs: number) => void,
   ) {}
 
-  /** Wake at this moment of `now`, and at no other; null: never. */
-  set(atMs: number | null): void {
+  /** Call back at this moment of the clock, and at no other; null: never. */
+  set(deadlineMs: number | null): void {
     if (this.timer !== null) clearTimeout(this.timer)
     this.timer = null
-    if (atMs === null) return
-    this.timer = setTimeout(() => this.woken(this.now() - atMs), Math.max(0, atMs - this.now()))
+    if (deadlineMs === null) return
+    const passed = (): void => this.passed(this.clock.now() - deadlineMs)
+    this.timer = setTimeout(passed, Math.max(0, deadlineMs - this.clock.now()))
   }
 }

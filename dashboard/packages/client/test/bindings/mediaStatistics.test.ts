@@ -48,7 +48,7 @@ test.each([
   [{ jitterBufferTarget: null as number | null }, 80],
   [{}, undefined],
 ])('the jitter buffer of %j becomes %s', (receiver, expected) => {
-  const source = receiverSource(receiver as RTCRtpReceiver, { now: () => 0, control: () => null, shown: () => {} })
+  const source = receiverSource(receiver as RTCRtpReceiver, { clock: { now: () => 0 }, link: { pictureAgeMs: () => null }, shown: () => {} })
   source.setBufferTarget(80)
   expect((receiver as { jitterBufferTarget?: number | null }).jitterBufferTarget).toBe(expected)
 })

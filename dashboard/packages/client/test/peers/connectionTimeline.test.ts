@@ -12,7 +12,7 @@ describe('the timeline of a set-up', () => {
     it.heard({ type: 'granted' }, 1010)
     it.heard({ type: 'iceConnected' }, 1050)
     it.heard({ type: 'iceConnected' }, 1090)
-    it.heard({ type: 'ticked' }, 1095)
+    it.heard({ type: 'deadlinePassed' }, 1095)
     it.explain('ice', 'host → host')
     expect(it.view.get()?.marks).toEqual([
       { moment: 'asked', atMs: 0, detail: '' },

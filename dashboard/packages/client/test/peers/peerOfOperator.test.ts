@@ -5,11 +5,11 @@ import { OperatorPeerMachine } from '../../src/peers/peerOfOperator'
 
 /** A session with a clock to turn. */
 class Bench {
-  readonly session = new OperatorPeerMachine()
+  readonly session = new OperatorPeerMachine(() => 1)
   nowMs = 1000
 
   give(...events: PeerEvent[]): string[] {
-    return events.flatMap((event) => this.session.handle(event, this.nowMs, 1)).map(named)
+    return events.flatMap((event) => this.session.handle(event, this.nowMs)).map(named)
   }
 
   /** Let time pass, waking the session when it asks for it. */
@@ -17,10 +17,10 @@ class Bench {
     const untilMs = this.nowMs + ms
     const effects: string[] = []
     for (;;) {
-      const wakeMs = this.session.wakeAtMs
+      const wakeMs = this.session.deadlineMs
       if (wakeMs === null || wakeMs > untilMs) break
       this.nowMs = Math.max(this.nowMs, wakeMs)
-      effects.push(...this.give({ type: 'ticked' }))
+      effects.push(...this.give({ type: 'deadlinePassed' }))
     }
     this.nowMs = untilMs
     return effects
@@ -119,7 +119,7 @@ describe('connecting', () => {
     while (bench.session.phase !== 'failed') {
       expect(bench.session.publicPhase).toBe('connecting')
       bench.give({ type: 'broken', code: 'signal.robot_busy' })
-      if (bench.session.phase === 'waiting') bench.pass((bench.session.wakeAtMs ?? 0) - bench.nowMs)
+      if (bench.session.phase === 'waiting') bench.pass((bench.session.deadlineMs ?? 0) - bench.nowMs)
     }
     expect(bench.nowMs - startMs).toBeGreaterThanOrEqual(60_000)
     expect(bench.nowMs - startMs).toBeLessThan(71_000)
@@ -192,7 +192,7 @@ describe('hello', () => {
   test('a page that stood still waits for the hello once more, and no longer', () => {
     const bench = new Bench().connected()
     bench.nowMs += 60_000
-    expect(bench.give({ type: 'ticked' })).toEqual([])
+    expect(bench.give({ type: 'deadlinePassed' })).toEqual([])
     expect(bench.pass(1999)).toEqual([])
     expect(bench.pass(1)).toEqual(['treatAsOriginal'])
   })
@@ -226,7 +226,7 @@ describe('silence', () => {
   test('a page that was frozen asks again before it gives the robot up', () => {
     const bench = new Bench().greeted()
     bench.nowMs += 60_000
-    expect(bench.give({ type: 'ticked' })).toEqual(['sendPing'])
+    expect(bench.give({ type: 'deadlinePassed' })).toEqual(['sendPing'])
     bench.give({ type: 'robotHeard' })
     expect(bench.pass(1500).every((effect) => effect === 'sendPing')).toBe(true)
     expect(bench.session.phase).toBe('up')
@@ -253,7 +253,7 @@ describe('coming back', () => {
     const bench = new Bench().greeted()
     bench.give({ type: 'broken', code: 'ice.failed' })
     const pauses = Array.from({ length: 8 }, () => {
-      const pause = (bench.session.wakeAtMs ?? NaN) - bench.nowMs
+      const pause = (bench.session.deadlineMs ?? NaN) - bench.nowMs
       expect(bench.pass(pause)).toEqual(['request'])
       bench.give({ type: 'broken', code: 'signal.unreachable' })
       return pause
@@ -266,7 +266,7 @@ describe('coming back', () => {
     const bench = new Bench().greeted()
     for (let round = 0; round < 5; round += 1) {
       bench.give({ type: 'broken', code: 'peer.lost' })
-      expect((bench.session.wakeAtMs ?? NaN) - bench.nowMs).toBe(0)
+      expect((bench.session.deadlineMs ?? NaN) - bench.nowMs).toBe(0)
       bench.pass(0)
       bench.give(...CONNECT.slice(1), { type: 'helloHeard' })
       expect(bench.session.publicPhase).toBe('connected')
@@ -291,7 +291,7 @@ describe('coming back', () => {
     bench.give({ type: 'doubted', patienceMs: 700 })
     bench.nowMs += 5000
     bench.give({ type: 'robotHeard' })
-    expect(bench.give({ type: 'ticked' })).not.toContain('drop')
+    expect(bench.give({ type: 'deadlinePassed' })).not.toContain('drop')
   })
 
   test('an offer that went to a socket of before is made anew when the robot or the server is back', () => {
@@ -352,7 +352,7 @@ describe('leaving', () => {
     const bench = new Bench().greeted()
     bench.give({ type: 'disconnectWanted' })
     const late: PeerEvent[] = [...CONNECT.slice(1), { type: 'helloHeard' }, { type: 'robotHeard' }]
-    expect(bench.give(...late, { type: 'broken', code: 'ice.failed' }, { type: 'ticked' })).toEqual([])
+    expect(bench.give(...late, { type: 'broken', code: 'ice.failed' }, { type: 'deadlinePassed' })).toEqual([])
     expect(bench.session.phase).toBe('closed')
   })
 
@@ -373,7 +373,7 @@ const EVENTS: PeerEvent[] = [
   { type: 'robotHeard' },
   { type: 'broken', code: 'ice.failed' },
   { type: 'broken', code: 'peer.replaced' },
-  { type: 'ticked' },
+  { type: 'deadlinePassed' },
 ]
 
 test('on every walk peers are dropped before the next is asked for, and time never stands still', () => {
@@ -395,7 +395,7 @@ test('on every walk peers are dropped before the next is asked for, and time nev
         watch(bench.pass(afterMs))
         watch(bench.give(event))
         const phase = bench.session.publicPhase
-        if (phase === 'idle' || phase === 'closed' || phase === 'failed') expect(bench.session.wakeAtMs).toBeNull()
+        if (phase === 'idle' || phase === 'closed' || phase === 'failed') expect(bench.session.deadlineMs).toBeNull()
       }
     }),
     { numRuns: 500 },

@@ -44,11 +44,8 @@ beforeEach(() => {
   nowMs = 0
   told = []
   missed = []
-  streams = new SessionStreams({
-    now: () => nowMs,
-    tell: (delivered) => told.push(delivered),
-    missed: (...loss) => missed.push(loss),
-  })
+  streams = new SessionStreams({ now: () => nowMs }, { send: (_type, delivered) => void told.push(delivered) })
+  streams.missed.add((...loss) => missed.push(loss))
 })
 
 afterEach(() => void vi.useRealTimers())

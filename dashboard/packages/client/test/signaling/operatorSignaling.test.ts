@@ -4,11 +4,11 @@ import { describe, expect, test } from 'vitest'
 import { OperatorSignaling, type SignalingEffect, type SignalingEvent } from '../../src/signaling/operatorSignaling'
 
 class Bench {
-  readonly session = new OperatorSignaling()
+  readonly session = new OperatorSignaling(() => 1)
   nowMs = 0
 
   give(...events: SignalingEvent[]): SignalingEffect[] {
-    return events.flatMap((event) => this.session.handle(event, this.nowMs, 1))
+    return events.flatMap((event) => this.session.handle(event, this.nowMs))
   }
 
   hear(type: string, data: unknown): SignalingEffect[] {
@@ -18,9 +18,9 @@ class Bench {
   pass(ms: number): SignalingEffect[] {
     const untilMs = this.nowMs + ms
     const effects: SignalingEffect[] = []
-    for (let wakeMs = this.session.wakeAtMs; wakeMs !== null && wakeMs <= untilMs; wakeMs = this.session.wakeAtMs) {
+    for (let wakeMs = this.session.deadlineMs; wakeMs !== null && wakeMs <= untilMs; wakeMs = this.session.deadlineMs) {
       this.nowMs = Math.max(this.nowMs, wakeMs)
-      effects.push(...this.give({ type: 'ticked' }))
+      effects.push(...this.give({ type: 'deadlinePassed' }))
     }
     this.nowMs = untilMs
     return effects
@@ -44,7 +44,7 @@ describe('signing in', () => {
     bench.give({ type: 'opened' })
     const answer = { type: 'send', word: 'authorize', data: { accessToken: 't' } }
     expect(bench.hear('authorize.req', null)).toEqual([answer])
-    expect(bench.hear('authorize.res', 100)).toEqual([{ type: 'tellOnline' }])
+    expect(bench.hear('authorize.res', 100)).toEqual([])
     expect(bench.session.state).toBe('online')
   })
 
@@ -79,8 +79,8 @@ describe('signing in', () => {
 describe('coming back', () => {
   test.each([1000, 1001, 1006, 1012, 4400, 4408, 4429])('after close code %i', (closeCode) => {
     const bench = new Bench().online()
-    expect(bench.give({ type: 'closed', closeCode })).toEqual([{ type: 'tellOffline' }])
-    expect(bench.session.phase).toBe('waiting')
+    expect(bench.give({ type: 'closed', closeCode })).toEqual([])
+    expect([bench.session.phase, bench.session.state]).toEqual(['waiting', 'offline'])
     expect(types(bench.pass(500))).toEqual(['open'])
   })
 
@@ -90,7 +90,7 @@ describe('coming back', () => {
     [4409, 'signal.replaced'],
   ])('not after %i', (closeCode, code) => {
     const bench = new Bench().online()
-    expect(bench.give({ type: 'closed', closeCode })).toEqual([{ type: 'tellOffline' }, { type: 'tellRefused', code }])
+    expect(bench.give({ type: 'closed', closeCode })).toEqual([{ type: 'tellRefused', code }])
     expect(bench.pass(100_000)).toEqual([])
   })
 
@@ -99,7 +99,7 @@ describe('coming back', () => {
     bench.give({ type: 'started', token: 't' })
     const pauses = Array.from({ length: 6 }, () => {
       bench.give({ type: 'closed', closeCode: 1006 })
-      const pause = (bench.session.wakeAtMs ?? NaN) - bench.nowMs
+      const pause = (bench.session.deadlineMs ?? NaN) - bench.nowMs
       bench.pass(pause)
       return pause
     })
@@ -107,7 +107,7 @@ describe('coming back', () => {
     bench.give({ type: 'opened' })
     bench.hear('authorize.res', 100)
     bench.give({ type: 'closed', closeCode: 1006 })
-    expect((bench.session.wakeAtMs ?? NaN) - bench.nowMs).toBe(500)
+    expect((bench.session.deadlineMs ?? NaN) - bench.nowMs).toBe(500)
   })
 
   test('at once when the network is back', () => {
@@ -124,7 +124,7 @@ describe('coming back', () => {
     expect(types(bench.pass(700))).toEqual([])
     bench.give({ type: 'doubted' })
     expect(types(bench.pass(699))).toEqual([])
-    expect(types(bench.pass(1))).toEqual(['close', 'tellOffline', 'open'])
+    expect(types(bench.pass(1))).toEqual(['close', 'open'])
   })
 })
 
@@ -140,7 +140,7 @@ describe('online', () => {
     bench.pass(14_000)
     bench.hear('status.update', { robotId: 'r', status: 0 })
     expect(bench.pass(14_999)).toEqual([])
-    expect(types(bench.pass(1))).toEqual(['close', 'tellOffline'])
+    expect(types(bench.pass(1))).toEqual(['close'])
   })
 
   test('a server that never pings may be silent for ever', () => {
@@ -156,7 +156,7 @@ describe('online', () => {
 
   test('stopping closes the socket; starting again signs in anew', () => {
     const bench = new Bench().online()
-    expect(types(bench.give({ type: 'stopped' }))).toEqual(['close', 'tellOffline'])
+    expect(types(bench.give({ type: 'stopped' }))).toEqual(['close'])
     expect(bench.give({ type: 'stopped' }, { type: 'closed', closeCode: 1000 }, { type: 'opened' })).toEqual([])
     expect(bench.hear('status.update', { status: 0 })).toEqual([])
     expect(types(bench.give({ type: 'started', token: 'u' }))).toEqual(['open'])
@@ -174,7 +174,7 @@ test('on every walk there is at most one socket', () => {
     { type: 'heard', message: { type: 'authorize.res', data: 10021 } },
     { type: 'heard', message: { type: 'ping.ping', data: { pingId: 'p' } } },
     { type: 'networkChanged' },
-    { type: 'ticked' },
+    { type: 'deadlinePassed' },
   ]
   fc.assert(
     fc.property(fc.array(fc.tuple(fc.constantFrom(...events), fc.nat(20_000)), { maxLength: 80 }), (steps) => {

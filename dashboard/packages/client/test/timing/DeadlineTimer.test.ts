@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
-import { WakeTimer } from '../../src/timing/WakeTimer'
+import { DeadlineTimer } from '../../src/timing/DeadlineTimer'
 
 beforeEach(() => {
   vi.useFakeTimers({ toFake: ['setTimeout', 'clearTimeout'] })
@@ -12,7 +12,7 @@ afterEach(() => {
 function bench() {
   const clock = { nowMs: 1000 }
   const lateMs: number[] = []
-  const timer = new WakeTimer(() => clock.nowMs, (late) => void lateMs.push(late))
+  const timer = new DeadlineTimer({ now: () => clock.nowMs }, (late) => void lateMs.push(late))
   const pass = (ms: number, sleptMs = 0): void => {
     clock.nowMs += ms + sleptMs
     vi.advanceTimersByTime(ms)
@@ -20,7 +20,7 @@ function bench() {
   return { timer, lateMs, pass }
 }
 
-test('it wakes once, at its moment', () => {
+test('it calls back once, at its moment', () => {
   const { timer, lateMs, pass } = bench()
   timer.set(1500)
   pass(499)
@@ -30,7 +30,7 @@ test('it wakes once, at its moment', () => {
   expect(lateMs).toEqual([0])
 })
 
-test('only the last moment counts, and none is none', () => {
+test('only the last deadline counts, and none is none', () => {
   const { timer, lateMs, pass } = bench()
   timer.set(1100)
   timer.set(1700)
@@ -41,7 +41,7 @@ test('only the last moment counts, and none is none', () => {
   expect(lateMs).toEqual([])
 })
 
-test('what is due already is woken at once, but never while it is asked for', () => {
+test('what is due already calls back at once, but never while it is asked for', () => {
   const { timer, lateMs, pass } = bench()
   timer.set(400)
   expect(lateMs).toEqual([])
