@@ -4,18 +4,18 @@ import { defineConfig } from 'vitest/config'
 export default defineConfig({
   resolve: { tsconfigPaths: true },
   test: {
+    // A thread per core loads the sources once and keeps them for all its files: no test may leave a global behind.
+    pool: 'threads',
+    isolate: false,
+    // A machine with other work is no failure.
+    testTimeout: 20_000,
     projects: [
-      { extends: true, test: { name: 'layers', include: ['test/**/*.test.ts'], environment: 'node' } },
-      { extends: true, test: { name: 'protocol', include: ['packages/protocol/**/*.test.ts'], environment: 'node' } },
-      { extends: true, test: { name: 'client', include: ['packages/client/**/*.test.ts'], environment: 'node' } },
+      // One that wants a DOM all the same says so in its first line.
       {
         extends: true,
-        test: {
-          name: 'components',
-          include: ['packages/{react,widgets,app}/**/*.test.{ts,tsx}'],
-          environment: 'happy-dom',
-        },
+        test: { name: 'node', include: ['{test,packages}/**/*.test.ts'], exclude: ['**/node_modules/**'], environment: 'node' },
       },
+      { extends: true, test: { name: 'page', include: ['packages/{react,widgets,app}/**/*.test.tsx'], environment: 'happy-dom' } },
     ],
   },
 })

@@ -2,9 +2,9 @@
  * Builds and packs the packages that are published, into `dist/*.tgz`: ESM and types by TypeScript, one file for one
  * file, and one `style.css` for all CSS of a package. With `--check` publint and arethetypeswrong judge each.
  */
-import { spawnSync } from 'node:child_process'
+import { spawn } from 'node:child_process'
 import { copyFileSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs'
-import { dirname, join, resolve } from 'node:path'
+import { dirname, join, resolve, sep } from 'node:path'
 import process from 'node:process'
 import ts from 'typescript'
 import { Stylesheet } from './Stylesheet.js'
@@ -17,6 +17,8 @@ const PUBLISHED = ['protocol', 'client', 'react', 'widgets']
 const RELATIVE = /((?:from|import|URL\()\s*\(?)(['"])(\.\.?(?:\/[^'"]+)?)\2/g
 /** CSS that is imported for its effect alone. */
 const PLAIN_CSS = /^import ['"]([^'"]+\.css)['"];?\n/gm
+/** What others publish is parsed once for all packages. */
+const parsed = new Map()
 
 function build(name) {
   const home = join(ROOT, 'packages', name)
@@ -24,7 +26,8 @@ function build(name) {
   const dist = join(home, 'dist')
   rmSync(dist, { recursive: true, force: true })
   const style = new Stylesheet(source)
-  const program = ts.createProgram(entriesOf(source), optionsOf(source, dist))
+  const options = optionsOf(source, dist)
+  const program = ts.createProgram(entriesOf(source), options, hostOf(options))
   const emitted = program.emit(undefined, (path, text) => write(path, finished(text, dirname(path), dist, style)))
   stopOn([...ts.getPreEmitDiagnostics(program), ...emitted.diagnostics])
   for (const [path, text] of style.modules()) write(join(dist, path), text)
@@ -43,6 +46,17 @@ function optionsOf(source, dist) {
   const { config } = ts.readConfigFile(join(ROOT, 'tsconfig.json'), (path) => readFileSync(path, 'utf8'))
   const { options } = ts.convertCompilerOptionsFromJson({ ...config.compilerOptions, paths: {} }, ROOT)
   return { ...options, noEmit: false, declaration: true, rootDir: source, outDir: dist, types: ['vite/client'] }
+}
+
+function hostOf(options) {
+  const host = ts.createCompilerHost(options)
+  const read = host.getSourceFile.bind(host)
+  host.getSourceFile = (path, ...more) => {
+    if (!path.includes(`${sep}node_modules${sep}`)) return read(path, ...more)
+    if (!parsed.has(path)) parsed.set(path, read(path, ...more))
+    return parsed.get(path)
+  }
+  return host
 }
 
 /** Browsers and Node want whole file names, and CSS travels in a file of its own. */
@@ -79,16 +93,22 @@ function stopOn(diagnostics) {
 }
 
 function run(command, ...words) {
-  const { status, stdout, stderr } = spawnSync(command, words, { cwd: ROOT, encoding: 'utf8' })
-  if (status === 0) return
-  process.stderr.write(`${command} ${words.join(' ')}\n${stdout}${stderr}`)
-  process.exit(1)
+  const child = spawn(command, words, { cwd: ROOT })
+  let said = `${command} ${words.join(' ')}\n`
+  for (const stream of [child.stdout, child.stderr]) stream.on('data', (text) => (said += text))
+  return new Promise((done) => {
+    child.on('close', (status) => {
+      if (status === 0) return done()
+      process.stderr.write(said)
+      process.exit(1)
+    })
+  })
 }
 
-function pack() {
+async function pack() {
   rmSync(TARBALLS, { recursive: true, force: true })
   mkdirSync(TARBALLS)
-  run('npm', 'pack', '--silent', '--pack-destination', TARBALLS, ...PUBLISHED.flatMap((name) => ['--workspace', `@mosaic/${name}`]))
+  await run('npm', 'pack', '--silent', '--pack-destination', TARBALLS, ...PUBLISHED.flatMap((name) => ['--workspace', `@mosaic/${name}`]))
   return readdirSync(TARBALLS).map((file) => join(TARBALLS, file))
 }
 
@@ -110,10 +130,11 @@ if (process.argv.includes('--help') || process.argv.includes('-h')) {
 }
 
 for (const name of PUBLISHED) build(name)
-const tarballs = pack()
+const tarballs = await pack()
 if (process.argv.includes('--check')) {
-  for (const tarball of tarballs) {
-    run('publint', 'run', '--strict', tarball)
-    run('attw', tarball, '--profile', 'esm-only', '--exclude-entrypoints', 'style.css', 'tokens.css')
-  }
+  const judged = tarballs.map(async (tarball) => {
+    await run('publint', 'run', '--strict', tarball)
+    await run('attw', tarball, '--profile', 'esm-only', '--exclude-entrypoints', 'style.css', 'tokens.css')
+  })
+  await Promise.all(judged)
 }

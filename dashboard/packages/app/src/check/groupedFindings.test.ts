@@ -1,3 +1,4 @@
+// @vitest-environment happy-dom
 import type { Finding } from '@mosaic/client'
 import { expect, test } from 'vitest'
 import { findingsJson, groupedFindings, worst } from './groupedFindings'

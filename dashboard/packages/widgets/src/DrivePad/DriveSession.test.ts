@@ -1,3 +1,4 @@
+// @vitest-environment happy-dom
 import { timerTicks } from '@mosaic/client'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
 import { fakeGamepads, setPressed, type FakeGamepads } from '../../test/fakeGamepads'
