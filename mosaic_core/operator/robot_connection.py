@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping
-from typing import Literal, TypeVar
+from typing import Literal
 
 from mosaic_core.machines.peers.bulk_of_operator import BulkState
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
@@ -17,30 +17,24 @@ from mosaic_core.operator.delivery.session_streams import SessionStreams
 from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.operator.peers.peer_attempt import PeerAttempt
 from mosaic_core.operator.peers.store_bindings import StoreBindings
-from mosaic_core.operator.stores.channel_plan import Known, naming
-from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
-from mosaic_core.operator.stores.media_store import MediaStreamStore
+from mosaic_core.operator.stores.channel_plan import Known
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
-from mosaic_core.operator.stores.robot_connector import RobotConnector
-from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
+from mosaic_core.operator.stores.robot_stores import RobotStores
 from mosaic_core.operator.stores.store_manager import StoreManager
-from mosaic_core.operator.stores.stores import BidirectionalStore, ReceivableStore, SendableStore
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.transport.operator_transport import IncomingVideo, OffererFactory
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words import control
 from mosaic_core.words.codes import reason
-from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.signaling import SignalingMessage
 
-S = TypeVar("S", bound=MosaicStore)
 State = Literal["connecting", "connected", "reconnecting", "closed"]
 FINAL = ("peer.not_allowed", "peer.replaced", "auth.")
 """Ends (or beginnings of their codes) after which trying again would help nobody."""
 
 
-class RobotConnection:
+class RobotConnection(RobotStores):
     """Made by :meth:`MosaicOperator.connect`. All calls and callbacks on the event loop."""
 
     def __init__(
@@ -50,7 +44,7 @@ class RobotConnection:
         make_offerer: OffererFactory,
         signal: Callable[[SignalingMessage], None],
     ) -> None:
-        self.robot_id = plan.robot_id
+        super().__init__(stores, plan.robot_id)
         self.catalogue = plan.catalogue
         """The full one from the robot itself, once connected. Of an original robot, which announces none: what the
         server's description of it (its ``connectorConfig``) says, or ``None``."""
@@ -63,7 +57,6 @@ class RobotConnection:
         """Where the robot serves operators on its own network itself, whether or not this is one of those networks."""
         self.delivery = DeliveryWatcher(self._say)
         """How the robot's data travels, while anybody asks; what a store itself got and sent is its ``counters``."""
-        self._stores = stores
         self._make_offerer = make_offerer
         self._signal = signal
         self._is_kept = False
@@ -144,33 +137,6 @@ class RobotConnection:
         """A raw channel, to measure the way to the robot: one of a label that it does not know, it leaves unread."""
         return self._peer.offerer.create_channel(label)
 
-    def receivable(self, label: str, data_type: MosaicDataType | str | None = None) -> ReceivableStore:
-        """The store of a robot → operator connector; ``data_type``, also as text, only for original robots."""
-        return self._store(label, data_type, ReceivableStore)
-
-    def sendable(self, label: str, data_type: MosaicDataType | str | None = None) -> SendableStore:
-        """The store of an operator → robot connector."""
-        return self._store(label, data_type, SendableStore)
-
-    def bidirectional(self, label: str) -> BidirectionalStore:
-        return self._store(label, MosaicDataType.JSON_BI, BidirectionalStore)
-
-    def media(self, label: str) -> MediaStreamStore:
-        """The store of a camera."""
-        return self._store(label, MosaicDataType.MEDIA, MediaStreamStore)
-
-    def microphone(self, label: str) -> SoundStore:
-        """The store of what a robot's microphone hears."""
-        return self._store(label, MosaicDataType.MEDIA, SoundStore)
-
-    def speaker(self, label: str) -> VoiceStore:
-        """The store of one's own voice for a robot's loudspeaker."""
-        return self._store(label, MosaicDataType.MEDIA, VoiceStore)
-
-    def connection_check(self, label: str) -> ConnectionCheckingStore:
-        """The store that times the round trip over a ``connection-check``, of whatever robot."""
-        return self._stores.get_or_create_store(RobotConnector(self.robot_id, label), ConnectionCheckingStore)
-
     async def wait_closed(self) -> ConnectionFailed:
         """Until the connection ends, with the reason."""
         return await first_heard(self.on_closed) if self.error is None else self.error
@@ -195,16 +161,6 @@ class RobotConnection:
             await self._bindings.bulk.closed()
         if self.state == "reconnecting":
             self.give_up(ConnectionFailed(reason("peer.closed").sentence, code="peer.closed"))
-
-    def _store(self, label: str, data_type: MosaicDataType | str | None, kind: type[S]) -> S:
-        connector = RobotConnector(self.robot_id, label, data_type)
-        with naming(MosaicDataType.JSON_U2R if issubclass(kind, SendableStore) else MosaicDataType.JSON_R2U):
-            store = self._stores.get_or_create_store(connector)
-        if isinstance(store, kind):
-            return store
-        self._stores.release_store(connector)
-        message = f"{label!r} has a {type(store).__name__}, not a {kind.__name__}."
-        raise ConnectionFailed(message, code="channel.unknown_label", cure="")
 
     # -- called by the operator ------------------------------------------------------------------------------------
 
