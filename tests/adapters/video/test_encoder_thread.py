@@ -138,9 +138,9 @@ def test_an_encoder_that_breaks_is_replaced(
     asked: list[tuple[str, ...]] = []
     choose, encode = encoder_thread.chosen_kind, VideoEncoder.encode
 
-    def choosing(codec: Any, wanted: str, *, broken: Any = (), **_: Any) -> Any:
+    def choosing(codec: Any, wanted: str, *, broken: Any = (), **more: Any) -> Any:
         asked.append(tuple(broken))
-        return choose(codec, wanted)
+        return choose(codec, wanted, **more)
 
     def breaking(encoder: VideoEncoder, *args: Any, **options: Any) -> Any:
         if len(asked) == 1:
