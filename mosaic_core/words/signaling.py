@@ -7,6 +7,7 @@ on receipt. Keys that only we know are optional and are sent only to those who a
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, ClassVar
 
@@ -21,6 +22,8 @@ SIZE_BEFORE_AUTHORIZATION = 8 * 1024
 """Bytes of one WebSocket frame before authorization."""
 SIZE_AFTER_AUTHORIZATION = 256 * 1024
 """Bytes of one frame after it: Chromium's offer with 16 video lines takes 80 KB."""
+LONGEST_SPELLING = 100
+"""Characters of a type that are repeated in an echo."""
 
 EXTENSIONS: dict[str, int] = {"catalogue": 1, "multiPeer": 1, "tickets": 1, "iceServers": 1, "closeReasons": 1}
 """What we can do beyond the original protocol: name and version. The lower version of the two sides counts."""
@@ -252,36 +255,61 @@ class UnknownMessage(SignalingMessage):
     unknown_type: str
 
 
+class MalformedSignaling(WireError):
+    """A frame that makes no sense; ``spelled`` is its type as the sender wrote it, if at least that was there."""
+
+    def __init__(self, message: str, spelled: str | None = None) -> None:
+        super().__init__(message)
+        self.spelled = spelled
+
+
+@dataclass(frozen=True, slots=True)
+class SpelledMessage:
+    """A message with its type as the sender wrote it, which the echo of an error repeats."""
+
+    message: SignalingMessage
+    spelled: str
+
+
 def parse_signaling(text: str) -> SignalingMessage:
     """Read one frame. Raises :class:`WireError` whose ``code`` is ``signal.bad_message``.
 
     An integer in ``data`` is an :class:`AuthorizeResult` or an :class:`ErrorEcho`; an unknown type is an
     :class:`UnknownMessage`. Whatever is returned can be sent on.
     """
-    message = _read(text)
-    try:
-        message.to_text().encode()
-    except (ValueError, RecursionError) as error:
-        raise WireError("half a surrogate pair, or nested too deeply") from error
-    return message
+    return parse_spelled(text).message
 
 
-def _read(text: str) -> SignalingMessage:
+def parse_spelled(text: str) -> SpelledMessage:
+    """:func:`parse_signaling` for who answers; the error is a :class:`MalformedSignaling`."""
     try:
         envelope = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise WireError("not JSON") from error
+        raise MalformedSignaling("not JSON") from error
     if not isinstance(envelope, dict) or not isinstance(envelope.get("type"), str):
-        raise WireError("no envelope with a type")
+        raise MalformedSignaling("no envelope with a type")
     kind: str = envelope["type"]
-    data = envelope.get("data")
+    try:
+        kind.encode()
+    except ValueError as error:
+        raise MalformedSignaling("half a surrogate pair") from error
+    spelled = kind[:LONGEST_SPELLING]
+    message = _read(kind, spelled, envelope.get("data"))
+    try:
+        message.to_text().encode()
+    except (ValueError, RecursionError) as error:
+        raise MalformedSignaling("half a surrogate pair, or nested too deeply", spelled) from error
+    return SpelledMessage(message, spelled)
+
+
+def _read(kind: str, spelled: str, data: Any) -> SignalingMessage:
     if isinstance(data, int) and not isinstance(data, bool):
         return AuthorizeResult(code=data) if kind == AuthorizeResult.type else ErrorEcho(request_type=kind, code=data)
     message = MESSAGES.get(ALIASES.get(kind, kind))
     if message is None:
-        return UnknownMessage(unknown_type=kind[:100])
+        return UnknownMessage(unknown_type=spelled)
     try:
         return message.model_validate({} if data is None else data)
     except ValidationError as error:
         fields = ", ".join(".".join(map(str, problem["loc"])) or "data" for problem in error.errors())
-        raise WireError(f"{kind}: wrong or missing {fields}") from error
+        raise MalformedSignaling(f"{kind}: wrong or missing {fields}", spelled) from error

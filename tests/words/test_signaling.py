@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from mosaic_core.words.errors import WireError
 from mosaic_core.words.signaling import (
+    LONGEST_SPELLING,
     MESSAGES,
     AuthorizeRequest,
     AuthorizeResult,
@@ -18,12 +19,15 @@ from mosaic_core.words.signaling import (
     ErrorEcho,
     ExchangeIceCandidate,
     IceCandidate,
+    MalformedSignaling,
     PrepareConnection,
     RobotStatus,
+    SpelledMessage,
     StatusUpdate,
     UnknownMessage,
     agreed_extensions,
     parse_signaling,
+    parse_spelled,
 )
 
 
@@ -118,6 +122,32 @@ def test_any_data_is_a_message_or_a_wire_error(kind: str, data: object) -> None:
 def test_any_text_is_a_message_or_a_wire_error(text: str) -> None:
     with suppress(WireError):
         assert parse_signaling(text).to_text()
+
+
+@pytest.mark.parametrize("kind", ["signaling.close_connection", "future.thing", "x" * 100])
+def test_the_type_is_kept_as_the_sender_spelled_it(kind: str) -> None:
+    text = json.dumps({"type": kind, "data": {"rtcConnectionId": "c"}})
+    assert parse_spelled(text) == SpelledMessage(parse_signaling(text), kind)
+
+
+@pytest.mark.parametrize(
+    ("text", "spelled"),
+    [
+        ('{"type":"status.update","data":{"status":77}}', "status.update"),
+        ('{"type":"status.update","data":{"status":"\\ud800"}}', "status.update"),
+        ('{"type":"\\ud800"}', None),
+        ('{"type":1}', None),
+        ("[", None),
+    ],
+)
+def test_of_what_makes_no_sense_the_type_is_told_where_there_is_one(text: str, spelled: str | None) -> None:
+    with pytest.raises(MalformedSignaling) as caught:
+        parse_spelled(text)
+    assert caught.value.spelled == spelled
+
+
+def test_of_a_long_type_the_beginning_is_kept() -> None:
+    assert parse_spelled(json.dumps({"type": "x" * 5000})).spelled == "x" * LONGEST_SPELLING
 
 
 def test_deep_nesting_is_a_wire_error() -> None:

@@ -18,6 +18,7 @@ from mosaic_server.security.access_tokens import AccessTokens
 from mosaic_server.security.login_limits import LoginLimits
 from mosaic_server.security.one_time_codes import OneTimeCodes
 from mosaic_server.security.pairing import PinLimits
+from mosaic_server.security.passwords import hash_at
 from mosaic_server.security.tickets import TicketOffice
 from mosaic_server.settings import Settings
 from mosaic_server.sockets.authorizer import Authorizer
@@ -95,6 +96,7 @@ def services_of(connection: HTTPConnection) -> Services:
 @asynccontextmanager
 async def running(settings: Settings) -> AsyncIterator[Services]:
     """Open the database, remember its robots, keep time; everything ends with the block."""
+    hash_at(settings.hashing)
     database = Database(settings.data_dir, settings.database_url)
     try:
         database.lock()

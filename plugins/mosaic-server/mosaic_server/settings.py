@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mosaic_server.data_dir import default_data_dir
+from mosaic_server.security.passwords import HashingCost
 from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
 from mosaic_server.sockets.keep_alive import KeepAlivePeriods
 from mosaic_server.switchboard.board import AUTHORIZE_WITHIN_S
@@ -36,3 +37,5 @@ class Settings:
     code, and it answers to every address literal in the Host header, which no stranger's DNS can forge."""
     turn_lifetime_s: float = MAX_LIFETIME_S
     """How long TURN credentials made with a shared secret are good for a new relay."""
+    hashing: HashingCost = field(default_factory=HashingCost)
+    """Of passwords. Lower than the default only where nobody's password is kept: in tests."""

@@ -11,7 +11,9 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from uuid import UUID
 
@@ -25,8 +27,9 @@ from sqlalchemy import text
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
+from mosaic_server.data_dir import FILE_NAME
 from mosaic_server.roles import Role
-from mosaic_server.security.passwords import hash_password
+from mosaic_server.security.passwords import HashingCost, hash_at, hash_password
 from mosaic_server.serving import Listening, Server, make_server
 from mosaic_server.settings import Settings
 from mosaic_server.sockets.keep_alive import KeepAlivePeriods
@@ -38,6 +41,8 @@ from mosaic_server.storage.robots import RobotAuthType, add_robot, renew_token
 
 PASSWORD = "correct horse battery"  # noqa: S105 - of throw-away accounts
 WAIT_S = 5.0
+CHEAP = HashingCost(passes=1, memory_kib=8, lanes=1)
+"""A hash of 0.1 ms: nobody's password is kept here, and hundreds of accounts are made."""
 
 
 class Party:
@@ -163,8 +168,21 @@ class Running:
         return party
 
 
+@cache
+def empty_database() -> bytes:
+    """An SQLite file with the newest schema and nothing in it: a copy is made sooner than the migrations are run."""
+    with TemporaryDirectory() as folder:
+        database = Database(Path(folder))
+        database.migrate()
+        database.close()
+        return (Path(folder) / FILE_NAME).read_bytes()
+
+
 @contextmanager
 def running_server(settings: Settings, port: int = 0) -> Iterator[Running]:
+    if settings.database_url is None and not settings.data_dir.exists():
+        settings.data_dir.mkdir(mode=0o700, parents=True)
+        (settings.data_dir / FILE_NAME).write_bytes(empty_database())
     listening: list[Listening] = []
     heard = threading.Event()
 
@@ -186,11 +204,20 @@ def running_server(settings: Settings, port: int = 0) -> Iterator[Running]:
         assert not thread.is_alive(), "the server did not stop"
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _cheap_hashes() -> Iterator[None]:
+    """Also for the command line, which runs in this process."""
+    hash_at(CHEAP)
+    yield
+    hash_at(HashingCost())
+
+
 @pytest.fixture
 def settings(tmp_path: Path) -> Settings:
     """Keep-alive a hundred times faster than in earnest, so that tests needn't wait."""
     return Settings(
         data_dir=tmp_path / "data",
+        hashing=CHEAP,
         keep_alive=KeepAlivePeriods(ping_s=0.3, silence_s=1.5, check_s=0.1),
         authorize_within_s=1.0,
         revocation_check_s=0.2,

@@ -1,18 +1,41 @@
-"""Passwords are kept as argon2id hashes with the library's current parameters."""
+"""Hashes passwords with argon2id, at the library's current cost unless the settings say another one."""
 
 from __future__ import annotations
 
 import secrets
+from dataclasses import dataclass
+from functools import lru_cache
 
-from argon2 import PasswordHasher
+from argon2 import (
+    DEFAULT_MEMORY_COST,
+    DEFAULT_PARALLELISM,
+    DEFAULT_TIME_COST,
+    PasswordHasher,
+)
 from argon2.exceptions import InvalidHashError, VerificationError
 
 MIN_PASSWORD_LENGTH = 8
 MAX_PASSWORD_LENGTH = 1024
 """Longer ones only cost the hash's time."""
 
+
+@dataclass(frozen=True, slots=True)
+class HashingCost:
+    """What one hash costs whoever checks or guesses a password: argon2's parameters, RFC 9106's second choice."""
+
+    passes: int = DEFAULT_TIME_COST
+    memory_kib: int = DEFAULT_MEMORY_COST
+    lanes: int = DEFAULT_PARALLELISM
+
+
 _hasher = PasswordHasher()
-_NOBODY = _hasher.hash(secrets.token_urlsafe())
+
+
+def hash_at(cost: HashingCost) -> None:
+    """Hash at this cost from now on, in the whole process; kept hashes are renewed as their owners log in."""
+    global _hasher
+    _hasher = PasswordHasher(cost.passes, cost.memory_kib, cost.lanes)
+    _hash_of_nobody(_hasher)  # now, or the first attempt at an unknown account would take twice as long
 
 
 def new_password() -> str:
@@ -31,10 +54,16 @@ def check_password(stored: str | None, password: str) -> str | None:
 
     ``stored=None`` means an unknown account; it costs the same time, so that nobody can find out who exists.
     """
+    hasher = _hasher
     try:
-        _hasher.verify(stored or _NOBODY, password[: MAX_PASSWORD_LENGTH + 1])
+        hasher.verify(stored or _hash_of_nobody(hasher), password[: MAX_PASSWORD_LENGTH + 1])
     except (VerificationError, InvalidHashError):
         return None
     if stored is None:
         return None
-    return _hasher.hash(password) if _hasher.check_needs_rehash(stored) else stored
+    return hasher.hash(password) if hasher.check_needs_rehash(stored) else stored
+
+
+@lru_cache(maxsize=1)
+def _hash_of_nobody(hasher: PasswordHasher) -> str:
+    return hasher.hash(secrets.token_urlsafe())

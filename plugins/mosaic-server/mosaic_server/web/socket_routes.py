@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import time
 
@@ -12,8 +11,7 @@ from starlette.websockets import WebSocket
 
 from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.words.codes import CloseCode
-from mosaic_core.words.errors import WireError
-from mosaic_core.words.signaling import Authorize, ErrorEcho, parse_signaling
+from mosaic_core.words.signaling import Authorize, ErrorEcho, MalformedSignaling, parse_spelled
 from mosaic_server.services import Services, services_of
 from mosaic_server.sockets.link import LINK, Link
 from mosaic_server.switchboard.events import MalformedArrived, MessageArrived, RobotAuthorized, Side
@@ -77,21 +75,20 @@ async def _read(websocket: WebSocket, services: Services, number: int, side: Sid
 async def _take(services: Services, number: int, side: Side, text: str) -> None:
     exchange = services.exchange
     try:
-        message = parse_signaling(text)
-    except WireError as error:
+        read = parse_spelled(text)
+    except MalformedSignaling as error:
         _log.debug("socket %d: %s", number, error)
-        exchange.handle(MalformedArrived(number, _spelled(text), time.monotonic()))
+        exchange.handle(MalformedArrived(number, error.spelled, time.monotonic()))
         return
-    if isinstance(message, ErrorEcho) and message.request_type == Authorize.type:
+    if isinstance(read.message, ErrorEcho) and read.message.request_type == Authorize.type:
         exchange.handle(MalformedArrived(number, Authorize.type, time.monotonic()))  # a number is no log-in
-    elif isinstance(message, Authorize):
-        decided = await services.authorizer.check(number, side, message)
+    elif isinstance(read.message, Authorize):
+        decided = await services.authorizer.check(number, side, read.message)
         exchange.handle(decided)
         if isinstance(decided, RobotAuthorized):
             await _tell_what_is_over(services, decided.robot_id)
     else:
-        spelled = _spelled(text) or "unknown"
-        exchange.handle(MessageArrived(number, message, spelled, time.monotonic()))
+        exchange.handle(MessageArrived(number, read.message, read.spelled, time.monotonic()))
 
 
 async def _tell_what_is_over(services: Services, robot_id: str) -> None:
@@ -100,16 +97,3 @@ async def _tell_what_is_over(services: Services, robot_id: str) -> None:
         await services.close_void_connections(robot_id)
     except SQLAlchemyError:
         _log.exception("robot %s could not be told which connections are over", robot_id)
-
-
-def _spelled(text: str) -> str | None:
-    """The type as the sender wrote it; ``None`` where there is no envelope, or a type that can't be sent back."""
-    try:
-        envelope = json.loads(text)
-        kind = envelope.get("type") if isinstance(envelope, dict) else None
-        if isinstance(kind, str):
-            kind.encode()  # fails on half a surrogate pair
-            return kind[:100]
-    except (ValueError, RecursionError):
-        pass
-    return None

@@ -110,7 +110,7 @@ def test_addresses_are_read_however_they_are_written(address: str, counted: str)
 
 def test_what_is_remembered_is_bounded() -> None:
     limits = LoginLimits()
-    for number in range(60_000):
+    for number in range(25_000):
         limits.failed(str(number), str(number), 0.0)
         limits.succeeded(str(number), str(number), 0.0)
     assert len(limits._failures) <= 20_003
