@@ -40,7 +40,8 @@ from mosaic_server.storage.migrations import upgrade
 from mosaic_server.storage.robots import RobotAuthType, add_robot, renew_token
 
 PASSWORD = "correct horse battery"  # noqa: S105 - of throw-away accounts
-WAIT_S = 5.0
+WAIT_S = 20.0
+"""Longer than anything takes on a busy machine; who waits in vain waits once."""
 CHEAP = HashingCost(passes=1, memory_kib=8, lanes=1)
 """A hash of 0.1 ms: nobody's password is kept here, and hundreds of accounts are made."""
 
@@ -214,12 +215,12 @@ def _cheap_hashes() -> Iterator[None]:
 
 @pytest.fixture
 def settings(tmp_path: Path) -> Settings:
-    """Keep-alive a hundred times faster than in earnest, so that tests needn't wait."""
+    """Pings a hundred times more often than in earnest, so that tests needn't wait; the limits of those who are silent
+    are as in earnest, because on a busy machine everybody is now and then."""
     return Settings(
         data_dir=tmp_path / "data",
         hashing=CHEAP,
-        keep_alive=KeepAlivePeriods(ping_s=0.3, silence_s=1.5, check_s=0.1),
-        authorize_within_s=1.0,
+        keep_alive=KeepAlivePeriods(ping_s=0.3, check_s=0.1),
         revocation_check_s=0.2,
         allow_signup=True,
     )

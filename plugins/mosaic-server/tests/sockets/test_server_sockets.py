@@ -6,19 +6,30 @@ import contextlib
 import json
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 from uuid import uuid4
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from mosaic_server.settings import Settings
+from mosaic_server.sockets.keep_alive import KeepAlivePeriods
 from mosaic_server.storage.grants import Actor
 from mosaic_server.storage.members import shut_out
 from mosaic_server.storage.robots import renew_token
 
 OURS = {"catalogue": 1, "multiPeer": 1, "tickets": 1, "iceServers": 1, "closeReasons": 1}
 OFFER = "signaling.send_sdp_offer"
+
+
+@pytest.fixture
+def impatient_server(settings: Settings, start_server: Callable[..., Any]) -> Iterator[Any]:
+    """It waits for no log-in longer than a second, and for no word longer than one and a half."""
+    hasty = KeepAlivePeriods(ping_s=0.3, silence_s=1.5, check_s=0.1)
+    with start_server(replace(settings, keep_alive=hasty, authorize_within_s=1.0)) as running:
+        yield running
 
 
 def joined(server: Any, *, ours: bool = True) -> tuple[Any, Any, str, str]:
@@ -63,8 +74,8 @@ def test_an_offer_of_200_kib_passes_and_one_of_300_closes_with_4413(server: Any)
 
 
 @pytest.mark.parametrize("path", ["/ws/robot", "/ws/user"])
-def test_a_socket_that_does_not_authorize_is_closed_with_4408(server: Any, path: str) -> None:
-    party = server.open(path)
+def test_a_socket_that_does_not_authorize_is_closed_with_4408(impatient_server: Any, path: str) -> None:
+    party = impatient_server.open(path)
     assert party.close_code() == 4408
 
 
@@ -161,21 +172,21 @@ class RawClient:
         self.socket.close()
 
 
-def test_a_dead_robot_is_noticed_although_tcp_says_nothing(server: Any) -> None:
-    person = server.account()
-    robot_id, robot_token = server.robot(person)
-    dead = RawClient(server, "/ws/robot")
+def test_a_dead_robot_is_noticed_although_tcp_says_nothing(impatient_server: Any) -> None:
+    person = impatient_server.account()
+    robot_id, robot_token = impatient_server.robot(person)
+    dead = RawClient(impatient_server, "/ws/robot")
     dead.send("authorize", {"robotId": robot_id, "data": robot_token})
     dead.read_until("authorize.res")
-    user = server.connect_operator(server.log_in())
+    user = impatient_server.connect_operator(impatient_server.log_in())
     user.send("status.subscribe", {"robotIds": [robot_id]})
     assert user.expect("status.update")["status"] == 6
-    assert user.expect("status.update", timeout_s=4)["status"] == 5, "no pong for silence_s means dead"
+    assert user.expect("status.update")["status"] == 5, "no pong for silence_s means dead"
     dead.expect_cut_off()
 
 
-def test_a_c1_robot_stays_with_pongs_alone(server: Any) -> None:
-    robot, user, *_ = joined(server, ours=False)
+def test_a_c1_robot_stays_with_pongs_alone(impatient_server: Any) -> None:
+    robot, user, *_ = joined(impatient_server, ours=False)
     deadline_s = time.monotonic() + 2.5
     pings = 0
     while time.monotonic() < deadline_s:  # the library answers the ping frames, nobody answers ping.ping
