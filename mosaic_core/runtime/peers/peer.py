@@ -266,16 +266,16 @@ class Peer:
         opened.greet(self._site.software, self._site.boot_id)
 
     def track_bound(self, label: str) -> PictureFeed:
-        return self.media.bound(label)
+        return self.media.track_bound(label)
 
     def voice_bound(self, label: str, sound: IncomingSound) -> None:
         self.media.voice_bound(label, sound)
 
     def tracks_unbound(self, labels: Sequence[str]) -> None:
-        self.media.unbound(labels)
+        self.media.tracks_unbound(labels)
 
     def track_refused(self, label: str, cause: str) -> None:
-        self.media.refused(label, cause)
+        self.media.track_refused(label, cause)
 
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         self.media.origin_known(label, ssrc, rtp_origin)

@@ -35,7 +35,7 @@ class PeerMedia:
 
     # -- the lines of its offers ---------------------------------------------------------------------------------
 
-    def bound(self, label: str) -> PictureFeed:
+    def track_bound(self, label: str) -> PictureFeed:
         """It has a line for the camera or microphone ``label``."""
         if self._has_left:  # while its offer was being answered: nobody would unbind this one
             return NewestFeed()
@@ -49,11 +49,11 @@ class PeerMedia:
         else:
             self._site.talk.bind(self._operator, label, sound)
 
-    def unbound(self, labels: Sequence[str]) -> None:
+    def tracks_unbound(self, labels: Sequence[str]) -> None:
         """It has no line for these."""
         self._unbound = list(labels)
 
-    def refused(self, label: str, cause: str) -> None:
+    def track_refused(self, label: str, cause: str) -> None:
         """Its line for ``label`` is refused; an original operator sees only that, and whoever reads the log."""
         fields = {"peerId": self._peer_id, "label": label, "code": NO_COMMON_CODEC}
         text = "%s can't be sent to operator %s: %s (%s)"
