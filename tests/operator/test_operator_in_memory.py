@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -19,6 +18,7 @@ from mosaic_core.operator import (
     UnknownLabel,
 )
 from mosaic_core.operator.signaling.rest_api import log_in
+from mosaic_core.testing import until
 from mosaic_core.words import control, signaling
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import AuthError, ConnectionFailed, SignalingError
@@ -37,14 +37,6 @@ def run(scenario: Any) -> None:
 
 def subscriptions(world: Any) -> int:
     return sum(isinstance(m, signaling.StatusSubscribe) for m in world.server.received)
-
-
-async def until(condition: Callable[[], Any]) -> None:
-    async with asyncio.timeout(WAIT_S):
-        while True:
-            if condition():
-                return
-            await asyncio.sleep(0.01)
 
 
 def watched(world: Any) -> list[tuple[str, bool]]:

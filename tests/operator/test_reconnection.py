@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from mosaic_core.operator import LeaseLost, MosaicOperator, RobotConnection
+from mosaic_core.testing import until
 from mosaic_core.words import control, signaling
 
 WAIT_S = 8.0
@@ -21,12 +22,6 @@ def with_kept(world: Any, scenario: Callable[[MosaicOperator, RobotConnection], 
             await scenario(operator, await operator.connect(world.robot_id, timeout_s=WAIT_S, reconnect=True))
 
     asyncio.run(main())
-
-
-async def until(condition: Callable[[], Any]) -> None:
-    async with asyncio.timeout(WAIT_S):
-        while not condition():  # noqa: ASYNC110 - what it waits for is a list of the fakes
-            await asyncio.sleep(0.005)
 
 
 def offers(world: Any) -> int:

@@ -23,6 +23,7 @@ from mosaic_core.runtime.media.talk_hub import TalkHub
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.transport.sound_transport import SoundLabels
+from mosaic_core.testing import until
 
 pytestmark = pytest.mark.webrtc
 WAIT_S = 15.0
@@ -39,12 +40,6 @@ def tone(number: int, hz: float = 440.0, level: int = 9_000) -> Sound:
 def pitch_hz(samples: Any) -> float:
     spectrum = np.abs(np.fft.rfft(samples[:, 0].astype(float)))
     return float(np.fft.rfftfreq(len(samples), 1 / RATE_HZ)[spectrum.argmax()])
-
-
-async def until(condition: Callable[[], object]) -> None:
-    async with asyncio.timeout(WAIT_S):
-        while not condition():  # noqa: ASYNC110 - sound comes and goes on threads of their own
-            await asyncio.sleep(0.01)
 
 
 class Speaking:

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from mosaic_core.operator import Lease, LeaseDenied, LeaseLost, RobotConnection, StopReport
+from mosaic_core.testing import until
 from mosaic_core.words import control
 from mosaic_core.words.errors import ConnectionFailed
 
@@ -24,12 +25,6 @@ def with_connection(world: Any, scenario: Scenario, **more: Any) -> None:
             await scenario(world.robot, await operator.connect(world.robot_id, timeout_s=WAIT_S))
 
     asyncio.run(main())
-
-
-async def until(condition: Callable[[], Any]) -> None:
-    async with asyncio.timeout(WAIT_S):
-        while not condition():  # noqa: ASYNC110 - what it waits for is a list of the fake robot
-            await asyncio.sleep(0.005)
 
 
 def reply(outcome: Any, code: str = "", epoch: int = 0, resource: str = "motion") -> control.LeaseReply:
