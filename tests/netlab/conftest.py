@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from mosaic_core.testing import until
 from mosaic_core.testing.distributions import write_distribution
 
 HERE = Path(__file__).parent
@@ -23,7 +24,7 @@ if str(HERE) not in sys.path:
 from laboratory.fleet import Fleet, run_fleet  # noqa: E402
 from laboratory.forwarding import ROUTER_OPERATOR_IP, ROUTER_ROBOT_IP, Lab  # noqa: E402
 from laboratory.nats import Kind, NatLab  # noqa: E402
-from laboratory.processes import MOSAIC, Process, until  # noqa: E402
+from laboratory.processes import MOSAIC, Process  # noqa: E402
 from laboratory.site import Site, Track  # noqa: E402
 from laboratory.turn_server import SECRET, TURN_IP, Coturn, run_coturn  # noqa: E402
 
@@ -126,7 +127,7 @@ def site(whole_site: Site, wait_for: Callable[..., float]) -> Iterator[Site]:
 
 
 @pytest.fixture(name="until", scope="session")
-def until_fixture() -> Callable[..., Coroutine[Any, Any, None]]:
+def until_fixture() -> Callable[..., Coroutine[Any, Any, float]]:
     return until
 
 

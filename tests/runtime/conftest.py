@@ -23,6 +23,7 @@ from mosaic_core.runtime.media.plain_stream import plain_streams
 from mosaic_core.runtime.robot import Robot
 from mosaic_core.runtime.transport.sound_transport import NO_SOUND, SoundLabels
 from mosaic_core.runtime.transport.transport import AnswererListener
+from mosaic_core.testing import until
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
 from mosaic_core.words.config import ConnectorConfig, RobotConfig, SafetyConfig
 from mosaic_core.words.control import (
@@ -44,15 +45,6 @@ from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
 
 ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
-
-
-async def until(condition: Callable[[], Any], timeout_s: float = 3.0) -> None:
-    """Wait until ``condition()`` is true; the loop and other threads go on."""
-    deadline_s = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > deadline_s:
-            raise AssertionError("waited in vain")
-        await asyncio.sleep(0.003)
 
 
 class FakeChannel:

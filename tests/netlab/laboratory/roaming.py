@@ -16,10 +16,11 @@ from typing import Any, Literal
 
 from laboratory.forwarding import ROUTER_OPERATOR_IP, ROUTER_ROBOT_IP, Lab
 from laboratory.networks import Namespace, ip
-from laboratory.processes import MOSAIC, Process, until
+from laboratory.processes import MOSAIC, Process
 from laboratory.site import TWIST, Track
 
 from mosaic_core.operator import MosaicOperator, RobotConnection
+from mosaic_core.testing import until
 from mosaic_core.testing.distributions import write_distribution
 
 Side = Literal["robot", "operator"]

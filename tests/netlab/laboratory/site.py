@@ -14,9 +14,10 @@ from typing import Any
 
 from httpx import AsyncClient
 from laboratory.forwarding import Lab
-from laboratory.processes import Process, until
+from laboratory.processes import Process
 
 from mosaic_core.operator import MosaicOperator, RobotConnection
+from mosaic_core.testing import until
 
 TWIST = {"linear": {"x": 0.4}, "angular": {"z": 0.2}}
 _numbers = count()
