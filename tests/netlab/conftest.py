@@ -29,7 +29,7 @@ from laboratory.site import Site, Track  # noqa: E402
 from laboratory.turn_server import SECRET, TURN_IP, Coturn, run_coturn  # noqa: E402
 
 ROBOT_SIDE = HERE / "robot_side"
-START_S = 30.0
+START_S = 60.0
 SHORT_CREDENTIALS = [sys.executable, str(ROBOT_SIDE / "short_credentials.py")]
 CONNECTORS = """\
   - type: cmd-vel

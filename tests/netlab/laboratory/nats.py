@@ -46,7 +46,7 @@ _numbers = count()
 
 
 def command(*words: str, text: str | None = None) -> str:
-    done = subprocess.run(words, capture_output=True, text=True, input=text, timeout=30)
+    done = subprocess.run(words, capture_output=True, text=True, input=text, timeout=60)
     if done.returncode != 0:
         raise OSError(f"{' '.join(words)}: {done.stderr.strip()}")
     return done.stdout

@@ -25,7 +25,7 @@ from mosaic_core.testing.distributions import write_distribution
 
 Side = Literal["robot", "operator"]
 ROBOT_SIDE = Path(__file__).parent.parent / "robot_side"
-START_S = 40.0
+START_S = 60.0
 SILENCE_S = 0.25
 """Control or data that pauses for this long was interrupted: both come 20 times a second."""
 SIDES: dict[Side, tuple[str, str]] = {"robot": ("10.77.1", "10.78.1"), "operator": ("10.77.2", "10.78.2")}
