@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -127,7 +128,10 @@ def _test(session: nox.Session, marks: str, *options: str) -> None:
 
 
 def _may_make_networks() -> bool:
-    return sys.platform == "linux" and os.geteuid() == 0 and shutil.which("ip") is not None
+    """Tries it: root in a container may be less than root."""
+    words = ["unshare", "--net", "ip", "link", "add", "lan0", "type", "veth", "peer", "name", "lan1"]
+    is_there = shutil.which("unshare") is not None and shutil.which("ip") is not None
+    return is_there and subprocess.run(words, capture_output=True).returncode == 0
 
 
 def _build_dashboard(session: nox.Session) -> None:
