@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.commands.command_gate import ArrivalBaseline, CommandGate
+from mosaic_core.machines.commands.command_gate import CLOCK_DRIFT, ArrivalBaseline, CommandGate
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS
 
 
@@ -98,3 +98,29 @@ def test_no_message_acts_twice_and_none_after_a_newer_one(numbers: list[int]) ->
             acted.append(number)
     assert acted == sorted(set(acted))
     assert max(numbers) in acted
+
+
+# -- the baseline, to the microsecond
+
+
+def ages(*frames: tuple[int, float]) -> list[float]:
+    baseline = ArrivalBaseline()
+    return [baseline.age_s(stamp_us, now_s) for stamp_us, now_s in frames]
+
+
+def test_an_unknown_stamp_has_no_age() -> None:
+    assert ages((0, 5.0), (us(1), 5.0), (0, 99.0)) == [0.0, 0.0, 0.0]
+
+
+def test_an_age_is_what_a_message_took_longer_than_the_fastest() -> None:
+    assert ages((us(1000), 5.0), (us(1), 5.0))[1] == pytest.approx(999.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("passed_s", [0.1, 10.0])
+def test_the_fastest_counts_for_less_as_the_clocks_drift(passed_s: float) -> None:
+    slow = (us(1000 + passed_s), 1000 + passed_s + 0.5)
+    assert ages((us(1000), 1000.0), slow)[1] == pytest.approx(0.5 - (passed_s + 0.5) * CLOCK_DRIFT, abs=1e-6)
+
+
+def test_a_clock_that_goes_back_makes_no_message_older() -> None:
+    assert ages((us(10), 10.0), (us(9), 9.5))[1] == pytest.approx(0.5, abs=1e-6)

@@ -186,7 +186,8 @@ def test_its_own_ice_servers_always_count_and_of_the_servers_the_freshest(
     if prepared is not None:
         admission.prepare(prepared, 0.0)
     (start,) = decided(admission, "p1", configured=(STUN,), welcomed=(PUBLIC,))
-    assert start == StartPeer("p1", PeerIdentity("p1"), "v=0", {"cam": "0"}, servers, ())
+    nobody = PeerIdentity("p1", "", "", role="operator", is_program=False)
+    assert start == StartPeer("p1", nobody, "v=0", {"cam": "0"}, servers, ())
 
 
 def test_a_further_offer_goes_on_with_its_tracks_and_uses_up_its_preparation() -> None:
@@ -198,8 +199,36 @@ def test_a_further_offer_goes_on_with_its_tracks_and_uses_up_its_preparation() -
     assert list(admission.decide(offer, 0.0, tickets=ticketed, several=True)) == [
         RenegotiatePeer("p1", sdp, {"cam": "1"})
     ]
-    admission.forget("p1")
-    assert decided(admission, "p1", tickets=ticketed)[0].code == "auth.bad_ticket"
+    (anew,) = decided(admission, "p1", tickets=ticketed, several=False)
+    assert anew.code == "auth.bad_ticket"
+
+
+def test_a_candidate_of_a_running_peer_does_not_wait_for_its_next_offer() -> None:
+    admission = PeerAdmission(4)
+    decided(admission, "p1", several=False)
+    admission.prepare(PrepareConnection(rtc_connection_id="p1"), 0.0)
+    message = ExchangeIceCandidate(rtc_connection_id="p1", ice_candidate=CANDIDATE)
+    assert list(admission.candidate(message, 0.0)) == [AddCandidate("p1", CANDIDATE)]
+    _, start = decided(admission, "p1", several=False)
+    assert start.candidates == ()
+
+
+def test_a_ticket_is_checked_against_what_the_server_prepared() -> None:
+    admission, seen = PeerAdmission(4), []
+    prepared = PrepareConnection(rtc_connection_id="p1", ticket="t", session_id="s")
+    admission.prepare(prepared, 0.0)
+
+    def check(*asked: Any) -> PeerIdentity:
+        seen.append(asked)
+        return PeerIdentity("s")
+
+    decided(admission, "p1", tickets=check)
+    assert seen == [("t", prepared)]
+
+
+def test_a_peer_is_stopped_or_refused_as_one_that_is_not_there_unless_it_is_said() -> None:
+    assert not StopPeer("p1", "peer.closed").was_connected
+    assert not RefusePeer("p1", "signal.bad_message").is_live
 
 
 def test_every_refusal_says_why() -> None:
@@ -230,6 +259,15 @@ def test_of_too_many_preparations_the_oldest_is_forgotten() -> None:
         admission.prepare(PrepareConnection(rtc_connection_id=f"p{number}", ticket=f"s{number}/alice"), 0.0)
     found = [decided(admission, f"p{number}", tickets=ticketed)[0] for number in range(MAX_PREPARED + 1)]
     assert [isinstance(one, StartPeer) for one in found] == [False] + [True] * MAX_PREPARED
+
+
+def test_a_preparation_that_is_made_anew_after_its_minute_is_among_the_newest() -> None:
+    admission = PeerAdmission(4)
+    admission.prepare(PrepareConnection(rtc_connection_id="p0", ticket="s/alice"), 0.0)
+    for number in (1, 0, *range(2, MAX_PREPARED + 1)):
+        admission.prepare(PrepareConnection(rtc_connection_id=f"p{number}", ticket=f"s{number}/alice"), 100.0)
+    assert isinstance(decided(admission, "p0", 100.0, tickets=ticketed)[0], StartPeer)
+    assert isinstance(decided(admission, "p1", 100.0, tickets=ticketed)[0], RefusePeer)
 
 
 @pytest.mark.parametrize(("after_s", "kept"), [(PREPARED_FOR_S, True), (PREPARED_FOR_S + 0.1, False)])
