@@ -124,3 +124,10 @@ def test_the_fastest_counts_for_less_as_the_clocks_drift(passed_s: float) -> Non
 
 def test_a_clock_that_goes_back_makes_no_message_older() -> None:
     assert ages((us(10), 10.0), (us(9), 9.5))[1] == pytest.approx(0.5, abs=1e-6)
+
+
+def test_a_message_of_just_the_greatest_age_may_act() -> None:
+    it = gate(0.25)
+    assert it.refusal(1, us(1.25), 1.25) is None
+    assert it.refusal(2, us(1.0), 1.25) is None
+    assert it.refusal(3, us(0.99), 1.25) == "safety.stale"

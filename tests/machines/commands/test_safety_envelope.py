@@ -135,6 +135,17 @@ def test_a_clock_that_goes_back_moves_nothing() -> None:
     assert envelope.shaped({"v": 1.0}, 1.0, 10.1).message["v"] == pytest.approx(0.2)
 
 
+def test_a_clock_that_goes_back_turns_no_braking_into_speed() -> None:
+    envelope = SafetyEnvelope([FieldLimit(("v",), None, None, None, None, 1.0)])
+    envelope.shaped({"v": 1.0}, 1.0, 10.0)
+    assert envelope.shaped({"v": 0.0}, 1.0, 9.5).message["v"] == 1.0
+
+
+@pytest.mark.parametrize(("wish", "output"), [(-3.0, -1.0), (-0.5, -0.5), (0.5, 0.5), (3.0, 1.0)])
+def test_the_length_of_a_single_field_is_its_distance_from_zero(wish: float, output: float) -> None:
+    assert SafetyEnvelope([FieldLimit(("v",), None, None, 1.0)]).shaped({"v": wish}, 1.0, 0.0).message["v"] == output
+
+
 def test_limits_that_share_a_field_move_together() -> None:
     """Else slewing one component would carry the vector out of its length."""
     envelope = SafetyEnvelope(

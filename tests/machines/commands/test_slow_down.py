@@ -178,3 +178,30 @@ def test_never_more_than_five_times_a_second(walk: list[tuple[float, float]]) ->
         if report.is_due(*limited(value), now_s):
             assert now_s - told_s >= REPORT_PERIOD_S
             told_s = now_s
+
+
+def test_what_is_not_known_hides_nothing_that_is() -> None:
+    factor, causes = slow_down(SlowDownCurves(), Measures(rtt_ms=None, loss=1.0))
+    assert factor < 1.0
+    assert [cause.cause for cause in causes] == ["loss"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "is_told"),
+    [
+        ((0.5, 10.0), (0.5, 11.0), True),
+        ((0.5, 10.0), (0.5, 10.9), False),
+        ((0.5, 0.1), (0.5, 0.2), True),
+        ((0.5, 0.0), (0.5, 0.0), False),
+        ((0.02, 10.0), (0.04, 10.0), True),
+        ((0.02, 10.0), (0.03, 10.0), False),
+        ((0.99, 10.0), (1.0, 10.0), True),
+        ((0.01, 10.0), (0.0, 10.0), True),
+    ],
+)
+def test_a_change_is_told_from_a_tenth_of_a_value_or_a_fiftieth_of_the_speed_on(
+    old: tuple[float, float], new: tuple[float, float], is_told: bool
+) -> None:
+    report = LimitReport()
+    assert report.is_due(old[0], (Cause("rtt", old[1], old[0]),), 0.0)
+    assert report.is_due(new[0], (Cause("rtt", new[1], new[0]),), 0.2) == is_told, "0.2 s later, not sooner"

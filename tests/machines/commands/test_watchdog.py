@@ -98,3 +98,12 @@ def test_over_any_history_it_fires_exactly_when_the_last_command_is_too_old(hist
             assert dog.expire(now_s) is expected
             if expected:
                 last_s = None
+
+
+def test_it_is_armed_from_the_first_command_to_the_safe_action() -> None:
+    dog = Watchdog(1.0)
+    armed = [dog.is_armed]
+    dog.feed("a", 5.0)
+    armed.append(dog.is_armed)
+    dog.expire(6.0)
+    assert [*armed, dog.is_armed] == [False, True, False]
