@@ -237,6 +237,7 @@ def test_the_holder_hands_over() -> None:
     desk.handle(Requested("c", "motion"), 0.2)
     effects = desk.handle(RequestAnswered("a", "motion", "c", True, "yours"), 0.3)
     assert replies(effects) == [("a", "ended", "lease.handed_over"), ("c", "granted", "")]
+    assert change(effects) == LeaseChanged("motion", CHIEF, 101, "lease.handed_over", "Anna", ANNA, "yours")
     assert [one.party for one in desk.queue("motion")] == [BEN]
 
 

@@ -101,8 +101,10 @@ def test_what_the_lost_lease_moved_is_made_safe_and_nothing_else(it: Fenced) -> 
     for watch in (drive, arm, trimmer):
         watch.mover = "a"
     assert (drive.generation, len(drive.actions)) == (0, 0), "a lease that was free ends nothing"
+    dropped: list[str | None] = []
+    drive.dropped = dropped.append
     it.fence.handle(Requested("a", "motion"), 20.0)
-    assert (drive.generation, len(drive.actions)) == (1, 1)
+    assert (drive.generation, len(drive.actions), dropped) == (1, 1, ["a"])
     assert [(watch.generation, len(watch.actions)) for watch in (arm, trimmer)] == [(0, 0)] * 2
 
 
