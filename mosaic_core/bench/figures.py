@@ -1,4 +1,4 @@
-"""From what was seen in one run to the figures of one row. Times in seconds by one clock, ages in milliseconds."""
+"""Computes the figures of a row from what was seen in one run. Times in seconds by one clock, ages in milliseconds."""
 
 from __future__ import annotations
 

@@ -22,7 +22,9 @@ POLL_S = 0.02
 
 
 class Watcher:
-    """Event loop only. ``down`` is the link that carries everything to the operator."""
+    """Looks at the pictures and commands the robot of one run. Event loop only. ``down`` is the link that carries
+    everything to the operator.
+    """
 
     def __init__(self, connection: RobotConnection, robot: RobotProcess, down: ImpairedLink) -> None:
         self._connection = connection

@@ -195,7 +195,7 @@ class _Sends(Handler):
 
 
 class DataChannelSendable(_Sends, Generic[T]):
-    """Robot → operators. Write ``messages()``, or push with ``send_*`` from any thread.
+    """Sends data from the robot to operators. Write ``messages()``, or push with ``send_*`` from any thread.
 
     ``T`` is a :class:`~mosaic_core.contract.params.Message` subclass, ``dict``, ``str`` or ``bytes``.
     """
@@ -212,7 +212,7 @@ class DataChannelSendable(_Sends, Generic[T]):
 
 
 class DataChannelReceivable(Handler, Generic[T]):
-    """Operators → robot. Data that does not validate as ``T`` is refused and never gets here.
+    """Receives data from operators. Data that does not validate as ``T`` is refused and never gets here.
 
     A receiver that moves something is ``def``, sets :attr:`timeout_s` and implements :meth:`make_safe`; the framework
     then stops it on silence, when its commander is gone, and when anybody says stop.
@@ -258,7 +258,7 @@ class DataChannelReceivable(Handler, Generic[T]):
 
 
 class Refused(Exception):
-    """Raised by ``handle_data`` to refuse one message; ``code`` and text reach the sender."""
+    """The refusal of one message, raised by ``handle_data``; ``code`` and text reach the sender."""
 
     def __init__(self, code: str, message: str = "") -> None:
         super().__init__(message or code)
@@ -279,7 +279,7 @@ class DataChannelByteReceivable(DataChannelReceivable[bytes]):
 
 
 class DataChannelBidirectional(DataChannelReceivable[T], _Sends):
-    """Both ways on one channel: implement ``handle_data``, answer with ``send_json(value, to=sender)``."""
+    """Sends and receives on one channel: implement ``handle_data``, answer with ``send_json(value, to=sender)``."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -287,7 +287,7 @@ class DataChannelBidirectional(DataChannelReceivable[T], _Sends):
 
 
 class MediaTrackHandler(Handler):
-    """Robot → operators: pictures. Write ``frames()``, or push with :meth:`send_frame`."""
+    """Sends pictures to operators. Write ``frames()``, or push with :meth:`send_frame`."""
 
     runs: ClassVar[Runs] = "watched"
     kind: ClassVar[Kind] = Kind.VIDEO
@@ -311,7 +311,7 @@ class MediaTrackHandler(Handler):
 
 
 class AudioTrackHandler(Handler):
-    """Robot → operators: sound. Write ``sounds()``, or push with :meth:`send_sound`."""
+    """Sends sound to operators. Write ``sounds()``, or push with :meth:`send_sound`."""
 
     runs: ClassVar[Runs] = "watched"
     kind: ClassVar[Kind] = Kind.AUDIO
@@ -330,7 +330,7 @@ class AudioTrackHandler(Handler):
 
 
 class AudioReceivable(Handler):
-    """Operators → robot: the voice of one operator at a time. Both methods run on this receiver's own thread."""
+    """Receives the voice of one operator at a time. Both methods run on this receiver's own thread."""
 
     kind: ClassVar[Kind] = Kind.AUDIO
     delivery: ClassVar[Delivery | DeliveryContract] = Delivery.LATEST

@@ -61,8 +61,9 @@ class Outgoing:
 
 
 class HandlerHost(Protocol):
-    """Given to a handler before it runs. Every method may be called from any thread and never blocks,
-    but for :meth:`wait`."""
+    """What a handler is given before it runs. Every method may be called from any thread and never blocks, but for
+    :meth:`wait`.
+    """
 
     def monotonic_s(self) -> float:
         """Seconds of the robot's monotonic clock."""

@@ -53,4 +53,4 @@ def unit(name: str) -> dict[str, Any]:
 
 
 class NoParams(Params):
-    """For connectors that take no params."""
+    """The params of connectors that take none."""

@@ -41,7 +41,7 @@ async def relay_trial_checks(servers: Sequence[IceServer]) -> AsyncIterator[Find
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Of a path. ``is_least``: it may be faster, for the round trip held the trial back."""
+    """The speed of a path. ``is_least``: it may be faster, for the round trip held the trial back."""
 
     throughput_bps: float
     round_trip_ms: float

@@ -27,7 +27,7 @@ _FORMATS = {
 
 
 class NoCommand(Exception):
-    """No valid message could be made; the text says why."""
+    """There is no valid message for this receiver; the text says why."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,7 +51,7 @@ class DrilledReceiver:
 
 
 class _Camera(MediaTrackHandler):
-    """In place of a camera in a dry drill: it has a label and shows nothing."""
+    """Stands in for a camera in a dry drill: it has a label and shows nothing."""
 
 
 class DrillOperator:

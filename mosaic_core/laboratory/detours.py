@@ -18,7 +18,7 @@ Change = Callable[[str], str | None]
 
 
 class Detour(Protocol):
-    """For one peer connection."""
+    """Changes the candidates of one peer connection."""
 
     def of_robot(self, candidate: str) -> str | None:
         """What the operator is told instead; ``None``: nothing."""

@@ -88,7 +88,7 @@ class MemoryChannel:
 
 
 class MemoryVideo:
-    """Implements ``runtime.operator_transport.IncomingVideo``."""
+    """The pictures of a camera that arrive in memory; a ``runtime.transport.IncomingVideo``."""
 
     def __init__(self, link: Cable, feed: PictureFeed) -> None:
         self._link = link
@@ -119,7 +119,7 @@ class MemoryVideo:
 
 
 class MemoryVoice:
-    """Implements ``runtime.operator_transport.OutgoingSound`` and, at the robot's end, ``IncomingSound``."""
+    """A voice that travels in memory: ``OutgoingSound`` at the operator's end, ``IncomingSound`` at the robot's."""
 
     def __init__(self) -> None:
         self._waiting: asyncio.Queue[HeardSound | None] = asyncio.Queue(maxsize=64)

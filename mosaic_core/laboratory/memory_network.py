@@ -147,7 +147,7 @@ class MemoryLink:
 
 
 class MemoryAnswerer:
-    """Implements ``runtime.transport.Answerer``."""
+    """Answers the offers of one operator in memory; a ``runtime.transport.Answerer``."""
 
     def __init__(self, network: MemoryNetwork, listener: AnswererListener) -> None:
         self._network = network

@@ -35,7 +35,9 @@ FINAL = ("peer.not_allowed", "peer.replaced", "auth.")
 
 
 class RobotConnection(RobotStores):
-    """Made by :meth:`MosaicOperator.connect`. All calls and callbacks on the event loop."""
+    """An operator's connection to one robot, made by :meth:`MosaicOperator.connect`. All calls and callbacks on the
+    event loop.
+    """
 
     def __init__(
         self,

@@ -160,7 +160,7 @@ class _ScriptedTap(Generic[Tapped]):
 
 
 class FakeTap(_ScriptedTap[TappedPicture]):
-    """Of :attr:`FakeHost.tapped`."""
+    """A tap that yields the packets of :attr:`FakeHost.tapped`."""
 
     def __init__(self, host: FakeHost, pictures: list[TappedPicture] | None) -> None:
         super().__init__(host, pictures)
@@ -172,7 +172,7 @@ class FakeTap(_ScriptedTap[TappedPicture]):
 
 
 class FakePictureTap(_ScriptedTap[TappedImage]):
-    """Of :attr:`FakeHost.tapped_images`."""
+    """A tap that yields the pictures of :attr:`FakeHost.tapped_images`."""
 
 
 def _value(message: Outgoing) -> Any:

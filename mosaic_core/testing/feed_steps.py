@@ -16,7 +16,7 @@ ANOTHER_OPERATOR = Sender(peer_id="peer-2", session_id="session-2", operator_id=
 
 @dataclass(frozen=True, slots=True)
 class Silence:
-    """Nothing arrives for ``seconds``."""
+    """A pause: nothing arrives for ``seconds``."""
 
     seconds: float
 
@@ -57,7 +57,7 @@ class LosesLease:
 
 @dataclass(frozen=True, slots=True)
 class SlowedTo:
-    """From now on the link leaves this share of the speed, 0 to 1."""
+    """The link leaves this share of the speed from now on, 0 to 1."""
 
     factor: float
 

@@ -16,7 +16,7 @@ STEP_TIMEOUT_S = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """Of the server, verified for its name."""
+    """The server's certificate, verified for its name."""
 
     not_after_s: float
     """Seconds since the epoch."""

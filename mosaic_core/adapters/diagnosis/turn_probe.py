@@ -70,7 +70,7 @@ async def _given_back(allocation: _Allocation) -> None:
 
 
 class _Quiet(asyncio.DatagramProtocol):
-    """Nobody sends through this allocation."""
+    """The receiver of an allocation through which nobody sends."""
 
     def __init__(self) -> None:
         self.lost = asyncio.Event()

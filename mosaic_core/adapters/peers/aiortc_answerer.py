@@ -45,7 +45,7 @@ CODEC_ORDER = ("video/VP8", "video/H264")
 
 
 class AiortcAnswerer:
-    """Implements ``runtime.transport.Answerer`` for one operator."""
+    """Answers the offers of one operator over aiortc; a ``runtime.transport.Answerer``."""
 
     def __init__(
         self, listener: AnswererListener, ice_servers: Sequence[IceServer], *, relay_only: bool = False

@@ -43,7 +43,7 @@ class PeerBuffer:
 
 
 class AiortcChannel:
-    """Implements ``runtime.transport.Channel``. All calls and callbacks on the event loop."""
+    """One data channel of aiortc; a ``runtime.transport.Channel``. All calls and callbacks on the event loop."""
 
     def __init__(self, channel: RTCDataChannel, buffer: PeerBuffer) -> None:
         self.on_message: Callable[[bytes | str], None] | None = None

@@ -40,7 +40,7 @@ class LaterAnswererFactory:
 
 
 class LaterAnswerer:
-    """Implements ``runtime.transport.Answerer`` for an operator who came before there was anything to answer with."""
+    """Answers an operator who came before aiortc was loaded, when it is; a ``runtime.transport.Answerer``."""
 
     def __init__(
         self, factory: LaterAnswererFactory, listener: AnswererListener, ice_servers: Sequence[IceServer]

@@ -26,7 +26,9 @@ _OPTIONS = {
 
 
 class SoundEncoder:
-    """Of one microphone. ``encode`` on one thread at a time; the state is made when sound of a new shape comes."""
+    """Encodes the sound of one microphone. ``encode`` on one thread at a time; the state is made when sound of a new
+    shape comes.
+    """
 
     def __init__(self, bitrate_bps: int) -> None:
         self._bitrate_bps = bitrate_bps

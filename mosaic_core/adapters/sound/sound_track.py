@@ -41,7 +41,7 @@ class SoundTrack(MediaStreamTrack):
 
 
 class AiortcIncomingSound:
-    """Implements ``runtime.sound_transport.IncomingSound`` for one track."""
+    """The sound that arrives on one track, for a loudspeaker; a ``runtime.transport.IncomingSound``."""
 
     def __init__(self, track: MediaStreamTrack) -> None:
         self._track = track
@@ -60,7 +60,7 @@ class AiortcIncomingSound:
 
 
 class ReceivedSound:
-    """Implements ``runtime.operator_transport.IncomingVideo`` for sound: its frames are :class:`Sound`."""
+    """The sound that an operator receives; a ``runtime.transport.IncomingVideo`` whose frames are :class:`Sound`."""
 
     def __init__(self, track: MediaStreamTrack) -> None:
         self._sound = AiortcIncomingSound(track)
@@ -81,7 +81,7 @@ class ReceivedSound:
 
 
 class OutgoingVoice:
-    """Implements ``runtime.operator_transport.OutgoingSound``: an operator's voice on its way to a loudspeaker."""
+    """An operator's voice on its way to a loudspeaker; a ``runtime.transport.OutgoingSound``."""
 
     def __init__(self, bitrate_bps: int) -> None:
         self.feed = SoundFeed()

@@ -56,7 +56,7 @@ _probe_lock = threading.Lock()
 
 
 class EncoderUnavailable(MosaicError):
-    """No encoder for what is wanted."""
+    """There is no encoder for what is wanted."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,9 @@ _AT_WORK = partial(chosen_kind, look=presumed)
 
 
 class FoundEncoders:
-    """Any thread, and nothing here waits: ``choose``, which takes its time, is called on a thread of its own."""
+    """Finds this process's encoders and remembers them. Any thread, and nothing here waits: ``choose``, which takes its
+    time, is called on a thread of its own.
+    """
 
     def __init__(self, choose: Callable[[CodecName], EncoderKind] = _AT_WORK) -> None:
         self._choose = choose

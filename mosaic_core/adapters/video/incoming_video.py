@@ -13,7 +13,9 @@ from mosaic_core.machines.media.first_frame import ReceivedSoFar
 
 
 class AiortcVideo:
-    """Implements ``runtime.operator_transport.IncomingVideo``; frames that nobody takes pile up in aiortc."""
+    """The pictures that arrive on one track of aiortc; a ``runtime.transport.IncomingVideo``. Frames that nobody takes
+    pile up in aiortc.
+    """
 
     def __init__(self, track: MediaStreamTrack, receiver: RTCRtpReceiver | None) -> None:
         self._track = track

@@ -44,7 +44,9 @@ class SourceState:
 
 
 class PassedPackets:
-    """Of one camera; used on its handler's thread. ``unnamed``: the codec of a packet that belongs to no stream."""
+    """Passes on the packets of one camera, on its handler's thread. ``unnamed``: the codec of a packet that belongs to
+    no stream.
+    """
 
     def __init__(self, label: str, unnamed: PacketCodec = "h264", ceiling_bps: int | None = None) -> None:
         self._label = label

@@ -1,4 +1,6 @@
-"""From a source and its viewers to rungs: what a viewer may choose from, and what must be encoded for all of them."""
+"""Computes rungs from a source and its viewers: what a viewer may choose from, and what must be encoded for all of
+them.
+"""
 
 from __future__ import annotations
 

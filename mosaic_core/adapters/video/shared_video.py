@@ -39,7 +39,7 @@ _MIME_TYPES: dict[CodecName, str] = {"VP8": "video/VP8", "H264": "video/H264"}
 
 
 class SharedVideo:
-    """Implements ``runtime.transport.PictureStream``."""
+    """One camera's pictures, encoded once for all viewers; a ``runtime.transport.PictureStream``."""
 
     def __init__(
         self,

@@ -53,7 +53,7 @@ class EncoderSettings:
 
 
 class VideoEncoder:
-    """Used by one thread. Raises :class:`av.FFmpegError` if it can't be opened or breaks."""
+    """Encodes pictures with libav, on one thread. Raises :class:`av.FFmpegError` if it can't be opened or breaks."""
 
     def __init__(self, kind: EncoderKind, settings: EncoderSettings) -> None:
         self.kind = kind

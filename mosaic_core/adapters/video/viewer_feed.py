@@ -33,7 +33,7 @@ _CODECS: dict[str, CodecName] = {"video/vp8": "VP8", "video/h264": "H264"}
 
 
 class ViewerFeed:
-    """Implements ``runtime.transport.PictureFeed``. Event loop only.
+    """One viewer's packets of one camera; a ``runtime.transport.PictureFeed``. Event loop only.
 
     ``wants_key`` is called when this viewer can't go on without a key frame, ``changed`` when its link did.
     """

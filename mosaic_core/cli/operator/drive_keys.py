@@ -29,7 +29,7 @@ _LETTERS: dict[int, Key] = {
 
 
 class KeyReader:
-    """From the bytes of a terminal to keys. What is no key of ours counts as ``stand``: a slip must not drive on."""
+    """Turns the bytes of a terminal into keys. What is no key of ours counts as ``stand``: a slip must not drive on."""
 
     def __init__(self) -> None:
         self._escape = b""

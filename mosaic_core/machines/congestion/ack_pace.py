@@ -14,7 +14,7 @@ FEWER_AFTER = 32
 
 
 class AckPace:
-    """Of one association."""
+    """Decides how many packets of one association an acknowledgement stands for."""
 
     def __init__(self) -> None:
         self.packets = LEAST

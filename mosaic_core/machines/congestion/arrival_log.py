@@ -48,7 +48,7 @@ class _Report:
 
 
 class ArrivalLog:
-    """Of one connection."""
+    """Notes the packets that arrive on one connection."""
 
     def __init__(self) -> None:
         self._arrived: dict[int, int] = {}

@@ -19,7 +19,9 @@ class _Packet:
 
 
 class MissingPackets:
-    """Of one stream. Each sending of a packet (``sequence_number``) has a ``number`` of its own."""
+    """Finds the packets of one stream that have not arrived. Each sending of a packet (``sequence_number``) has a
+    ``number`` of its own.
+    """
 
     def __init__(self) -> None:
         self._sendings: OrderedDict[int, int] = OrderedDict()

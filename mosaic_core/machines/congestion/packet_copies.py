@@ -25,7 +25,7 @@ _BURST_S = 0.25
 
 
 class PacketCopies:
-    """Of one viewer."""
+    """Decides which packets to one viewer are sent twice."""
 
     def __init__(self) -> None:
         self._reports: deque[tuple[float, int, int]] = deque()

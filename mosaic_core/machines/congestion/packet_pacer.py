@@ -22,7 +22,7 @@ COARSE_S = 0.001
 
 
 class PacketPacer:
-    """Of one viewer."""
+    """Spreads the packets to one viewer over time."""
 
     def __init__(self) -> None:
         self._debt_bytes = 0.0

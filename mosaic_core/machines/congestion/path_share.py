@@ -14,7 +14,7 @@ makes a short queue; if they ended, it is all ours within about half a minute of
 
 
 class PathShare:
-    """Of one stream."""
+    """Estimates the share of the path that one stream has."""
 
     def __init__(self) -> None:
         self._left = 1.0

@@ -67,7 +67,9 @@ class _Arrived:
 
 
 class PathWatch:
-    """Of one stream. ``number``: of the connection, modulo 2^16; other streams have some of them."""
+    """Watches the path of one stream's packets. ``number`` counts the connection's packets modulo 2^16; other streams
+    have some of them.
+    """
 
     def __init__(self) -> None:
         self._on_the_way: OrderedDict[int, tuple[float, int]] = OrderedDict()

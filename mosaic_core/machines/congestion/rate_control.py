@@ -87,7 +87,9 @@ Feedback: TypeAlias = ReceiverReport | BandwidthEstimate | PacketsMissing | Pict
 
 
 class RateControl:
-    """Of one viewer. ``now_s``: any monotonic clock. Tell it what was sent, what came back, and the time."""
+    """Sets the bit rate of one viewer's pictures. ``now_s``: any monotonic clock. Tell it what was sent, what came
+    back, and the time.
+    """
 
     def __init__(self, min_bps: int, max_bps: int, now_s: float) -> None:
         self._min_bps = min_bps

@@ -19,7 +19,7 @@ _MAX_PACKET_BYTES = 1400
 
 
 class Retransmissions:
-    """Of one viewer."""
+    """Decides which packets are sent to one viewer again."""
 
     def __init__(self) -> None:
         self._repeated_at_s: OrderedDict[int, float] = OrderedDict()

@@ -16,7 +16,7 @@ MEMORY_S = 30.0
 
 
 class StandingQueue:
-    """Of one association. ``now_s`` is any monotonic clock."""
+    """Bounds the queue that one SCTP association makes. ``now_s`` is any monotonic clock."""
 
     def __init__(self, target_s: float = TARGET_S) -> None:
         self.target_s = target_s

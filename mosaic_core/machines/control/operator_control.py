@@ -53,7 +53,7 @@ class GaveUp:
 
 @dataclass(frozen=True, slots=True)
 class ConnectionEnded:
-    """Nothing of what was known holds any more."""
+    """The connection is over: nothing of what was known holds any more."""
 
     code: str
     message: str = ""
@@ -77,7 +77,7 @@ class Granted:
 
 @dataclass(frozen=True, slots=True)
 class Queued:
-    """Not now; it may still be granted or denied."""
+    """The lease is not given now; it may still be granted or denied."""
 
     resource: str
     message: str = ""

@@ -15,7 +15,9 @@ MAX_IDS = 64
 
 @dataclass(frozen=True, slots=True)
 class StopTimes:
-    """For the acknowledgement: when the first copy came, and since when everything is safe (``None``: not yet)."""
+    """What a stop's acknowledgement tells: when the first copy came, and since when everything is safe (``None``: not
+    yet).
+    """
 
     received_s: float
     safe_s: float | None

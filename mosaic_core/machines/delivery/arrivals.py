@@ -22,7 +22,7 @@ class ArrivalCounters:
 
 
 class Arrivals:
-    """Of one channel on one connection: its first message is where counting begins."""
+    """Counts the messages of one channel on one connection; its first one is where counting begins."""
 
     def __init__(self, counters: ArrivalCounters, *, newest_only: bool) -> None:
         self._counters = counters

@@ -89,7 +89,7 @@ class Partials:
 
 
 class ChunkCollector:
-    """Of one channel. ``forgotten`` counts the messages that did not complete."""
+    """Collects the chunks of one channel's messages. ``forgotten`` counts the messages that did not complete."""
 
     def __init__(
         self,

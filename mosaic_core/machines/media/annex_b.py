@@ -16,7 +16,8 @@ _AVCC_LENGTH_BYTES_AT, _AVCC_SETS_AT = 4, 5
 
 
 class AnnexB:
-    """Of one stream. ``codec_data``: what its container tells of it beforehand (libav's ``extradata``), may be empty.
+    """Puts one H.264 stream into Annex B form. ``codec_data``: what its container tells of it beforehand (libav's
+    ``extradata``), may be empty.
 
     Raises :class:`ValueError` for codec data that says it is that of a file and isn't.
     """

@@ -10,8 +10,9 @@ FIRST_FRAME_TIMEOUT_S = 8.0
 
 @dataclass(frozen=True, slots=True)
 class ReceivedSoFar:
-    """Of one track: ``packets`` that came, ``frames`` that were decoded, and how many packets the sender reports to
-    have sent (RTCP sender reports; ``None``: it has sent no report)."""
+    """What one track has received: ``packets`` that came, ``frames`` that were decoded, and how many packets the sender
+    reports to have sent (RTCP sender reports; ``None``: it has sent no report).
+    """
 
     packets: int
     frames: int

@@ -17,7 +17,7 @@ _TOLERANCE_S = 1e-6
 
 
 class KeyFrameRequests:
-    """Of one encoder. ``now_s`` is any monotonic clock."""
+    """Merges the wishes for key frames of one encoder. ``now_s`` is any monotonic clock."""
 
     def __init__(self) -> None:
         self._tokens = float(BURST)

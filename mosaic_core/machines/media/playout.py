@@ -41,7 +41,7 @@ class PlaySilence:
 
 @dataclass(frozen=True, slots=True)
 class TalkOver:
-    """Nothing more has come."""
+    """The talk is over: nothing more has come."""
 
 
 class Playout(Generic[T]):

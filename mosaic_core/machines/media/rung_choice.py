@@ -17,7 +17,7 @@ FAILED_WITHIN_S = 6.0
 
 
 class RungChoice:
-    """Of one viewer, over a ladder (best rung first)."""
+    """Chooses one viewer's rung of a ladder (best rung first)."""
 
     def __init__(self, rungs: Sequence[Rung], budget_bps: int, now_s: float) -> None:
         self._rungs = tuple(rungs)

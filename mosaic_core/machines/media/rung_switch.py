@@ -13,7 +13,9 @@ R = TypeVar("R", bound=Hashable)
 
 
 class RungSwitch(Generic[R]):
-    """Of one viewer. ``current``: whose pictures it gets; ``wanted``: whose it shall get."""
+    """Switches one viewer between rungs at key frames. ``current``: whose pictures it gets; ``wanted``: whose it shall
+    get.
+    """
 
     def __init__(self) -> None:
         self.current: R | None = None

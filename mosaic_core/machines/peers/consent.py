@@ -30,7 +30,7 @@ Step = Literal["wait", "ask", "lost"]
 
 
 class Consent:
-    """Of one connection. ``now_s`` is any monotonic clock."""
+    """Asks the other side of one connection for its consent. ``now_s`` is any monotonic clock."""
 
     def __init__(self, now_s: float) -> None:
         self._heard_at_s = self._answered_at_s = self._asked_at_s = now_s

@@ -74,7 +74,7 @@ class EndReceived:
 
 @dataclass(frozen=True, slots=True)
 class EndRequested:
-    """By our own program."""
+    """Our own program wants the connection ended."""
 
 
 @dataclass(frozen=True, slots=True)

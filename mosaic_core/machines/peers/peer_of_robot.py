@@ -76,7 +76,7 @@ class ByeReceived:
 
 @dataclass(frozen=True, slots=True)
 class CloseRequested:
-    """By the robot or through the server."""
+    """The robot, or somebody through the server, wants the connection closed."""
 
     code: str
     message: str = ""

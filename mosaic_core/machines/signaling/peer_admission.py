@@ -65,7 +65,9 @@ class RenegotiatePeer:
 
 @dataclass(frozen=True, slots=True)
 class RefusePeer:
-    """Not taken; nothing was started. ``is_live``: an earlier connection under this id goes on, so nobody is told."""
+    """The operator is not taken; nothing was started. ``is_live``: an earlier connection under this id goes on, so
+    nobody is told.
+    """
 
     peer_id: str
     code: str

@@ -34,7 +34,8 @@ class LeaseLost(MosaicError):
 
 
 class Lease:
-    """Made by ``connection.control.take()``; the connection keeps it alive. Event loop only.
+    """A lease that this program holds, made by ``connection.control.take()``; the connection keeps it alive. Event loop
+    only.
 
     As ``async with`` it is given back at the end, and losing it cancels the block and raises :class:`LeaseLost` there,
     so that no program drives on without noticing. Used without, look at :attr:`lost` or listen with :meth:`on_lost`.

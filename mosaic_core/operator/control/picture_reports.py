@@ -9,7 +9,9 @@ from mosaic_core.words.control import MEDIA_SEEN_PERIOD_S
 
 
 class PictureReports:
-    """Event loop only. ``report(label, capture_us)``; ``robot_now_us`` reads the robot's clock, ``None``: not known."""
+    """Reports the age of the pictures that are shown. Event loop only. ``report(label, capture_us)``; ``robot_now_us``
+    reads the robot's clock, ``None``: not known.
+    """
 
     def __init__(
         self,

@@ -69,7 +69,8 @@ def no_epoch() -> int:
 
 
 class DataPort:
-    """Event loop only. ``received`` gets whole messages; ``changed`` is called when the channel opens or closes.
+    """The operator's end of a connector's data channel. Event loop only. ``received`` gets whole messages; ``changed``
+    is called when the channel opens or closes.
 
     ``epoch`` is read when a message is made, as is the clock: one that has to wait gets neither younger nor a newer
     lease than it was made under. ``max_queued_bytes`` of ``None``: this channel's few words go in whatever waits.

@@ -26,7 +26,9 @@ class Port(Protocol):
 
 
 class OutgoingStream:
-    """Of one label; event loop only. Until the robot has said what it takes part in, messages wait."""
+    """Sends, keeps and repeats what one label's store says. Event loop only. Until the robot has said what it takes
+    part in, messages wait.
+    """
 
     def __init__(self, clock_us: Callable[[], int], *, waits: bool) -> None:
         self._clock_us = clock_us

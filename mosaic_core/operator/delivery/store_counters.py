@@ -11,7 +11,7 @@ from mosaic_core.runtime.observation.counters import RateMeter
 
 @dataclass(slots=True)
 class StoreCounters:
-    """Written by the connection, read by programs; event loop only."""
+    """Counts a store's messages and bytes: written by the connection, read by programs. Event loop only."""
 
     received: int = 0
     received_bytes: int = 0

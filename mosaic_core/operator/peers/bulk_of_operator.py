@@ -118,7 +118,7 @@ class BulkOfOperator(BulkConnection["_OfferedAttempt"]):
 
 
 class _OfferedAttempt(BulkAttempt[Offerer]):
-    """Implements ``OffererListener`` for one offer."""
+    """One offer of the bulk connection, and what its offerer says of it."""
 
     end: Offerer
 

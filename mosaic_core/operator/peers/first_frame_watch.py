@@ -20,7 +20,7 @@ class _Waiting:
 
 
 class FirstFrameWatch:
-    """Event loop only."""
+    """Watches for the first picture of each camera. Event loop only."""
 
     def __init__(self, timeout_s: float = FIRST_FRAME_TIMEOUT_S) -> None:
         self._timeout_s = timeout_s

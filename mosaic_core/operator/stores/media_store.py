@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class MediaStreamStore(MosaicStore):
-    """Robot → operator: pictures. While this store exists the robot sends them; without any it captures nothing."""
+    """Receives one camera's pictures. While this store exists the robot sends them; without any it captures nothing."""
 
     def __init__(self, robot_connector: RobotConnector) -> None:
         super().__init__(robot_connector)

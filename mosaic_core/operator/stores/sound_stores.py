@@ -19,7 +19,7 @@ QUEUED_SOUNDS = 50
 
 
 class SoundStore(MosaicStore):
-    """Robot → operator: sound. While this store exists the robot sends it; without any it captures nothing."""
+    """Receives a microphone's sound. While this store exists the robot sends it; without any it captures nothing."""
 
     def __init__(self, robot_connector: RobotConnector) -> None:
         super().__init__(robot_connector)
@@ -53,7 +53,7 @@ class SoundStore(MosaicStore):
 
 
 class VoiceStore(MosaicStore):
-    """Operator → robot: what is sent here the robot's loudspeaker says, one operator at a time.
+    """Sends a voice to the robot: its loudspeaker says what is sent here, one operator at a time.
 
     Whom it refuses hears of it by :meth:`RobotConnection.on_refusal`: ``media.talk_busy`` while somebody else talks,
     ``lease.forbidden`` for observers.

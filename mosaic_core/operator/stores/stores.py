@@ -38,7 +38,7 @@ COMPLAINT_S = 5.0
 
 
 class ReceivableStore(MosaicStore):
-    """Robot → operator."""
+    """Receives what a connector sends."""
 
     def __init__(self, robot_connector: RobotConnector) -> None:
         super().__init__(robot_connector)
@@ -118,7 +118,7 @@ class ReceivableStore(MosaicStore):
 
 
 class SendableStore(MosaicStore):
-    """Operator → robot."""
+    """Sends messages to a connector."""
 
     def __init__(self, robot_connector: RobotConnector) -> None:
         super().__init__(robot_connector)
@@ -183,7 +183,7 @@ class SendableStore(MosaicStore):
 
 
 class BidirectionalStore(ReceivableStore, SendableStore):
-    """Both ways on one channel."""
+    """Sends and receives on one channel of a connector."""
 
 
 def _never() -> bool:

@@ -1,4 +1,4 @@
-"""From a payload to what ``handle_data`` gets: parsed, slowed, limited, then validated as the handler's ``T``."""
+"""Shapes a payload into what ``handle_data`` gets: parsed, slowed, limited, then validated as the handler's ``T``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class ShapedCommand:
 
 
 class CommandShaper:
-    """Of one receiver; used by its one thread or task.
+    """Shapes the commands of one receiver, on its one thread or task.
 
     ``fired`` counts the safe actions: after one, speeds rise from zero again. ``factor`` is what is left of a peer's
     speed.

@@ -11,7 +11,9 @@ from typing import Any
 
 
 class MotionDefaults:
-    """Of one receiver. ``schema``: the JSON Schema of its messages; ``fields``: dotted paths of what moves."""
+    """Completes the messages of one receiver. ``schema``: the JSON Schema of its messages; ``fields``: dotted paths of
+    what moves.
+    """
 
     def __init__(self, schema: Mapping[str, Any], fields: Iterable[str]) -> None:
         found: dict[tuple[str, ...], Any] = {}

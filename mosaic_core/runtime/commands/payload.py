@@ -1,4 +1,4 @@
-"""From the bytes of one message to the ``T`` of its receiver; what does not fit is refused with a reason."""
+"""Parses the bytes of one message into the ``T`` of its receiver; what does not fit is refused with a reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a configuration to connectors: read, resolve, before-hook, configure each, register, after-hook.
+"""Makes connectors from a configuration: read, resolve, before-hook, configure each, register, after-hook.
 
 These are MOSAIC's documented steps in their order. Unlike the original, no step skips what fails: every mistake is
 collected and nothing starts.

@@ -66,7 +66,7 @@ class _Present:
 
 
 class CommandDesk:
-    """Event loop only, but for :meth:`pass_on`."""
+    """Hears leases, stops and clearings of all operators. Event loop only, but for :meth:`pass_on`."""
 
     def __init__(self, journal: RobotJournal, listener: DeskListener) -> None:
         self._loop = asyncio.get_running_loop()

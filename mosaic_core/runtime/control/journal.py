@@ -30,7 +30,7 @@ class _Merged:
 
 
 class RobotJournal:
-    """Event loop only. ``written``: gets every entry too."""
+    """Keeps the newest entries of one robot's journal. Event loop only. ``written``: gets every entry too."""
 
     def __init__(self, written: Callable[[JournalEntry], object] = lambda entry: None) -> None:
         # As JSON text: one small piece of memory each. An entry as an object is a dozen pieces, 1.3 KB together, that

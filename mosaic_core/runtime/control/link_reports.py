@@ -28,7 +28,9 @@ class ReportListener(Protocol):
 
 
 class LinkReports:
-    """Event loop only. Runs while somebody is there to be measured. ``commander``: whose commands a receiver takes."""
+    """Measures operators' links and reports the limits that follow. Event loop only. Runs while somebody is there to be
+    measured. ``commander``: whose commands a receiver takes.
+    """
 
     def __init__(
         self,

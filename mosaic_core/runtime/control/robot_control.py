@@ -27,7 +27,7 @@ MOTION = "motion"
 
 
 class RobotControl:
-    """Of one robot. Made on the event loop when it starts; event loop only."""
+    """Puts together what decides on commands to one robot. Made on the event loop when it starts; event loop only."""
 
     def __init__(
         self,

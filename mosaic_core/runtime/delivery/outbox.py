@@ -1,5 +1,5 @@
-"""From the handlers to the peers: who listens to which channel, what late joiners get, how much may go out, and the way
-to the event loop.
+"""Hands messages from the handlers to the peers: who listens to which channel, what late joiners get, how much may go
+out, and the way to the event loop.
 
 ``post`` runs on the handler's thread and never blocks: it looks at snapshots that the loop replaces as a whole.
 """

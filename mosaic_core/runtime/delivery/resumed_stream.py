@@ -21,14 +21,16 @@ Put = Callable[[Outgoing, FrameFlag, int], Offered]
 
 
 class StreamCounters(Protocol):
-    """Of the connector."""
+    """The counters of the connector behind a stream."""
 
     lost: int
     resent: int
 
 
 class ResumedStream:
-    """Implements ``outbox.Listener``; event loop only. ``has_room``: whether its session may keep more."""
+    """Keeps and repeats what one session's channel is sent; an ``outbox.Listener``. Event loop only. ``has_room``:
+    whether its session may keep more.
+    """
 
     def __init__(
         self, label: str, counters: StreamCounters, limits: ResumeLimits, has_room: Callable[[int], bool]

@@ -22,8 +22,9 @@ _RETRY_S = 0.02
 
 
 class SendQueue:
-    """Of one peer; event loop only. ``has_room``: told when a channel that was full takes messages again.
-    ``left_out``: told of messages that were taken and will not leave, beyond what :meth:`offer` says."""
+    """Queues and sends all messages to one peer. Event loop only. ``has_room``: told when a channel that was full takes
+    messages again. ``left_out``: told of messages that were taken and will not leave, beyond what :meth:`offer` says.
+    """
 
     def __init__(
         self,

@@ -33,7 +33,9 @@ _REAP_S = 1.0
 
 
 class LanTwin:
-    """Event loop only. ``open_socket`` connects to the server once it listens; ``on_news`` hears each of its news."""
+    """Runs the robot's own server as a child process. Event loop only. ``open_socket`` connects to the server once it
+    listens; ``on_news`` hears each of its news.
+    """
 
     def __init__(self, child: LanChild, open_socket: SocketConnector, on_news: Callable[[LanNews], None]) -> None:
         self._child = child

@@ -26,7 +26,9 @@ Look = Callable[[Captured], None]
 
 
 class MediaHub:
-    """Of one robot. ``watched``: told on the loop when a label gets its first or loses its last viewer."""
+    """Hands pictures and sound of one robot to whoever watches. ``watched``: told on the loop when a label gets its
+    first or loses its last viewer.
+    """
 
     def __init__(
         self,

@@ -17,8 +17,9 @@ _MIME_TYPES: dict[TapCodec, str] = {"h264": "video/H264", "vp8": "video/VP8"}
 
 
 class RuntimeTap(Tap):
-    """Implements :class:`~mosaic_core.contract.media_tap.MediaTap`. The pump runs on the event loop, the rest on the
-    thread of whoever opened it."""
+    """Reads a stream's packets on the robot itself; a :class:`~mosaic_core.contract.media_tap.MediaTap`. The pump runs
+    on the event loop, the rest on the thread of whoever opened it.
+    """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, media: MediaHub, label: str, codec: TapCodec) -> None:
         super().__init__(loop, media, label)

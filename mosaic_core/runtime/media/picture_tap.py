@@ -17,7 +17,7 @@ ENCODED_ONLY = "media.encoded_only"
 
 
 class RuntimePictureTap(Tap):
-    """Implements :class:`~mosaic_core.contract.media_tap.PictureTap`."""
+    """Reads a camera's pictures on the robot itself; a :class:`~mosaic_core.contract.media_tap.PictureTap`."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, media: MediaHub, label: str) -> None:
         super().__init__(loop, media, label)

@@ -60,7 +60,9 @@ class NewestFeed:
 
 
 class PlainStream:
-    """Implements ``runtime.transport.PictureStream``: ``prepare`` runs on the handler's thread, once per item."""
+    """Hands one camera's pictures to its viewers as they are; a ``runtime.transport.PictureStream``. ``prepare`` runs
+    on the handler's thread, once per item.
+    """
 
     def __init__(
         self,

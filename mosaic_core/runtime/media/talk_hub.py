@@ -35,7 +35,7 @@ TellTalking = Callable[[str, Sender | None], None]
 
 
 class TalkHub:
-    """Of one robot. Event loop only."""
+    """Brings operators' voices to the loudspeakers of one robot. Event loop only."""
 
     def __init__(self, tell: TellTalking) -> None:
         self._tell = tell

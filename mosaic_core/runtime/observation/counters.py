@@ -37,7 +37,9 @@ class RateMeter:
 
 @dataclass(slots=True)
 class ConnectorCounters:
-    """Written by one thread at a time, read anywhere. Sums over all operators, since the robot started."""
+    """Counts what one connector sends, receives and loses. Written by one thread at a time, read anywhere. Sums over
+    all operators, since the robot started.
+    """
 
     messages: int = 0
     """Made, and not refused by all who listen; or carried out."""

@@ -64,7 +64,7 @@ class BulkOfRobot(BulkConnection["_AnsweredAttempt"]):
 
 
 class _AnsweredAttempt(BulkAttempt[Answerer]):
-    """Implements ``AnswererListener`` for one offer."""
+    """One answered offer of the bulk connection, and what its answerer says of it."""
 
     def __init__(self, attempt: int, connection: BulkOfRobot) -> None:
         super().__init__(attempt, connection)

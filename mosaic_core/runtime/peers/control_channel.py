@@ -34,7 +34,9 @@ _REFUSAL_PERIOD_S = 0.5
 
 
 class ControlChannel:
-    """Event loop only. ``heard`` gets every message but pings, which are answered here, and ``None`` for those."""
+    """The robot's end of the control channel of one peer. Event loop only. ``heard`` gets every message but pings,
+    which are answered here, and ``None`` for those.
+    """
 
     def __init__(
         self,

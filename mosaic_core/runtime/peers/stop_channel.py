@@ -24,7 +24,9 @@ Heard: TypeAlias = Callable[[Stop | Pong, Callable[[ControlMessage], None]], Non
 
 
 class StopChannel:
-    """Event loop only. ``heard`` gets every stop and pong that arrives, and what answers it here."""
+    """The robot's end of the stop channel of one peer. Event loop only. ``heard`` gets every stop and pong that
+    arrives, and what answers it here.
+    """
 
     def __init__(self, channel: Channel, heard: Heard) -> None:
         self._channel = channel

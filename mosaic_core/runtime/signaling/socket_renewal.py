@@ -10,7 +10,9 @@ from mosaic_core.runtime.transport.transport import TextSocket
 
 
 class SocketRenewal:
-    """Event loop only. ``close`` says good-bye on a socket, which may take as long as it likes."""
+    """Replaces a socket by a new one when the network changes. Event loop only. ``close`` says good-bye on a socket,
+    which may take as long as it likes.
+    """
 
     def __init__(self, close: Callable[[TextSocket], Coroutine[Any, Any, None]]) -> None:
         self._close = close

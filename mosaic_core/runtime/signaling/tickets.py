@@ -22,7 +22,7 @@ ROLES: tuple[Role, ...] = get_args(Role)
 
 
 class TicketVerifier:
-    """Of one robot; called as ``(ticket, prepared, keys)``."""
+    """Verifies the tickets of operators for one robot; called as ``(ticket, prepared, keys)``."""
 
     def __init__(self, robot_id: str) -> None:
         self._robot_id = robot_id

@@ -14,7 +14,7 @@ STOP_PATIENCE_S = 1.5
 
 
 class HandlerThread:
-    """Of the connector ``label``; ``live()`` is its whole life. Methods on the event loop."""
+    """The thread of the connector ``label``; ``live()`` is its whole life. Methods on the event loop."""
 
     def __init__(self, label: str, live: Callable[[], None]) -> None:
         self._label = label

@@ -1,4 +1,4 @@
-"""From any thread to the event loop: never blocks, keeps the order, wakes the loop once per burst."""
+"""Hands calls from any thread to the event loop: never blocks, keeps the order, wakes the loop once per burst."""
 
 from __future__ import annotations
 

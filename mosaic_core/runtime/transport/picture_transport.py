@@ -70,7 +70,9 @@ class PictureStream(Protocol):
 
 
 class PictureStreamFactory(Protocol):
-    """Called on the event loop, once per label. ``packet_codec``: of packets that its handler says it yields."""
+    """Makes the picture stream of a label, once, on the event loop. ``packet_codec`` is that of the packets that its
+    handler says it yields.
+    """
 
     def __call__(
         self,

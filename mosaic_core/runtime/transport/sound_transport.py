@@ -65,6 +65,6 @@ class SoundStream(Protocol):
 
 
 class SoundStreamFactory(Protocol):
-    """Called on the event loop, once per microphone."""
+    """Makes the sound stream of a microphone, once, on the event loop."""
 
     def __call__(self, label: str, encoding: SoundEncoding, counters: ConnectorCounters) -> SoundStream: ...

@@ -1,4 +1,4 @@
-"""For `mosaic doctor`: the sound devices of this machine, and those that the configuration names."""
+"""Checks for `mosaic doctor` the sound devices of this machine, and those that the configuration names."""
 
 from __future__ import annotations
 

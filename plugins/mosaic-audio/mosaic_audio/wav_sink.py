@@ -13,7 +13,7 @@ _HEADER_BYTES = 44
 
 
 class WavSink:
-    """Made anew by the first sound; later talks are written behind it."""
+    """A WAV file as a loudspeaker: made anew by the first sound; later talks are written behind it."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

@@ -1,4 +1,4 @@
-"""For `mosaic doctor`: the video devices of this machine, and whether the configured cameras give a picture."""
+"""Checks for `mosaic doctor` the video devices of this machine, and whether the configured cameras give a picture."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from mosaic_core import MosaicError
 
 
 class SourceError(MosaicError):
-    """Raised in the body of a camera: the runner reports it and restarts with back-off."""
+    """A camera's source can't be opened or was lost: the runner reports it and restarts with back-off."""
 
     def __init__(self, message: str, cure: str) -> None:
         super().__init__(f"{message}; {cure}", code="plugin.failed", cure=cure)

@@ -1,4 +1,4 @@
-"""From a velocity to wheel speeds and back, for a base with two driven wheels. Pure.
+"""Converts a velocity into wheel speeds and back, for a base with two driven wheels. Pure.
 
 Differential drive (Siegwart, Nourbakhsh: Introduction to Autonomous Mobile Robots, ch. 3):
 ``v = r (right + left) / 2``, ``w = r (right - left) / track``.

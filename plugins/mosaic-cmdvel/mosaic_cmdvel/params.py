@@ -37,7 +37,7 @@ def _error(reason: str, value: Any, *place: str) -> ValidationError:
 
 
 class _SchemaOfAllDrives:
-    """In JSON Schema a drive is any one of those installed, so that editors complete its params."""
+    """Describes a drive in JSON Schema as any one of those installed, so that editors complete its params."""
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:

@@ -20,8 +20,9 @@ PICTURE_OVERHEAD_BYTES = 32
 
 
 class ClipWriter:
-    """Of one recording; written by one thread, its figures are read by any. ``claim`` gives the path of a new file,
-    ``release`` is told when it is finished. Raises :class:`OSError`."""
+    """Writes the pictures of one recording into files, on one thread; any may read its figures. ``claim`` gives the
+    path of a new file, ``release`` is told when it is finished. Raises :class:`OSError`.
+    """
 
     def __init__(
         self, container: Container, claim: Callable[[], Path], release: Callable[[Path], None], title: str = ""

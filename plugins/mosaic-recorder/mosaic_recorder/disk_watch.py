@@ -14,7 +14,7 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 class DiskWatch:
-    """Of one recording, on its thread. Raises :class:`OSError`."""
+    """Watches the disk for one recording, on its thread. Raises :class:`OSError`."""
 
     def __init__(
         self, folder: RecordingsFolder, min_free_bytes: int, clock: Callable[[], float] = time.monotonic

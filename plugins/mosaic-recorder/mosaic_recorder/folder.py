@@ -53,7 +53,7 @@ def surplus(files: Iterable[StoredFile], max_files: int | None, max_bytes: int |
 
 
 class RecordingsFolder:
-    """Any thread. Methods that touch the disk raise :class:`OSError`."""
+    """The folder of one recorder's files, for any thread. Methods that touch the disk raise :class:`OSError`."""
 
     def __init__(self, path: Path, max_files: int | None = None, max_bytes: int | None = None) -> None:
         self.path = path

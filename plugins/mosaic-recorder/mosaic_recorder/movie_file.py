@@ -33,7 +33,9 @@ _OPTIONS: dict[Container, dict[str, str]] = {
 
 
 class MovieFile:
-    """Used by one thread. Raises :class:`OSError` when the disk does not take it; close it then, too."""
+    """One file of a recording, written by one thread. Raises :class:`OSError` when the disk does not take it; close it
+    then, too.
+    """
 
     def __init__(
         self, path: Path, container: Container, codec: TapCodec, width: int, height: int, title: str = ""

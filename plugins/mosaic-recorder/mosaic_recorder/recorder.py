@@ -14,7 +14,9 @@ from mosaic_recorder.params import RecorderParams, recordings_directory
 
 
 class Recorder(DataChannelBidirectional[RecorderCommand]):
-    """Never waits for a camera or for the end of a recording: what takes time is told by a status or an answer."""
+    """The handler of a `recorder` connector. It never waits for a camera or for the end of a recording: what takes time
+    is told by a status or an answer.
+    """
 
     widget: ClassVar[str | None] = "recorder"
 

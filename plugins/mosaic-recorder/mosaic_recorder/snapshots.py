@@ -26,7 +26,7 @@ ENVELOPE_BYTES = 1024
 
 
 class Snapshots:
-    """Of one recorder; each :meth:`take` on a thread of its own. ``is_over``: the robot stops."""
+    """Takes the stills of one recorder; each :meth:`take` on a thread of its own. ``is_over``: the robot stops."""
 
     def __init__(self, folder: RecordingsFolder, min_free_bytes: int, is_over: Callable[[], bool]) -> None:
         self._folder = folder

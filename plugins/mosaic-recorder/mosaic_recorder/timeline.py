@@ -14,7 +14,7 @@ STEPS = 5
 
 
 class Timeline:
-    """Of one recording. A gap in the pictures stays a gap; :meth:`cut` removes the one that comes next."""
+    """One recording's time line. A gap in the pictures stays a gap; :meth:`cut` removes the one that comes next."""
 
     def __init__(self) -> None:
         self._zero_s: float | None = None

@@ -1,4 +1,6 @@
-"""For `mosaic doctor` on the machine of a server: its data and its dashboard. Reads only; a running server goes on."""
+"""Checks for `mosaic doctor` a server on its own machine: its data and its dashboard. Reads only; a running server goes
+on.
+"""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ export class Partials {
   }
 }
 
-/** Of one channel. */
+/** Collects the chunks of one channel's messages. */
 export class ChunkCollector {
   private readonly partials = new Map<number, Partial>()
   private givenUp: number[] = []

@@ -55,7 +55,7 @@ def agreed_number_id(answer_sdp: str) -> int | None:
 
 
 class ArrivalReporter:
-    """From now on, of all that comes on the transport of ``line``."""
+    """Reports the arrival of every packet on the transport of ``line``, from when it is made."""
 
     def __init__(self, line: RTCRtpTransceiver, number_id: int, clock: Callable[[], float] = time.monotonic) -> None:
         transport: Any = line.receiver.transport

@@ -16,7 +16,9 @@ from mosaic_core.adapters.aiortc_private.sctp.sctp_window import INITIAL_WINDOW_
 
 
 class QuickSctp(QuickSending, QuickReceiving):
-    """Never constructed: :func:`quicken` turns a peer connection's own transport into one before it starts."""
+    """The SCTP transport of a peer connection, quickened. Never constructed: :func:`quicken` turns a peer connection's
+    own transport into one before it starts.
+    """
 
 
 def quicken(sctp: RTCSctpTransport) -> None:

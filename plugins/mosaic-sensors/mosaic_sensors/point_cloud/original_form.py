@@ -28,7 +28,9 @@ _VARINT, _FIXED64, _BYTES = 0, 1, 2
 
 
 class OriginalForm:
-    """Of one connector: the bounding box grows with what has been seen, so that colours by height stay put."""
+    """Writes the clouds of one connector for original dashboards: the bounding box grows with what has been seen, so
+    that colours by height stay put.
+    """
 
     def __init__(self, stream_mode: StreamMode = "progressive") -> None:
         self._stream_mode = stream_mode

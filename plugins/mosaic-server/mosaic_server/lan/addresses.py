@@ -1,4 +1,4 @@
-"""By which addresses and names this machine is reached on its networks."""
+"""Finds the addresses and names by which this machine is reached on its networks."""
 
 from __future__ import annotations
 

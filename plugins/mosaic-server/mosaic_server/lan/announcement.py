@@ -42,7 +42,9 @@ class Announced:
 
 
 class Announcement:
-    """From :meth:`show` to :meth:`withdraw`; event loop only. Without the package ``zeroconf`` it does nothing."""
+    """Announces the server from :meth:`show` to :meth:`withdraw`. Event loop only. Without the package ``zeroconf`` it
+    does nothing.
+    """
 
     def __init__(self, announced: Announced) -> None:
         self._announced = announced

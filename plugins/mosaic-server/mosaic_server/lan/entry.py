@@ -20,7 +20,7 @@ from mosaic_server.lan.screen import pairing_box
 
 
 class RobotsOwnServer:
-    """Implements ``mosaic_core.words.lan.LanServer``."""
+    """Prepares and shows the server of one robot; a ``mosaic_core.words.lan.LanServer``."""
 
     def __init__(self, home: LanHome | None = None) -> None:
         self._home = home or LanHome()

@@ -35,7 +35,8 @@ _Key = tuple[str, ...]
 
 
 class LoginLimits:
-    """Pure: ``now_s`` is the caller's monotonic clock. One thread (the event loop).
+    """Counts failed log-ins and says how long to wait. Pure: ``now_s`` is the caller's monotonic clock. One thread (the
+    event loop).
 
     Addresses are those that the socket tells; IPv6 counts per /64.
     """

@@ -15,14 +15,16 @@ _MAX_OPEN = 1000
 
 @dataclass(frozen=True, slots=True)
 class OneTimeLogin:
-    """For whom a code was issued, and under which log-in: a changed password ends the code too."""
+    """Tells for whom a code was issued, and under which log-in: a changed password ends the code too."""
 
     account_id: str
     login_version: int
 
 
 class OneTimeCodes:
-    """Pure: ``now_s`` is the caller's monotonic clock. One thread (the event loop)."""
+    """Issues one-time codes and redeems each once. Pure: ``now_s`` is the caller's monotonic clock. One thread (the
+    event loop).
+    """
 
     def __init__(self) -> None:
         self._open: dict[str, tuple[OneTimeLogin, float]] = {}

@@ -85,7 +85,7 @@ def _first(offers: Sequence[Offer], is_met: Callable[[Offer], bool]) -> str | No
 
 
 class PinLimits:
-    """Of all wrong PINs together. ``now_s`` is any monotonic clock; one thread."""
+    """Counts all wrong PINs together. ``now_s`` is any monotonic clock; one thread."""
 
     def __init__(self) -> None:
         self._wrong: deque[float] = deque(maxlen=WRONG_PINS.failures)

@@ -26,7 +26,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class AdmittedSocket:
-    """With what a socket was let in; it has to leave when that no longer holds."""
+    """What a socket was let in with; it has to leave when that no longer holds."""
 
     side: Side
     id: str
@@ -40,7 +40,9 @@ def identity_of(person: Person) -> OperatorIdentity:
 
 
 class Authorizer:
-    """Event-loop thread; database work happens on worker threads. Never logs what it is given."""
+    """Checks who may use a socket. Event-loop thread; database work happens on worker threads. Never logs what it is
+    given.
+    """
 
     def __init__(
         self, database: Database, access_tokens: AccessTokens, turn_lifetime_s: float = MAX_LIFETIME_S

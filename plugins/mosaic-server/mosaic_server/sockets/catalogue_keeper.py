@@ -16,7 +16,7 @@ _log = logging.getLogger(__name__)
 
 
 class CatalogueKeeper:
-    """Event-loop thread; the database work happens on a worker thread."""
+    """Keeps the newest catalogue of each robot. Event-loop thread; the database work happens on a worker thread."""
 
     def __init__(self, database: Database) -> None:
         self._database = database

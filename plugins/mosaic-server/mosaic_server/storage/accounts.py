@@ -59,7 +59,7 @@ def _find(session: Session, email: str) -> Account | None:
 
 @dataclass(frozen=True, slots=True)
 class Membership:
-    """In which organization a new account is, and as what; without one it gets an organization of its own."""
+    """The organization of a new account, and its place there; without one it gets an organization of its own."""
 
     organization_id: str
     is_organization_admin: bool = False

@@ -31,7 +31,7 @@ class LastAdministrator(Exception):
 
 
 class OwnAccount(Exception):
-    """Nobody may raise the own role."""
+    """The account is the asker's own, and nobody may raise the own role."""
 
 
 @dataclass(frozen=True, slots=True)

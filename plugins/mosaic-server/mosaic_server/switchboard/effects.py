@@ -29,7 +29,7 @@ class CloseLink:
 
 @dataclass(frozen=True, slots=True)
 class LimitFrames:
-    """From now on take frames of up to this many bytes from the socket."""
+    """Take frames of up to this many bytes from the socket from now on."""
 
     socket: int
     size_bytes: int
