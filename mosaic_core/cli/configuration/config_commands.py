@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from mosaic_core.cli.terminal.error_report import USAGE
+from mosaic_core.cli.terminal.error_report import usage
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help="The robot's YAML file.")
 
@@ -45,10 +45,8 @@ def init(
         with os.fdopen(os.open(path, flags, 0o600), "w", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        typer.secho(f"error: {path} exists; --force replaces it", err=True, fg=typer.colors.RED)
-        raise typer.Exit(USAGE) from None
+        usage(f"{path} exists; --force replaces it")
     except OSError as error:
-        typer.secho(f"error: {path} can't be written: {error.strerror}", err=True, fg=typer.colors.RED)
-        raise typer.Exit(USAGE) from None
+        usage(f"{path} can't be written: {error.strerror}")
     typer.echo(f"wrote {path}; next:\n  export MOSAIC_ROBOT_ID=… MOSAIC_TOKEN=…   # as your server shows them")
     typer.echo(f"  mosaic validate {path}\n  mosaic run {path}")

@@ -90,9 +90,6 @@ def _table(*columns: str) -> Table:
 
 
 def _print(table: Table) -> None:
-    from rich.console import Console
+    from mosaic_core.cli.terminal.rich_table import console
 
-    console = Console(markup=False, highlight=False)
-    if not console.is_terminal:
-        console.width = 200  # one row per line, for grep
-    console.print(table)
+    console(pipe_width=200).print(table)  # one row per line, for grep

@@ -7,11 +7,9 @@ from typing import Annotated
 
 import typer
 
-from mosaic_core.cli.terminal.error_report import FAILED, FINE, USAGE
+from mosaic_core.cli.terminal.error_report import FAILED, FINE, need_known
 from mosaic_core.machines.laboratory.impaired_link import PROFILES
 from mosaic_core.machines.laboratory.nat import NAT_KINDS, NatKind
-
-_PIPE_WIDTH = 160
 
 
 def bench(
@@ -35,22 +33,11 @@ def bench(
     """
     names = list(PROFILES) if every or not profile else list(dict.fromkeys(profile))
     for name in names:
-        _known(name, "network", tuple(PROFILES))
+        need_known("network", name, list(PROFILES))
+    if nat is not None:
+        need_known("NAT", nat, NAT_KINDS)
     kind: NatKind | None = next((one for one in NAT_KINDS if one == nat), None)
-    if nat is not None and kind is None:
-        _known(nat, "NAT", NAT_KINDS)
     raise typer.Exit(_run(names, seconds, kind, as_json=as_json, markdown=markdown))
-
-
-def _known(name: str, what: str, names: tuple[str, ...]) -> None:
-    from difflib import get_close_matches
-
-    if name in names:
-        return
-    near = get_close_matches(name, names, 1, 0.5)
-    hint = f"; did you mean {near[0]!r}?" if near else "."
-    typer.secho(f"error: no {what} {name!r}{hint} There are: {', '.join(names)}", err=True, fg=typer.colors.RED)
-    raise typer.Exit(USAGE)
 
 
 def _run(names: list[str], seconds: float, nat: NatKind | None, *, as_json: bool, markdown: bool) -> int:
@@ -61,6 +48,7 @@ def _run(names: list[str], seconds: float, nat: NatKind | None, *, as_json: bool
     from mosaic_core.bench.profile_run import measured
     from mosaic_core.bench.table import markdown_table, rich_table
     from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
+    from mosaic_core.cli.terminal.rich_table import PIPE_WIDTH, console
 
     set_up_logging(LogLevel.ERROR)
     rows: list[Figures] = []
@@ -76,6 +64,5 @@ def _run(names: list[str], seconds: float, nat: NatKind | None, *, as_json: bool
     if markdown:
         typer.echo(markdown_table(rows))
     elif not as_json:
-        out = Console(markup=False, highlight=False)
-        (out if out.is_terminal else Console(markup=False, highlight=False, width=_PIPE_WIDTH)).print(rich_table(rows))
+        console(PIPE_WIDTH).print(rich_table(rows))
     return FAILED if any(row.failure for row in rows) else FINE

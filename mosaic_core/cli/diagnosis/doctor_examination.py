@@ -11,9 +11,9 @@ from rich.console import Console
 
 from mosaic_core.adapters.machine.event_loop import run_event_loop
 from mosaic_core.cli.diagnosis.doctor_report import LiveReport, json_document, print_report
-from mosaic_core.cli.operator.operator_session import SignIn, usage
+from mosaic_core.cli.operator.operator_session import SignIn
 from mosaic_core.cli.robot.run_command import make_robot
-from mosaic_core.cli.terminal.error_report import FAILED, FINE
+from mosaic_core.cli.terminal.error_report import FAILED, FINE, usage
 from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
 from mosaic_core.doctor.examination import Examined, Progress, examined
 from mosaic_core.doctor.plan import Plan, Subject

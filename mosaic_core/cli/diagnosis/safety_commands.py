@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mosaic_core.cli.terminal.error_report import FAILED, FINE, USAGE
+from mosaic_core.cli.terminal.error_report import FAILED, FINE, need_known, usage
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help="Exercise what keeps a robot safe.")
 
-_PIPE_WIDTH = 160
-"""A file or a pipe has no edge: no reason to fold anything before the reasons get long."""
 _TABLE_WIDTH = 110
 """On a narrower terminal the reasons stand below the table."""
 _STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
@@ -51,21 +49,11 @@ def drill(
     from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 
     for name in only or ():
-        if name not in EXERCISES:
-            _unknown(name, list(EXERCISES))
+        need_known("exercise", name, list(EXERCISES))
     configured = AutoConfigurer().from_file(config)
     if live and not yes:
         _confirm(configured)
     raise typer.Exit(_run(configured, live=live, only=tuple(only or ()), as_json=as_json))
-
-
-def _unknown(name: str, known: list[str]) -> None:
-    from difflib import get_close_matches
-
-    near = get_close_matches(name, known, 1, 0.5)
-    hint = f"; did you mean {near[0]!r}?" if near else "."
-    typer.secho(f"error: no exercise {name!r}{hint} There are: {', '.join(known)}", err=True, fg=typer.colors.RED)
-    raise typer.Exit(USAGE)
 
 
 def _confirm(configured: Configured) -> None:
@@ -73,8 +61,7 @@ def _confirm(configured: Configured) -> None:
 
     labels = ", ".join(connector.config.label for connector in configured.connectors)
     if not sys.stdin.isatty():
-        typer.secho("error: --live drives real devices; say --yes where nobody can be asked", err=True)
-        raise typer.Exit(USAGE)
+        usage("--live drives real devices; say --yes where nobody can be asked")
     typer.secho(f"This opens and MOVES the real devices of: {labels}.", err=True, fg=typer.colors.YELLOW)
     typer.confirm("Are they free to move, and can you cut their power?", abort=True, err=True)
 
@@ -85,14 +72,14 @@ def _run(configured: Configured, *, live: bool, only: tuple[str, ...], as_json: 
     from rich.console import Console
 
     from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
+    from mosaic_core.cli.terminal.rich_table import PIPE_WIDTH, console
     from mosaic_core.drill.drill import drill as findings_of
 
     set_up_logging(LogLevel.ERROR)
-    console = Console(stderr=True)
 
     async def main() -> list[DrillFinding]:
         found: list[DrillFinding] = []
-        with console.status("drilling …") as status:
+        with Console(stderr=True).status("drilling …") as status:
             async for finding in findings_of(configured, live=live, only=only):
                 found.append(finding)
                 status.update(f"drilling … {finding.label}: {finding.exercise} {finding.verdict}")
@@ -102,8 +89,7 @@ def _run(configured: Configured, *, live: bool, only: tuple[str, ...], as_json: 
 
     found = asyncio.run(main())
     if not as_json:
-        out = Console(markup=False, highlight=False)
-        _show(found, out if out.is_terminal else Console(markup=False, highlight=False, width=_PIPE_WIDTH), live=live)
+        _show(found, console(PIPE_WIDTH), live=live)
     return FAILED if any(one.verdict == "failed" for one in found) else FINE
 
 

@@ -153,20 +153,18 @@ class LookAtLeases:
             for view in desk.leases.values():
                 typer.echo(json.dumps(_lease_line(view), ensure_ascii=False))
             return FINE
-        from rich.console import Console
-        from rich.table import Table
+        from mosaic_core.cli.terminal.rich_table import console, listed
 
-        table = Table(box=None, pad_edge=False, header_style="bold")
-        for column in ("resource", "commands", "waiting"):
-            table.add_column(column)
-        for view in desk.leases.values():
-            waiting = ", ".join(one.name or one.peer_id[:8] for one in view.queue)
-            table.add_row(view.resource, name_of(view.holder), waiting or "–")
-        Console(markup=False, highlight=False).print(table)
+        console().print(listed(("resource", "commands", "waiting"), map(_lease_row, desk.leases.values())))
         if desk.stop_state is not None and desk.stop_state.is_stopped:
             by, reason = desk.stop_state.by or "somebody", desk.stop_state.reason
             typer.echo(f"stopped by {by}{f': {reason}' if reason else ''}")
         return FINE
+
+
+def _lease_row(view: LeaseView) -> tuple[str, ...]:
+    waiting = ", ".join(one.name or one.peer_id[:8] for one in view.queue)
+    return (view.resource, name_of(view.holder), waiting or "–")
 
 
 def _lease_line(view: LeaseView) -> dict[str, Any]:
@@ -238,15 +236,10 @@ class ReadJournal:
             for entry in reversed(entries):
                 typer.echo(json.dumps(entry.wire(), ensure_ascii=False))
             return FINE
-        from rich.console import Console
-        from rich.table import Table
+        from mosaic_core.cli.terminal.rich_table import console, listed
 
-        table = Table(box=None, pad_edge=False, header_style="bold")
-        for column in ("when (UTC)", "what", "who", "of", "code", ""):
-            table.add_column(column)
-        for entry in reversed(entries):
-            table.add_row(*_journal_row(entry))
-        Console(markup=False, highlight=False).print(table if entries else "nothing yet")
+        table = listed(("when (UTC)", "what", "who", "of", "code", ""), map(_journal_row, reversed(entries)))
+        console().print(table if entries else "nothing yet")
         return FINE
 
 

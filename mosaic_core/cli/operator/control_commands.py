@@ -6,19 +6,8 @@ from typing import Annotated
 
 import typer
 
-from mosaic_core.cli.operator.operator_commands import (
-    DEFAULT_SERVER,
-    AsJson,
-    Code,
-    DriveType,
-    Email,
-    Label,
-    PasswordStdin,
-    RobotArgument,
-    Server,
-    app,
-    signed_in,
-)
+from mosaic_core.cli.operator.account_options import Work, app, command
+from mosaic_core.cli.operator.operator_commands import AsJson, DriveType, Label, RobotArgument
 
 __all__ = ["app"]
 
@@ -29,21 +18,17 @@ Force = Annotated[
 WaitS = Annotated[float, typer.Option(min=0, help="How long somebody who commands may take to hand over.")]
 
 
-@app.command()
+@command(is_person=True)
 def drive(
     robot: RobotArgument,
     label: Label = "cmd_vel",
-    server: Server = DEFAULT_SERVER,
-    email: Email = "",
-    password_stdin: PasswordStdin = False,
-    code: Code = "",
     linear_mps: Annotated[float, typer.Option(min=0.01, help="Speed of the keys forward and back.")] = 0.3,
     angular_radps: Annotated[float, typer.Option(min=0.01, help="Speed of the keys left and right.")] = 0.8,
     force: Force = "",
     wait_s: WaitS = 30.0,
     drive_type: DriveType = None,
     as_json: AsJson = False,
-) -> None:
+) -> Work:
     """Drive with the keyboard: arrows or WASD to move, space to stand, x or Esc to stop the robot, q to leave.
 
     C clears a stop, G hands over to whoever asks.
@@ -56,24 +41,19 @@ def drive(
     from mosaic_core.cli.operator.drive_session import DriveSession, need_a_terminal
 
     need_a_terminal()
-    work = DriveSession(robot, label, linear_mps, angular_radps, force, wait_s, as_json, drive_type)
-    signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
+    return DriveSession(robot, label, linear_mps, angular_radps, force, wait_s, as_json, drive_type)
 
 
-@app.command()
+@command(is_person=True)
 def stop(
     robot: RobotArgument,
-    server: Server = DEFAULT_SERVER,
-    email: Email = "",
-    password_stdin: PasswordStdin = False,
-    code: Code = "",
     reason: Annotated[str, typer.Option(help="Why; everybody who is connected reads it.")] = "",
     drive_label: Annotated[
         str, typer.Option("--drive", metavar="LABEL", help="Of an original robot: also send zeros to this drive.")
     ] = "",
     drive_type: DriveType = None,
     as_json: AsJson = False,
-) -> None:
+) -> Work:
     """Stop a robot: it stands, and takes no command until it is cleared. Needs no lease.
 
     Software, and it has to sign in and connect first: this is no certified emergency stop. An original robot has no
@@ -81,32 +61,20 @@ def stop(
     """
     from mosaic_core.cli.operator.control_actions import StopAction
 
-    work = StopAction(robot, reason, as_json, drive_label, drive_type)
-    signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
+    return StopAction(robot, reason, as_json, drive_label, drive_type)
 
 
-@app.command()
-def clear(
-    robot: RobotArgument,
-    server: Server = DEFAULT_SERVER,
-    email: Email = "",
-    password_stdin: PasswordStdin = False,
-    code: Code = "",
-    as_json: AsJson = False,
-) -> None:
+@command(is_person=True)
+def clear(robot: RobotArgument, as_json: AsJson = False) -> Work:
     """Clear the stop of a robot, so that commands act again. Look at the robot first."""
     from mosaic_core.cli.operator.control_actions import Clear
 
-    signed_in(Clear(robot, as_json), server, email, code, password_stdin=password_stdin, is_person=True)
+    return Clear(robot, as_json)
 
 
-@app.command()
+@command(is_person=True)
 def lease(
     robot: RobotArgument,
-    server: Server = DEFAULT_SERVER,
-    email: Email = "",
-    password_stdin: PasswordStdin = False,
-    code: Code = "",
     resource: Resource = "motion",
     take: Annotated[bool, typer.Option("--take", help="Take it, and hold it until Ctrl+C.")] = False,
     force: Force = "",
@@ -115,26 +83,21 @@ def lease(
     ] = False,
     wait_s: WaitS = 30.0,
     as_json: AsJson = False,
-) -> None:
+) -> Work:
     """Show who commands a robot; with --take, --force or --release, change that."""
     from mosaic_core.cli.operator.control_actions import LookAtLeases, TakeLease
 
     changes = take or force or release
-    work = TakeLease(robot, resource, force, wait_s, release, as_json) if changes else LookAtLeases(robot, as_json)
-    signed_in(work, server, email, code, password_stdin=password_stdin, is_person=True)
+    return TakeLease(robot, resource, force, wait_s, release, as_json) if changes else LookAtLeases(robot, as_json)
 
 
-@app.command()
+@command(is_person=True)
 def journal(
     robot: RobotArgument,
-    server: Server = DEFAULT_SERVER,
-    email: Email = "",
-    password_stdin: PasswordStdin = False,
-    code: Code = "",
     limit: Annotated[int, typer.Option("-n", "--limit", min=1, max=200, help="The newest so many entries.")] = 50,
     as_json: AsJson = False,
-) -> None:
+) -> Work:
     """Show what happened on a robot: leases, stops, refused commands. Supervisors only."""
     from mosaic_core.cli.operator.control_actions import ReadJournal
 
-    signed_in(ReadJournal(robot, limit, as_json), server, email, code, password_stdin=password_stdin, is_person=True)
+    return ReadJournal(robot, limit, as_json)

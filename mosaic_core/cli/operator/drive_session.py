@@ -13,8 +13,8 @@ import typer
 
 from mosaic_core.cli.operator.control_actions import name_of, told_drive, zeros_text
 from mosaic_core.cli.operator.drive_keys import HeldKeys, Key
-from mosaic_core.cli.operator.operator_session import connected, until_closed, usage, wrong_way
-from mosaic_core.cli.terminal.error_report import FINE
+from mosaic_core.cli.operator.operator_session import connected, until_closed, wrong_way
+from mosaic_core.cli.terminal.error_report import FINE, usage
 from mosaic_core.operator import LeaseDenied, LeaseLost, MosaicOperator, RobotConnection, SendableStore
 from mosaic_core.operator.stores.channel_plan import entry_of, naming, nothing_known, resource_of
 from mosaic_core.words.catalogue import CatalogueEntry

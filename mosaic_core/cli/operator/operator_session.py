@@ -6,14 +6,15 @@ import asyncio
 import json
 import os
 import sys
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Sequence
 from dataclasses import dataclass
-from typing import Any, NoReturn, TypeAlias
+from typing import Any
 
 import typer
 
 from mosaic_core.adapters.machine.event_loop import run_event_loop
-from mosaic_core.cli.terminal.error_report import FINE, USAGE
+from mosaic_core.cli.operator.account_options import Work
+from mosaic_core.cli.terminal.error_report import FINE, usage
 from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
 from mosaic_core.operator import (
     MosaicOperator,
@@ -24,8 +25,6 @@ from mosaic_core.operator import (
 )
 from mosaic_core.words.described import DescribedConnector, described_catalogue
 from mosaic_core.words.errors import ConnectionFailed, MosaicError, SignalingError
-
-Work: TypeAlias = Callable[[MosaicOperator], Awaitable[int]]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -57,12 +56,6 @@ class SignIn:
         if self.code:
             return await MosaicOperator.login_with_code(self.server, self.code, is_person=is_person)
         return await MosaicOperator.login(self.server, self.email, self.password, is_person=is_person)
-
-
-def usage(message: str) -> NoReturn:
-    """Say what is wrong with the words, and end."""
-    typer.secho(f"error: {message}", err=True, fg=typer.colors.RED)
-    raise typer.Exit(USAGE)
 
 
 def run(sign_in: SignIn, work: Work, *, is_person: bool = False, shows_timeline: bool = False) -> int:
@@ -102,16 +95,13 @@ async def list_robots(operator: MosaicOperator, *, as_json: bool) -> int:
         for robot in found:
             typer.echo(json.dumps({**_summary(robot), "connectors": connectors[robot.id]}))
         return FINE
-    from rich.console import Console
-    from rich.table import Table
+    from mosaic_core.cli.terminal.rich_table import console, listed
 
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for column in ("name", "id", "state", "connectors"):
-        table.add_column(column, no_wrap=column in ("name", "id"))
-    for robot in found:
-        state = robot.status.name.lower().replace("_", " ")
-        table.add_row(robot.name, robot.id, state, ", ".join(connectors[robot.id]))
-    Console(markup=False, highlight=False).print(table if found else "no robots yet")
+    rows = [
+        (one.name, one.id, one.status.name.lower().replace("_", " "), ", ".join(connectors[one.id])) for one in found
+    ]
+    table = listed(("name", "id", "state", "connectors"), rows, whole=("name", "id"))
+    console().print(table if found else "no robots yet")
     return FINE
 
 

@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import typer
 
-from mosaic_core.words.errors import ConfigError, MosaicError, PluginError, Problem
+from mosaic_core.words.errors import ConfigError, MosaicError, PluginError, Problem, hint_at
 
 FINE, FAILED, USAGE = 0, 1, 2
 """Exit codes of every command: 2 is usage or configuration, 1 the rest."""
@@ -18,6 +18,18 @@ FINE, FAILED, USAGE = 0, 1, 2
 _SECRET = re.compile(
     r"((?:token|credential|password|secret|api_key)[\"']?\s*:\s*)(?!\$\{|\{)([^\s,}\]]+)", re.IGNORECASE
 )
+
+
+def usage(message: str) -> NoReturn:
+    """Say what is wrong with the words, and end."""
+    typer.secho(f"error: {message}", err=True, fg=typer.colors.RED)
+    raise typer.Exit(USAGE)
+
+
+def need_known(what: str, name: str, known: Sequence[str]) -> None:
+    """End unless ``name`` is one of ``known``, naming the nearest."""
+    if name not in known:
+        usage(f"no {what} {name!r}{hint_at(name, known)} There are: {', '.join(known)}")
 
 
 def exit_code_of(error: MosaicError) -> int:

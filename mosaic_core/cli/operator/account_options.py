@@ -1,0 +1,82 @@
+"""The options of an account, which every command of ``mosaic operator`` takes, and the session that they open."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeAlias
+
+import typer
+from typer.models import ArgumentInfo
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable
+
+    from mosaic_core.operator import MosaicOperator
+
+app = typer.Typer(
+    add_completion=False, no_args_is_help=True, help="Look at robots, and command them, from the terminal."
+)
+
+Work: TypeAlias = "Callable[[MosaicOperator], Awaitable[int]]"
+"""What a command does once it is signed in; its result is the exit code."""
+
+Server = Annotated[str, typer.Option(envvar="MOSAIC_SERVER", help="The server's address.")]
+Email = Annotated[str, typer.Option(envvar="MOSAIC_EMAIL", help="The account to sign in with.")]
+PasswordStdin = Annotated[
+    bool, typer.Option("--password-stdin", help="Read the password from stdin; else MOSAIC_PASSWORD, else it is asked.")
+]
+Code = Annotated[str, typer.Option(help="A one-time sign-in code instead of account and password.")]
+Timeline = Annotated[bool, typer.Option("--timeline", help="At the end, show how the connection came up.")]
+DEFAULT_SERVER = "http://127.0.0.1:9001"
+
+
+def command(
+    *, is_person: bool | None = False, has_timeline: bool = False
+) -> Callable[[Callable[..., Work]], Callable[..., NoReturn]]:
+    """Make a command of a function that returns its work: signing in comes before it, signing off after it.
+
+    The account's options stand behind the command's arguments, ``--timeline`` at the end. ``is_person``: somebody
+    decides here, and programs give way to persons; ``None``: if this is a terminal.
+    """
+
+    def made(work_of: Callable[..., Work]) -> Callable[..., NoReturn]:
+        def signed_in(
+            *,
+            server: Server = DEFAULT_SERVER,
+            email: Email = "",
+            password_stdin: PasswordStdin = False,
+            code: Code = "",
+            timeline: Timeline = False,
+            **words: Any,
+        ) -> NoReturn:
+            work = work_of(**words)
+            from mosaic_core.cli.operator import (
+                operator_session as session,
+            )  # loads WebRTC: only for who does something
+
+            sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
+            decides = sys.stdin.isatty() if is_person is None else is_person
+            raise typer.Exit(session.run(sign_in, work, is_person=decides, shows_timeline=timeline))
+
+        own = list(inspect.signature(work_of, eval_str=True).parameters.values())
+        *account, timeline, _ = inspect.signature(signed_in, eval_str=True).parameters.values()
+        arguments = sum(map(_is_argument, own))
+        options = [*own[:arguments], *account, *own[arguments:], *([timeline] if has_timeline else [])]
+        _take(signed_in, options)
+        signed_in.__doc__ = work_of.__doc__
+        return app.command(work_of.__name__)(signed_in)
+
+    return made
+
+
+def _is_argument(parameter: inspect.Parameter) -> bool:
+    return any(isinstance(one, ArgumentInfo) for one in getattr(parameter.annotation, "__metadata__", ()))
+
+
+def _take(function: Callable[..., NoReturn], options: list[inspect.Parameter]) -> None:
+    """Typer reads from these two what a function takes."""
+    by_name = [option.replace(kind=inspect.Parameter.KEYWORD_ONLY) for option in options]
+    function.__signature__ = inspect.Signature(by_name)  # type: ignore[attr-defined]
+    function.__annotations__ = {option.name: option.annotation for option in options}

@@ -1,0 +1,29 @@
+"""A table that rich draws: on a terminal as wide as that, in a file or a pipe a row a line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rich.console import Console, RenderableType
+from rich.table import Table
+
+PIPE_WIDTH = 160
+"""A file or a pipe has no edge: no reason to fold anything before the reasons get long."""
+
+
+def listed(columns: Iterable[str], rows: Iterable[Iterable[RenderableType]], *, whole: Iterable[str] = ()) -> Table:
+    """``rows`` under bold headings; the columns ``whole`` are pasted elsewhere and never wrapped."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for name in columns:
+        table.add_column(name, no_wrap=name in whole)
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def console(pipe_width: int | None = None) -> Console:
+    """Stdout for texts of others, which may look like markup. ``pipe_width``: what counts where it is no terminal."""
+    out = Console(markup=False, highlight=False)
+    if pipe_width is not None and not out.is_terminal:
+        out.width = pipe_width
+    return out
