@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -21,7 +22,13 @@ RIDDLE = re.compile(rf"(?:{SCOPE}|{THREAD}|{PASSIVE})\b")
 EXPORTED_CLASS = re.compile(r"/\*\*((?:(?!\*/).)*)\*/\s*export (?:abstract )?class (\w+)", re.DOTALL)
 
 
-def introductions() -> Iterator[tuple[str, str]]:
+@cache
+def introductions() -> tuple[tuple[str, str], ...]:
+    """Every module and class with its docstring, read once."""
+    return tuple(_read())
+
+
+def _read() -> Iterator[tuple[str, str]]:
     """Every module and class with its docstring: ``("mosaic_core/…/peer.py Peer", "One operator's …")``."""
     for path in (path for package in PACKAGES for path in sorted(package.rglob("*.py"))):
         tree = ast.parse(path.read_text())
