@@ -17,7 +17,7 @@ from mosaic_core.runtime.transport.picture_transport import PicturePreparer, Pic
 
 
 class NewestFeed:
-    """Implements ``runtime.transport.PictureFeed`` by keeping at most ``max_waiting`` items for one viewer: a newer one
+    """Keeps the newest items for one viewer, at most ``max_waiting``; a ``runtime.transport.PictureFeed``. A newer one
     replaces the oldest, so that latency never accumulates. Event loop only."""
 
     codec_order: tuple[str, ...] = ()
