@@ -177,10 +177,10 @@ def checked_config(entries: Sequence[ConnectorEntry], control: Mapping[str, Any]
         if params is not None and safety is not None:
             origin = f"{entry.configurer.__module__}:{entry.configurer.__qualname__}"
             installed = InstalledConnector(raw.type, origin, "", EntryPoint(raw.type, origin, GROUP))
-            checked.append(CheckedConnector(raw, entry.configurer, params, safety, installed, place))
+            checked.append(CheckedConnector(raw, entry.configurer, params, safety, installed, place, document))
     if problems:
         raise ConfigError(problems)
-    return CheckedConfig(config, tuple(checked), document)
+    return CheckedConfig(config, tuple(checked))
 
 
 async def until(condition: Callable[[], object], what: str = "", timeout_s: float = PATIENCE_S) -> float:

@@ -27,7 +27,6 @@ from mosaic_core.runtime.configuration.label_problems import WithHandlers, label
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.safety_problems import safety_problems
-from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
 from mosaic_core.words.config import LABEL, RobotConfig
 from mosaic_core.words.errors import ConfigError, Problem
 
@@ -78,11 +77,11 @@ class AutoConfigurer:
     def configure(self, checked: CheckedConfig) -> Configured:
         """The steps after reading. Raises :class:`ConfigError` naming connector and distribution."""
         problems: list[Problem] = []
-        made = self._configurers(checked.connectors, checked.document, problems)
+        made = self._configurers(checked.connectors, problems)
         if not problems:
             configurers = [configurer for _, configurer in made]
             call_hook(self.plugins, "mosaic_before_configure", config=checked.config, configurers=configurers)
-        connectors = _connectors(made, checked.document, problems)
+        connectors = _connectors(made, problems)
         if problems:
             raise ConfigError(problems)
         every = [handler for connector in connectors for handler in connector.handlers]
@@ -95,54 +94,46 @@ class AutoConfigurer:
         Handlers are made and thrown away: what they do to devices begins with their bodies.
         """
         problems: list[Problem] = []
-        document = validation.document
-        made = self._configurers(validation.connectors, document, problems)
-        groups = lease_groups(_connectors(made, document, problems))
-        places = {one.config.label: one.place for one in validation.connectors}
-        return Rehearsal(tuple(problems), tuple(lookalikes(groups, places, document)), groups)
+        made = self._configurers(validation.connectors, problems)
+        groups = lease_groups(_connectors(made, problems))
+        return Rehearsal(tuple(problems), tuple(lookalikes(groups, validation.connectors)), groups)
 
-    def _configurers(
-        self, connectors: Sequence[CheckedConnector], document: YamlDocument, problems: list[Problem]
-    ) -> list[Made]:
+    def _configurers(self, connectors: Sequence[CheckedConnector], problems: list[Problem]) -> list[Made]:
         made: list[Made] = []
         for one in connectors:
             try:
                 made.append((one, one.configurer(one.config.label, one.params, safety=one.safety, shared=self.shared)))
             except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
-                problems.append(_broken(one, document, f"{type(error).__name__}: {error}"))
+                problems.append(_broken(one, f"{type(error).__name__}: {error}"))
         return made
 
 
-def _connectors(made: Sequence[Made], document: YamlDocument, problems: list[Problem]) -> list[Connector]:
+def _connectors(made: Sequence[Made], problems: list[Problem]) -> list[Connector]:
     connectors: list[Connector] = []
     known: list[WithHandlers] = []
     for one, configurer in made:
-        handlers = _handlers(one, configurer, document, problems)
+        handlers = _handlers(one, configurer, problems)
         if not handlers:
             continue
         known.append((one, handlers))
         try:
-            problems += safety_problems(one, handlers, document)
-            problems += delivery_problems(one, handlers, document)
+            problems += safety_problems(one, handlers)
+            problems += delivery_problems(one, handlers)
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:
-            problems.append(_broken(one, document, f"its message type has no JSON Schema: {error.message}"))
-    problems += label_problems(known, document)
-    places = {one.config.label: one.place for one, _ in made}
-    problems += _taken_channels(connectors, document, places)
+            problems.append(_broken(one, f"its message type has no JSON Schema: {error.message}"))
+    problems += label_problems(known)
+    problems += _taken_channels(connectors, {one.config.label: one for one, _ in made})
     return connectors
 
 
-def _broken(one: CheckedConnector, document: YamlDocument, cause: str) -> Problem:
-    message = f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}"
-    return document.problem(one.place, message, code="config.broken_plugin")
+def _broken(one: CheckedConnector, cause: str) -> Problem:
+    return one.broken(f"connector '{one.config.label}' of {one.installed.source} can't be made: {cause}")
 
 
-def _handlers(
-    one: CheckedConnector, configurer: Configurer[Any], document: YamlDocument, problems: list[Problem]
-) -> tuple[Handler, ...]:
+def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list[Problem]) -> tuple[Handler, ...]:
     def broken(cause: str) -> tuple[Handler, ...]:
-        problems.append(_broken(one, document, cause))
+        problems.append(_broken(one, cause))
         return ()
 
     try:
@@ -166,9 +157,7 @@ def _connector(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Connecto
     return Connector(one.config, handlers, entry, safety, terms)
 
 
-def _taken_channels(
-    connectors: Sequence[Connector], document: YamlDocument, places: Mapping[str, Place]
-) -> list[Problem]:
+def _taken_channels(connectors: Sequence[Connector], checked: Mapping[str, CheckedConnector]) -> list[Problem]:
     """Channel names must be unique beyond the labels: ``connection-check`` makes ``L-receiver`` and ``L-sender``."""
     owner: dict[str, str] = {}
     problems = []
@@ -179,10 +168,10 @@ def _taken_channels(
                 message = (
                     f"connector '{connector.config.label}' makes the channel '{name}', which '{other}' has already"
                 )
-                place = (*places[connector.config.label], "label")
-                problems.append(document.problem(place, message, code="config.duplicate_label"))
+                problems.append(
+                    checked[connector.config.label].problem(message, "label", code="config.duplicate_label")
+                )
         if len({handler.label for handler in connector.handlers}) < len(connector.handlers):
             message = f"connector '{connector.config.label}' makes two channels of one name"
-            place = places[connector.config.label]
-            problems.append(document.problem(place, message, code="config.broken_plugin"))
+            problems.append(checked[connector.config.label].broken(message))
     return problems

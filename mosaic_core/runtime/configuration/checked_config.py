@@ -23,6 +23,15 @@ class CheckedConnector:
     safety: SafetyConfig
     installed: InstalledConnector
     place: Place
+    document: YamlDocument
+
+    def problem(self, message: str, *key: str, code: str = "config.invalid", cure: str = "") -> Problem:
+        """A problem of this connector, at ``key`` where one is named."""
+        return self.document.problem((*self.place, *key), message, code=code, cure=cure)
+
+    def broken(self, message: str, *, cure: str = "") -> Problem:
+        """What its author did wrong, not who wrote the file."""
+        return self.problem(message, code="config.broken_plugin", cure=cure)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +40,6 @@ class CheckedConfig:
 
     config: RobotConfig
     connectors: tuple[CheckedConnector, ...]
-    document: YamlDocument
     hints: tuple[Problem, ...] = ()
 
 

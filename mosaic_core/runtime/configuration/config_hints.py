@@ -23,7 +23,7 @@ def hints_of(
     """Everything worth saying, in the order of the file."""
     found = [*_server_hints(config, document)]
     for connector in connectors:
-        found += _connector_hints(connector, document, config.control.legacy_peers)
+        found += _connector_hints(connector, config.control.legacy_peers)
     return tuple(found)
 
 
@@ -43,37 +43,36 @@ def _server_hints(config: RobotConfig, document: YamlDocument) -> Iterator[Probl
             yield document.problem(place, "a TURN server without username and credential", cure="most refuse that")
 
 
-def _connector_hints(connector: CheckedConnector, document: YamlDocument, legacy_peers: str) -> Iterator[Problem]:
-    label, place = connector.config.label, connector.place
+def _connector_hints(connector: CheckedConnector, legacy_peers: str) -> Iterator[Problem]:
+    label = connector.config.label
     if not _SNAKE.fullmatch(label):
         suggestion = re.sub(r"[^a-z0-9]+", "_", label.lower()).strip("_")
         cure = f"'{suggestion}' would be the usual spelling"
-        yield document.problem((*place, "label"), f"the label '{label}' is not snake_case", cure=cure)
+        yield connector.problem(f"the label '{label}' is not snake_case", "label", cure=cure)
     timeout_s = connector.safety.timeout_s
     if timeout_s is not None and timeout_s < CLICK_PERIOD_S:
         message = (
             f"pads of original dashboards send one message per click: with timeout_s {timeout_s:g} the robot moves in"
             f" steps of {timeout_s:g} s"
         )
-        yield document.problem((*place, "safety", "timeout_s"), message, cure="that is the safe way; nothing to change")
-    yield from _weak_points(connector, document)
+        yield connector.problem(message, "safety", "timeout_s", cure="that is the safe way; nothing to change")
+    yield from _weak_points(connector)
     if timeout_s is None and connector.safety.requires_lease and legacy_peers == "allow":
         message = (
             "whether silence stops it depends on the connector: an original dashboard that hangs is only noticed when"
             " its lease expires"
         )
-        yield document.problem((*place, "safety"), message, cure="say how long with timeout_s, for example 0.3")
+        yield connector.problem(message, "safety", cure="say how long with timeout_s, for example 0.3")
 
 
-def _weak_points(connector: CheckedConnector, document: YamlDocument) -> Iterator[Problem]:
+def _weak_points(connector: CheckedConnector) -> Iterator[Problem]:
     """What takes a guard away and looks harmless in the file."""
-    safety, place = connector.safety, (*connector.place, "safety")
+    safety = connector.safety
     if safety.on_timeout == "hold":
         until = "somebody says stop" if safety.requires_lease is False else "its lease ends or somebody says stop"
         message = f"silence stops nothing here: what was commanded last goes on until {until}"
-        yield document.problem(
-            (*place, "on_timeout"), message, cure="write `callback`, unless it must not stop by itself"
-        )
+        cure = "write `callback`, unless it must not stop by itself"
+        yield connector.problem(message, "safety", "on_timeout", cure=cure)
     if safety.requires_lease is False and "requires_lease" in safety.model_fields_set:
         message = "whoever is connected may command it, several at a time"
-        yield document.problem((*place, "requires_lease"), message, cure="leave it out, unless nothing moves")
+        yield connector.problem(message, "safety", "requires_lease", cure="leave it out, unless nothing moves")

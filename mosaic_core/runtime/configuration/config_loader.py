@@ -54,7 +54,7 @@ def check_config(config: RobotConfig, *, resolver: ConnectorResolver | None = No
     connectors = checker.connectors(config)
     if checker.problems:
         raise ConfigError(checker.problems)
-    return CheckedConfig(config, tuple(connectors), document, hints_of(config, connectors, document))
+    return CheckedConfig(config, tuple(connectors), hints_of(config, connectors, document))
 
 
 def validate_document(document: YamlDocument, resolver: ConnectorResolver | None = None) -> Validation:
@@ -67,7 +67,7 @@ def validate_document(document: YamlDocument, resolver: ConnectorResolver | None
     if config is not None:
         hints = hints_of(config, connectors, document)
     if config is not None and not problems and not document.unknown:
-        checked = CheckedConfig(config, tuple(connectors), document, hints)
+        checked = CheckedConfig(config, tuple(connectors), hints)
     known = tuple(one for one in connectors if not _is_unknown(one.place, document))
     return Validation(problems, hints, checked, document, known)
 
@@ -136,7 +136,7 @@ class _Checker:
             config, _already_reported = validated(ConnectorConfig, raw, self._document, place)
         if config is None or params is None or safety is None:
             return None
-        return CheckedConnector(config, configurer, params, safety, installed, place)
+        return CheckedConnector(config, configurer, params, safety, installed, place, self._document)
 
     def _part(self, model: type[Any], raw: dict[str, Any], place: Place) -> Any:
         key = str(place[-1])

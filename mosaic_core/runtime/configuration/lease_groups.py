@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
 
 from mosaic_core.runtime.configuration.catalogue_entry import receivers
+from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
-from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
 from mosaic_core.words.errors import Problem
 
 _PARTS = re.compile(r"[-_]|\d+")
@@ -25,10 +25,9 @@ def lease_groups(connectors: Iterable[Connector]) -> dict[str, tuple[str, ...]]:
     return groups
 
 
-def lookalikes(
-    groups: Mapping[str, Sequence[str]], places: Mapping[str, Place], document: YamlDocument
-) -> Iterator[Problem]:
-    """A hint for every two resources that are probably meant to be one. ``places``: by connector label."""
+def lookalikes(groups: Mapping[str, Sequence[str]], connectors: Iterable[CheckedConnector]) -> Iterator[Problem]:
+    """A hint for every two resources that are probably meant to be one."""
+    by_label = {one.config.label: one for one in connectors}
     for one, other in combinations(groups, 2):
         if is_probably(one, other):
             first, second = groups[one][0], groups[other][0]
@@ -36,8 +35,8 @@ def lookalikes(
                 f"'{other}' (of connector '{second}') and '{one}' (of '{first}') are two leases, which two people may"
                 " hold at once"
             )
-            place = (*places[second], "safety", "resource")
-            yield document.problem(place, message, cure=f"did you mean '{one}'? Then write it alike in both")
+            cure = f"did you mean '{one}'? Then write it alike in both"
+            yield by_label[second].problem(message, "safety", "resource", cure=cure)
 
 
 def is_probably(one: str, other: str) -> bool:

@@ -11,54 +11,51 @@ from mosaic_core.contract.handler import DataChannelReceivable, Handler, message
 from mosaic_core.runtime.configuration.catalogue_entry import message_schema, receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.resolver import nearest
-from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.errors import Problem
 
 _MAX_DEPTH = 5
 """A model may contain itself."""
 
 
-def safety_problems(one: CheckedConnector, handlers: tuple[Handler, ...], document: YamlDocument) -> Iterator[Problem]:
+def safety_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
     """What the ``safety:`` of this connector says that nothing of it can follow."""
     found = receivers(handlers)
     if one.config.safety and not found:
         message = f"connector '{one.config.label}' ({one.config.type}) receives nothing that could be limited"
-        yield document.problem((*one.place, "safety"), message, cure="remove `safety:`")
+        yield one.problem(message, "safety", cure="remove `safety:`")
     for handler in found:
-        yield from _receiver_problems(one, handler, document)
+        yield from _receiver_problems(one, handler)
 
 
-def _receiver_problems(
-    one: CheckedConnector, handler: DataChannelReceivable[Any], document: YamlDocument
-) -> Iterator[Problem]:
-    safety, place = one.safety, (*one.place, "safety")
+def _receiver_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    safety = one.safety
     needs_lease = handler.requires_lease if safety.requires_lease is None else safety.requires_lease
     if "resource" in safety.model_fields_set and not needs_lease:
         message = (
             f"connector '{one.config.label}' needs no lease to be commanded, so '{safety.resource}' guards nothing"
         )
-        yield document.problem((*place, "resource"), message, cure="add `requires_lease: true`, or remove `resource`")
+        yield one.problem(message, "safety", "resource", cure="add `requires_lease: true`, or remove `resource`")
     fields = {*handler.motion_fields, *(field for limit in safety.every_limit() for field in limit.fields)}
     if message_type_of(type(handler)) in (str, bytes) and fields:
         message = f"connector '{one.config.label}' takes no JSON messages, so none of their fields can be limited"
-        yield document.problem((*place, "limits"), message, cure="remove `limits`")
+        yield one.problem(message, "safety", "limits", cure="remove `limits`")
         return
     for key in ("on_timeout", "on_loss"):
         if getattr(safety, key) == "zero" and not fields:
             message = f"connector '{one.config.label}' names no motion fields that could be set to zero"
-            yield document.problem((*place, key), message, cure="write `callback`, or name its fields in `limits`")
+            yield one.problem(message, "safety", key, cure="write `callback`, or name its fields in `limits`")
     for field in sorted(fields):
         if _has_two_names(message_type_of(type(handler)), field.split(".")):
             message = f"'{field}' of the messages of connector '{one.config.label}' can be written under two names"
             cure = "give it one name in its model: a limit sees no other"
-            yield document.problem(place, message, code="config.broken_plugin", cure=cure)
+            yield one.problem(message, "safety", code="config.broken_plugin", cure=cure)
     known = field_paths(message_schema(handler))
     for field in safety.limits:
         if known and field not in known:
             guess = nearest(field, sorted(known))
             message = f"the messages of connector '{one.config.label}' have no number '{field}'"
             cure = f"did you mean '{guess}'?" if guess else f"they have: {', '.join(sorted(known))}"
-            yield document.problem((*place, "limits", field), message, cure=cure)
+            yield one.problem(message, "safety", "limits", field, cure=cure)
 
 
 def _has_two_names(model: Any, path: list[str]) -> bool:
