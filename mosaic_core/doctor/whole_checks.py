@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -87,25 +87,23 @@ async def whole_checks(way: WholeWay) -> AsyncIterator[Finding]:
             yield failed("whole.connection", code, f"The robot is not there: {error or 'no answer'}")
 
 
-def _robot(operator: MosaicOperator, way: WholeWay) -> AbstractAsyncContextManager[None]:
-    @asynccontextmanager
-    async def there() -> AsyncIterator[None]:
-        robots = {robot.id: robot for robot in await operator.robots()}
-        known = robots.get(way.robot_id)
-        if known is not None and known.is_online:
-            yield
-            return
-        stand_in = way.stand_in()
-        running = asyncio.create_task(stand_in.run())
-        try:
-            await operator.wait_status(way.robot_id, RobotStatus.READY_TO_CONNECT, STAND_IN_TIMEOUT_S)
-            yield
-        finally:
-            stand_in.stop()
-            await asyncio.wait({running}, timeout=3)
-            running.cancel()
-
-    return there()
+@asynccontextmanager
+async def _robot(operator: MosaicOperator, way: WholeWay) -> AsyncIterator[None]:
+    """The robot while it is online, else its stand-in."""
+    robots = {robot.id: robot for robot in await operator.robots()}
+    known = robots.get(way.robot_id)
+    if known is not None and known.is_online:
+        yield
+        return
+    stand_in = way.stand_in()
+    running = asyncio.create_task(stand_in.run())
+    try:
+        await operator.wait_status(way.robot_id, RobotStatus.READY_TO_CONNECT, STAND_IN_TIMEOUT_S)
+        yield
+    finally:
+        stand_in.stop()
+        await asyncio.wait({running}, timeout=3)
+        running.cancel()
 
 
 async def _connected(operator: MosaicOperator, robot_id: str, tried: _Tried) -> AsyncIterator[Finding]:
