@@ -13,13 +13,11 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = [ROOT / "mosaic_core", *sorted(ROOT.glob("plugins/*/mosaic_*"))]
-SOURCES = sorted(ROOT.glob("dashboard/packages/*/src/**/*.ts*"))
 
 SCOPE = "At|By|For|From|In|Of|On|To|With|Within"
 THREAD = "Any thread|Event[- ]loop|Only|Pure|Not|Never|No|Nobody|Nothing"
 PASSIVE = "Called|Given|Implements|Made|Raised|Used|Written"
 RIDDLE = re.compile(rf"(?:{SCOPE}|{THREAD}|{PASSIVE})\b")
-EXPORTED_CLASS = re.compile(r"/\*\*((?:(?!\*/).)*)\*/\s*export (?:abstract )?class (\w+)", re.DOTALL)
 
 
 @cache
@@ -35,9 +33,6 @@ def _read() -> Iterator[tuple[str, str]]:
         for node in [tree, *(node for node in ast.walk(tree) if isinstance(node, ast.ClassDef))]:
             place = path.relative_to(ROOT).as_posix()
             yield f"{place} {getattr(node, 'name', '')}".rstrip(), ast.get_docstring(node) or ""
-    for path in SOURCES:
-        for comment, name in EXPORTED_CLASS.findall(path.read_text()):
-            yield f"{path.relative_to(ROOT).as_posix()} {name}", comment.lstrip("* \n")
 
 
 def test_modules_and_classes_are_introduced_by_what_they_are() -> None:
@@ -50,4 +45,3 @@ def test_the_search_for_riddles_finds_them() -> None:
     assert not RIDDLE.match("One viewer's packets of one camera.")
     found = dict(introductions())
     assert found["mosaic_core/runtime/peers/peer.py Peer"].startswith("One operator's connection")
-    assert found["dashboard/packages/client/src/peers/PeerAttempt.ts PeerAttempt"].startswith("One try")

@@ -70,7 +70,7 @@ export class Partials {
   }
 }
 
-/** Collects the chunks of one channel's messages. */
+/** Of one channel. */
 export class ChunkCollector {
   private readonly partials = new Map<number, Partial>()
   private givenUp: number[] = []

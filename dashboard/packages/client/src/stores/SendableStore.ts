@@ -1,7 +1,7 @@
 import { MosaicStore, type StoreType } from './MosaicStore'
 import { sending } from './sending'
 
-/** Sends messages to a connector. */
+/** Operator → robot. */
 export class SendableStore extends sending(MosaicStore) {
   getStoreType(): StoreType {
     return 'sendable'
