@@ -6,14 +6,13 @@ import asyncio
 import json
 import os
 import sys
-from collections.abc import Awaitable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import typer
 
 from mosaic_core.adapters.machine.event_loop import run_event_loop
-from mosaic_core.cli.operator.account_options import Work
 from mosaic_core.cli.terminal.error_report import FINE, usage
 from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
 from mosaic_core.operator import (
@@ -58,7 +57,13 @@ class SignIn:
         return await MosaicOperator.login(self.server, self.email, self.password, is_person=is_person)
 
 
-def run(sign_in: SignIn, work: Work, *, is_person: bool = False, shows_timeline: bool = False) -> int:
+def run(
+    sign_in: SignIn,
+    work: Callable[[MosaicOperator], Awaitable[int]],
+    *,
+    is_person: bool = False,
+    shows_timeline: bool = False,
+) -> int:
     """Sign in, do ``work``, sign off; the exit code. Ctrl+C is the normal end of a look.
 
     ``is_person``: somebody sits at the terminal and decides; robots let programs give way to persons. How far a
