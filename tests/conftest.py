@@ -61,7 +61,7 @@ def start_robot(server: ServerProcess, seed: Seed, tmp_path_factory: pytest.Temp
         robots.append(robot)
         robot.start()
         if wait:
-            robot.wait_for(lambda snapshot: snapshot["state"] == "ready", "the robot is ready")
+            robot.wait_until_ready()
         return robot
 
     yield start

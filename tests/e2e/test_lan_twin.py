@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import json
 import os
-import socket
-import subprocess
-import sys
-import threading
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
+from support.processes import free_port, run_mosaic
+from support.robot_process import RobotProcess
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
 
-MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main"]
 YAML = """\
 connectors:
   - { type: sim-camera, label: front, params: { fps: 15 } }
@@ -35,64 +31,21 @@ GRAY = """() => {
 }"""
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
-
-
-@dataclass
-class LanRobot:
+class LanRobot(RobotProcess):
     """`mosaic run --serve` without any server section: no fleet, no account, nothing but the robot."""
 
-    folder: Path
-    port: int = field(default_factory=free_port)
-    snapshots: list[dict[str, Any]] = field(default_factory=list)
-    log: list[str] = field(default_factory=list)
-    readers: list[threading.Thread] = field(default_factory=list)
-    process: subprocess.Popen[str] | None = None
-
-    @property
-    def environment(self) -> dict[str, str]:
-        return {**os.environ, "MOSAIC_DATA_DIR": str(self.folder)}
-
-    def start(self) -> None:
-        config = self.folder / "robot.yaml"
+    def __init__(self, folder: Path) -> None:
+        config = folder / "robot.yaml"
         config.write_text(YAML)
-        words = [*MOSAIC, "run", str(config), "--serve", f"0.0.0.0:{self.port}", "--name", "Rover", "--json"]
-        pipe = subprocess.PIPE
-        self.process = subprocess.Popen(words, env=self.environment, stdout=pipe, stderr=pipe, text=True)
-        for stream, take in ((self.process.stdout, self._snapshot), (self.process.stderr, self.log.append)):
-            reader = threading.Thread(target=self._read, args=(stream, take), daemon=True)
-            reader.start()
-            self.readers.append(reader)
-
-    @staticmethod
-    def _read(stream: IO[str], take: Callable[[str], None]) -> None:
-        with stream:
-            for line in stream:
-                take(line)
-
-    def close(self) -> None:
-        for reader in self.readers:
-            reader.join(timeout=5)
-
-    def _snapshot(self, line: str) -> None:
-        self.snapshots.append(json.loads(line))
-
-    def is_ready(self) -> bool:
-        return bool(self.snapshots) and self.snapshots[-1]["state"] == "ready"
+        super().__init__(config, "--serve", f"0.0.0.0:{free_port()}", "--name", "Rover")
+        self.environment = {"MOSAIC_DATA_DIR": str(folder)}
 
     def commands(self) -> int:
         rows = self.snapshots[-1]["connectors"]
         return next(int(row["messages"]) for row in rows if row["label"] == "cmd_vel")
 
     def lan(self, *words: str) -> str:
-        done = subprocess.run(
-            [*MOSAIC, "lan", *words], env=self.environment, capture_output=True, text=True, timeout=60, check=True
-        )
-        return done.stdout
+        return run_mosaic("lan", *words, **self.environment)
 
     def offer(self) -> dict[str, Any]:
         shown: dict[str, Any] = json.loads(self.lan("pair", "--no-wait", "--json"))
@@ -100,15 +53,12 @@ class LanRobot:
 
 
 @pytest.fixture(scope="module")
-def robot(tmp_path_factory: pytest.TempPathFactory, wait_for: Callable[..., float]) -> Iterator[LanRobot]:
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LanRobot]:
     running = LanRobot(tmp_path_factory.mktemp("lan"))
     running.start()
-    assert running.process is not None
-    wait_for(running.is_ready, "the robot is ready at its own server", 60, alive=running.process, log=running.log)
+    running.wait_until_ready(60)
     yield running
-    running.process.terminate()
-    assert running.process.wait(timeout=10) == 0
-    running.close()
+    assert running.stop() == 0
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ import json
 import os
 import re
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -20,6 +19,8 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
+from support.processes import Process
+from support.robot_process import write_config
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
 
@@ -28,13 +29,6 @@ CONNECTORS = """\
   - { type: test-pattern, label: front, params: { width: 640, height: 360, fps: 24, codec: vp8 } }
   - { type: test-pattern, label: rear, params: { width: 320, height: 240, fps: 12, codec: h264 } }
 """
-CONFIG = """\
-version: 1
-server:
-  ws_url: ws://127.0.0.1:{port}
-  auth: {{ type: simple-token, robot_id: "{robot_id}", params: {{ token: {token} }} }}
-connectors:
-{connectors}"""
 FRONT_SHAPE, REAR_SHAPE = 640 / 360, 320 / 240
 STRETCHES = 4
 FREEZE_MS = 500
@@ -69,37 +63,24 @@ def photographed(page: Page, name: str) -> None:
         page.screenshot(path=Path(PICTURES) / f"{name}.png")
 
 
-class CountedRobot:
+class CountedRobot(Process):
     """`mosaic run` that says which encoders it runs."""
 
-    def __init__(self, config: Path, log: Path) -> None:
-        self._log = log
-        with log.open("wb") as output:
-            words = [sys.executable, str(BENCH / "counted_robot.py"), str(config)]
-            self.process = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT)
-
-    @property
-    def encoders(self) -> list[str]:
+    def __init__(self, config: Path) -> None:
+        super().__init__([sys.executable, str(BENCH / "counted_robot.py"), str(config)])
+        self.encoders: list[str] = []
         """Labels, one per encoder, as of a quarter of a second ago."""
-        lines = [line for line in self._log.read_text().splitlines() if line.startswith("{") and line.endswith("}")]
-        return list(json.loads(lines[-1])["encoders"]) if lines else []
 
-    def stop(self) -> None:
-        self.process.send_signal(signal.SIGTERM)
-        try:
-            self.process.wait(timeout=10)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait(timeout=5)
+    def read_line(self, line: str) -> None:
+        if line.startswith("{"):
+            self.encoders = list(json.loads(line)["encoders"])
 
 
 @pytest.fixture(scope="module")
 def camera_robot(server: Any, seed: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[CountedRobot]:
-    folder = tmp_path_factory.mktemp("camera_robot")
-    config = folder / "mosaic_config.yaml"
-    words = {"port": server.port, "robot_id": seed.robot_id, "token": seed.robot_token}
-    config.write_text(CONFIG.format(**words, connectors=CONNECTORS))
-    robot = CountedRobot(config, folder / "robot.log")
+    ws_url = f"ws://127.0.0.1:{server.port}"
+    robot = CountedRobot(write_config(tmp_path_factory.mktemp("camera_robot"), ws_url, seed, CONNECTORS))
+    robot.start()
     yield robot
     robot.stop()
 
@@ -111,6 +92,7 @@ def viewer(browser: Browser, server: Any, seed: Any, sign_in: Callable[[Page], N
     page = context.new_page()
     page.set_default_timeout(30_000)
     sign_in(page)
+    page.goto(server.url)
     page.get_by_role("link").filter(has_text="Test robot").get_by_text("Online", exact=True).wait_for()
     page.goto(f"{server.url}/robots/{seed.robot_id}")
     for label in ("front", "rear"):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from support.processes import MOSAIC, Process
-from support.server_process import Seed
+from support.server_process import Seed, ServerProcess
 from support.waiting import PATIENCE_S
 
 CONFIG = """\
@@ -31,8 +32,8 @@ def write_config(folder: Path, ws_url: str, seed: Seed, connectors: str) -> Path
 class RobotProcess(Process):
     """`mosaic run --json` on a YAML file; its snapshots arrive in :attr:`snapshots`, its complaints in :attr:`log`."""
 
-    def __init__(self, config: Path) -> None:
-        super().__init__([*MOSAIC, "run", str(config), "--json"])
+    def __init__(self, config: Path, *options: str) -> None:
+        super().__init__([*MOSAIC, "run", str(config), "--json", *options])
         self.snapshots: list[dict[str, Any]] = []
 
     def read_line(self, line: str) -> None:
@@ -43,3 +44,18 @@ class RobotProcess(Process):
         """Wait until a snapshot that arrives from now on satisfies `predicate`."""
         seen = len(self.snapshots)
         self.expect(lambda: any(predicate(snapshot) for snapshot in self.snapshots[seen:]), what, timeout_s)
+
+    def wait_until_ready(self, timeout_s: float = PATIENCE_S) -> None:
+        self.wait_for(lambda snapshot: snapshot["state"] == "ready", "the robot is ready", timeout_s)
+
+
+@contextmanager
+def running_robot(folder: Path, server: ServerProcess, seed: Seed, connectors: str) -> Iterator[RobotProcess]:
+    """The robot of `seed` with these connectors, ready for operators."""
+    robot = RobotProcess(write_config(folder, f"ws://127.0.0.1:{server.port}", seed, connectors))
+    robot.start()
+    try:
+        robot.wait_until_ready()
+        yield robot
+    finally:
+        robot.stop()

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Page, expect
+from support.people import Driver
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
 
@@ -32,10 +33,8 @@ def page(browser: Any) -> Any:
     context.close()
 
 
-def test_the_check_page_looks_at_browser_server_and_ice_without_a_robot(
-    page: Page, server: Any, seed: Any, sign_in: Any
-) -> None:
-    sign_in(page)
+def test_the_check_page_looks_at_browser_server_and_ice_without_a_robot(page: Page, server: Any, seed: Any) -> None:
+    Driver(page, server.url, seed).sign_in()
     page.get_by_role("link", name="Check connection").click()
     check = page.get_by_test_id("check")
     expect(check).to_have_attribute("aria-busy", "false", timeout=20_000)
@@ -57,6 +56,7 @@ def test_ice_servers_that_help_nobody_are_named_and_hinder_nobody(
     dead, useless = "stun:192.0.2.77:3478", "turn:192.0.2.77:3478"  # TEST-NET-1 (RFC 5737): nobody is there
     page.route("**/webrtc/ice-servers", lambda route: route.fulfill(json=[{"urls": [dead]}, {"urls": [useless]}]))
     sign_in(page)
+    page.goto(server.url)
     page.get_by_role("link", name="Check connection").click()
     check = page.get_by_test_id("check")
     expect(check).to_have_attribute("aria-busy", "false", timeout=20_000)

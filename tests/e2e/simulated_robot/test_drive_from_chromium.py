@@ -27,7 +27,7 @@ def mean_difference(a: list[int], b: list[int]) -> float:
 
 def drive_off(driver: Any, observer: Any, wait_for: Callable[..., float]) -> None:
     driver.take_control()
-    driver.drive_off(observer, wait_for)
+    driver.drive_off(observer)
 
 
 def expect_rest(observer: Any, wait_for: Callable[..., float], since_s: float) -> None:

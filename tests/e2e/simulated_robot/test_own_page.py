@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -14,6 +13,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
+from support.processes import free_port, is_listening
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(600)]
 
@@ -57,11 +57,11 @@ def page_url(
     _write_page(folder)
     _install(folder)
     _check_and_build(folder)
-    port = _free_port()
+    port = free_port()
     words = ["npx", "--no-install", "vite", "preview", "--host", "127.0.0.1", "--strictPort", "--port", str(port)]
     node = subprocess.Popen(words, cwd=folder, env=_environment(MOSAIC_SERVER=server.url), start_new_session=True)
     try:
-        wait_for(lambda: _listens(port), "the page is served", alive=node)
+        wait_for(lambda: is_listening(port), "the page is served", alive=node)
         yield f"http://127.0.0.1:{port}"
     finally:
         os.killpg(node.pid, 15)
@@ -123,22 +123,31 @@ def test_the_documented_page_takes_control_drives_and_stops(
     page.get_by_role("button", name="Stop", exact=True).first.wait_for()
 
 
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
-
-
-def _listens(port: int) -> bool:
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", port)) == 0
-
-
 def _packed() -> dict[str, Path]:
-    """The tarballs by package, built from the sources as they are now."""
-    _run(["npm", "run", "--silent", "packages"], DASHBOARD)
+    """The tarballs by package, of the sources as they are now: those of `nox -s dashboard` where nothing is newer."""
+    if _packed_s() < _changed_s():
+        _run(["npm", "run", "--silent", "packages"], DASHBOARD)
     return {f"@mosaic/{name}": next((DASHBOARD / "dist").glob(f"mosaic-{name}-*.tgz")) for name in OURS}
+
+
+def _packed_s() -> float:
+    """When the oldest tarball was made; 0 where one is missing."""
+    times_s = [max(map(_modified_s, (DASHBOARD / "dist").glob(f"mosaic-{name}-*.tgz")), default=0.0) for name in OURS]
+    return min(times_s)
+
+
+def _changed_s() -> float:
+    """When something that tarballs are made of was changed last."""
+    made_of = [DASHBOARD / "package-lock.json", DASHBOARD / "tsconfig.json", *(DASHBOARD / "scripts").iterdir()]
+    for name in OURS:
+        home = DASHBOARD / "packages" / name
+        made_of += [path for path in home.iterdir() if path.is_file() and path.name != "LICENSE"]
+        made_of += (home / "src").rglob("*")
+    return max(map(_modified_s, made_of))
+
+
+def _modified_s(path: Path) -> float:
+    return path.stat().st_mtime
 
 
 def _write_page(folder: Path) -> None:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -15,6 +12,8 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import expect
+from support.people import Driver
+from support.processes import run_mosaic
 
 from mosaic_core.operator import MosaicOperator
 
@@ -63,18 +62,16 @@ def by_python(server: Any, seed: Any) -> None:
 
 
 def by_command_line(server: Any, seed: Any) -> None:
-    words = ["operator", "stop", seed.robot_id, "--server", server.url, "--email", seed.email, "--reason", "by hand"]
-    environment = {**os.environ, "MOSAIC_PASSWORD": seed.password}
-    done = subprocess.run(
-        [sys.executable, "-m", "mosaic_core.cli.main", *words], env=environment, capture_output=True, timeout=60
-    )
-    assert done.returncode == 0, done.stderr
+    run_mosaic(
+        "operator", "stop", seed.robot_id, "--server", server.url, "--email", seed.email, "--reason", "by hand",
+        MOSAIC_PASSWORD=seed.password,
+    )  # fmt: skip
 
 
 def test_who_only_watches_stops_the_robot_and_it_stands_until_cleared(
     ann: Any, bob: Any, observer: Any, wait_for: Callable[..., float]
 ) -> None:
-    ann.drive_off(observer, wait_for)
+    ann.drive_off(observer)
     bob.page.get_by_test_id("stop").click()
     expect_rest(observer, wait_for, time.monotonic())
     expect(ann.page.get_by_test_id("stopped-banner")).to_be_visible()
@@ -82,18 +79,18 @@ def test_who_only_watches_stops_the_robot_and_it_stands_until_cleared(
     clear(ann)
     assert observer.stays(wait_for)
     ann.release_keys()
-    ann.drive_off(observer, wait_for)
+    ann.drive_off(observer)
 
 
 def test_an_observer_gets_no_control_but_stops_the_robot(
     ann: Any, browser: Any, server: Any, seed: Any, observer: Any, wait_for: Callable[..., float]
 ) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 900})
-    watcher = type(ann)(context.new_page(), server.url, observer_account(server, seed))
+    watcher = Driver(context.new_page(), server.url, observer_account(server, seed))
     watcher.sign_in()
     watcher.open_robot()
     expect(watcher.lease).to_have_attribute("aria-disabled", "true")
-    ann.drive_off(observer, wait_for)
+    ann.drive_off(observer)
     watcher.page.get_by_test_id("stop").click()
     expect_rest(observer, wait_for, time.monotonic())
     banner = watcher.page.get_by_test_id("stopped-banner")
@@ -105,7 +102,7 @@ def test_an_observer_gets_no_control_but_stops_the_robot(
 
 
 def test_escape_twice_stops_wherever_the_focus_is(ann: Any, observer: Any, wait_for: Callable[..., float]) -> None:
-    ann.drive_off(observer, wait_for)
+    ann.drive_off(observer)
     ann.page.keyboard.press("Escape")
     ann.page.keyboard.press("Escape")
     expect_rest(observer, wait_for, time.monotonic())
@@ -123,10 +120,10 @@ def test_a_program_and_the_command_line_stop_who_drives_in_the_browser(
     observer: Any,
     wait_for: Callable[..., float],
 ) -> None:
-    ann.drive_off(observer, wait_for)
+    ann.drive_off(observer)
     stop(server, seed)
     expect_rest(observer, wait_for, time.monotonic())
     assert observer.stays(wait_for)
     ann.release_keys()
     clear(ann)
-    ann.drive_off(observer, wait_for)
+    ann.drive_off(observer)

@@ -44,7 +44,7 @@ def test_one_drives_and_the_keys_of_the_other_do_nothing(
 ) -> None:
     expect(bob.lease).to_have_attribute("data-state", "other")
     expect_keys_do_nothing(bob, observer, wait_for)
-    ann.drive_off(observer, wait_for)
+    ann.drive_off(observer)
     bob.hold_keys()
     ann.release_keys()
     expect_rest(observer, wait_for, time.monotonic())
@@ -60,7 +60,7 @@ def test_who_asks_gets_control_when_the_other_hands_over(
     bob.expect_control()
     ann.expect_no_control()
     expect_keys_do_nothing(ann, observer, wait_for)
-    bob.drive_off(observer, wait_for)
+    bob.drive_off(observer)
     bob.release_keys()
     expect_rest(observer, wait_for, time.monotonic())
 
@@ -76,14 +76,14 @@ def test_who_asks_is_told_when_the_other_refuses(ann: Any, bob: Any) -> None:
 def test_a_supervisor_takes_over_from_who_is_driving(
     ann: Any, bob: Any, observer: Any, wait_for: Callable[..., float]
 ) -> None:
-    ann.drive_off(observer, wait_for)
+    ann.drive_off(observer)
     ask(bob, "^Take over now$")
     bob.expect_control()
     expect_rest(observer, wait_for, time.monotonic())
     expect(ann.page.get_by_test_id("control-news")).to_contain_text("no longer have control")
     ann.release_keys()
     expect_keys_do_nothing(ann, observer, wait_for)
-    bob.drive_off(observer, wait_for)
+    bob.drive_off(observer)
 
 
 def test_who_freezes_while_driving_stops_and_loses_control_to_who_waits(
@@ -99,12 +99,12 @@ def test_who_freezes_while_driving_stops_and_loses_control_to_who_waits(
     frozen.take_control()
     context = browser.new_context()
     waiting = driver_of(context.new_page())
-    frozen.drive_off(observer, wait_for)
+    frozen.drive_off(observer)
     os.killpg(own_browser.process.pid, signal.SIGSTOP)
     froze_s = time.monotonic()
     expect_rest(observer, wait_for, froze_s)
     expect(waiting.lease).to_have_attribute("data-state", "free", timeout=10_000)
     assert time.monotonic() - froze_s < LEASE_EXPIRY_S + STOPPED_WITHIN_S
     waiting.take_control()
-    waiting.drive_off(observer, wait_for)
+    waiting.drive_off(observer)
     context.close()

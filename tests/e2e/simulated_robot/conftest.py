@@ -1,0 +1,164 @@
+"""A simulated robot, the people who drive it in Chromium, and an observer that knows where it really is."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page
+from support.people import Driver, new_page
+from support.robot_process import running_robot
+
+from mosaic_core.operator import MessageInfo, MosaicOperator
+
+CONNECTORS = """\
+  - { type: sim-camera, label: front, params: { width: 320, height: 240, fps: 15 } }
+  - { type: sim-laser-scan, label: scan }
+  - { type: sim-pose, label: pose, params: { period_s: 0.02 } }
+  - { type: sim-battery, label: battery }
+  - { type: cmd-vel, label: cmd_vel, params: { drive: { type: sim } }, safety: { timeout_s: 0.3 } }
+  - { type: connection-check, label: link }
+"""
+REST_M = 0.002
+"""Less way than this between two looks counts as standing."""
+
+
+@pytest.fixture(scope="package")
+def seed(server: Any) -> Any:
+    """One for all tests of this folder: they share the robot."""
+    return server.seed()
+
+
+@pytest.fixture(scope="package")
+def robot(server: Any, seed: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with running_robot(tmp_path_factory.mktemp("robot"), server, seed, CONNECTORS) as running:
+        yield running
+
+
+@dataclass
+class PoseObserver:
+    """An operator on a thread of its own that only watches the pose; it keeps where the robot was and when."""
+
+    url: str
+    email: str
+    password: str
+    robot_id: str
+    poses: list[tuple[float, float, float, float]] = field(default_factory=list)
+    """(monotonic s when the robot said so, x m, y m, yaw rad): arrivals bunch on a busy machine."""
+    _loop: asyncio.AbstractEventLoop = field(default_factory=asyncio.new_event_loop)
+    _done: asyncio.Event = field(default_factory=asyncio.Event)
+    _thread: threading.Thread | None = None
+    _failure: BaseException | None = None
+
+    def start(self) -> None:
+        self._thread = threading.Thread(target=self._run, name="pose-observer", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        if self._loop.is_running():
+            self._loop.call_soon_threadsafe(self._done.set)
+        if self._thread is not None:
+            self._thread.join(timeout=10)
+
+    def _run(self) -> None:
+        try:
+            self._loop.run_until_complete(self._watch())
+        except BaseException as error:  # noqa: BLE001 (shown by the test that waits)
+            self._failure = error
+        finally:
+            self._loop.close()
+
+    async def _watch(self) -> None:
+        async with await MosaicOperator.login(self.url, self.email, self.password) as operator:
+            connection = await operator.connect(self.robot_id)
+            connection.receivable("pose").subscribe(self._take)
+            await self._done.wait()
+
+    def _take(self, data: bytes, info: MessageInfo) -> None:
+        pose = json.loads(data)
+        z, w = pose["orientation"]["z"], pose["orientation"]["w"]
+        self.poses.append((info.stamp_us / 1e6, pose["position"]["x"], pose["position"]["y"], 2 * math.atan2(z, w)))
+
+    @property
+    def is_watching(self) -> bool:
+        assert self._failure is None, self._failure
+        return bool(self.poses)
+
+    @property
+    def now(self) -> tuple[float, float, float, float]:
+        return self.poses[-1]
+
+    def way_m(self, since_s: float) -> float:
+        """Length of the path since then."""
+        points = [pose for pose in self.poses if pose[0] >= since_s]
+        return sum(math.dist(a[1:3], b[1:3]) for a, b in pairwise(points))
+
+    def rests(self) -> bool:
+        """The last 0.2 s brought no way."""
+        newest_s = self.now[0]
+        is_fresh = time.monotonic() - newest_s < 0.15
+        return is_fresh and self.poses[0][0] < newest_s - 0.2 and self.way_m(newest_s - 0.2) < REST_M
+
+    def stays(self, wait_for: Callable[..., float]) -> bool:
+        """For 0.8 s: enough for a command to act if it did."""
+        start_s = time.monotonic()
+        wait_for(lambda: self.now[0] > start_s + 0.8, "time passes")
+        return self.way_m(start_s) < 2 * REST_M
+
+    def last_moved_s(self, since_s: float) -> float:
+        """When the robot last moved after `since_s`."""
+        points = [pose for pose in self.poses if pose[0] >= since_s]
+        moved = [b[0] for a, b in pairwise(points) if math.dist(a[1:3], b[1:3]) > 0.0005]
+        return moved[-1] if moved else since_s
+
+
+@pytest.fixture(scope="package")
+def observer(server: Any, seed: Any, robot: Any, wait_for: Callable[..., float]) -> Iterator[PoseObserver]:
+    watching = PoseObserver(server.url, seed.email, seed.password, seed.robot_id)
+    watching.start()
+    wait_for(lambda: watching.is_watching, "the observer sees the pose")
+    yield watching
+    watching.stop()
+
+
+@pytest.fixture
+def driver_of(server: Any, seed: Any, robot: Any, sign_in: Callable[[Page], None]) -> Callable[[Page], Driver]:
+    """`driver_of(page)`: a signed-in person on the robot's page."""
+
+    def signed_in(page: Page) -> Driver:
+        sign_in(page)
+        person = Driver(page, server.url, seed)
+        person.open_robot()
+        return person
+
+    return signed_in
+
+
+@pytest.fixture
+def driver(browser: Browser, driver_of: Any, observer: PoseObserver, wait_for: Any) -> Iterator[Driver]:
+    """A signed-in person on the robot's page; the robot stands still."""
+    wait_for(observer.rests, "the robot rests before the test")
+    with new_page(browser) as page:
+        yield driver_of(page)
+
+
+@pytest.fixture
+def ann(driver: Driver) -> Driver:
+    """Who takes control first."""
+    driver.take_control()
+    return driver
+
+
+@pytest.fixture
+def bob(ann: Driver, browser: Browser, driver_of: Any) -> Iterator[Driver]:
+    """Who comes second."""
+    with new_page(browser) as page:
+        yield driver_of(page)

@@ -1,0 +1,94 @@
+"""People in Chromium: what they do on the dashboard's pages."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from support.server_process import Seed
+from support.waiting import wait_for
+
+
+@contextmanager
+def new_page(browser: Browser) -> Iterator[Page]:
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    errors: list[str] = []
+    page = context.new_page()
+    page.set_default_timeout(20_000)
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    yield page
+    context.close()
+    assert not errors, errors
+
+
+@dataclass
+class Driver:
+    """Does what a person does on the pages of the robot of `seed`."""
+
+    page: Page
+    url: str
+    seed: Seed
+
+    def sign_in(self) -> None:
+        """By hand; `sign_in` is quicker."""
+        self.page.goto(self.url)
+        self.page.get_by_label("Email").fill(self.seed.email)
+        self.page.locator("input[type=password]").fill(self.seed.password)
+        self.page.keyboard.press("Enter")
+        self.page.get_by_role("heading", name="Robots").wait_for()
+
+    @property
+    def lease(self) -> Locator:
+        return self.page.get_by_test_id("lease-motion")
+
+    def take_control(self) -> None:
+        expect(self.lease).to_have_attribute("data-state", "free", timeout=10_000)
+        self.lease.click()
+        self.expect_control()
+
+    def expect_control(self) -> None:
+        expect(self.lease).to_have_attribute("data-state", "mine", timeout=10_000)
+
+    def expect_no_control(self) -> None:
+        expect(self.lease).not_to_have_attribute("data-state", "mine", timeout=10_000)
+
+    def hold_keys(self) -> None:
+        """Turning in place at the same time keeps the robot off the walls."""
+        self.page.keyboard.down("a")
+        self.page.keyboard.down("w")
+
+    def release_keys(self) -> None:
+        self.page.keyboard.up("w")
+        self.page.keyboard.up("a")
+
+    def drive_off(self, observer: Any) -> None:
+        """Hold the keys until the robot moves."""
+        start_s = time.monotonic()
+        self.hold_keys()
+        wait_for(lambda: observer.way_m(start_s) > 0.05, "the robot moves while the key is held", 10)
+
+    def open_robot(self) -> None:
+        self.page.goto(f"{self.url}/robots/{self.seed.robot_id}")
+        self.page.get_by_text("Connected", exact=True).wait_for()
+        self.page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")
+        self.page.get_by_role("application", name="Drive pad").wait_for()
+
+    def picture(self) -> list[int]:
+        """The picture, 64 x 48 gray values, read from the video element itself."""
+        gray: list[int] = self.page.evaluate(
+            """() => {
+              const video = document.querySelector('video')
+              const canvas = document.createElement('canvas')
+              canvas.width = 64; canvas.height = 48
+              const context = canvas.getContext('2d')
+              context.drawImage(video, 0, 0, 64, 48)
+              const rgba = context.getImageData(0, 0, 64, 48).data
+              return Array.from({length: 64 * 48}, (_, i) => Math.round((rgba[4*i] + rgba[4*i+1] + rgba[4*i+2]) / 3))
+            }"""
+        )
+        return gray
