@@ -185,6 +185,18 @@ def test_when_the_holder_releases_the_first_in_the_queue_has_it() -> None:
     assert desk.queue("motion") == ()
 
 
+def test_of_two_who_wait_the_first_has_it_next() -> None:
+    desk = desk_with(ANNA, BEN, CHIEF, holder=ANNA)
+    desk.handle(Requested("b", "motion"), 0.1)
+    desk.handle(Requested("c", "motion"), 0.2)
+    desk.handle(Released("a", "motion"), 0.3)
+    assert (desk.holder("motion"), [one.party for one in desk.queue("motion")]) == (BEN, [CHIEF])
+
+
+def test_an_answer_that_grants_nothing_names_no_epoch() -> None:
+    assert Reply("a", "motion", "denied").epoch == 0
+
+
 def test_a_session_stands_in_a_queue_once_and_keeps_its_place() -> None:
     desk = desk_with(ANNA, BEN, CHIEF, holder=ANNA)
     desk.handle(Requested("b", "motion", "first"), 0.1)
