@@ -22,7 +22,7 @@ export interface MosaicClientOptions {
   platform?: Platform
 }
 
-/** The operator: who is signed in, the robots, and one connection per robot. One per page. */
+/** Represents the operator on one page: who is signed in, the robots, and one connection per robot. */
 export class MosaicClient {
   /** The server's REST interface. */
   readonly api: RestApi

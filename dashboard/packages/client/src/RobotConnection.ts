@@ -44,7 +44,7 @@ export interface ConnectionSurroundings {
 }
 
 /**
- * The one connection of this page to one robot. It comes back by itself after a loss, with the same session, until
+ * Connects this page to one robot, once. It comes back by itself after a loss, with the same session, until
  * `disconnect`; the stores of the robot live through that. `OperatorPeerMachine` decides, this carries it out.
  */
 export class RobotConnection implements StoreHost {

@@ -25,7 +25,7 @@ export interface ConversationSurroundings {
 }
 
 /**
- * What this page and a robot have with each other, whichever attempt carries it: stores, control, pictures, the bulk
+ * Holds what this page and a robot have with each other, whichever attempt carries it: stores, control, pictures, the bulk
  * lane. It hears the robot's words and outlives every link; `RobotConnection` makes the links.
  */
 export class RobotConversation {

@@ -1,6 +1,6 @@
 import type { ReasonCode } from './generated'
 
-/** Bytes from the other side that make no sense; the message is safe to show and quotes no secret. */
+/** Says that bytes from the other side make no sense; the message is safe to show and quotes no secret. */
 export class WireError extends Error {
   override readonly name = 'WireError'
 

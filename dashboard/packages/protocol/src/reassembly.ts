@@ -35,7 +35,7 @@ interface Partial {
   receivedBytes: number
 }
 
-/** The unfinished messages of one peer, on all its channels. `nowMs`: any monotonic clock. */
+/** Keeps the unfinished messages of one peer, on all its channels. `nowMs`: any monotonic clock. */
 export class Partials {
   private readonly byAge = new Set<Partial>()
   private size = 0
@@ -70,7 +70,7 @@ export class Partials {
   }
 }
 
-/** Of one channel. */
+/** Collects the chunks of one channel's messages. */
 export class ChunkCollector {
   private readonly partials = new Map<number, Partial>()
   private givenUp: number[] = []

@@ -22,7 +22,7 @@ interface Schema {
   pattern?: string
 }
 
-/** Thrown with the path of the first value that does not fit. */
+/** Says which value does not fit first, by its path. */
 export class Mismatch extends Error {
   override readonly name = 'Mismatch'
 }

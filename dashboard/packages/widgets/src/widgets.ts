@@ -42,6 +42,11 @@ import type { WidgetDefinition } from './registry/WidgetDefinition'
 const FROM_ROBOT = ['json-r2u', 'json-bi'] as const
 const TO_ROBOT = ['json-u2r', 'json-bi'] as const
 
+/** A third of the page's width, among the others. */
+function panel(rows: number): Pick<WidgetDefinition, 'area' | 'size'> {
+  return { area: 'panel', size: { columns: 4, rows } }
+}
+
 export const widgets: readonly WidgetDefinition[] = [
   {
     id: 'video',
@@ -57,8 +62,7 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Sound',
     icon: IconVolume,
     accepts: { dataTypes: ['media'], kinds: ['audio'], directions: ['to-operator'], anything: true, priority: 50 },
-    area: 'panel',
-    size: { columns: 4, rows: 2 },
+    ...panel(2),
     Component: Audio,
   },
   {
@@ -66,8 +70,7 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Talk',
     icon: IconMicrophone,
     accepts: { dataTypes: ['media'], kinds: ['audio'], directions: ['to-robot'], anything: true, priority: 50 },
-    area: 'panel',
-    size: { columns: 4, rows: 2 },
+    ...panel(2),
     Component: PushToTalk,
   },
   {
@@ -94,8 +97,7 @@ export const widgets: readonly WidgetDefinition[] = [
       fields: [['ranges', 'angle_min', 'angle_increment']],
       priority: 50,
     },
-    area: 'panel',
-    size: { columns: 4, rows: 5 },
+    ...panel(5),
     Component: LaserScan,
   },
   {
@@ -108,8 +110,7 @@ export const widgets: readonly WidgetDefinition[] = [
       fields: [['position.x', 'position.y', 'orientation'], ['pose.position.x', 'pose.position.y'], ['x', 'y', 'theta']],
       priority: 50,
     },
-    area: 'panel',
-    size: { columns: 4, rows: 5 },
+    ...panel(5),
     Component: PoseTrail,
   },
   {
@@ -123,8 +124,7 @@ export const widgets: readonly WidgetDefinition[] = [
       fields: [['latitude', 'longitude'], ['lat', 'lng'], ['lat', 'lon']],
       priority: 50,
     },
-    area: 'panel',
-    size: { columns: 4, rows: 4 },
+    ...panel(4),
     Component: GpsPosition,
   },
   {
@@ -136,8 +136,7 @@ export const widgets: readonly WidgetDefinition[] = [
       fields: [['percent', 'voltage_v'], ['percentage', 'voltage'], ['battery_percent']],
       priority: 50,
     },
-    area: 'panel',
-    size: { columns: 4, rows: 2 },
+    ...panel(2),
     Component: Battery,
   },
   {
@@ -150,8 +149,7 @@ export const widgets: readonly WidgetDefinition[] = [
       fields: [['orientation', 'angular_velocity', 'linear_acceleration']],
       priority: 60,
     },
-    area: 'panel',
-    size: { columns: 4, rows: 3 },
+    ...panel(3),
     Component: Imu,
   },
   {
@@ -163,8 +161,7 @@ export const widgets: readonly WidgetDefinition[] = [
       connectorTypes: ['connection-check'],
       priority: 90,
     },
-    area: 'panel',
-    size: { columns: 4, rows: 4 },
+    ...panel(4),
     Component: ConnectionCheck,
   },
   {
@@ -172,8 +169,7 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Recorder',
     icon: IconVideoPlus,
     accepts: { dataTypes: ['json-bi'], connectorTypes: ['recorder'], priority: 90 },
-    area: 'panel',
-    size: { columns: 4, rows: 3 },
+    ...panel(3),
     Component: Recorder,
   },
   {
@@ -181,8 +177,7 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Values',
     icon: IconListNumbers,
     accepts: { dataTypes: FROM_ROBOT, anything: true, priority: 20 },
-    area: 'panel',
-    size: { columns: 4, rows: 4 },
+    ...panel(4),
     Component: ValueCards,
   },
   {
@@ -190,8 +185,7 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Time plot',
     icon: IconChartLine,
     accepts: { dataTypes: FROM_ROBOT, anything: true, priority: 10 },
-    area: 'panel',
-    size: { columns: 4, rows: 4 },
+    ...panel(4),
     Component: TimePlot,
   },
   {
@@ -199,8 +193,7 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Raw JSON',
     icon: IconBraces,
     accepts: { dataTypes: FROM_ROBOT, anything: true, priority: 5 },
-    area: 'panel',
-    size: { columns: 4, rows: 4 },
+    ...panel(4),
     Component: RawJson,
   },
   {
@@ -208,8 +201,7 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Log',
     icon: IconMessage,
     accepts: { dataTypes: ['string-r2u'], anything: true, priority: 20 },
-    area: 'panel',
-    size: { columns: 4, rows: 4 },
+    ...panel(4),
     Component: TextLog,
   },
   {
@@ -217,8 +209,7 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Send a message',
     icon: IconSend,
     accepts: { dataTypes: ['json-u2r', 'json-bi', 'string-u2r'], anything: true, priority: 8 },
-    area: 'panel',
-    size: { columns: 4, rows: 4 },
+    ...panel(4),
     Component: JsonSender,
   },
   {
@@ -235,8 +226,7 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Bytes',
     icon: IconBinary,
     accepts: { dataTypes: ['byte-r2u'], anything: true, priority: 5 },
-    area: 'panel',
-    size: { columns: 4, rows: 4 },
+    ...panel(4),
     Component: ByteView,
   },
 ]

@@ -2,7 +2,7 @@ import type { Catalogue, CatalogueEntry } from '@mosaic/protocol'
 import { Value, type Readable } from '../platform/Readable'
 
 /**
- * What is known of a robot's connectors: the server's short form, the full one that a live robot told, or, of a robot
+ * Keeps what is known of a robot's connectors: the server's short form, the full one that a live robot told, or, of a robot
  * that tells nothing, what people described.
  */
 export class KnownCatalogue {

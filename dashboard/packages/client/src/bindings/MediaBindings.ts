@@ -37,7 +37,7 @@ interface Track {
   receiver: RTCRtpReceiver
 }
 
-/** Pictures, sound and voices of one robot: which line of the link carries which store, and what is watched. */
+/** Binds the pictures, sound and voices of one robot to the lines of the link, and asks for what is watched. */
 export class MediaBindings {
   private readonly stores = new Map<string, MediaStore>()
   private readonly watches = new Map<MediaStreamStore, Watch>()

@@ -29,7 +29,7 @@ interface Binding {
 
 type Why = { code?: string; message?: string }
 
-/** The stores of one robot and what carries them: channels and tracks of the peer link, while there is one. */
+/** Binds the stores of one robot to what carries them: channels and tracks of the peer link, while there is one. */
 export class StoreBindings {
   readonly media: MediaBindings
   private readonly bindings = new Map<string, Binding>()

@@ -27,7 +27,7 @@ export interface PortsSurroundings {
 
 type Channels = ChannelPlan & { type: 'channels' }
 
-/** The data channels that carry one store, while there are any. All of them open or none: then the store is told. */
+/** Opens the data channels that carry one store, and tells the store once all of them are open. */
 export class StorePorts {
   private ports: readonly DataPort[] = []
   private carrier: ChannelCarrier | null = null

@@ -56,7 +56,7 @@ export interface QuestionLink {
   send(type: 'stop.clear', nothing: object): boolean
 }
 
-/** What the page asked the robot and is to be told: pages of the journal, and what came of clearing the stop. */
+/** Waits for what the page asked the robot: pages of the journal, and what came of clearing the stop. */
 export class Answers {
   private readonly journals: Queue<readonly JournalEntry[]>
   private readonly clears: Queue<true>

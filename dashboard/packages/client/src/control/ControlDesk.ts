@@ -61,7 +61,7 @@ const MAX_TEXT = 200
 const MAX_JOURNAL_ENTRIES = 200
 
 /**
- * Who commands this robot, its stop, and what limits it: what the robot tells of that, and what this page says.
+ * Speaks for this page about who commands the robot, its stop, and its limits, and shows what the robot tells of them.
  * It lives as long as its `RobotConnection`; without a connection nothing is held and nothing may be sent.
  */
 export class ControlDesk {

@@ -5,7 +5,7 @@ import type { Availability, LeaseView, PeerView, StopReport, StopView } from '..
 
 const NO_STOP = { isStopped: false, by: '', reason: '' }
 
-/** What a `ControlDesk` shows. Objects keep their identity while they say the same, so that nobody draws in vain. */
+/** Holds what a `ControlDesk` shows. Objects keep their identity while they say the same, so that nobody draws in vain. */
 export class DeskBoard {
   readonly availability = new Value<Availability>('unknown')
   readonly peers = new Value<readonly PeerView[]>([])

@@ -1,5 +1,5 @@
 /**
- * What the robot is told of the pictures on this screen, purely: ten times a second per watched picture, the newest at
+ * Decides what the robot is told of the pictures on this screen, purely: ten times a second per watched picture, the newest at
  * once where that is not too often. A frozen picture is reported as the old one that it is.
  */
 import { MEDIA_SEEN_PERIOD_MS, type MediaSeen } from '@mosaic/protocol'

@@ -2,7 +2,7 @@ import { Value, type Readable } from '../platform/Readable'
 import type { ZerosReport } from '../words/views'
 
 /**
- * What makes connectors of a robot stand that knows no stop: a message each, the zeros of its drive. What is said of
+ * Makes connectors of a robot stand that knows no stop, with a message each: the zeros of its drive. What is said of
  * them is what left the page, nothing else.
  */
 export class Rests {

@@ -1,4 +1,4 @@
-/** One stop, from being said until the robot stands still, purely: when to say it again, and how long everything took. */
+/** Follows one stop, from being said until the robot stands still, purely: when to say it again, and how long everything took. */
 import { STOP_REPEAT_MS, type StopAck } from '@mosaic/protocol'
 import type { StopReport, ZerosReport } from '../words/views'
 

@@ -1,5 +1,5 @@
 /**
- * Which leases are mine, purely: words of the robot and of the page in, messages and events out. Only the robot's
+ * Decides which leases are mine, purely: words of the robot and of the page in, messages and events out. Only the robot's
  * `granted` makes one mine; any sign to the contrary, silence included, ends it at once.
  */
 import type { LeaseReply, LeaseState, LeaseWaiting } from '@mosaic/protocol'

@@ -2,7 +2,7 @@ import { isNewer } from '@mosaic/protocol'
 import type { StoreCounters } from './StoreCounters'
 
 /**
- * What the numbers of a channel's messages tell: which ones never came, and which came late. The twin of
+ * Tells from the numbers of a channel's messages which ones never came, and which came late. The twin of
  * `mosaic_core/machines/delivery/arrivals.py`, proved by `tests/wire/arrivals.json`. Of one channel on one connection: its first
  * message is where counting begins.
  */

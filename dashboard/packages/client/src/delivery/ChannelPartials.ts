@@ -3,7 +3,7 @@ import { Partials, type FrameReader } from '@mosaic/protocol'
 /** Clocks of timers are coarse. */
 const PERIOD_MS = 1000
 
-/** What the robot has sent in part: bounded over all channels of a connection, and forgotten though nothing else arrives. */
+/** Bounds what the robot has sent in part, over all channels of a connection, and forgets it though nothing else arrives. */
 export class ChannelPartials {
   readonly shared = new Partials()
   private readonly readers = new Map<FrameReader, (count: number) => void>()

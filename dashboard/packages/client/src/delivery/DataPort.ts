@@ -58,7 +58,7 @@ export interface PortListener {
 }
 
 /**
- * One data channel: frames what is sent and unframes what arrives when its protocol is `mosaic.1`; toward an original
+ * Carries messages over one data channel: frames what is sent and unframes what arrives when its protocol is `mosaic.1`; toward an original
  * robot (empty protocol) payloads travel bare. It applies the delivery: `latest` keeps one waiting value.
  */
 export class DataPort implements StreamPort {

@@ -1,4 +1,4 @@
-/** What one store has received and sent since it was made, over all its channels and connections: plain numbers. */
+/** Counts what one store has received and sent since it was made, over all its channels and connections. */
 export class StoreCounters {
   /** Messages that came. */
   received = 0

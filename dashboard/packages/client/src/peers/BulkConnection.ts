@@ -35,7 +35,7 @@ interface Attempt {
 }
 
 /**
- * The second peer connection of one robot connection, for connectors with delivery `bulk`: commands never wait behind
+ * Keeps the second peer connection of a robot connection, for connectors with delivery `bulk`: commands never wait behind
  * them. `OperatorBulkMachine` decides, this carries it out. It is signaled over the control channel, without the server.
  */
 export class BulkConnection {

@@ -13,7 +13,7 @@ export interface BulkLinkListener {
   broken(code: string): void
 }
 
-/** One try at the second peer connection: data channels only, the first of which tells that it is up, and alive. */
+/** Tries the second peer connection once: data channels only, the first of which tells that it is up, and alive. */
 export class BulkLink {
   private readonly connection: RTCPeerConnection
   private readonly port: DataPort

@@ -29,7 +29,7 @@ const OF_EVENT: Partial<Record<PeerEvent['type'], Moment>> = {
 }
 
 /**
- * What happened when, of the newest attempt: each moment once, so it is bounded by itself. Addresses may be in a
+ * Records what happened when, of the newest attempt: each moment once, so it is bounded by itself. Addresses may be in a
  * detail, for the user's own eyes; secrets never are.
  */
 export class ConnectionTimeline {

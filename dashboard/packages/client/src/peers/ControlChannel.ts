@@ -28,7 +28,7 @@ export interface ControlListener {
   controlHeard(message: ControlMessage | null): void
 }
 
-/** The `_mosaic` channel of one peer: messages there and back, and what its pings tell about the two clocks. */
+/** Carries messages there and back on the `_mosaic` channel of one peer, and compares the two clocks by its pings. */
 export class ControlChannel {
   readonly clocks = new ClockOffset()
   private readonly port: DataPort

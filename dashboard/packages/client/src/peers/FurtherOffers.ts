@@ -12,7 +12,7 @@ export interface OfferSignaling {
 }
 
 /**
- * Media lines for connectors that became known after the first offer: offered over the control channel, while everything
+ * Offers media lines for connectors that became known after the first offer: over the control channel, while everything
  * else goes on. One offer at a time; a robot that refuses one, or says nothing, is not asked again on this connection.
  */
 export class FurtherOffers {

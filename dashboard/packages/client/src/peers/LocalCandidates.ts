@@ -1,6 +1,6 @@
 import type { IceCandidate } from '@mosaic/protocol'
 
-/** This page's candidates for one peer connection: they leave as they are found, or wait until the other end can take them. */
+/** Sends this page's candidates for one peer connection as they are found, or holds them until the other end takes them. */
 export class LocalCandidates {
   private held: IceCandidate[] | null
 

@@ -4,7 +4,7 @@ import { Value, type Readable } from '../platform/Readable'
 const LOOK_AFTER_MS = [0, 5000]
 
 /**
- * Where the robot serves this page itself, for an operator whose connection goes to one of those addresses already: who
+ * Finds out where the robot serves this page itself, for an operator whose connection goes to one of those addresses already: who
  * talks to the robot's own address can open it, too. No request is made to find out, for browsers forbid most of them.
  */
 export class NearPath {
@@ -48,29 +48,4 @@ const PRIVATE = /^(10\.|192\.168\.|172\.(1[6-9]|2\d|3[01])\.|f[cd][0-9a-f]{2}:|f
 
 function hostOf(url: string): string | null {
   return URL.canParse(url) ? new URL(url).hostname.replace(/^\[|\]$/g, '').toLowerCase() : null
-}
-
-interface StatsEntry {
-  id?: string
-  type?: string
-  selectedCandidatePairId?: string
-  selected?: boolean
-  nominated?: boolean
-  state?: string
-  remoteCandidateId?: string
-  address?: string | null
-  ip?: string | null
-}
-
-/** The other end's address on the path that is in use, from `RTCPeerConnection.getStats`. */
-export function remoteAddressIn(report: ReadonlyMap<string, unknown>): string | null {
-  const entries = [...report.values()] as StatsEntry[]
-  const chosen = entries.find((entry) => entry.type === 'transport' && entry.selectedCandidatePairId !== undefined)
-  const pairs = entries.filter((entry) => entry.type === 'candidate-pair')
-  // Firefox names no transport; it marks the pair.
-  const pair =
-    pairs.find((entry) => entry.id === chosen?.selectedCandidatePairId) ??
-    pairs.find((entry) => entry.selected === true || (entry.nominated === true && entry.state === 'succeeded'))
-  const remote = entries.find((entry) => entry.id !== undefined && entry.id === pair?.remoteCandidateId)
-  return remote?.address ?? remote?.ip ?? null
 }

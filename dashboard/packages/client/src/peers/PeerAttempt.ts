@@ -29,7 +29,7 @@ export interface AttemptOptions {
   holdCandidates: boolean
 }
 
-/** One try to reach a robot: a peer connection with its control channel and its identity on the signaling socket. */
+/** Tries to reach a robot once: a peer connection with its control channel and its identity on the signaling socket. */
 export class PeerAttempt {
   readonly link: PeerLink
   readonly control: ControlChannel

@@ -6,8 +6,7 @@ import {
   type IceCandidate,
   type IceServer,
 } from '@mosaic/protocol'
-import { remoteAddressIn } from './NearPath'
-import { chosenPath, type ChosenPath } from './chosenPath'
+import { chosenPath, remoteAddressIn, type ChosenPath } from './chosenPath'
 import { usableIceServers } from '../words/iceServers'
 import type { Platform } from '../platform/Platform'
 import { rejectedMids } from './rejectedMids'
@@ -42,7 +41,7 @@ export interface Offer {
 }
 
 /**
- * One `RTCPeerConnection` of the offering side. Candidates of the robot wait for its answer; ours are plain
+ * Wraps one `RTCPeerConnection` of the offering side. Candidates of the robot wait for its answer; ours are plain
  * three-key objects. Only this side ever offers, once more for every line that comes later: there is no glare.
  */
 export class PeerLink {

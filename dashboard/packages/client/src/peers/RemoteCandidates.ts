@@ -1,6 +1,6 @@
 import type { IceCandidate } from '@mosaic/protocol'
 
-/** The robot's candidates for one peer connection: those that come before its answer wait for that. */
+/** Applies the robot's candidates to one peer connection; those that come before its answer wait for that. */
 export class RemoteCandidates {
   private readonly early: IceCandidate[] = []
   private isClosed = false

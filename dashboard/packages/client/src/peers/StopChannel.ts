@@ -2,7 +2,7 @@ import { controlText, parseControl, WireError, type Stop, type StopAck } from '@
 import { microseconds } from '../timing/clock'
 import { DataPort } from '../delivery/DataPort'
 
-/** The `_stop` channel of one peer. A robot without it closes it or says nothing there; the control channel serves too. */
+/** Carries stops and what is said of them on the `_stop` channel of one peer. A robot without it closes it or says nothing there; the control channel serves too. */
 export class StopChannel {
   private readonly port: DataPort
 

@@ -37,7 +37,7 @@ export type LaneEffect =
   /** Close the transport; bulk channels open on the main connection. */
   | { type: 'fallBack'; attempt: number; code: string; tellsRobot: boolean }
 
-/** The machine of one main connection; times are milliseconds of any monotonic clock, `draw` gives numbers of [0, 1). */
+/** Decides when one main connection has a second beside it; times are milliseconds of any monotonic clock, `draw` gives numbers of [0, 1). */
 export class OperatorBulkMachine {
   state: LaneState = 'none'
   /** Why it failed; empty otherwise. */

@@ -27,13 +27,7 @@ interface Entry {
 
 /** Null before ICE has chosen, and where the browser does not tell. */
 export function chosenPath(report: ReadonlyMap<string, unknown>): ChosenPath | null {
-  const entries = [...report.values()] as Entry[]
-  const transport = entries.find(({ type, selectedCandidatePairId }) => type === 'transport' && selectedCandidatePairId !== undefined)
-  const named = report.get(transport?.selectedCandidatePairId ?? '') as Entry | undefined
-  // Firefox names no transport, but marks the pair.
-  const pair = named ?? entries.find((entry) => entry.type === 'candidate-pair' && (entry.selected ?? isNominated(entry)))
-  const local = report.get(pair?.localCandidateId ?? '') as Entry | undefined
-  const remote = report.get(pair?.remoteCandidateId ?? '') as Entry | undefined
+  const { local, remote } = endsIn(report)
   if (local === undefined || remote === undefined) return null
   return {
     local: local.candidateType ?? '?',
@@ -48,6 +42,22 @@ export function chosenPath(report: ReadonlyMap<string, unknown>): ChosenPath | n
 /** `host → relay over UDP, IPv4: 192.0.2.7:5000 → …` */
 export function pathText({ local, remote, protocol, family, localAddress, remoteAddress }: ChosenPath): string {
   return `${local} → ${remote} over ${protocol.toUpperCase()}, ${family}: ${localAddress} → ${remoteAddress}`
+}
+
+/** The other end's address on the path that is in use; null while unknown. */
+export function remoteAddressIn(report: ReadonlyMap<string, unknown>): string | null {
+  const { remote } = endsIn(report)
+  return remote?.address ?? remote?.ip ?? null
+}
+
+function endsIn(report: ReadonlyMap<string, unknown>): { local?: Entry | undefined; remote?: Entry | undefined } {
+  const entries = [...report.values()] as Entry[]
+  const transport = entries.find(({ type, selectedCandidatePairId }) => type === 'transport' && selectedCandidatePairId !== undefined)
+  const named = report.get(transport?.selectedCandidatePairId ?? '') as Entry | undefined
+  // Firefox names no transport, but marks the pair.
+  const pair = named ?? entries.find((entry) => entry.type === 'candidate-pair' && (entry.selected ?? isNominated(entry)))
+  const candidate = (id = ''): Entry | undefined => report.get(id) as Entry | undefined
+  return { local: candidate(pair?.localCandidateId), remote: candidate(pair?.remoteCandidateId) }
 }
 
 function isNominated({ nominated, state }: Entry): boolean {

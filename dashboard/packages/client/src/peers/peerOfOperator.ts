@@ -1,5 +1,5 @@
 /**
- * The life of one robot's connection, purely: events in, effects out, the time is an argument.
+ * Decides the life of one robot's connection, purely: events in, effects out, the time is an argument.
  * Every phase has a time-out with a reason code; a lost connection comes back by itself until `disconnect`.
  */
 import { HELLO_TIMEOUT_MS, PEER_LOST_AFTER_MS, PING_PERIOD_MS } from '@mosaic/protocol'

@@ -6,7 +6,7 @@ export interface Readable<T> {
   readonly subscribe: (listener: () => void) => () => void
 }
 
-/** A `Readable` whose owner sets it. A listener that throws is reported and disturbs nobody else. */
+/** Holds a value that its owner sets and others read. A listener that throws is reported and disturbs nobody else. */
 export class Value<T> implements Readable<T> {
   private readonly listeners = new Listeners<[]>()
 
@@ -29,7 +29,7 @@ export class Value<T> implements Readable<T> {
   }
 }
 
-/** Functions that want to be told; one may leave (or come) while all are being told. */
+/** Tells functions that want to be told; one may leave (or come) meanwhile. */
 export class Listeners<A extends unknown[]> {
   // A wrapper per call of `add`: the same function may be added twice and counts twice.
   private readonly entries = new Set<{ listener: (...args: A) => unknown }>()

@@ -18,7 +18,7 @@ export interface StreamPort {
 const MESSAGE_BYTES = 64
 
 /**
- * What a store sends on a reliable channel: at once where that is possible, kept while there is no connection. Until
+ * Sends for a store on a reliable channel: at once where that is possible, kept while there is no connection. Until
  * the robot has said what it takes part in, messages wait.
  */
 export class OutgoingStream {

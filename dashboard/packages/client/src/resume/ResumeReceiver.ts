@@ -7,7 +7,7 @@ export interface Arrival {
 }
 
 /**
- * The receiving end of a channel that outlives its connection: drops what comes twice, counts what never comes. The
+ * Receives on a channel that outlives its connection: drops what comes twice, counts what never comes. The
  * twin of `machines/resume.py`; both replay `tests/wire/resume.json`.
  */
 export class ResumeReceiver {

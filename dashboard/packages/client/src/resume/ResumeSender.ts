@@ -36,7 +36,7 @@ interface Kept<T> {
 }
 
 /**
- * The sending end of a channel that outlives its connection: keeps and repeats what the receiver has not told to have.
+ * Sends on a channel that outlives its connection: keeps and repeats what the receiver has not told to have.
  * The twin of `machines/resume.py`; both replay `tests/wire/resume.json`.
  */
 export class ResumeSender<T> {

@@ -26,7 +26,7 @@ interface Held {
 }
 
 /**
- * This page's reliable channels to one robot, which outlive its connections: numbered on, repeated where the robot
+ * Keeps this page's reliable channels to one robot, which outlive its connections: numbered on, repeated where the robot
  * lacks something, and never used before both sides have said how far they are.
  */
 export class SessionStreams {

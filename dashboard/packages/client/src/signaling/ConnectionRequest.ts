@@ -21,7 +21,7 @@ export interface RequestListener {
   failed(code: string, message: string): void
 }
 
-/** What an attempt to reach a robot needs of the server: leave to try, ICE servers, perhaps the catalogue. */
+/** Asks the server for what an attempt to reach a robot needs: leave to try, ICE servers, perhaps the catalogue. */
 export class ConnectionRequest {
   /** Counts requests, so that the answer to one that was given up is recognized. */
   private number = 0

@@ -38,7 +38,7 @@ export interface NewRobot {
 
 const TIMEOUT_MS = 10_000
 
-/** The server's REST interface, typed. Every failure is a `MosaicError` with a reason code. */
+/** Calls the server's REST interface, with types. Every failure is a `MosaicError` with a reason code. */
 export class RestApi {
   constructor(
     private readonly baseUrl: string,

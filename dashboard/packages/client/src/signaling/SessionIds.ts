@@ -3,7 +3,7 @@ import type { Platform } from '../platform/Platform'
 const KEY = 'mosaic.sessionIds'
 
 /**
- * This tab's session id per robot: lease and resumption hang on it, so it survives a reload. While the page is shown
+ * Remembers this tab's session id per robot: lease and resumption hang on it, so it survives a reload. While the page is shown
  * the ids live in memory only: a duplicated tab copies the session storage, and must not copy the session.
  */
 export class SessionIds {

@@ -5,7 +5,7 @@ import { MachineDriver } from '../timing/MachineDriver'
 import { OperatorSignaling, type SignalingEffect, type SignalingEvent } from './operatorSignaling'
 import type { ServerState } from '../words/types'
 
-/** The operator's WebSocket to the server. `OperatorSignaling` decides, this carries it out. */
+/** Keeps the operator's WebSocket to the server. `OperatorSignaling` decides, this carries it out. */
 export class SignalingSocket {
   private readonly machine: OperatorSignaling
   private readonly driver: MachineDriver<SignalingEvent, SignalingEffect>

@@ -1,5 +1,5 @@
 /**
- * The life of the operator's signaling socket, purely: it signs in, answers pings, notices silence and comes back
+ * Decides the life of the operator's signaling socket, purely: it signs in, answers pings, notices silence and comes back
  * with back-off after every end but a refusal.
  */
 import {

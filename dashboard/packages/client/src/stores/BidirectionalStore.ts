@@ -2,7 +2,7 @@ import type { StoreType } from './MosaicStore'
 import { ReceivableStore } from './ReceivableStore'
 import { sending } from './sending'
 
-/** Both ways on one connector. */
+/** Sends and receives on one connector. */
 export class BidirectionalStore extends sending(ReceivableStore) {
   override getStoreType(): StoreType {
     return 'bidirectional'

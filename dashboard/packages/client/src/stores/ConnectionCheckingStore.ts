@@ -9,7 +9,7 @@ import { OutgoingPort } from './OutgoingPort'
 const PERIOD_MS = 500
 
 /**
- * The round trip through a `connection-check` connector: it sends the time on `L-receiver`, the robot echoes it on
+ * Measures the round trip through a `connection-check` connector: it sends the time on `L-receiver`, the robot echoes it on
  * `L-sender`. It is measured while somebody listens to `roundTripMs`.
  */
 export class ConnectionCheckingStore extends MosaicStore {

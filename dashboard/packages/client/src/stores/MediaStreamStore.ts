@@ -48,7 +48,7 @@ export interface MediaSource {
 const STATISTICS_PERIOD_MS = 1000
 
 /**
- * A picture (or sound). The robot sends it only while somebody listens to `mediaStream` and the page is visible,
+ * Plays a picture (or sound). The robot sends it only while somebody listens to `mediaStream` and the page is visible,
  * or while it is kept.
  * Give `mediaStream.get()` to a `<video>`'s `srcObject`.
  */

@@ -20,7 +20,7 @@ const BARE_TYPES: Record<StoreType, MosaicDataType> = {
 }
 
 /**
- * The operator's side of one connector. It outlives connections: the robot's connection attaches its channels or
+ * Represents one connector on the operator's side. It outlives connections: the robot's connection attaches its channels or
  * track when there is one and takes them away when it ends. Made and counted by `StoreManager`.
  *
  * Of each moment of its connection a subclass hears by overriding `afterConnected` and its kin, everybody else by

@@ -6,7 +6,7 @@ import type { OutgoingStream } from '../resume/OutgoingStream'
 /** One message: an object or array goes as JSON, a string as text, an `ArrayBuffer` or a view of one as bytes. */
 export type Sendable = string | ArrayBuffer | ArrayBufferView | object
 
-/** The sending half of a store: the first of its channels that takes data towards the robot, while there is one. */
+/** Sends for a store, on the first of its channels that takes data towards the robot, while there is one. */
 export class OutgoingPort {
   private port: DataPort | null = null
   private stream: OutgoingStream | null = null

@@ -7,7 +7,7 @@ import { MosaicStore, type StoreType } from './MosaicStore'
 /** Given the bytes of a message, and what else is known of it. */
 export type DataListener = (data: ArrayBuffer, info?: MessageInfo) => void | Promise<void>
 
-/** Robot → operator: whoever subscribes is given the bytes of every message. */
+/** Receives from one connector of the robot: whoever subscribes is given the bytes of every message. */
 export class ReceivableStore extends MosaicStore {
   private readonly subscribers = new Set<{ listener: DataListener }>()
   private last: { data: ArrayBuffer; info: MessageInfo } | null = null

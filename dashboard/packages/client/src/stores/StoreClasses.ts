@@ -20,7 +20,7 @@ type Key = 'label' | 'type' | 'dataType'
 /** The narrowest first. */
 const KEYS: readonly Key[] = ['label', 'type', 'dataType']
 
-/** The classes that a page registered, before those that come with the library. */
+/** Chooses a store's class: those that a page registered, before those that come with the library. */
 export class StoreClasses {
   private readonly registered: Record<Key, Map<string, StoreClass>> = { label: new Map(), type: new Map(), dataType: new Map() }
 

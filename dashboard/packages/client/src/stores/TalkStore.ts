@@ -14,7 +14,7 @@ export interface Talker {
 }
 
 /**
- * Operator → robot: one's own voice for a loudspeaker of the robot, one operator at a time. Nothing is sent before
+ * Sends one's own voice to a loudspeaker of the robot, one operator at a time. Nothing is sent before
  * `setTrack`. When the connection ends the track is let go: a connection that comes back begins in silence.
  */
 export class TalkStore extends MosaicStore {

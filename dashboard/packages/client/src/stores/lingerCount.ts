@@ -1,5 +1,5 @@
 /**
- * Reference counts whose zero takes effect only after a while: React mounts twice in StrictMode and widgets move, and
+ * Counts references whose zero takes effect only after a while: React mounts twice in StrictMode and widgets move, and
  * an original robot ignores a label that is still open. Pure: time is an argument.
  */
 export class LingerCount<K> {

@@ -8,7 +8,7 @@ interface Sample {
 const WINDOW_US = 30_000_000
 
 /**
- * How far the robot's clock is ahead of ours, from four-stamp pings (RFC 5905 §8). Of the recent samples the one with
+ * Measures how far the robot's clock is ahead of ours, from four-stamp pings (RFC 5905 §8). Of the recent samples the one with
  * the shortest round trip counts: queues only ever lengthen it, and half of the excess is the error.
  */
 export class ClockOffset {

@@ -1,6 +1,6 @@
 import { reasonOf } from '@mosaic/protocol'
 
-/** Something failed, with a reason code, a sentence for people and what to do about it. */
+/** Says that something failed, with a reason code, a sentence for people and what to do about it. */
 export class MosaicError extends Error {
   /** 'MosaicError', also where classes lost their names. */
   override readonly name = 'MosaicError'

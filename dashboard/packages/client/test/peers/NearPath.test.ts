@@ -1,5 +1,6 @@
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
-import { NearPath, onPath, remoteAddressIn } from '../../src/peers/NearPath'
+import { remoteAddressIn } from '../../src/peers/chosenPath'
+import { NearPath, onPath } from '../../src/peers/NearPath'
 
 const URLS = ['http://rover.local:9002', 'http://10.0.0.7:9002', 'http://[fd00::7]:9002']
 

@@ -1,4 +1,4 @@
-/** What the last round trips say together. */
+/** Sums up what the last round trips say together. */
 
 const KEPT = 120
 

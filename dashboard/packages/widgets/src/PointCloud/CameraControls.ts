@@ -1,4 +1,4 @@
-/** Mouse, touch and keys on an element to movements of a camera. */
+/** Turns mouse, touch and keys on an element into movements of a camera. */
 import { orbited, panned, zoomed, type Camera } from './camera'
 
 /** A movement of the camera. */

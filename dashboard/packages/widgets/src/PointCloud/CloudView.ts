@@ -1,4 +1,4 @@
-/** The living picture of a cloud on a canvas: camera, colours and size, painted at most once per frame, past React. */
+/** Keeps the living picture of a cloud on a canvas: camera, colours and size, painted at most once per frame, past React. */
 import { coloursOf } from '../paint/CanvasPainter'
 import { fitted, START, type Camera } from './camera'
 import { CameraControls } from './CameraControls'

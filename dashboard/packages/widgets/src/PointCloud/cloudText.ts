@@ -23,7 +23,7 @@ function sizeText(bytes: number): string {
   return kilobytes < 1024 ? `${number.format(kilobytes)} KB` : `${(kilobytes / 1024).toFixed(1)} MB`
 }
 
-/** Clouds per second over the last few seconds. */
+/** Measures clouds per second over the last few seconds. */
 export class Rate {
   private readonly arrivedAtMs: number[] = []
 

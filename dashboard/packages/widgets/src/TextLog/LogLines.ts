@@ -1,4 +1,4 @@
-/** The last lines of a log; each keeps a number, so that React knows it again. */
+/** Keeps the last lines of a log; each keeps a number, so that React knows it again. */
 
 export interface LogLine {
   number: number

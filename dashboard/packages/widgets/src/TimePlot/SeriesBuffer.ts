@@ -1,4 +1,4 @@
-/** The last minutes of several values, in columns as uPlot wants them. */
+/** Keeps the last minutes of several values, in columns as uPlot wants them. */
 
 export type Column = (number | null)[]
 

@@ -1,6 +1,6 @@
 /** Deflated bodies of clouds and scans, inflated within the size that their header promises. */
 
-/** Data that is no point cloud; the text says why. */
+/** Says why data is no point cloud. */
 export class CloudError extends Error {
   override name = 'CloudError'
 }

@@ -12,7 +12,7 @@ interface Totals {
   dropped: number
 }
 
-/** Whether messages of one connector are being dropped now; asked once a second. */
+/** Says whether messages of one connector are being dropped now; asked once a second. */
 export class DropWatch {
   private readonly samples: Totals[] = []
 

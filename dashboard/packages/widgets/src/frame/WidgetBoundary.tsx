@@ -11,7 +11,7 @@ interface WidgetBoundaryState {
   message: string | null
 }
 
-/** A widget that fails takes nothing else of the page with it: above all not the drive pad. */
+/** Confines the failure of a widget: nothing else of the page goes with it, above all not the drive pad. */
 export class WidgetBoundary extends Component<WidgetBoundaryProps, WidgetBoundaryState> {
   override state: WidgetBoundaryState = { message: null }
 

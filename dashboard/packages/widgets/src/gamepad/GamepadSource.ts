@@ -1,5 +1,5 @@
 /**
- * The gamepad of this page: which one counts, what it says, and its mapping. One per page; it is looked at from the
+ * Reads the gamepad of this page: which one counts, what it says, and its mapping. One per page; it is looked at from the
  * clock that also sends commands, so that a throttled page reads no slower than it drives.
  */
 import { Value, type Readable } from '@mosaic/client'

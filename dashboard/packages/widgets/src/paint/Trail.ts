@@ -1,4 +1,4 @@
-/** Where something has been: points far enough apart to be told apart, and never more than a screen can show. */
+/** Keeps where something has been: points far enough apart to be told apart, and never more than a screen can show. */
 
 export interface Place {
   x: number

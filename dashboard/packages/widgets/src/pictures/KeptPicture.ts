@@ -1,6 +1,6 @@
 import { Value, type Readable } from '@mosaic/client'
 
-/** The last picture of a stream that has ended, for whoever waits for the next one. */
+/** Keeps the last picture of a stream that has ended, for whoever waits for the next one. */
 export class KeptPicture {
   private readonly kept = new Value<HTMLCanvasElement | null>(null)
 

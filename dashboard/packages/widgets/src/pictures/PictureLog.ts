@@ -1,6 +1,6 @@
 import { MAX_RECORDS, type PictureRecord } from './pictureRecords'
 
-/** The records of one picture since it is watched, the oldest forgotten first. */
+/** Keeps the records of one picture since it is watched, the oldest forgotten first. */
 export class PictureLog {
   private readonly kept: PictureRecord[] = []
   /** Its seconds count from here, however often the picture comes anew. */

@@ -1,4 +1,4 @@
-/** How old the displayed pictures were, glass to glass, over the last second: half of them were younger than the median. */
+/** Measures how old the displayed pictures were, glass to glass, over the last second: half of them were younger than the median. */
 
 const WINDOW_MS = 1000
 
