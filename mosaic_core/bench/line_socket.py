@@ -10,7 +10,7 @@ LINE_BYTES = 1024 * 1024
 
 
 class LineSocket:
-    """Sends and reads signaling frames over a stream, a frame a line; a ``runtime.transport.SignalingSocket``."""
+    """Sends and reads signaling frames over a stream, a frame a line; a ``TextSocket``."""
 
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self.close_code: int | None = None

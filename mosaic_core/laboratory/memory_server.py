@@ -30,7 +30,7 @@ BASE_URL = "http://memory.invalid"
 
 
 class MemorySocket:
-    """The robot's or an operator's socket to the server in memory; a ``runtime.transport.SignalingSocket``."""
+    """The robot's or an operator's socket to the server in memory; a ``TextSocket``."""
 
     def __init__(self, server: MemoryServer, is_robot: bool) -> None:
         self.is_robot = is_robot

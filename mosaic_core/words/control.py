@@ -495,45 +495,7 @@ class Near(ControlMessage):
 
 
 CONTROL_MESSAGES: dict[str, type[ControlMessage]] = {
-    message.type: message
-    for message in (
-        Hello,
-        CatalogueFull,
-        Ping,
-        Pong,
-        Bye,
-        MediaWatch,
-        MediaOrigin,
-        MediaUnavailable,
-        MediaSeen,
-        MediaTalking,
-        Refusal,
-        Resume,
-        Delivered,
-        Peers,
-        LeaseRequest,
-        LeaseReply,
-        LeaseKeep,
-        LeaseRelease,
-        LeaseAnswer,
-        LeaseState,
-        Stop,
-        StopAck,
-        StopState,
-        StopClear,
-        SafetyLimit,
-        JournalRead,
-        Journal,
-        Near,
-        DeliveryWatch,
-        DeliveryReport,
-        LaneOffer,
-        LaneAnswer,
-        LaneCandidate,
-        LaneClose,
-        RenegotiateOffer,
-        RenegotiateAnswer,
-    )
+    message.type: message for message in ControlMessage.__subclasses__()
 }
 
 

@@ -14,7 +14,7 @@ from mosaic_core.words.original_types import ORIGINAL_DRIVES, ORIGINAL_TYPES, Dr
 
 ROOT = Path(__file__).parents[2]
 GOLDEN = json.loads((Path(__file__).parent / "original_types.json").read_text())
-WIDGETS = ROOT / "dashboard" / "packages" / "widgets" / "src" / "registry" / "widgets.ts"
+WIDGETS = ROOT / "dashboard" / "packages" / "widgets" / "src" / "widgets.ts"
 
 
 def test_the_types_are_the_golden_ones_in_their_order() -> None:

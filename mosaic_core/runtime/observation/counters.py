@@ -123,7 +123,7 @@ class ConnectorSnapshot:
 
 @dataclass(frozen=True, slots=True)
 class PeerSnapshot:
-    """One operator's peer. ``phase`` is that of ``machines.peer_session``."""
+    """One operator's peer. ``phase`` is that of ``machines.peers.peer_of_robot``."""
 
     peer_id: str
     session_id: str

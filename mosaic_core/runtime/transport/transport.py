@@ -24,7 +24,7 @@ class Channel(Protocol):
     on_open: Callable[[], None] | None
     on_close: Callable[[], None] | None
     on_drained: Callable[[], None] | None
-    """``buffered_bytes`` fell to the low-water mark (``machines.send_scheduler.LOW_WATER_BYTES``)."""
+    """``buffered_bytes`` fell to the low-water mark (``machines.delivery.send_scheduler.LOW_WATER_BYTES``)."""
 
     @property
     def label(self) -> str: ...

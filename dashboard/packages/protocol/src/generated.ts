@@ -348,15 +348,6 @@ export interface MediaUnavailable {
   message?: string
 }
 
-/**
- * Operator → robot, ten times a second while it watches: the picture on the screen was captured at `capture_us`
- * of the robot's clock. `None`: watching, but no picture has been shown yet.
- */
-export interface MediaSeen {
-  label: string
-  captureUs?: number
-}
-
 /** Robot → operator: whose voice the loudspeaker `label` plays; without `peer_id` nobody talks any more. */
 export interface MediaTalking {
   label: string
@@ -479,6 +470,15 @@ export interface StopState {
 /** The holder of a lease, or a supervisor → robot: commands may act again. A deliberate act of a person. */
 export type StopClear = Record<string, never>
 
+/**
+ * Operator → robot, ten times a second while it watches: the picture on the screen was captured at `capture_us`
+ * of the robot's clock. `None`: watching, but no picture has been shown yet.
+ */
+export interface MediaSeen {
+  label: string
+  captureUs?: number
+}
+
 /** Robot → the operator who commands `label`, on change: what is left of the speed, and why, worst first. */
 export interface SafetyLimit {
   label: string
@@ -495,24 +495,6 @@ export interface JournalRead {
 /** Robot → supervisor, newest first. */
 export interface Journal {
   entries: readonly JournalEntry[]
-}
-
-/**
- * Robot → operators that another server introduced (extension `near`), at first and on every change: where the
- * robot serves the same page itself on its own network. It works without the internet.
- */
-export interface Near {
-  urls: readonly string[]
-}
-
-/** Operator → robot (extension `delivery`): tell once a second how the data travels, or no longer. */
-export interface DeliveryWatch {
-  on: boolean
-}
-
-/** Robot → operators that watch, once a second: every connector, in the order of the catalogue. */
-export interface DeliveryReport {
-  connectors: readonly DeliveryRow[]
 }
 
 /** Operator → robot: a second peer connection of the same session, which carries data channels only. */
@@ -561,6 +543,24 @@ export interface RenegotiateAnswer {
   message?: string
 }
 
+/** Operator → robot (extension `delivery`): tell once a second how the data travels, or no longer. */
+export interface DeliveryWatch {
+  on: boolean
+}
+
+/** Robot → operators that watch, once a second: every connector, in the order of the catalogue. */
+export interface DeliveryReport {
+  connectors: readonly DeliveryRow[]
+}
+
+/**
+ * Robot → operators that another server introduced (extension `near`), at first and on every change: where the
+ * robot serves the same page itself on its own network. It works without the internet.
+ */
+export interface Near {
+  urls: readonly string[]
+}
+
 /** The data of each message, by its type. */
 export interface SignalingMessages {
   'authorize.req': AuthorizeRequest
@@ -591,7 +591,6 @@ export interface ControlMessages {
   'media.watch': MediaWatch
   'media.origin': MediaOrigin
   'media.unavailable': MediaUnavailable
-  'media.seen': MediaSeen
   'media.talking': MediaTalking
   'refusal': Refusal
   'resume': Resume
@@ -607,18 +606,19 @@ export interface ControlMessages {
   'stop.ack': StopAck
   'stop.state': StopState
   'stop.clear': StopClear
+  'media.seen': MediaSeen
   'safety.limit': SafetyLimit
   'journal.read': JournalRead
   'journal': Journal
-  'near': Near
-  'delivery.watch': DeliveryWatch
-  'delivery.report': DeliveryReport
   'lane.offer': LaneOffer
   'lane.answer': LaneAnswer
   'lane.candidate': LaneCandidate
   'lane.close': LaneClose
   'renegotiate.offer': RenegotiateOffer
   'renegotiate.answer': RenegotiateAnswer
+  'delivery.watch': DeliveryWatch
+  'delivery.report': DeliveryReport
+  'near': Near
 }
 
 export const CONTROL_LABEL = '_mosaic'
@@ -913,7 +913,6 @@ export const CONTROL_SCHEMAS = {
   'media.watch': 'MediaWatch',
   'media.origin': 'MediaOrigin',
   'media.unavailable': 'MediaUnavailable',
-  'media.seen': 'MediaSeen',
   'media.talking': 'MediaTalking',
   'refusal': 'Refusal',
   'resume': 'Resume',
@@ -929,18 +928,19 @@ export const CONTROL_SCHEMAS = {
   'stop.ack': 'StopAck',
   'stop.state': 'StopState',
   'stop.clear': 'StopClear',
+  'media.seen': 'MediaSeen',
   'safety.limit': 'SafetyLimit',
   'journal.read': 'JournalRead',
   'journal': 'Journal',
-  'near': 'Near',
-  'delivery.watch': 'DeliveryWatch',
-  'delivery.report': 'DeliveryReport',
   'lane.offer': 'LaneOffer',
   'lane.answer': 'LaneAnswer',
   'lane.candidate': 'LaneCandidate',
   'lane.close': 'LaneClose',
   'renegotiate.offer': 'RenegotiateOffer',
   'renegotiate.answer': 'RenegotiateAnswer',
+  'delivery.watch': 'DeliveryWatch',
+  'delivery.report': 'DeliveryReport',
+  'near': 'Near',
 } as const
 
 /** JSON Schema of every message and its parts; a `$ref` is a key of this table. */
