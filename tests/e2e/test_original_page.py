@@ -14,6 +14,8 @@ from typing import Any
 
 import pytest
 
+pytestmark = pytest.mark.e2e
+
 CONNECTORS = """\
   - { type: sim-camera, label: front, params: { fps: 10 } }
   - { type: sim-pose, label: pose, params: { period_s: 0.05 } }
