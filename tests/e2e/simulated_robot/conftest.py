@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, Page
 from support.people import Driver, new_page
 from support.robot_process import running_robot
 
-from mosaic_core.operator import MessageInfo, MosaicOperator
+from mosaic_core.operator import MessageInfo, MosaicOperator, RobotConnection
 
 CONNECTORS = """\
   - { type: sim-camera, label: front, params: { width: 320, height: 240, fps: 15 } }
@@ -56,6 +56,7 @@ class PoseObserver:
     _loop: asyncio.AbstractEventLoop = field(default_factory=asyncio.new_event_loop)
     _done: asyncio.Event = field(default_factory=asyncio.Event)
     _thread: threading.Thread | None = None
+    _connection: RobotConnection | None = None
     _failure: BaseException | None = None
 
     def start(self) -> None:
@@ -78,7 +79,7 @@ class PoseObserver:
 
     async def _watch(self) -> None:
         async with await MosaicOperator.login(self.url, self.email, self.password) as operator:
-            connection = await operator.connect(self.robot_id)
+            self._connection = connection = await operator.connect(self.robot_id, reconnect=True)
             connection.receivable("pose").subscribe(self._take)
             await self._done.wait()
 
@@ -86,6 +87,11 @@ class PoseObserver:
         pose = json.loads(data)
         z, w = pose["orientation"]["z"], pose["orientation"]["w"]
         self.poses.append((info.stamp_us / 1e6, pose["position"]["x"], pose["position"]["y"], 2 * math.atan2(z, w)))
+
+    def clear_stop(self) -> None:
+        """Let the robot move again where a test that failed left it stopped; the account is a supervisor."""
+        assert self._connection is not None
+        asyncio.run_coroutine_threadsafe(self._connection.control.clear_stop(), self._loop).result(timeout=10)
 
     @property
     def is_watching(self) -> bool:
@@ -146,6 +152,7 @@ def driver_of(server: Any, seed: Any, robot: Any, sign_in: Callable[[Page], None
 def driver(browser: Browser, driver_of: Any, observer: PoseObserver, wait_for: Any) -> Iterator[Driver]:
     """A signed-in person on the robot's page; the robot stands still."""
     wait_for(observer.rests, "the robot rests before the test")
+    observer.clear_stop()
     with new_page(browser) as page:
         yield driver_of(page)
 
