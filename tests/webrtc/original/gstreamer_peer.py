@@ -12,6 +12,7 @@ One JSON object per line, on standard input (``answer``, ``offer``, ``candidate`
 """
 
 import json
+import os
 import re
 import sys
 import threading
@@ -33,7 +34,8 @@ PAYLOAD_TYPE = {"VP8": r"a=rtpmap:(\d+) VP8/90000", "H264": r"a=fmtp:(\d+) .*mod
 
 
 def tell(**what):
-    print(json.dumps(what), flush=True)
+    """In one write: threads of GStreamer speak at once, and ``print`` writes the end of a line by itself."""
+    os.write(sys.stdout.fileno(), f"{json.dumps(what)}\n".encode())
 
 
 class Peer:
