@@ -52,9 +52,7 @@ def command(
             **words: Any,
         ) -> NoReturn:
             work = work_of(**words)
-            from mosaic_core.cli.operator import (
-                operator_session as session,
-            )  # loads WebRTC: only for who does something
+            from mosaic_core.cli.operator import operator_session as session  # loads WebRTC: only for who acts
 
             sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
             decides = sys.stdin.isatty() if is_person is None else is_person

@@ -110,8 +110,7 @@ class BulkConnection(ABC, Generic[Attempt]):
 
     def tell(self, event: object) -> None:
         """What the transport tells, or who wants bulk."""
-        if not self._is_closed:
-            self._driver.tell(event)
+        self._driver.tell(event)
 
     def heard(self, message: LaneMessage) -> None:
         """The other side's word about the second connection."""

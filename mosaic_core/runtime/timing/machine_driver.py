@@ -37,6 +37,7 @@ class MachineDriver(Generic[Event, Effect]):
         self._machine = machine
         self._carry_out = carry_out
         self._timer = DeadlineTimer(self._deadline_passed)
+        self._is_stopped = False
 
     def tell(self, event: Event) -> None:
         """Something happened, now."""
@@ -47,13 +48,19 @@ class MachineDriver(Generic[Event, Effect]):
         self._timer.set(self._machine.deadline_s)
 
     def stop(self) -> None:
-        """Watch no deadline any more, until the next event."""
+        """For good, also from within an effect: no event is taken, no effect carried out, no deadline watched any
+        more."""
+        self._is_stopped = True
         self._timer.cancel()
 
     def _deadline_passed(self) -> None:
         self._tell(DeadlinePassed())
 
     def _tell(self, event: Event | DeadlinePassed) -> None:
+        if self._is_stopped:
+            return
         for effect in self._machine.handle(event, time.monotonic()):
             self._carry_out(effect)
+            if self._is_stopped:
+                return
         self._timer.set(self._machine.deadline_s)

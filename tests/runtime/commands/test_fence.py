@@ -24,6 +24,8 @@ from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 PATIENCE_S = 30.0
 PEERS = ("ann", "bob")
 ROUNDS = 600
+SOON_S = 0.2
+"""More than a stop takes that nobody keeps waiting."""
 
 
 @dataclass
@@ -191,6 +193,25 @@ def test_however_a_command_and_a_change_race_nothing_moves_in_the_end(scene: Sce
         if scene.fence.latch.is_stopped:
             scene.clear()
     assert outcomes == {True, False}  # both orders were seen
+
+
+def test_no_stop_comes_between_the_question_and_the_command(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stop of just that moment waits, and makes safe what the command has begun."""
+    ask = SafetyWatch._refusal
+    stopping = threading.Thread(target=scene.stop)
+
+    def asked(watch: SafetyWatch, item: Incoming, now_s: float) -> str | None:
+        answer = ask(watch, item, now_s)
+        stopping.start()
+        stopping.join(SOON_S)  # it can't end: whoever asks holds the lock
+        return answer
+
+    monkeypatch.setattr(SafetyWatch, "_refusal", asked)
+    scene.take("ann")
+    scene.handle(scene.item("ann"))
+    stopping.join(PATIENCE_S)
+    scene.settle()
+    assert scene.motor.mover is None
 
 
 @pytest.mark.parametrize("guard", ["_refusal", "_fence", "lease_lost", "stop"])

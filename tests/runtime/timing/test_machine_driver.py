@@ -77,6 +77,21 @@ async def test_a_stopped_driver_watches_nothing() -> None:
     assert carried == ["wait 0", "wait 0"]
 
 
+async def test_one_that_its_own_effect_stops_carries_out_nothing_more_and_takes_nothing() -> None:
+    carried: list[str] = []
+
+    def carry_out(effect: str) -> None:
+        carried.append(effect)
+        driver.stop()
+
+    driver = MachineDriver(Echo(), carry_out)
+    driver.tell("wait 0")
+    driver.tell("later")
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert carried == ["wait 0"]
+
+
 async def test_a_timer_fires_once_and_can_be_set_again_from_its_own_callback() -> None:
     fired = 0
     twice = asyncio.Event()
