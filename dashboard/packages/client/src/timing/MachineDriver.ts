@@ -26,6 +26,7 @@ export interface MachineOwner<Effect> {
  */
 export class MachineDriver<Event, Effect> {
   private readonly timer: DeadlineTimer
+  private isStopped = false
 
   constructor(
     private readonly machine: Machine<Event, Effect>,
@@ -37,15 +38,25 @@ export class MachineDriver<Event, Effect> {
 
   /** It happened, now. */
   tell(event: Event | DeadlinePassed): void {
+    if (this.hasStopped()) return
     const effects = this.machine.handle(event, this.clock.now())
     this.owner.decided?.()
-    for (const effect of effects) this.owner.carryOut(effect)
+    for (const effect of effects) {
+      this.owner.carryOut(effect)
+      if (this.hasStopped()) return
+    }
     this.timer.set(this.machine.deadlineMs)
   }
 
-  /** Watch no deadline any more, until the next event. */
+  /** For good, also from within an effect: no event is taken, no effect carried out, no deadline watched any more. */
   stop(): void {
+    this.isStopped = true
     this.timer.set(null)
+  }
+
+  /** A method, as any effect may have changed the answer. */
+  private hasStopped(): boolean {
+    return this.isStopped
   }
 
   private deadlinePassed(lateMs: number): void {

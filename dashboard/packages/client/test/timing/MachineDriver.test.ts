@@ -65,3 +65,11 @@ test('it says how late the page was, and watches nothing once it is stopped', ()
   pass(5000)
   expect(seen).toEqual([])
 })
+
+test('one that its own effect stops carries out nothing more, takes nothing and watches nothing', () => {
+  const { driver, seen, pass } = bench(() => driver.stop())
+  driver.tell({ type: 'rang', times: 2 })
+  driver.tell({ type: 'rang', times: 1 })
+  pass(2000)
+  expect(seen).toEqual(['decided, due at 1000', 'ring 1'])
+})
