@@ -13,17 +13,30 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = [ROOT / "mosaic_core", *sorted(ROOT.glob("plugins/*/mosaic_*"))]
+PAGE_FILES = sorted(ROOT.glob("dashboard/packages/*/src/**/*.ts*"))
 
 SCOPE = "At|By|For|From|In|Of|On|To|With|Within"
 THREAD = "Any thread|Event[- ]loop|Only|Pure|Not|Never|No|Nobody|Nothing"
 PASSIVE = "Called|Given|Implements|Made|Raised|Used|Written"
 RIDDLE = re.compile(rf"(?:{SCOPE}|{THREAD}|{PASSIVE})\b")
+HEAD_COMMENT = re.compile(r"/\*\*((?:(?!\*/).)*)\*/", re.DOTALL)
+PAGE_CLASS = re.compile(HEAD_COMMENT.pattern + r"\s*(?:export )?(?:abstract )?class (\w+)", re.DOTALL)
 
 
 @cache
 def introductions() -> tuple[tuple[str, str], ...]:
     """Every module and class with its docstring, read once."""
-    return tuple(_read())
+    return (*_read(), *_read_page())
+
+
+def _read_page() -> Iterator[tuple[str, str]]:
+    """The same of the page's files, where a class may also be introduced by the head of its file."""
+    for path in PAGE_FILES:
+        place, text = path.relative_to(ROOT).as_posix(), path.read_text()
+        if head := HEAD_COMMENT.match(text):
+            yield place, head[1].lstrip("* \n")
+        for comment, name in PAGE_CLASS.findall(text):
+            yield f"{place} {name}", comment.lstrip("* \n")
 
 
 def _read() -> Iterator[tuple[str, str]]:
@@ -45,3 +58,5 @@ def test_the_search_for_riddles_finds_them() -> None:
     assert not RIDDLE.match("One viewer's packets of one camera.")
     found = dict(introductions())
     assert found["mosaic_core/runtime/peers/peer.py Peer"] != ""
+    assert found["dashboard/packages/client/src/peers/PeerAttempt.ts PeerAttempt"].startswith("Tries to reach a robot")
+    assert found["dashboard/packages/widgets/src/TextLog/LogLines.ts"].startswith("Keeps the last lines")

@@ -1,4 +1,6 @@
-/** Of the server that pairs devices. */
+/** Shows and checks the PIN with which a robot on the LAN pairs devices. */
+
+/** As many as the server makes. */
 export const PIN_DIGITS = 8
 
 /** What was typed or pasted as it is shown: digits alone, in two halves. */

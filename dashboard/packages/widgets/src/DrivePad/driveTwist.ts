@@ -1,4 +1,4 @@
-/** From where a hold points to a velocity within the robot's limits: pure, and never anything but numbers. */
+/** Turns where a hold points into a velocity within the limits of the robot, purely: never anything but numbers. */
 import type { Stick } from '../gamepad/stick'
 
 /** The Twist JSON that MOSAIC's robots take: m/s and rad/s, x forward, y left, z up (REP-103). */

@@ -1,4 +1,4 @@
-/** From a pointer on the pad to a stick, and back to where the thumb is drawn. */
+/** Turns a pointer on the pad into a stick, and back to where the thumb is drawn. */
 import { limited, type Stick } from '../gamepad/stick'
 
 export interface Box {
