@@ -65,7 +65,7 @@ class Base(DataChannelJsonReceivable):
         self.log.append(f"left {sender.peer_id}")
 
 
-class Camera(MediaTrackHandler):
+class CountedCamera(MediaTrackHandler):
     runs_now = 0
 
     def frames(self) -> Iterator[Any]:
@@ -135,7 +135,7 @@ async def test_a_late_joiner_gets_the_last_value_marked_as_latched(kit: Any) -> 
 
 
 async def test_an_original_operator_gets_bare_text_and_every_camera(kit: Any) -> None:
-    camera, base = Camera("front"), Base("drive")
+    camera, base = CountedCamera("front"), Base("drive")
 
     parts = [kit.connector_of(Counter("count")), kit.connector_of(camera), kit.connector_of(base)]
     async with kit.running(*parts) as scene:
@@ -155,9 +155,9 @@ async def test_an_original_operator_gets_bare_text_and_every_camera(kit: Any) ->
 
 
 async def test_a_camera_runs_only_while_somebody_watches(kit: Any) -> None:
-    camera = Camera("front")
+    camera = CountedCamera("front")
 
-    async with kit.running(kit.connector_of(camera), kit.connector_of(Camera("rear"))) as scene:
+    async with kit.running(kit.connector_of(camera), kit.connector_of(CountedCamera("rear"))) as scene:
         await scene.network.ready()
         operator = await scene.network.offer(sdp="offer:1")
         control = await operator.greet()
@@ -370,7 +370,7 @@ async def test_an_offer_that_can_not_be_answered_ends_with_its_reason(kit: Any) 
 
 
 async def test_a_peer_that_ended_while_its_offer_was_answered_leaves_nothing_bound(kit: Any) -> None:
-    async with kit.running(kit.connector_of(Camera("front"))) as scene:
+    async with kit.running(kit.connector_of(CountedCamera("front"))) as scene:
         socket = await scene.network.ready()
         operator = await scene.network.offer("p1")
         socket.push("signaling.close_peer_connection", {"rtcConnectionId": "p1"})

@@ -67,7 +67,7 @@ class Speed(Message):
     mps: float
 
 
-class Motor(DataChannelReceivable[Speed]):
+class Winch(DataChannelReceivable[Speed]):
     timeout_s = 0.2
 
     def __init__(self, label: str) -> None:
@@ -83,9 +83,9 @@ class Motor(DataChannelReceivable[Speed]):
         self.safe.append(cause)
 
 
-class MotorConfigurer(DataChannelConfigurer[NoParams]):
-    def configure(self) -> Motor:
-        return Motor(self.label)
+class WinchConfigurer(DataChannelConfigurer[NoParams]):
+    def configure(self) -> Winch:
+        return Winch(self.label)
 
 
 class Echo(DataChannelBidirectional[dict[str, Any]]):
@@ -109,8 +109,8 @@ class EyeConfigurer(MediaTrackConfigurer[NoParams]):
         return Eye(self.label)
 
 
-def motor_of(link: Any) -> Motor:
-    (motor,) = (one for made in link.configured.connectors for one in made.handlers if isinstance(one, Motor))
+def motor_of(link: Any) -> Winch:
+    (motor,) = (one for made in link.configured.connectors for one in made.handlers if isinstance(one, Winch))
     return motor
 
 
@@ -125,7 +125,7 @@ async def test_messages_arrive_at_every_operator() -> None:
 
 
 async def test_commands_arrive_and_silence_makes_safe() -> None:
-    async with joined(connector(MotorConfigurer, label="motor")) as link:
+    async with joined(connector(WinchConfigurer, label="motor")) as link:
         store = link.connection.sendable("motor")
         await store.wait_open()
         refused: list[Any] = []
@@ -140,7 +140,7 @@ async def test_commands_arrive_and_silence_makes_safe() -> None:
 
 
 async def test_a_cut_cable_makes_safe() -> None:
-    async with joined(connector(MotorConfigurer, label="motor", safety={"timeout_s": 30})) as link:
+    async with joined(connector(WinchConfigurer, label="motor", safety={"timeout_s": 30})) as link:
         store = link.connection.sendable("motor")
         await store.wait_open()
         store.send_json({"mps": 1})
@@ -180,7 +180,7 @@ async def test_built_in_connectors_work_too() -> None:
 
 async def test_the_end_leaves_no_thread() -> None:
     before = set(threading.enumerate())
-    async with joined(connector(GaugeConfigurer, label="gauge"), connector(MotorConfigurer, label="motor")):
+    async with joined(connector(GaugeConfigurer, label="gauge"), connector(WinchConfigurer, label="motor")):
         pass
     left = [thread.name for thread in set(threading.enumerate()) - before if thread.name.startswith("mosaic")]
     assert left == []

@@ -84,7 +84,7 @@ class Speed(Message):
     mps: float
 
 
-class Motor(DataChannelReceivable[Speed]):
+class Crane(DataChannelReceivable[Speed]):
     timeout_s = 0.5
 
     def __init__(self, label: str) -> None:
@@ -106,9 +106,9 @@ class Motor(DataChannelReceivable[Speed]):
         self.left.append(sender)
 
 
-class MotorConfigurer(DataChannelConfigurer[TickParams]):
-    def configure(self) -> Motor:
-        return Motor(self.label)
+class CraneConfigurer(DataChannelConfigurer[TickParams]):
+    def configure(self) -> Crane:
+        return Crane(self.label)
 
 
 def test_messages_are_collected_without_waiting_for_real_time(fake_clock: FakeClock) -> None:
@@ -164,7 +164,7 @@ def test_params_are_checked_as_in_the_file() -> None:
 
 
 def test_silence_makes_safe_once_and_at_its_exact_time() -> None:
-    motor = build(MotorConfigurer)
+    motor = build(CraneConfigurer)
     fed = feed(motor, [{"mps": 1}, Silence(0.4), {"mps": 2}, Silence(10), {"mps": 3}, Silence(0.1)])
 
     assert fed.made_safe == [MadeSafe(0.9, "safety.timeout")]
@@ -173,19 +173,19 @@ def test_silence_makes_safe_once_and_at_its_exact_time() -> None:
 
 
 def test_the_timeout_of_the_file_overrides_the_handlers() -> None:
-    fed = feed(build(MotorConfigurer, safety={"timeout_s": 2}), [{"mps": 1}, Silence(5)])
+    fed = feed(build(CraneConfigurer, safety={"timeout_s": 2}), [{"mps": 1}, Silence(5)])
     assert fed.made_safe == [MadeSafe(2.0, "safety.timeout")]
 
 
 def test_the_safe_action_runs_while_the_handler_hangs_and_again_after_it() -> None:
-    motor = build(MotorConfigurer)
+    motor = build(CraneConfigurer)
     fed = feed(motor, [{"mps": -1}])
     assert fed.made_safe == [MadeSafe(0.5, "safety.timeout"), MadeSafe(2.0, "safety.timeout")]
     assert motor.speed_mps == 0
 
 
 def test_what_does_not_validate_is_refused_before_the_handler() -> None:
-    fed = feed(build(MotorConfigurer), ['{"mps": NaN}', b"\xff", "{", {"speed": 1}, {"mps": 99}])
+    fed = feed(build(CraneConfigurer), ['{"mps": NaN}', b"\xff", "{", {"speed": 1}, {"mps": 99}])
     codes = ["safety.not_finite", "channel.invalid", "channel.invalid", "channel.invalid", "safety.stale"]
     assert [refused.code for refused in fed.refused] == codes
     assert fed.refused[-1] == RefusedMessage(0.0, "safety.stale", "too fast")
@@ -193,7 +193,7 @@ def test_what_does_not_validate_is_refused_before_the_handler() -> None:
 
 
 def test_only_the_commanding_operator_stops_the_motor_by_leaving() -> None:
-    motor = build(MotorConfigurer)
+    motor = build(CraneConfigurer)
     fed = feed(motor, [From(OPERATOR, {"mps": 1}), Leaves(ANOTHER_OPERATOR), Silence(0.1), Leaves(OPERATOR)])
     assert fed.made_safe == [MadeSafe(0.1, "safety.peer_left")]
     assert motor.left == [ANOTHER_OPERATOR, OPERATOR]
@@ -259,9 +259,9 @@ def test_shared_and_safety_reach_the_configurer() -> None:
     class Looking(DataChannelConfigurer[TickParams]):
         safety_model = Limits
 
-        def configure(self) -> Motor:
+        def configure(self) -> Crane:
             seen.extend((self.shared, self.safety))
-            return Motor(self.label)
+            return Crane(self.label)
 
     shared = Shared()
     build(Looking, safety={"max_mps": 2}, shared=shared)

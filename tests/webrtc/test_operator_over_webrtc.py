@@ -52,7 +52,7 @@ CATALOGUE = Catalogue.of([
 ])  # fmt: skip
 
 
-class Camera:
+class OneColour:
     """Silent until watched, then ten pictures a second of one colour."""
 
     def __init__(self) -> None:
@@ -81,7 +81,7 @@ class ScriptedRobot:
 
     def __init__(self) -> None:
         self.to_operator: asyncio.Queue[str | None] = asyncio.Queue()
-        self.camera = Camera()
+        self.camera = OneColour()
         self.commands: asyncio.Queue[Any] = asyncio.Queue()
         self.states: list[str] = []
         self.channels: dict[str, Any] = {}

@@ -22,6 +22,7 @@ from mosaic_core.laboratory.impaired_answerer import impaired
 from mosaic_core.laboratory.impaired_path import ImpairedPath
 from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.testing import until
 
 pytestmark = pytest.mark.webrtc
 WAIT_S = 20.0
@@ -97,11 +98,6 @@ class Studio:
         _, track = await asyncio.wait_for(peers.operator_side.tracks.get(), WAIT_S)
         return Operator(peers, track)
 
-    async def until(self, condition: Callable[[], object]) -> None:
-        async with asyncio.timeout(WAIT_S):
-            while not condition():  # noqa: ASYNC110 - encoders run on threads of their own
-                await asyncio.sleep(0.01)
-
 
 class Operator:
     def __init__(self, peers: Any, track: Any) -> None:
@@ -166,7 +162,7 @@ async def test_nobody_watching_nothing_is_encoded_and_the_last_one_to_leave_ends
         await second.sees(scene(), 3)
         second.watch(False)
         assert it.stream.encoders.running == ()
-        await it.until(lambda: "encode front" not in {thread.name for thread in threading.enumerate()})
+        await until(lambda: "encode front" not in {thread.name for thread in threading.enumerate()})
 
 
 async def test_a_late_joiner_gets_its_picture_at_once(studio: Any) -> None:

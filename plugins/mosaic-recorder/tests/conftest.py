@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -15,6 +14,7 @@ from typing import Generic, Self, TypeVar
 import av
 import numpy as np
 import pytest
+from support.waiting import wait_for
 
 from mosaic_camera.marks import draw_marks, read_marks
 from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
@@ -123,11 +123,7 @@ class ScriptedTap(Generic[Tapped]):
 
 def until(condition: Callable[[], object]) -> None:
     """Wait for what other threads do; fails after a while."""
-    deadline_s = time.monotonic() + PATIENCE_S
-    moment = threading.Event()
-    while not condition():
-        assert time.monotonic() < deadline_s, "it did not happen"
-        moment.wait(0.01)
+    wait_for(condition, "what other threads do is done")
 
 
 class Studio:

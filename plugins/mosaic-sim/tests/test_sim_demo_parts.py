@@ -7,7 +7,6 @@ import json
 import socket
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rich.console import Console
+from support.waiting import wait_for
 
 from mosaic_core.runtime.configuration.config_loader import validate_file
 from mosaic_core.runtime.lan.child_process import STOP_PATIENCE_S, end_all
@@ -48,16 +48,9 @@ def python(folder: Path, code: str) -> Child:
     return Child("thing", [sys.executable, "-c", code], folder / "thing.log")
 
 
-def wait_for(condition: Callable[[], bool]) -> None:
-    deadline_s = time.monotonic() + 20
-    while not condition():
-        assert time.monotonic() < deadline_s
-        time.sleep(0.01)
-
-
 def test_a_child_that_dies_is_named_with_its_last_words(tmp_path: Path) -> None:
     child = python(tmp_path, "print('one'); raise SystemExit('the disk is full')")
-    wait_for(lambda: child.exit_code is not None)
+    wait_for(lambda: child.exit_code is not None, "the child ends")
     with pytest.raises(DemoFailed, match="the thing ended with exit code 1") as caught:
         child.check_alive()
     assert caught.value.details.splitlines() == ["one", "the disk is full"]
@@ -75,7 +68,7 @@ def test_a_child_that_ignores_being_asked_is_killed_in_time(tmp_path: Path) -> N
     command = [sys.executable, "-c", deaf + "print('deaf', flush=True); time.sleep(60)"]
     children = [Child(name, command, tmp_path / f"{name}.log") for name in ("a", "b")]
     for child in children:
-        wait_for(lambda child=child: "deaf" in child.last_lines())  # type: ignore[misc]
+        wait_for(lambda child=child: "deaf" in child.last_lines(), "it is deaf")  # type: ignore[misc]
     began_s = time.monotonic()
     end_all(children)
     assert time.monotonic() - began_s < STOP_PATIENCE_S + 0.5, "at the same time, not one after the other"
@@ -84,7 +77,7 @@ def test_a_child_that_ignores_being_asked_is_killed_in_time(tmp_path: Path) -> N
 
 def test_only_the_last_lines_of_a_long_log_are_told(tmp_path: Path) -> None:
     child = python(tmp_path, "print('\\n'.join(map(str, range(100))))")
-    wait_for(lambda: child.exit_code is not None)
+    wait_for(lambda: child.exit_code is not None, "the child ends")
     assert child.last_lines(3) == "97\n98\n99"
 
 

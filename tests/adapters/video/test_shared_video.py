@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from fractions import Fraction
 from typing import Any
@@ -24,6 +24,7 @@ from mosaic_core.adapters.video.viewer_feed import MAX_WAITING
 from mosaic_core.contract.media import Captured
 from mosaic_core.machines.congestion.rate_control import PictureLost
 from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.testing import until
 
 WAIT_S = 10.0
 
@@ -47,11 +48,6 @@ class Stage:
 
     async def packet(self, feed: Any) -> Any:
         return await asyncio.wait_for(feed.next(), WAIT_S)
-
-    async def until(self, condition: Callable[[], object]) -> None:
-        async with asyncio.timeout(WAIT_S):
-            while not condition():  # noqa: ASYNC110 - encoders have threads of their own
-                await asyncio.sleep(0.005)
 
 
 @asynccontextmanager
@@ -150,7 +146,7 @@ async def test_a_source_above_the_ceiling_is_encoded_anew_within_it() -> None:
             for number, packet in enumerate(packets):
                 it.stream.offer(Captured(packet, 10 + number / 10))
                 await asyncio.sleep(0)
-            await it.until(lambda: feed.switch.current)  # noqa: B023 - it is called before the next turn
+            await until(lambda: feed.switch.current)  # noqa: B023 - it is called before the next turn
             assert (feed.switch.current == PASSED_ON) is is_passed_on
             assert feed.rate.limits_bps[1] <= (ceiling_bps or 99_000_000)
 
@@ -250,7 +246,7 @@ async def test_a_viewer_that_nothing_can_be_encoded_for_is_told_once(monkeypatch
         it.viewer("p1")
         it.stream.watch("p1", True)
         it.post()
-        await it.until(lambda: it.refused)
+        await until(lambda: it.refused)
         it.post()
         await asyncio.sleep(0.05)
         assert it.refused == [("p1", "media.no_encoder")]
@@ -299,7 +295,7 @@ async def test_coming_and_going_leaves_nothing_behind() -> None:
             assert (await it.packet(feed)).is_keyframe
             it.stream.leave(f"p{number}")
             assert it.stream.encoders.running == ()
-        await it.until(lambda: not [one for one in threading.enumerate() if one.name == "encode front"])
+        await until(lambda: not [one for one in threading.enumerate() if one.name == "encode front"])
         assert it.stream._viewers == it.stream._watching == {}
 
 

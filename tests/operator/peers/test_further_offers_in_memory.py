@@ -25,20 +25,20 @@ def run(main: Coroutine[Any, Any, None]) -> None:
     asyncio.run(limited())
 
 
-class Camera(MediaTrackHandler):
+class LabelCamera(MediaTrackHandler):
     def frames(self) -> Iterator[Any]:
         for _ in self.every(0.02):
             yield self.label
 
 
-class CameraConfigurer(MediaTrackConfigurer[NoParams]):
+class LabelCameraConfigurer(MediaTrackConfigurer[NoParams]):
     connector_type = "camera"
 
-    def configure(self) -> Camera:
-        return Camera(self.label)
+    def configure(self) -> LabelCamera:
+        return LabelCamera(self.label)
 
 
-CAMERAS = tuple(connector(CameraConfigurer, label=label) for label in ("front", "rear", "gripper"))
+CAMERAS = tuple(connector(LabelCameraConfigurer, label=label) for label in ("front", "rear", "gripper"))
 
 
 async def connected_knowing_only(link: Joined, *labels: str) -> Any:

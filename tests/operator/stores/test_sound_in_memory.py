@@ -9,12 +9,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from support.connectors import Camera
 
 from mosaic_core import (
     AudioReceivable,
     AudioTrackHandler,
     MediaTrackConfigurer,
-    MediaTrackHandler,
     NoParams,
     Sender,
     Sound,
@@ -51,10 +51,6 @@ class Loudspeaker(AudioReceivable):
 
     def talk_ended(self) -> None:
         self.heard.append("end")
-
-
-class Camera(MediaTrackHandler):
-    pass
 
 
 class MicrophoneConfigurer(MediaTrackConfigurer[NoParams]):

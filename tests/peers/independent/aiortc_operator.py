@@ -17,7 +17,9 @@ from aiortc import (
     RTCSessionDescription,
 )
 from aiortc.sdp import candidate_from_sdp
-from independent.wire import Rest, Wire, until
+from independent.wire import Rest, Wire
+
+from mosaic_core.testing import until
 
 STORES: dict[str, str] = {
     "ConnectionCheckReceiverStore": "data",

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
+from support.waiting import wait_for
 
 from mosaic_core import Sender
 from mosaic_core.machines.control.lease_desk import LeaseDesk
@@ -29,7 +30,7 @@ SOON_S = 0.2
 
 
 @dataclass
-class Motor:
+class Mover:
     """Moves for whoever was handled last, until it is made safe."""
 
     mover: str | None = None
@@ -45,7 +46,7 @@ class Scene:
     safety: SafetyWatchdog
     fence: Fence
     watch: SafetyWatch
-    motor: Motor
+    motor: Mover
     openings: dict[str, int] = field(default_factory=dict)
     told: list[Any] = field(default_factory=list)
     stops: int = 0
@@ -105,7 +106,7 @@ def restless_threads() -> Iterator[None]:
 
 @pytest.fixture
 def scene() -> Iterator[Scene]:
-    safety, motor = SafetyWatchdog(), Motor()
+    safety, motor = SafetyWatchdog(), Mover()
     told: list[Any] = []
     fence = Fence(safety, LeaseDesk(["motion"], expiry_s=60.0), StopLatch(), told.append)
     leased = ReceiverSafety(timeout_s=60.0, resource="motion")
@@ -264,7 +265,7 @@ def test_a_message_of_a_reopened_channel_is_nobodys(scene: Scene) -> None:
 
 
 def test_a_hanging_farewell_keeps_no_safe_action_waiting() -> None:
-    safety, motor = SafetyWatchdog(), Motor()
+    safety, motor = SafetyWatchdog(), Mover()
     hangs, entered = threading.Event(), threading.Event()
 
     def peer_left(sender: Sender) -> None:
@@ -299,25 +300,18 @@ def test_a_stop_is_told_safe_by_its_own_safe_action_and_not_by_one_that_began_be
     watch = safety.guard("drive", ReceiverSafety(timeout_s=60.0), make_safe, lambda sender: None)
     safety.start()
 
-    def wait_for(condition: Callable[[], bool]) -> None:
-        for _ in range(int(PATIENCE_S / 0.01)):
-            if condition():
-                return
-            threading.Event().wait(0.01)
-        raise AssertionError("waited in vain")
-
     try:
         watch.make_safe("safety.timeout")
-        wait_for(lambda: entered == ["safety.timeout"])
+        wait_for(lambda: entered == ["safety.timeout"], "the first safe action begins")
         fence.stop("ann", "", "s1")
         gates[0].set()
-        wait_for(lambda: entered == ["safety.timeout", "safety.stop"])
+        wait_for(lambda: entered == ["safety.timeout", "safety.stop"], "the second begins")
         with fence.lock:
             times = fence.latch.times("s1")
         assert times is not None
         assert times.safe_s is None, "the stop's own safe action still runs"
         gates[1].set()
-        wait_for(lambda: told == [SAFE])
+        wait_for(lambda: told == [SAFE], "the end is told")
     finally:
         for gate in gates:
             gate.set()

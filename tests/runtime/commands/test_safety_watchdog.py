@@ -20,7 +20,7 @@ TOLERANCE_S = 0.02
 """The promise: ``timeout_s`` + 20 ms."""
 
 
-class Motor:
+class SafeActions:
     """``calls``: (cause, when); ``slow_s``: how long its safe action takes."""
 
     def __init__(self, slow_s: float = 0.0) -> None:
@@ -58,14 +58,14 @@ def begins(watch: SafetyWatch, peer_id: str = "ann") -> bool:
     return watch.begin(item) is None
 
 
-def guarded(safety: SafetyWatchdog, motor: Motor, timeout_s: float | None = 0.1) -> SafetyWatch:
+def guarded(safety: SafetyWatchdog, motor: SafeActions, timeout_s: float | None = 0.1) -> SafetyWatch:
     watch = safety.guard("drive", ReceiverSafety(timeout_s=timeout_s), motor.make_safe, motor.peer_left)
     watch.peer_joined("ann")
     return watch
 
 
 def test_it_fires_in_time_and_once(safety: SafetyWatchdog) -> None:
-    motor = Motor()
+    motor = SafeActions()
     watch = guarded(safety, motor)
     late_s = []
     for _ in range(5):
@@ -80,7 +80,7 @@ def test_it_fires_in_time_and_once(safety: SafetyWatchdog) -> None:
 
 
 def test_commands_keep_it_quiet(safety: SafetyWatchdog) -> None:
-    motor = Motor()
+    motor = SafeActions()
     watch = guarded(safety, motor)
     for _ in range(20):
         begins(watch)
@@ -89,7 +89,7 @@ def test_commands_keep_it_quiet(safety: SafetyWatchdog) -> None:
 
 
 def test_a_hanging_handler_is_made_safe_in_time_and_again_when_it_returns(safety: SafetyWatchdog) -> None:
-    motor = Motor()
+    motor = SafeActions()
     watch = guarded(safety, motor)
     begins(watch)
     assert motor.called.acquire(timeout=PATIENCE_S), "while handle_data still runs"
@@ -99,8 +99,8 @@ def test_a_hanging_handler_is_made_safe_in_time_and_again_when_it_returns(safety
 
 
 def test_a_slow_safe_action_of_one_receiver_does_not_delay_the_others(safety: SafetyWatchdog) -> None:
-    slow = [Motor(slow_s=PATIENCE_S) for _ in range(3)]
-    quick = Motor()
+    slow = [SafeActions(slow_s=PATIENCE_S) for _ in range(3)]
+    quick = SafeActions()
     watches = [guarded(safety, motor, 0.05) for motor in slow] + [guarded(safety, quick, 0.1)]
     for watch in watches:
         begins(watch)
@@ -122,7 +122,7 @@ def test_an_error_in_a_safe_action_is_logged_and_the_thread_lives(
     bad.peer_joined("ann")
     begins(bad)
     bad.finish(accepted=True)
-    motor = Motor()
+    motor = SafeActions()
     watch = guarded(safety, motor)
     begins(watch)
     watch.finish(accepted=True)
@@ -130,7 +130,7 @@ def test_an_error_in_a_safe_action_is_logged_and_the_thread_lives(
     assert "valve stuck" in caplog.text
 
 
-class Stuck(Motor):
+class Stuck(SafeActions):
     """Its safe action fails until ``works``."""
 
     def __init__(self) -> None:
@@ -159,7 +159,7 @@ def test_a_safe_action_that_failed_is_repeated_until_it_works(safety: SafetyWatc
 
 
 def test_at_the_end_too_a_failed_safe_action_is_repeated(safety: SafetyWatchdog) -> None:
-    class SecondTime(Motor):
+    class SecondTime(SafeActions):
         def make_safe(self, cause: str) -> None:
             super().make_safe(cause)
             if len(self.calls) == 1:
@@ -197,7 +197,7 @@ def test_a_safe_action_that_exits_leaves_the_threads_to_the_others(safety: Safet
     for _ in range(3):  # more often than there are threads to spare
         bad = safety.guard("valve", ReceiverSafety(), exits, lambda _: None)
         bad.make_safe("safety.shutdown")
-    motor = Motor()
+    motor = SafeActions()
     watch = guarded(safety, motor)
     begins(watch)
     watch.finish(accepted=True)
@@ -205,11 +205,11 @@ def test_a_safe_action_that_exits_leaves_the_threads_to_the_others(safety: Safet
 
 
 def test_an_endless_time_out_of_one_receiver_leaves_the_others_guarded(safety: SafetyWatchdog) -> None:
-    endless = guarded(safety, Motor(), float("inf"))
+    endless = guarded(safety, SafeActions(), float("inf"))
     begins(endless)
     endless.finish(accepted=True)
     endless.peer_left(Sender("bob", "s"))  # every safety thread looks at the deadlines
-    motor = Motor()
+    motor = SafeActions()
     watch = guarded(safety, motor)
     begins(watch)
     watch.finish(accepted=True)
@@ -217,7 +217,7 @@ def test_an_endless_time_out_of_one_receiver_leaves_the_others_guarded(safety: S
 
 
 def test_a_commander_who_left_while_another_ones_command_was_refused_is_stopped(safety: SafetyWatchdog) -> None:
-    motor = Motor()
+    motor = SafeActions()
     watch = guarded(safety, motor, None)
     watch.peer_joined("bob")
     begins(watch)
@@ -231,7 +231,7 @@ def test_a_commander_who_left_while_another_ones_command_was_refused_is_stopped(
 
 
 def test_the_commander_leaving_stops_at_once_and_its_late_commands_do_not_act(safety: SafetyWatchdog) -> None:
-    motor = Motor()
+    motor = SafeActions()
     watch = guarded(safety, motor, 5.0)
     begins(watch)
     watch.finish(accepted=True)
@@ -245,7 +245,7 @@ def test_the_commander_leaving_stops_at_once_and_its_late_commands_do_not_act(sa
 
 
 def test_a_refused_command_does_not_prolong_motion(safety: SafetyWatchdog) -> None:
-    motor = Motor()
+    motor = SafeActions()
     watch = guarded(safety, motor, 0.15)
     begins(watch)
     watch.finish(accepted=True)
@@ -258,7 +258,7 @@ def test_a_refused_command_does_not_prolong_motion(safety: SafetyWatchdog) -> No
 
 
 def test_everything_is_made_safe_at_the_end(safety: SafetyWatchdog) -> None:
-    motors = [Motor(), Motor()]
+    motors = [SafeActions(), SafeActions()]
     for motor in motors:
         guarded(safety, motor)
     assert safety.make_all_safe("safety.shutdown", PATIENCE_S)
@@ -266,7 +266,7 @@ def test_everything_is_made_safe_at_the_end(safety: SafetyWatchdog) -> None:
 
 
 def test_an_action_that_hangs_at_the_end_is_told(safety: SafetyWatchdog) -> None:
-    motor = Motor(slow_s=PATIENCE_S)
+    motor = SafeActions(slow_s=PATIENCE_S)
     guarded(safety, motor)
     assert not safety.make_all_safe("safety.shutdown", 0.05)
     motor.release.set()
@@ -282,7 +282,7 @@ def test_a_busy_processor_does_not_delay_it(safety: SafetyWatchdog) -> None:
     burners = [threading.Thread(target=burn) for _ in range(3)]
     for burner in burners:
         burner.start()
-    motor = Motor()
+    motor = SafeActions()
     watch = guarded(safety, motor)
     late_s = []
     for _ in range(7):
@@ -300,7 +300,7 @@ def test_a_busy_processor_does_not_delay_it(safety: SafetyWatchdog) -> None:
 def test_farewells_behind_a_peer_left_that_hangs_are_bounded_and_the_safe_action_still_runs(
     safety: SafetyWatchdog,
 ) -> None:
-    release, motor = threading.Event(), Motor()
+    release, motor = threading.Event(), SafeActions()
     watch = safety.guard("drive", ReceiverSafety(), motor.make_safe, lambda _: release.wait(PATIENCE_S) and None)
     for _ in range(2 * MAX_FAREWELLS):
         watch.peer_joined("ann")

@@ -7,30 +7,15 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 import pytest
+from support.connectors import Motor
 
-from mosaic_core import DataChannelJsonReceivable
 from mosaic_core.words import control
 from mosaic_core.words.control import CONTROL_EXTENSIONS, CONTROL_LABEL, Hello
 
 
-class Motor(DataChannelJsonReceivable):
-    timeout_s = 30.0
-    requires_lease = True
-
-    def __init__(self, label: str = "drive") -> None:
-        super().__init__(label)
-        self.log: list[Any] = []
-
-    def handle_data(self, data: dict[str, Any]) -> None:
-        self.log.append(data["v"])
-
-    def make_safe(self, cause: str) -> None:
-        self.log.append(cause)
-
-
 def played(kit: Any, body: Callable[[Any, Motor], Coroutine[Any, Any, None]], mode: str, expiry_s: float = 2.0) -> None:
     async def play() -> None:
-        motor = Motor()
+        motor = Motor(requires_lease=True)
         config = {"legacy_peers": mode, "lease_expiry_s": expiry_s}
         async with kit.running(kit.connector_of(motor), control=config) as scene:
             await body(scene, motor)
@@ -138,10 +123,7 @@ def test_who_has_opened_a_channel_of_ours_is_not_taken_for_an_original_by_a_bare
 
 @pytest.mark.parametrize("mode", ["observe", "refuse"])
 async def test_who_has_not_said_hello_yet_commands_nothing_where_originals_may_not(kit: Any, mode: str) -> None:
-    class Winch(Motor):
-        requires_lease = False
-
-    winch = Winch()
+    winch = Motor()
 
     async with kit.running(kit.connector_of(winch), control={"legacy_peers": mode}) as scene:
         end = await scene.connects("mute")

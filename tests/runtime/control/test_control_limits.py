@@ -9,34 +9,21 @@ from collections.abc import Callable, Coroutine
 from typing import Any, ClassVar
 
 import pytest
+from support.connectors import Camera, Motor
 
-from mosaic_core import DataChannelJsonReceivable, Message
-from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler, Refused
+from mosaic_core import Message
+from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.words import control
 from mosaic_core.words.data_type import Delivery
 
 
-class Base(DataChannelJsonReceivable):
-    """``log``: speeds and causes."""
+class Base(Motor):
+    """Its speed has limits, and whoever commands it holds the lease."""
 
-    timeout_s = 30.0
-    requires_lease = True
     motion_fields: ClassVar[tuple[str, ...]] = ("v",)
 
-    def __init__(self, label: str = "drive") -> None:
-        super().__init__(label)
-        self.log: list[Any] = []
-
-    def handle_data(self, data: dict[str, Any]) -> None:
-        self.log.append(data["v"])
-
-    def make_safe(self, cause: str) -> None:
-        self.log.append(cause)
-
-
-class Camera(MediaTrackHandler):
     def __init__(self) -> None:
-        super().__init__("front")
+        super().__init__(requires_lease=True)
 
 
 def played(
@@ -45,8 +32,8 @@ def played(
     """``body(scene, ann, drive)``: Ann holds the lease, ``drive(v)`` commands."""
 
     async def play() -> None:
-        connectors = (kit.connector_of(base, safety=safety, delivery=Delivery.RELIABLE), kit.connector_of(Camera()))
-        async with kit.running(*connectors) as scene:
+        driven = kit.connector_of(base, safety=safety, delivery=Delivery.RELIABLE)
+        async with kit.running(driven, kit.connector_of(Camera("front"))) as scene:
             ann = await scene.enters("ann")
             await ann.take()
             channel = ann.open("drive")

@@ -2,38 +2,16 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Coroutine
 from typing import Any
 
 import pytest
+from support.connectors import Motor
 
-from mosaic_core import DataChannelJsonReceivable
 from mosaic_core.words import control
 from mosaic_core.words.data_type import Delivery
 
 PATIENCE_S = 3.0
-
-
-class Motor(DataChannelJsonReceivable):
-    """``log``: commands and causes. Clear ``free``: ``handle_data`` hangs; ``may_stop``: the safe action does."""
-
-    def __init__(self, label: str, *, timeout_s: float | None = 30.0, requires_lease: bool = False) -> None:
-        super().__init__(label)
-        self.timeout_s = timeout_s
-        self.requires_lease = requires_lease
-        self.log: list[Any] = []
-        self.free, self.may_stop = threading.Event(), threading.Event()
-        self.free.set()
-        self.may_stop.set()
-
-    def handle_data(self, data: dict[str, Any]) -> None:
-        self.log.append(data["v"])
-        self.free.wait(PATIENCE_S)
-
-    def make_safe(self, cause: str) -> None:
-        self.log.append(cause)
-        self.may_stop.wait(PATIENCE_S)
 
 
 def played(

@@ -6,16 +6,12 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 import pytest
+from support.connectors import Camera
 
-from mosaic_core import MediaTrackHandler
 from mosaic_core.words import control
 from mosaic_core.words.control import CONTROL_EXTENSIONS, CONTROL_LABEL, Hello
 
 CAUSE = "The operator offers VP9 on this video line; the robot sends VP8 and H.264."
-
-
-class Camera(MediaTrackHandler):
-    """Never asked for a picture here."""
 
 
 def played(kit: Any, body: Callable[[Any], Coroutine[Any, Any, None]]) -> None:

@@ -6,13 +6,9 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 import pytest
+from support.connectors import Camera
 
-from mosaic_core import MediaTrackHandler
 from mosaic_core.words import control
-
-
-class Camera(MediaTrackHandler):
-    """Never asked for a picture here."""
 
 
 def played(kit: Any, body: Callable[[Any, Any], Coroutine[Any, Any, None]]) -> None:

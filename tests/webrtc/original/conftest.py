@@ -25,6 +25,8 @@ from aiortc.sdp import candidate_from_sdp
 from playwright.async_api import Page, async_playwright
 from websockets.asyncio.server import Server, ServerConnection, serve
 
+from mosaic_core.testing import until
+
 WAIT_S = 20.0
 START_S = 60.0
 """Of a robot's process, on a busy machine."""
@@ -48,14 +50,6 @@ connectors:
 {connectors}"""
 WITH_TOKEN = f"{{ type: simple-token, robot_id: {ROBOT_ID}, params: {{ token: {TOKEN} }} }}"
 OK = {"type": "authorize.res", "data": 100}
-
-
-async def until(condition: Callable[[], Any], what: str, timeout_s: float = WAIT_S) -> None:
-    """Wait until `condition` holds; fails with `what`."""
-    end_s = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < end_s, f"after {timeout_s} s still not true: {what}"
-        await asyncio.sleep(0.02)
 
 
 def misfit(value: Any, wanted: Any) -> str:

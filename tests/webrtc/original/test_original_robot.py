@@ -52,7 +52,7 @@ def scenario(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., No
     return run
 
 
-class Camera(VideoStreamTrack):
+class GreyTrack(VideoStreamTrack):
     def __init__(self, label: str) -> None:
         super().__init__()
         self._id = label
@@ -117,7 +117,7 @@ class OriginalRobot:
         await pc.setRemoteDescription(RTCSessionDescription(sdp, "offer"))
         lines = [line for line in pc.getTransceivers() if line.kind == "video"]
         for line, label in zip(lines, GREY, strict=False):
-            line.sender.replaceTrack(Camera(label))
+            line.sender.replaceTrack(GreyTrack(label))
             line.sender._stream_id = label
             line.direction = "sendonly"
         await pc.setLocalDescription(await pc.createAnswer())
