@@ -52,7 +52,6 @@ class LiveListener(RunsListener, DeskListener, PeerListener, Protocol):
 
     def server_changed(self) -> None:
         """The robot stands to a server in another way than before."""
-        ...
 
 
 class LiveRobot:

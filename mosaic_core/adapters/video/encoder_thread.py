@@ -50,7 +50,6 @@ class EncoderListener(Protocol):
     def encoded(self, key: EncodedRung, packet: av.Packet[Any]) -> None: ...
     def failed(self, key: EncodedRung, error: EncoderUnavailable) -> None:
         """No encoder for this rung works; told once, at the end."""
-        ...
 
 
 class EncoderThread:

@@ -30,11 +30,9 @@ class ControlListener(Protocol):
     def control_opened(self) -> None: ...
     def resume_word(self) -> ControlMessage:
         """What to say right after hello: how far the reliable channels are."""
-        ...
 
     def control_heard(self, message: ControlMessage) -> None:
         """Every message; pings, which are answered already, and pongs too: they are a sign of life."""
-        ...
 
 
 class ControlChannel:

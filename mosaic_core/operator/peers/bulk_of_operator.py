@@ -33,7 +33,6 @@ class BulkUser(Protocol):
 
     def bulk_changed(self, lost: Offerer | None) -> None:
         """Bulk channels open elsewhere from now on, and those on the offerer ``lost`` are gone."""
-        ...
 
 
 class BulkOfOperator(BulkConnection["_OfferedAttempt"]):

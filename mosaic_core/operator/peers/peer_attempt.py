@@ -33,20 +33,16 @@ class PeerOwner(Protocol):
     def track_arrived(self, label: str, video: IncomingVideo) -> None: ...
     def robot_known(self) -> None:
         """It speaks ``mosaic.1``, or it said no hello in time; the former may still follow the latter."""
-        ...
 
     def greeted(self, control: ControlChannel, extensions: Mapping[str, int]) -> None:
         """The robot's hello: what it knows. Told before :meth:`robot_known`."""
-        ...
 
     def resume_word(self) -> control.Resume:
         """What to say right after hello: how far the reliable channels are."""
-        ...
 
     def control_heard(self, message: control.ControlMessage) -> None: ...
     def ended(self, error: ConnectionFailed) -> None:
         """Told once; everything is being closed."""
-        ...
 
 
 class PeerAttempt:

@@ -35,7 +35,6 @@ class CommandFence(Protocol):
     @property
     def due_at_s(self) -> float | None:
         """When :meth:`expire` has something to do next."""
-        ...
 
     def refusal(
         self, safety: ReceiverSafety, peer_id: str, epoch: int | None, now_s: float | None = None

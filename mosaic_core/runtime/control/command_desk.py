@@ -41,11 +41,9 @@ class Controlled(Protocol):
     def ping(self) -> None: ...
     def tell(self, message: ControlMessage) -> None:
         """Say it on the control channel, if the operator knows such messages."""
-        ...
 
     def answer(self, message: ControlMessage) -> None:
         """Say it there to whoever has just asked."""
-        ...
 
 
 class DeskListener(Protocol):

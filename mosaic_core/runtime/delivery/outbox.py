@@ -41,7 +41,6 @@ class Listener(Protocol):
 
     def waiting(self, channel: str) -> tuple[int, int]:
         """``(messages, bytes)`` that wait to go out there."""
-        ...
 
 
 @dataclass(slots=True)

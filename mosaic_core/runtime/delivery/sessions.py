@@ -29,7 +29,6 @@ class Owner(Protocol):
 
     def dispossessed(self) -> None:
         """The session lives on another peer now."""
-        ...
 
 
 @dataclass(slots=True)

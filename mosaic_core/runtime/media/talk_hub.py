@@ -25,7 +25,6 @@ class Talker(Protocol):
     @property
     def sender(self) -> Sender:
         """Who it is by now: its role is known before it talks, its name may come later."""
-        ...
 
     def refuse(self, label: str, seq: int | None, code: str, message: str = "") -> None: ...
 

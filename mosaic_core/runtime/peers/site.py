@@ -25,11 +25,9 @@ class PeerListener(Protocol):
     def peer_connected(self, sender: Sender) -> None: ...
     def peer_closed(self, sender: Sender, code: str, message: str) -> None:
         """One that was connected is gone."""
-        ...
 
     def command_refused(self, label: str, sender: Sender, code: str) -> None:
         """A message for a connector was refused before its receiver saw it."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)

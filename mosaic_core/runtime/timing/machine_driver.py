@@ -21,7 +21,6 @@ class Machine(Protocol[E_contra, F_co]):
     @property
     def deadline_s(self) -> float | None:
         """When it wants :class:`DeadlinePassed`, on the monotonic clock; ``None``: not at all."""
-        ...
 
     def handle(self, event: E_contra | DeadlinePassed, now_s: float) -> Iterable[F_co]: ...
 

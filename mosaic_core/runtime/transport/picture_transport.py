@@ -19,32 +19,25 @@ class PictureFeed(Protocol):
     @property
     def codec_order(self) -> Sequence[str]:
         """MIME types, the preferred one first; empty: the transport's own order."""
-        ...
 
     def codec_agreed(self, mime_type: str) -> None:
         """What the peers will speak; told once, before :meth:`next`."""
-        ...
 
     async def next(self) -> Any:
         """The next picture of the agreed codec (``av.Packet`` with pts and time base); waits while there is none.
         Whoever takes them too slowly goes on at a later one: latency never accumulates."""
-        ...
 
     def heard(self, feedback: Feedback) -> None:
         """What the operator's side reports about the link and its decoder."""
-        ...
 
     def repeats(self, sequence_number: int) -> int:
         """How many times a packet that the operator's side misses is sent again now: 0, 1 or 2."""
-        ...
 
     def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
         """A packet of a picture has left: whether it is sent a second time unasked, because the link loses some."""
-        ...
 
     def pause_s(self, size_bytes: int) -> float:
         """A packet of a picture has left: how long the next one waits, so that a large picture is no burst."""
-        ...
 
 
 TellUnavailable: TypeAlias = Callable[[str], None]
@@ -56,17 +49,14 @@ class PictureStream(Protocol):
 
     def offer(self, captured: Captured) -> bool:
         """Take a picture on its handler's thread. ``False`` if nobody watches or the loop is behind."""
-        ...
 
     def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> PictureFeed:
         """A viewer's feed, silent until :meth:`watch`. ``is_local``: on this robot, where no link limits it."""
-        ...
 
     def watch(self, viewer_id: str, on: bool) -> None: ...
     def leave(self, viewer_id: str) -> None: ...
     def close(self) -> None:
         """Release what it holds; nothing is offered any more."""
-        ...
 
 
 class PictureStreamFactory(Protocol):

@@ -38,7 +38,6 @@ class Channel(Protocol):
     @property
     def is_first(self) -> bool:
         """Whoever made it had made no other channel before on this peer connection."""
-        ...
 
     @property
     def is_open(self) -> bool: ...
@@ -46,25 +45,20 @@ class Channel(Protocol):
     @property
     def buffered_bytes(self) -> int:
         """Bytes that wait in SCTP's queue of the whole peer connection."""
-        ...
 
     @property
     def window_bytes(self) -> int:
         """What the peer connection may have on its way at present (SCTP's congestion window)."""
-        ...
 
     @property
     def under_way_bytes(self) -> int:
         """Bytes of the peer connection that are on their way: handed to the network, and not acknowledged yet."""
-        ...
 
     def give_way(self, on: bool) -> None:
         """Whether the data of the whole peer connection leaves a path that others use to them, as bulk should."""
-        ...
 
     def send(self, data: bytes | str) -> None:
         """Queue one message; raises :class:`ConnectionFailed` when the channel isn't open."""
-        ...
 
     def close(self) -> None: ...
 
@@ -85,27 +79,21 @@ class AnswererListener(Protocol):
     def state_changed(self, state: str) -> None:
         """``connecting``, ``securing`` (a path is found, DTLS runs; may be left out), ``connected``, ``failed`` or
         ``closed``."""
-        ...
 
     def track_bound(self, label: str) -> PictureFeed:
         """A media line of the offer was given to ``label``; the feed may stay silent for ever."""
-        ...
 
     def voice_bound(self, label: str, sound: IncomingSound) -> None:
         """A line of the offer on which the operator talks was given to the loudspeaker ``label``."""
-        ...
 
     def tracks_unbound(self, labels: Sequence[str]) -> None:
         """The offer had no line for these."""
-        ...
 
     def track_refused(self, label: str, cause: str) -> None:
         """The line for this one is refused: no codec is shared. ``cause`` names what was offered and what we have."""
-        ...
 
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         """RTP timestamp = capture time x 90 kHz + ``rtp_origin`` (mod 2^32). Told once per track."""
-        ...
 
 
 class Answerer(Protocol):
@@ -125,15 +113,12 @@ class Answerer(Protocol):
         A line without a common codec is refused in the answer. Raises :class:`ConnectionFailed` with ``sdp.invalid``,
         and :class:`OfferRefused` if there is no other line.
         """
-        ...
 
     async def add_candidate(self, candidate: IceCandidate) -> None:
         """Add a remote candidate; a bad one is logged and dropped."""
-        ...
 
     def path(self) -> ChosenPath | None:
         """The path that ICE chose; ``None`` before, and where it is not known."""
-        ...
 
     async def close(self) -> None: ...
 
@@ -147,7 +132,6 @@ class TextSocket(Protocol):
 
     def __aiter__(self) -> AsyncIterator[str]:
         """The frames; ends when the socket closes."""
-        ...
 
     async def send(self, text: str) -> None: ...
     async def close(self, code: int = 1000, reason: str = "") -> None: ...
@@ -155,16 +139,13 @@ class TextSocket(Protocol):
     @property
     def close_code(self) -> int | None:
         """The other side's close code, once closed."""
-        ...
 
 
 class NetworkWatcher(Protocol):
     async def __call__(self, changed: Callable[[NetworkChange], None]) -> None:
         """Call ``changed`` at every change of this machine's network, until cancelled."""
-        ...
 
 
 class SocketConnector(Protocol):
     async def __call__(self, url: str) -> TextSocket:
         """Open ``url``; raises :class:`SignalingError` (``signal.unreachable``) with the cause in words."""
-        ...
