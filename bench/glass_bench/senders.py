@@ -156,6 +156,7 @@ class _Listener:
     """An ``AnswererListener``; ours watches as soon as it is connected."""
 
     def __init__(self, stream: Any = None) -> None:
+        self.media = self
         self._stream = stream
 
     def track_bound(self, label: str) -> Any:

@@ -106,6 +106,7 @@ class _Listener:
     """An ``AnswererListener`` that watches as soon as it is connected."""
 
     def __init__(self, stream: Any, name: str) -> None:
+        self.media = self
         self._stream, self._name = stream, name
 
     def track_bound(self, label: str) -> Any:

@@ -74,7 +74,7 @@ class PlainAnswerer:
             origin = learner.learn(self._track.last_pts) if self._track.last_pts else None
             if origin is not None:
                 self._track.asked = lambda: None
-                self._listener.origin_known(label, 0, origin)
+                self._listener.media.origin_known(label, 0, origin)
 
         self._track.asked = learn
         await self._peer.setLocalDescription(await self._peer.createAnswer())

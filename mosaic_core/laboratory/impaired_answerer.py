@@ -9,8 +9,7 @@ from collections.abc import Mapping, Sequence
 from mosaic_core.laboratory.detours import PathDetour, changed
 from mosaic_core.laboratory.impaired_path import ImpairedPath
 from mosaic_core.machines.peers.chosen_path import ChosenPath
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
-from mosaic_core.runtime.transport.sound_transport import NO_SOUND, IncomingSound, SoundLabels
+from mosaic_core.runtime.transport.sound_transport import NO_SOUND, SoundLabels
 from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, AnswererListener, Channel
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
@@ -58,6 +57,7 @@ class _RelayedListener:
     """An ``AnswererListener`` that passes everything on, candidates with the relay's address."""
 
     def __init__(self, listener: AnswererListener, way: PathDetour) -> None:
+        self.media = listener.media
         self._listener = listener
         self._way = way
 
@@ -71,18 +71,3 @@ class _RelayedListener:
 
     def state_changed(self, state: str) -> None:
         self._listener.state_changed(state)
-
-    def track_bound(self, label: str) -> PictureFeed:
-        return self._listener.track_bound(label)
-
-    def voice_bound(self, label: str, sound: IncomingSound) -> None:
-        self._listener.voice_bound(label, sound)
-
-    def tracks_unbound(self, labels: Sequence[str]) -> None:
-        self._listener.tracks_unbound(labels)
-
-    def track_refused(self, label: str, cause: str) -> None:
-        self._listener.track_refused(label, cause)
-
-    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
-        self._listener.origin_known(label, ssrc, rtp_origin)

@@ -95,12 +95,12 @@ class MemoryLink:
     def answered_by(self, listener: AnswererListener, media_labels: Sequence[str], speakers: Sequence[str] = ()) -> str:
         self._answerer = listener
         wanted = [label for label in self._labels if label in media_labels]
-        self._feeds |= {label: listener.track_bound(label) for label in wanted if label not in self._feeds}
+        self._feeds |= {label: listener.media.track_bound(label) for label in wanted if label not in self._feeds}
         for label in (label for label in self._voices if label in speakers and not self._is_connected):
-            listener.voice_bound(label, self._voices[label])
+            listener.media.voice_bound(label, self._voices[label])
         unbound = [label for label in (*media_labels, *speakers) if label not in (*wanted, *self._voices)]
         if unbound:
-            listener.tracks_unbound(unbound)
+            listener.media.tracks_unbound(unbound)
         return f"{self.sdp} answered"
 
     def _connect(self) -> None:

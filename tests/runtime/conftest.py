@@ -132,9 +132,9 @@ class FakeAnswerer:
             raise ConnectionFailed("no common codec", code="sdp.no_common_codec")
         lines = int(offer_sdp.removeprefix("offer:") or 0) if offer_sdp.startswith("offer:") else len(media_labels)
         for label in media_labels[:lines]:
-            self.feeds[label] = self.listener.track_bound(label)
+            self.feeds[label] = self.listener.media.track_bound(label)
         if media_labels[lines:]:
-            self.listener.tracks_unbound(media_labels[lines:])
+            self.listener.media.tracks_unbound(media_labels[lines:])
         own = IceCandidate(candidate="candidate:1 1 udp 1 10.0.0.1 5000 typ host", sdp_mid="0")
         self.listener.candidate_found(own)
         return "answer"

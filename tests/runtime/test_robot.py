@@ -375,7 +375,7 @@ async def test_a_peer_that_ended_while_its_offer_was_answered_leaves_nothing_bou
         operator = await scene.network.offer("p1")
         socket.push("signaling.close_peer_connection", {"rtcConnectionId": "p1"})
         await kit.until(lambda: operator.is_closed)
-        assert operator.listener.track_bound("front") is not None, "aiortc goes on with what it has begun"
+        assert operator.listener.media.track_bound("front") is not None, "aiortc goes on with what it has begun"
         assert not scene.robot._running.runs.media.is_bound("p1", "front")
 
 

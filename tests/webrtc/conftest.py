@@ -26,6 +26,7 @@ class Side:
     """Records what one side is told."""
 
     def __init__(self) -> None:
+        self.media = self
         self.other: Any = None
         self.states: asyncio.Queue[str] = asyncio.Queue()
         self.channels: asyncio.Queue[Channel] = asyncio.Queue()

@@ -88,6 +88,7 @@ class ScriptedRobot:
         self.stops: list[tuple[str, str]] = []
         self.seen: asyncio.Queue[control.MediaSeen] = asyncio.Queue()
         self.is_answering = True
+        self.media = self
         self.answerer = AiortcAnswerer(self, ())
 
     # the answerer's listener

@@ -159,7 +159,7 @@ class AiortcAnswerer:
                 self._bind_line(transceiver, label, offer.sdp)
         lineless = [label for label in wishes.labels if label not in self._served | self._refused]
         if lineless:
-            self._listener.tracks_unbound(lineless)
+            self._listener.media.tracks_unbound(lineless)
 
     def _allot(
         self, offer: VettedOffer, lines: Sequence[OfferedLine], wishes: _Wishes
@@ -171,18 +171,18 @@ class AiortcAnswerer:
             label = next((given.pop(line.mid) for given in (pictures, heard, talking) if line.mid in given), None)
             if label is not None and line.offered:
                 self._refused.add(label)
-                self._listener.track_refused(label, line.cause)
-        return pictures, SoundLines(heard, talking, self._listener)
+                self._listener.media.track_refused(label, line.cause)
+        return pictures, SoundLines(heard, talking, self._listener.media)
 
     def _bind_line(self, transceiver: RTCRtpTransceiver, label: str, offer_sdp: str) -> None:
-        sender, feed = transceiver.sender, self._listener.track_bound(label)
+        sender, feed = transceiver.sender, self._listener.media.track_bound(label)
         prefer_codecs(transceiver, feed.codec_order or CODEC_ORDER)
         feed.codec_agreed(sent_codec(transceiver))
         has_arrivals = agree_on_arrivals(transceiver, offer_sdp)
         ssrc = ssrc_of(sender)
 
         def origin_known(rtp_origin: int) -> None:
-            self._listener.origin_known(label, ssrc, rtp_origin)
+            self._listener.media.origin_known(label, ssrc, rtp_origin)
 
         sender.replaceTrack(VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals))
         name_stream(sender, label)

@@ -9,7 +9,7 @@ from aiortc import RTCRtpTransceiver
 
 from mosaic_core.adapters.aiortc_private import name_stream, prefer_codecs, sent_codec
 from mosaic_core.runtime.transport.sound_transport import OPUS
-from mosaic_core.runtime.transport.transport import AnswererListener
+from mosaic_core.runtime.transport.transport import LineListener
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +18,7 @@ class SoundLines:
 
     heard: Mapping[str, str]
     spoken: Mapping[str, str]
-    listener: AnswererListener
+    listener: LineListener
 
     def bind(self, transceiver: RTCRtpTransceiver) -> str | None:
         """The label that has the line now."""

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.machines.peers import bulk_of_robot as machine
-from mosaic_core.runtime.media.plain_stream import NewestFeed
 from mosaic_core.runtime.peers.bulk_connection import BulkAttempt, BulkConnection, LaneMessage
 from mosaic_core.runtime.peers.control_channel import ControlChannel
 from mosaic_core.runtime.peers.peer_channels import PeerChannels
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
-from mosaic_core.runtime.transport.sound_transport import IncomingSound
 from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL, LANE_LABEL, LaneAnswer, LaneCandidate, LaneOffer
 from mosaic_core.words.errors import MosaicError
@@ -66,6 +63,9 @@ class BulkOfRobot(BulkConnection["_AnsweredAttempt"]):
 class _AnsweredAttempt(BulkAttempt[Answerer]):
     """One answered offer of the bulk connection, and what its answerer says of it."""
 
+    media: Any = None
+    """It has no lines: no label is given to the answerer."""
+
     def __init__(self, attempt: int, connection: BulkOfRobot) -> None:
         super().__init__(attempt, connection)
         self.queue = connection.channels.new_queue()
@@ -109,19 +109,3 @@ class _AnsweredAttempt(BulkAttempt[Answerer]):
                 self._control = ControlChannel(channel, self.queue, ArrivalBaseline(), lambda _: None, Priority.BULK)
         else:
             self._bulk.channels.bulk_channel_opened(channel, self.queue)
-
-    def track_bound(self, label: str) -> PictureFeed:
-        """Never told: no label was given to the answerer."""
-        return NewestFeed()
-
-    def voice_bound(self, label: str, sound: IncomingSound) -> None:
-        sound.stop()
-
-    def tracks_unbound(self, labels: Sequence[str]) -> None:
-        """There are none."""
-
-    def track_refused(self, label: str, cause: str) -> None:
-        """There are none."""
-
-    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
-        """There are none."""

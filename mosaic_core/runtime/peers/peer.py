@@ -25,8 +25,6 @@ from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.runtime.signaling.server_link import Introduction
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.timing.machine_driver import MachineDriver
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
-from mosaic_core.runtime.transport.sound_transport import IncomingSound
 from mosaic_core.runtime.transport.transport import AnswererFactory, Channel
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, PING_PERIOD_S, STOP_LABEL
@@ -263,21 +261,6 @@ class Peer:
         opened = ControlChannel(channel, self._channels.queue, self._baseline, self._control_heard)
         self.operator.control_channel = opened
         opened.greet(self._site.software, self._site.boot_id)
-
-    def track_bound(self, label: str) -> PictureFeed:
-        return self.media.track_bound(label)
-
-    def voice_bound(self, label: str, sound: IncomingSound) -> None:
-        self.media.voice_bound(label, sound)
-
-    def tracks_unbound(self, labels: Sequence[str]) -> None:
-        self.media.tracks_unbound(labels)
-
-    def track_refused(self, label: str, cause: str) -> None:
-        self.media.track_refused(label, cause)
-
-    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
-        self.media.origin_known(label, ssrc, rtp_origin)
 
 
 def _maker(channel: Channel) -> session.Speaker:

@@ -71,14 +71,8 @@ class OfferRefused(ConnectionFailed):
         self.answer = answer
 
 
-class AnswererListener(Protocol):
-    """What a robot-side peer connection tells."""
-
-    def candidate_found(self, candidate: IceCandidate) -> None: ...
-    def channel_opened(self, channel: Channel) -> None: ...
-    def state_changed(self, state: str) -> None:
-        """``connecting``, ``securing`` (a path is found, DTLS runs; may be left out), ``connected``, ``failed`` or
-        ``closed``."""
+class LineListener(Protocol):
+    """What becomes of the media lines of an operator's offers."""
 
     def track_bound(self, label: str) -> PictureFeed:
         """A media line of the offer was given to ``label``; the feed may stay silent for ever."""
@@ -94,6 +88,20 @@ class AnswererListener(Protocol):
 
     def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None:
         """RTP timestamp = capture time x 90 kHz + ``rtp_origin`` (mod 2^32). Told once per track."""
+
+
+class AnswererListener(Protocol):
+    """What a robot-side peer connection tells."""
+
+    @property
+    def media(self) -> LineListener:
+        """Hears of the lines of the labels that :meth:`Answerer.answer` is given."""
+
+    def candidate_found(self, candidate: IceCandidate) -> None: ...
+    def channel_opened(self, channel: Channel) -> None: ...
+    def state_changed(self, state: str) -> None:
+        """``connecting``, ``securing`` (a path is found, DTLS runs; may be left out), ``connected``, ``failed`` or
+        ``closed``."""
 
 
 class Answerer(Protocol):

@@ -27,7 +27,7 @@ def test_an_operator_of_ours_hears_it_after_its_hello_and_again_when_it_looks(
 ) -> None:
     async def body(scene: Any) -> None:
         end = await scene.connects("ann", offer="offer:0")
-        end.listener.track_refused("front", CAUSE)
+        end.listener.media.track_refused("front", CAUSE)
         channel = end.open(CONTROL_LABEL)
         channel.say({"type": "hello", "data": Hello(software="t", boot_id="b", extensions=CONTROL_EXTENSIONS).wire()})
 
@@ -48,7 +48,7 @@ def test_an_operator_of_ours_hears_it_after_its_hello_and_again_when_it_looks(
 def test_a_line_that_is_refused_in_a_further_offer_is_told_at_once(kit: Any) -> None:
     async def body(scene: Any) -> None:
         ann = await scene.enters("ann")
-        ann.end.listener.track_refused("rear", CAUSE)
+        ann.end.listener.media.track_refused("rear", CAUSE)
         told = await ann.hears("media.unavailable")
         assert told == control.MediaUnavailable(label="rear", code="sdp.no_common_codec", message=CAUSE)
 
@@ -58,9 +58,9 @@ def test_a_line_that_is_refused_in_a_further_offer_is_told_at_once(kit: Any) -> 
 def test_a_camera_that_gets_a_line_after_all_is_refused_no_more(kit: Any) -> None:
     async def body(scene: Any) -> None:
         ann = await scene.enters("ann")
-        ann.end.listener.track_refused("front", CAUSE)
+        ann.end.listener.media.track_refused("front", CAUSE)
         await ann.hears("media.unavailable")
-        ann.end.listener.track_bound("front")
+        ann.end.listener.media.track_bound("front")
         ann.say(control.MediaWatch(label="front", on=True))
         await kit.until(lambda: scene.robot.snapshot().peers[0].watches == ("front",))
         assert len(ann.heard("media.unavailable")) == 1
