@@ -30,7 +30,7 @@ def label_problems(made: Sequence[WithHandlers]) -> Iterator[Problem]:
         for loc, label in named_in(one.params):
             if label in cameras or (label not in types and any(label.startswith(other) for other in unmade)):
                 continue
-            what = f"which is of type {types[label]}" if label in types else "which this robot does not have"
+            what = f"which is of type '{types[label]}'" if label in types else "which this robot does not have"
             message = f"connector '{one.config.label}' names the camera '{label}', {what}"
             place = real_place(loc, one.document, (*one.place, "params"))
             yield one.document.problem(place, message, cure=_cure(label, cameras, unmade))

@@ -21,7 +21,7 @@ def safety_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Ite
     """What the ``safety:`` of this connector says that nothing of it can follow."""
     found = receivers(handlers)
     if one.config.safety and not found:
-        message = f"connector '{one.config.label}' ({one.config.type}) receives nothing that could be limited"
+        message = f"connector '{one.config.label}' ('{one.config.type}') receives nothing that could be limited"
         yield one.problem(message, "safety", cure="remove `safety:`")
     for handler in found:
         yield from _receiver_problems(one, handler)

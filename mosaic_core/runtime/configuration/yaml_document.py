@@ -6,7 +6,7 @@ depth and alias expansion. What is wrong is collected in :attr:`YamlDocument.pro
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -56,8 +56,8 @@ class YamlDocument:
     """Each scalar as it was written (references filled in): what a string means where YAML 1.1 saw a number."""
     unknown: set[Place] = field(default_factory=set)
     """Values with a missing environment variable or file."""
-    secret: set[Place] = field(default_factory=set)
-    """Values that came from the environment or a file: never quoted in a message."""
+    secret: dict[Place, str] = field(default_factory=dict)
+    """Values that came from the environment or a file, as they were written: never quoted in a message otherwise."""
     problems: list[Problem] = field(default_factory=list)
 
     def has(self, place: Place) -> bool:
@@ -76,7 +76,15 @@ class YamlDocument:
         while around and around not in self.marks:
             around = around[:-1]
         mark = self.marks.get(around)
-        return Problem(message, code, self.file, mark.line if mark else None, spelled(place), cure)
+        line = mark.line if mark else None
+        return Problem(
+            self._without_secrets(message), code, self.file, line, spelled(place), self._without_secrets(cure)
+        )
+
+    def _without_secrets(self, sentence: str) -> str:
+        for place, written in self.secret.items():
+            sentence = sentence.replace(f"'{self.texts[place]}'", f"'{written}'")
+        return sentence
 
 
 def read_yaml(path: Path, environ: Mapping[str, str]) -> YamlDocument:
@@ -149,16 +157,14 @@ class _Builder:
         self._document = document
         self._environ = environ
         self._values = 0
+        self._open: list[yaml.MappingNode] = []
+        """The mappings around the value that is being built, those that are merged in included."""
 
     def build_root(self, node: yaml.Node) -> None:
         self._document.tree = self._build(node, ())
 
     def _build(self, node: yaml.Node, place: Place) -> Any:
-        self._values += 1
-        if self._values > MAX_VALUES or len(place) > MAX_DEPTH:
-            message = f"more than {MAX_VALUES} values" if self._values > MAX_VALUES else "nested too deeply"
-            problem = self._document.problem(place, message, code="config.syntax", cure="do aliases (*name) multiply?")
-            raise ConfigError([problem])
+        self._count(1, place)
         self._document.marks.setdefault(place, _mark(node))
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, place)
@@ -168,8 +174,17 @@ class _Builder:
         assert isinstance(node, yaml.ScalarNode)
         return self._scalar(node, place)
 
-    def _mapping(self, node: yaml.MappingNode, place: Place) -> dict[str, Any]:
+    def _count(self, values: int, place: Place) -> None:
+        self._values += values
+        if self._values > MAX_VALUES or max(len(place), len(self._open)) > MAX_DEPTH:
+            message = f"more than {MAX_VALUES} values" if self._values > MAX_VALUES else "nested too deeply"
+            problem = self._document.problem(place, message, code="config.syntax", cure="do aliases (*name) multiply?")
+            raise ConfigError([problem])
+
+    def _mapping(self, node: yaml.MappingNode, place: Place, written: Collection[str] = ()) -> dict[str, Any]:
+        """Without the keys in ``written``."""
         self._refuse_tag(node, place, "map")
+        self._open.append(node)
         document, result = self._document, dict[str, Any]()
         merged: list[yaml.Node] = []
         for key_node, value_node in node.value:
@@ -180,6 +195,8 @@ class _Builder:
                 document.problems.append(document.problem(place, "keys must be plain words", code="config.syntax"))
                 continue
             key = unmasked(key_node.value)
+            if key in written:
+                continue
             where = (*place, key)
             if key in result:
                 first, again = document.marks[where].line, key_node.start_mark.line + 1
@@ -191,17 +208,24 @@ class _Builder:
                 continue
             document.marks[where] = _mark(key_node)
             result[key] = self._build(value_node, where)
+        taken = set(written).union(result) if merged else set()
         for source in merged:
-            self._merge(source, place, result)
+            added = self._merged(source, place, taken)
+            result |= added
+            taken |= added.keys()
+        self._open.pop()
         return result
 
-    def _merge(self, source: yaml.Node, place: Place, result: dict[str, Any]) -> None:
-        """``<<: *base``: keys that are written out win."""
+    def _merged(self, source: yaml.Node, place: Place, written: Collection[str]) -> dict[str, Any]:
+        """``<<: *base``: keys that are written out win. What is looked at counts, also where it adds nothing."""
+        document = self._document
         if not isinstance(source, yaml.MappingNode):
-            self._document.problems.append(self._document.problem(place, "'<<' takes mappings", code="config.syntax"))
-            return
-        fresh = [pair for pair in source.value if unmasked(str(pair[0].value)) not in result]
-        result.update(self._mapping(yaml.MappingNode(source.tag, fresh, source.start_mark, source.end_mark), place))
+            document.problems.append(document.problem(place, "'<<' takes mappings", code="config.syntax"))
+            return {}
+        if source in self._open:
+            raise ConfigError([document.problem(place, "'<<' merges a mapping into itself", code="config.syntax")])
+        self._count(1 + len(source.value), place)
+        return self._mapping(source, place, written)
 
     def _scalar(self, node: yaml.ScalarNode, place: Place) -> Any:
         document = self._document
@@ -209,7 +233,7 @@ class _Builder:
         value = filled(text, self._environ)
         document.texts[place] = value.text
         if value.is_filled:
-            document.secret.add(place)
+            document.secret[place] = text
             document.problems += [document.problem(place, message) for message in value.mistakes]
             if value.missing:
                 document.unknown.add(place)

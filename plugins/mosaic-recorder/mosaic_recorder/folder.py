@@ -5,6 +5,7 @@ Only files whose names were made here are listed or deleted, and never one that 
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import threading
@@ -13,6 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import IO
 
 MAX_NAME_CHARACTERS = 64
 _OURS = re.compile(
@@ -35,6 +37,12 @@ def safe_name(text: str, default: str) -> str:
     """``text`` as part of a file name: letters, digits, ``-`` and ``_``; never a path, never empty or hidden."""
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
     return _UNSAFE.sub("-", plain).strip("-_")[:MAX_NAME_CHARACTERS].strip("-_") or default
+
+
+def new_file(path: Path, buffering: int = -1) -> IO[bytes]:
+    """A file that only its owner reads: what a camera saw concerns nobody else. Raises :class:`FileExistsError`."""
+    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    return os.fdopen(os.open(path, flags, 0o600), "r+b", buffering)
 
 
 def surplus(files: Iterable[StoredFile], max_files: int | None, max_bytes: int | None) -> list[StoredFile]:
@@ -63,8 +71,8 @@ class RecordingsFolder:
         self._in_use: set[str] = set()
 
     def claim(self, name: str, label: str, suffix: str, now: datetime | None = None) -> Path:
-        """A name that no file has, in use until :meth:`release`. Makes the folder if there is none."""
-        self.path.mkdir(parents=True, exist_ok=True)
+        """A name that no file has, in use until :meth:`release`. Makes the folder, if there is none, for its owner."""
+        self.path.mkdir(0o700, parents=True, exist_ok=True)
         at = f"{now or datetime.now():%Y%m%d_%H%M%S}"
         stem = f"{safe_name(name, 'recording')}_{at}_{safe_name(label, 'camera')}"
         with self._lock:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from mosaic_core.contract.media_tap import TapCodec
+from mosaic_recorder.folder import new_file
 
 if TYPE_CHECKING:
     from av.container.output import OutputContainer
@@ -93,7 +94,7 @@ class _Disk:
     written after a failure: what follows a hole can't be played."""
 
     def __init__(self, path: Path) -> None:
-        self._file = path.open("xb", buffering=0)
+        self._file = new_file(path, buffering=0)
         self._synced_at_s = time.monotonic()
         self._whole_bytes = 0
         self.failure: OSError | None = None

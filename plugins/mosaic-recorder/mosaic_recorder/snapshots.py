@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TappedImage, TappedPicture
 from mosaic_core.machines.delivery.framing import MAX_MESSAGE_BYTES
 from mosaic_recorder.disk_watch import code_of
-from mosaic_recorder.folder import RecordingsFolder
+from mosaic_recorder.folder import RecordingsFolder, new_file
 from mosaic_recorder.messages import RecorderCommand, SnapshotTaken
 from mosaic_recorder.stills import decoded, framed, png_of
 
@@ -88,7 +88,7 @@ class Snapshots:
         path = self._folder.claim(name or "snapshot", label, "png")
         draft = path.with_suffix(".part")
         try:
-            with draft.open("xb") as file:
+            with new_file(draft) as file:
                 file.write(png)
                 file.flush()
                 os.fsync(file.fileno())

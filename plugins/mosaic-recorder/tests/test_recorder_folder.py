@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_recorder.disk_watch import PERIOD_S, DiskWatch
-from mosaic_recorder.folder import MAX_NAME_CHARACTERS, RecordingsFolder, StoredFile, safe_name, surplus
+from mosaic_recorder.folder import MAX_NAME_CHARACTERS, RecordingsFolder, StoredFile, new_file, safe_name, surplus
 
 NOON = datetime(2026, 5, 4, 12, 30, 15)
 FILES = st.lists(
@@ -79,6 +79,17 @@ def test_a_file_that_exists_is_never_claimed(tmp_path: Path) -> None:
     folder = RecordingsFolder(tmp_path)
     stored(folder, "drive_20260504_123015_front.mp4")
     assert folder.claim("drive", "front", "mp4", NOON).name == "drive_20260504_123015_front~2.mp4"
+
+
+def test_only_the_owner_reads_what_is_stored(tmp_path: Path) -> None:
+    before = os.umask(0)
+    path = RecordingsFolder(tmp_path / "recordings").claim("tour", "front", "png")
+    with new_file(path) as file:
+        file.write(b"x")
+    os.umask(before)
+    assert (path.parent.stat().st_mode & 0o777, path.stat().st_mode & 0o777) == (0o700, 0o600)
+    with pytest.raises(FileExistsError):
+        new_file(path)
 
 
 def test_the_list_has_what_was_recorded_newest_first_and_nothing_else(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import signal
 import subprocess
 import sys
@@ -83,7 +84,8 @@ def test_the_file_of_a_process_that_was_killed_plays(
 ) -> None:
     path = tmp_path / f"a.{container}"
     words = [sys.executable, "-c", WRITER, str(Path(__file__).with_name("conftest.py")), str(path), container, codec]
-    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+    where = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=where) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "written\n"
         process.kill()
@@ -125,7 +127,7 @@ def test_a_full_disk_is_told_once_and_what_fitted_plays(
     room_bytes = round(sum(len(picture.data) for picture in pictures) * 0.8)
     path = tmp_path / f"a.{container}"
     disk = NearlyFull(path, room_bytes)
-    monkeypatch.setattr(movie_file.Path, "open", lambda *_, **__: disk)
+    monkeypatch.setattr(movie_file, "new_file", lambda *_, **__: disk)
     file = MovieFile(path, container, codec, 320, 240)
     with pytest.raises(OSError, match="No space left") as raised:
         written(file, pictures)
@@ -141,7 +143,7 @@ def test_a_disk_that_fills_at_the_very_end_is_told_by_close(
 ) -> None:
     path = tmp_path / "a.mp4"
     disk = NearlyFull(path, 10**9)
-    monkeypatch.setattr(movie_file.Path, "open", lambda *_, **__: disk)
+    monkeypatch.setattr(movie_file, "new_file", lambda *_, **__: disk)
     file = MovieFile(path, "mp4", "h264", 320, 240)
     written(file, studio.encoded(100))
     disk._left = 0

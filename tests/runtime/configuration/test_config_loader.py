@@ -267,6 +267,20 @@ def test_the_servers_url_is_one_that_can_be_opened(
 # -- secrets -------------------------------------------------------------------------------------------------------
 
 
+def test_a_type_or_label_from_the_environment_is_quoted_as_it_was_written(
+    problems: Problems, robot_yaml: RobotYaml
+) -> None:
+    text = robot_yaml(
+        "\n  - { type: '${SECRET}', label: a }"
+        "\n  - { type: gauge, label: '${SECRET}' }"
+        "\n  - { type: gauge, label: '${SECRET}' }"
+    )
+    found = problems(text, environ={"SECRET": "hunter2"})
+    assert [one.code for one in found] == ["config.unknown_type", "config.duplicate_label"]
+    assert all("'${SECRET}'" in one.message for one in found)
+    assert "hunter2" not in str(found)
+
+
 def test_secrets_are_quoted_nowhere(problems: Problems, robot_yaml: RobotYaml) -> None:
     found = problems(
         robot_yaml("[{type: gauge, label: a, params: {period_s: '${SECRET}'}}]").replace("token: abc", "token: [hush]"),

@@ -108,6 +108,32 @@ def test_aliases_that_multiply_are_stopped_early(problems: Problems, levels: int
     assert time.monotonic() - start < 10
 
 
+@pytest.mark.parametrize("source", ["{}", "{ k: 1 }"])
+def test_merges_that_multiply_are_stopped_early(problems: Problems, source: str) -> None:
+    lines = [f"a0: &a0 {source}"]
+    lines += [f"a{level}: &a{level} {{ <<: [{', '.join([f'*a{level - 1}'] * 10)}] }}" for level in range(1, 9)]
+    (problem,) = problems("\n".join(lines))
+    assert (problem.message, problem.cure) == ("more than 20000 values", "do aliases (*name) multiply?")
+
+
+def test_merges_in_a_long_row_end(problems: Problems) -> None:
+    rows = [f"a{number}: &a{number} {{ <<: *a{number - 1} }}" for number in range(1, 2000)]
+    (problem,) = problems("\n".join(["a0: &a0 {}", *rows]))
+    assert problem.message == "nested too deeply"
+
+
+@pytest.mark.parametrize("text", ["a: &a\n  <<: *a", "a: &a\n  b: &b { <<: *a }", "a: &a\n  b: { <<: [{}, *a] }"])
+def test_a_mapping_that_is_merged_into_itself_is_told_with_its_line(problems: Problems, text: str) -> None:
+    (problem,) = problems(text)
+    assert problem.message == "'<<' merges a mapping into itself"
+    assert problem.line in (1, 2)
+
+
+def test_what_is_written_out_wins_over_what_is_merged_and_the_first_merge_over_the_next() -> None:
+    text = "a: &a { x: 1, y: 1 }\nb: &b { x: 2, y: 2, z: 2 }\nc: { x: 3, <<: [*a, *b] }"
+    assert parse_yaml(text, "", {}).tree["c"] == {"x": 3, "y": 1, "z": 2}
+
+
 def test_an_alias_to_itself_ends(problems: Problems) -> None:
     (problem,) = problems("a: &a [*a]")
     assert problem.code == "config.syntax"

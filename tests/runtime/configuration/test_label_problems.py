@@ -60,7 +60,7 @@ def test_a_label_like_no_other_is_told_what_there_is(rehearsed: Rehearsed) -> No
 def test_a_connector_that_is_no_camera_is_told_with_its_type(rehearsed: Rehearsed, label: str, kind: str) -> None:
     others = ("type: gauge, label: battery", "type: pair, label: link")
     (problem,) = rehearsed(*EYES, *others, f"type: watcher, label: w, params: {{ main: {label} }}")
-    assert problem.message == f"connector 'w' names the camera '{label}', which is of type {kind}"
+    assert problem.message == f"connector 'w' names the camera '{label}', which is of type '{kind}'"
 
 
 def test_a_camera_with_a_mistake_of_its_own_is_not_missed(rehearsed: Rehearsed) -> None:
