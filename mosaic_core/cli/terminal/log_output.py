@@ -9,6 +9,8 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
+from mosaic_core.words.log_lines import TextLines, on_one_line
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -53,7 +55,7 @@ class JsonLines(logging.Formatter):
                 line[name] = str(value)
         if record.exc_info:
             line["traceback"] = self.formatException(record.exc_info)
-        return json.dumps(line, ensure_ascii=False)
+        return on_one_line(json.dumps(line, ensure_ascii=False))
 
 
 class ConsoleLines(logging.Handler):
@@ -74,9 +76,7 @@ def set_up_logging(level: LogLevel, log_format: LogFormat = LogFormat.TEXT, cons
     """Configure the root logger of this program; ``console`` is that of a live table."""
     as_json = log_format is LogFormat.JSON
     handler = ConsoleLines(console) if console is not None and not as_json else logging.StreamHandler(sys.stderr)
-    handler.setFormatter(
-        JsonLines() if as_json else logging.Formatter("%(asctime)s %(levelname)-7s %(message)s", "%H:%M:%S")
-    )
+    handler.setFormatter(JsonLines() if as_json else TextLines("%(asctime)s %(levelname)-7s %(message)s", "%H:%M:%S"))
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(level.value.upper())

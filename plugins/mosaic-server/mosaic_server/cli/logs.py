@@ -8,19 +8,17 @@ import sys
 import time
 from typing import Any
 
+from mosaic_core.words.log_lines import TextLines
+
+_TEXT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
 _FIELDS = ("robotId", "peerId", "label", "code")
 
 
 def configure_logs(level: str, form: str) -> None:
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(ServerJsonLines() if form == "json" else TextLines())
+    handler.setFormatter(ServerJsonLines() if form == "json" else TextLines(_TEXT))
     logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
     logging.getLogger("alembic").setLevel(logging.WARNING)
-
-
-class TextLines(logging.Formatter):
-    def __init__(self) -> None:
-        super().__init__("%(asctime)s %(levelname)-7s %(name)s: %(message)s")
 
 
 class ServerJsonLines(logging.Formatter):
