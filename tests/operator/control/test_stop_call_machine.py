@@ -77,6 +77,15 @@ def test_the_report_counts_on_the_robots_clock_whatever_ours_says(offset_us: int
     assert calls.deadline_s is None
 
 
+def test_an_answer_that_seems_older_than_the_stop_came_at_once() -> None:
+    """The robot's clock is only known to within half a round trip."""
+    calls = StopCalls()
+    calls.say("a", "", 10.0)
+    (stopped,) = calls.acknowledged(ack(9_999_000, 9_999_500), ClockReading(0, 3_000_000), 13.0)
+    assert isinstance(stopped, StopCallEnded)
+    assert (stopped.report.received_s, stopped.report.safe_s, stopped.report.uncertainty_s) == (0.0, 0.0, 1.5)
+
+
 def test_without_a_known_clock_only_the_round_trip_is_told() -> None:
     calls = StopCalls()
     calls.say("a", "", 0.0)
