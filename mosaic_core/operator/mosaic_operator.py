@@ -18,7 +18,7 @@ from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.operator.reconnection import Keeper
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.signaling.rest_api import RestApi, RobotSummary, log_in
-from mosaic_core.operator.signaling.signaling_socket import SignalingSocket
+from mosaic_core.operator.signaling.signaling_socket import OperatorSocket
 from mosaic_core.operator.stores.channel_plan import Known, media_labels_of
 from mosaic_core.operator.stores.known_robots import KnownRobots
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
@@ -87,7 +87,7 @@ class MosaicOperator:
         self._watches_network = False
         self._watched: set[str] = set()
         url = base_url.rstrip("/").replace("http", "ws", 1) + "/ws/user"
-        self._signaling = SignalingSocket(url, access_token, open_socket or _default_socket(), self._signaled)
+        self._signaling = OperatorSocket(url, access_token, open_socket or _default_socket(), self._signaled)
 
     @classmethod
     async def login(cls, base_url: str, email: str, password: str, *, is_person: bool = False) -> Self:

@@ -10,7 +10,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PACKAGES = [ROOT / "mosaic_core", *sorted(ROOT.glob("plugins/*/mosaic_*"))]
 
-TWINS = {"ControlChannel", "DataPort", "FurtherOffers", "SignalingSocket"}
+TWINS = {"ControlChannel", "DataPort", "FurtherOffers"}
 """The same thing on the robot and on the operator."""
 MESSAGES = {"AngularVelocity", "Twist"}
 """Parts of messages of several plugins; their names are titles in the schemas that robots announce."""

@@ -1,51 +1,49 @@
-"""Carries out the signaling session over a socket: connects, reads, writes in order, waits, connects again."""
+"""Carries out a signaling session over a socket: connects, reads, writes in order, waits, connects again."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
 from collections.abc import Callable
+from typing import Any
 
 from mosaic_core.machines.signaling import signaling_events as session
-from mosaic_core.machines.signaling.robot_signaling import RobotSignaling
 from mosaic_core.runtime.signaling.socket_renewal import SocketRenewal
-from mosaic_core.runtime.timing.machine_driver import MachineDriver
+from mosaic_core.runtime.timing.machine_driver import Machine, MachineDriver
 from mosaic_core.runtime.transport.transport import SocketConnector, TextSocket
 from mosaic_core.words.errors import SignalingError
 
 logger = logging.getLogger(__name__)
 
-_MAX_UNSENT = 1024
-"""Messages that wait for a slow server before the socket is given up."""
 _CLOSE_PATIENCE_S = 0.5
 """For the closing handshake; a dead server does not answer it."""
 
 
 class SignalingSocket:
-    """Keeps a socket to one server while the robot lives. Event loop only. ``carry_out`` gets every effect that
-    isn't about the socket."""
+    """Keeps a socket to one server while the robot, or the operator, lives. Event loop only. ``carry_out`` gets every
+    effect of ``machine`` that isn't about the socket."""
+
+    max_unsent = 1024
+    """Messages that wait for a slow server; the oldest one goes for one more."""
 
     def __init__(
-        self,
-        url: str,
-        machine: RobotSignaling,
-        connect: SocketConnector,
-        carry_out: Callable[[session.Effect], None],
+        self, url: str, machine: Machine[Any, Any], connect: SocketConnector, carry_out: Callable[[Any], None]
     ) -> None:
         self._url = url
         self._connect = connect
         self._carry_out = carry_out
         self._driver = MachineDriver(machine, self._do)
-        self._unsent: asyncio.Queue[session.SendSignal | session.CloseSocket] | None = None
+        self._socket: TextSocket | None = None
+        self._unsent: asyncio.Queue[session.SendSignal | session.CloseSocket] = asyncio.Queue()
         self._delay_s = 0.0
         self._stopped = asyncio.Event()
         self._renewal = SocketRenewal(lambda socket: _close(socket, 1000, ""))
 
-    def tell(self, event: session.Event) -> None:
+    def tell(self, event: Any) -> None:
         """Something happened: on the socket, or in the robot."""
         self._driver.tell(event)
 
-    def _do(self, effect: session.Effect) -> None:
+    def _do(self, effect: Any) -> None:
         match effect:
             case session.SendSignal() | session.CloseSocket():
                 self._enqueue(effect)
@@ -71,7 +69,7 @@ class SignalingSocket:
                 if socket is None:
                     self.tell(session.NetworkChanged())
                 else:
-                    await self._serve(socket)
+                    self.tell(session.SocketClosed(await self._serve(socket)))
             await self._wait()
 
     async def _wait(self) -> None:
@@ -85,8 +83,9 @@ class SignalingSocket:
         finally:
             stopped.cancel()
 
-    async def _serve(self, socket: TextSocket) -> None:
-        self._unsent = asyncio.Queue(_MAX_UNSENT)
+    async def _serve(self, socket: TextSocket) -> int | None:
+        """Until it is closed, or left; the code of its end."""
+        self._socket, self._unsent = socket, asyncio.Queue(self.max_unsent)
         reader = asyncio.create_task(self._read(socket))
         writer = asyncio.create_task(self._write(socket, self._unsent))
         self.tell(session.SocketOpened())
@@ -94,13 +93,13 @@ class SignalingSocket:
         try:
             is_moved = not await self._renewal.until_done(reader, writer)
         finally:
-            self._unsent = None
+            self._socket = None
             code = None if not writer.done() or writer.cancelled() or writer.exception() else writer.result()
             reader.cancel()
             writer.cancel()
             await asyncio.wait({reader, writer})
             await self._leave(socket, is_moved=is_moved)
-            self.tell(session.SocketClosed(socket.close_code if code is None else code))
+        return socket.close_code if code is None else code
 
     async def _leave(self, socket: TextSocket, *, is_moved: bool) -> None:
         if not is_moved:
@@ -124,12 +123,13 @@ class SignalingSocket:
                 await _close(socket, effect.code, effect.reason)
                 return effect.code
             await socket.send(effect.message.to_text())
+            unsent.task_done()
 
     def _enqueue(self, effect: session.SendSignal | session.CloseSocket) -> None:
-        if self._unsent is None:
+        if self._socket is None:
             return
         if self._unsent.full():
-            self._unsent.get_nowait()  # the server stopped reading: the oldest goes, its keep-alive ends the socket
+            self._unsent.get_nowait()  # the server stopped reading: its keep-alive ends the socket
         self._unsent.put_nowait(effect)
 
 

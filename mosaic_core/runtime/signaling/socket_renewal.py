@@ -28,10 +28,6 @@ class SocketRenewal:
         """The network is another one: leave the socket, which may be dead without knowing it; make a new one now."""
         self._asked.set()
 
-    async def asked(self) -> None:
-        """Until :meth:`ask`."""
-        await self._asked.wait()
-
     async def opened(self, opening: Coroutine[Any, Any, TextSocket]) -> TextSocket | None:
         """The new socket; ``None``: the network changed before it was there. Raises what ``opening`` raises."""
         self._asked.clear()
