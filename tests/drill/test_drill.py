@@ -21,8 +21,8 @@ from mosaic_core.runtime.commands.fence import Fence
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.peers.control_channel import StopChannel
 from mosaic_core.runtime.peers.peer_control import PeerControl
-from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.words.control import ControlMessage, Stop
 
 

@@ -19,8 +19,7 @@ from mosaic_core.adapters.aiortc_private.ice.gathering import (
 )
 from mosaic_core.adapters.aiortc_private.ice.liveness import watch_liveness
 from mosaic_core.adapters.aiortc_private.ice.paths import chosen_path
-from mosaic_core.adapters.aiortc_private.rtp.codecs import has_common_codec, prefer_codecs, sent_codec
-from mosaic_core.adapters.aiortc_private.rtp.kept_lines import KeptLines
+from mosaic_core.adapters.aiortc_private.rtp.codecs import KeptLines, has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.rtp.pacing import PacedTransport
 from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import PacketNumbers, agree_on_arrivals, sequence_number_of
 from mosaic_core.adapters.aiortc_private.rtp.senders import RtpOriginLearner, SenderFeedback, name_stream, ssrc_of

@@ -10,7 +10,6 @@ from mosaic_core.adapters.aiortc_private.rtp.receivers import route_repeats
 from mosaic_core.adapters.aiortc_private.rtp.reporting import ArrivalReporter, agreed_number_id, offer_reports
 from mosaic_core.adapters.peers.aiortc_channel import AiortcChannel
 from mosaic_core.adapters.peers.aiortc_peer import AiortcPeer
-from mosaic_core.adapters.peers.named_lines import named_lines
 from mosaic_core.adapters.peers.offer_vetting import refuse_unless_bundled, separated_candidates, with_fragments
 from mosaic_core.adapters.sound.sound_track import OutgoingVoice, ReceivedSound, SoundTrack
 from mosaic_core.adapters.video.incoming_video import AiortcVideo
@@ -135,3 +134,17 @@ class AiortcOfferer:
             self._listener.track_arrived(label, ReceivedSound(track))
             return
         self._listener.track_arrived(label, AiortcVideo(track, line.receiver if line is not None else None))
+
+
+def named_lines(sdp: str) -> dict[str, str]:
+    """Mid → label, of the lines of an answer that name one. MOSAIC's robots write it into the line's ``msid``, as name
+    of the stream and of the track: ``a=msid:front front``. Others write something else there, and then only the line
+    itself tells."""
+    named: dict[str, str] = {}
+    for section in sdp.split("\nm=")[1:]:
+        told = [line.strip()[2:] for line in section.splitlines() if line.startswith(("a=mid:", "a=msid:"))]
+        values = dict(line.split(":", 1) for line in told)
+        stream, _, track = values.get("msid", "").partition(" ")
+        if stream and stream == track.strip() and "mid" in values:
+            named[values["mid"]] = stream
+    return named

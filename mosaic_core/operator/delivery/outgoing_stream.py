@@ -5,23 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Literal, Protocol
+from typing import Literal
 
 from mosaic_core.machines.delivery.framing import Frame, PayloadKind
 from mosaic_core.machines.delivery.resume import ResumeSender
+from mosaic_core.operator.delivery.data_port import DataPort
 
 MESSAGE_BYTES = 64
 """What an empty message costs us: a queue of nothing else is bounded too."""
-
-
-class Port(Protocol):
-    """The open channel."""
-
-    def frame(self, kind: PayloadKind, payload: bytes) -> Frame: ...
-    def put(self, frame: Frame) -> bool:
-        """Send it under its own number; ``False``: too much waits below, or it is closed."""
-
-    def send(self, kind: PayloadKind, payload: bytes) -> bool: ...
 
 
 class OutgoingStream:
@@ -34,7 +25,7 @@ class OutgoingStream:
         self._waits = waits
         self._sender: ResumeSender[Frame] = ResumeSender()
         self._phase: Literal["held", "resumed", "plain", "away", "closed"] = "held"
-        self._port: Port | None = None
+        self._port: DataPort | None = None
 
     @property
     def is_numbered(self) -> bool:
@@ -72,7 +63,7 @@ class OutgoingStream:
         self.pump()
         return True
 
-    def attach(self, port: Port) -> None:
+    def attach(self, port: DataPort) -> None:
         """The channel is open."""
         self._port = port
         self._flush() if self._phase == "plain" else self.pump()

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.machines.commands.safety_envelope import EnvelopeState, OutOfRange, SafetyEnvelope
-from mosaic_core.runtime.commands.motion_defaults import MotionDefaults
 from mosaic_core.runtime.commands.payload import PayloadReader
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
@@ -89,3 +89,44 @@ class CommandShaper:
         if self._envelope is None or self._last is None:
             return None
         return self._reader.validated(self._envelope.zero(self._last))
+
+
+class MotionDefaults:
+    """Completes the messages of one receiver by what it would take for motion fields that they leave out, if that
+    moves: else a message without the field would move by a default that no limit has seen. ``schema``: the JSON Schema
+    of its messages; ``fields``: dotted paths of what moves.
+    """
+
+    def __init__(self, schema: Mapping[str, Any], fields: Iterable[str]) -> None:
+        found: dict[tuple[str, ...], Any] = {}
+        for field in fields:
+            path, node = tuple(field.split(".")), schema
+            for place, key in enumerate(path, 1):
+                node = _object(schema, node).get("properties", {}).get(key, {})
+                default = node.get("default")
+                if _moves(default, path[place:]):
+                    found[path[:place]] = default
+        self._found = tuple(sorted(found.items(), key=lambda item: len(item[0])))
+
+    def complete(self, message: dict[str, Any]) -> None:
+        """Add to ``message`` what it leaves out and what isn't 0."""
+        for path, default in self._found:
+            inner: Any = message
+            for key in path[:-1]:
+                inner = inner.get(key) if isinstance(inner, dict) else None
+            if isinstance(inner, dict) and path[-1] not in inner:
+                inner[path[-1]] = copy.deepcopy(default)
+
+
+def _moves(default: Any, path: Iterable[str]) -> bool:
+    for key in path:
+        default = default.get(key) if isinstance(default, dict) else None
+    return isinstance(default, int | float) and not isinstance(default, bool) and default != 0
+
+
+def _object(schema: Mapping[str, Any], node: Mapping[str, Any]) -> Mapping[str, Any]:
+    """``node``, or what it refers to, or the first alternative that has properties."""
+    if "$ref" in node:
+        return _object(schema, schema.get("$defs", {}).get(str(node["$ref"]).rsplit("/", 1)[-1], {}))
+    alternatives = (_object(schema, one) for name in ("allOf", "anyOf", "oneOf") for one in node.get(name, ()))
+    return node if "properties" in node else next((one for one in alternatives if "properties" in one), node)

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar, get_args
 
 from pydantic import AliasChoices, BaseModel, SecretStr, ValidationError
-from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from mosaic_core.runtime.configuration.resolver import nearest
@@ -221,11 +220,6 @@ def _models_at(model: type[BaseModel], loc: tuple[int | str, ...]) -> list[type[
         ]
         here = deeper or here
     return here
-
-
-def _aliases(info: FieldInfo) -> Sequence[object]:
-    alias = info.validation_alias
-    return alias.choices if isinstance(alias, AliasChoices) else [alias]
 
 
 def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:

@@ -4,27 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
-from typing import Protocol
 
 from mosaic_core.machines.commands.slow_down import REPORT_PERIOD_S, LimitReport
 from mosaic_core.runtime.commands.link_watch import LinkWatch
+from mosaic_core.runtime.control.command_desk import CommandDesk
 from mosaic_core.runtime.control.control_words import safety_limit
 from mosaic_core.runtime.handlers.routes import Route
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
-from mosaic_core.words.control import SafetyLimit
 
 _TICK_S = 0.1
 """Between two pings of a peer: a single lost one makes the link look this much slower."""
 _TICKS_PER_FLUSH = 5
 _TICKS_PER_REPORT = round(REPORT_PERIOD_S / _TICK_S)
-
-
-class ReportListener(Protocol):
-    """Who carries it out; on the event loop."""
-
-    def ping_all(self) -> None: ...
-    def limited(self, peer_id: str, limit: SafetyLimit) -> None: ...
-    def time_passed(self, now_s: float) -> None: ...
 
 
 class LinkReports:
@@ -37,12 +28,12 @@ class LinkReports:
         links: LinkWatch,
         routes: Iterable[Route],
         commander: Callable[[Route], str | None],
-        listener: ReportListener,
+        desk: CommandDesk,
     ) -> None:
         self._links = links
         self._routes = tuple(route for route in routes if route.safety.is_slowed)
         self._commander = commander
-        self._listener = listener
+        self._desk = desk
         self._reports: dict[str, tuple[str, LimitReport]] = {}
         self._factors: dict[str, float] = {}
         self._ticks = 0
@@ -65,9 +56,9 @@ class LinkReports:
     def _tick(self) -> None:
         self._timer.set(time.monotonic() + _TICK_S if self._links.peer_ids else None)
         self._ticks += 1
-        self._listener.ping_all()
+        self._desk.ping_all()
         if self._ticks % _TICKS_PER_FLUSH == 0:
-            self._listener.time_passed(time.monotonic())
+            self._desk.time_passed(time.monotonic())
         if self._ticks % _TICKS_PER_REPORT == 0:
             for route in self._routes:
                 self._report(route)
@@ -86,4 +77,4 @@ class LinkReports:
         factor, causes = link.speed(route.safety.curves)
         self._factors[label] = factor
         if report.is_due(factor, causes, time.monotonic()):
-            self._listener.limited(peer_id, safety_limit(label, factor, causes))
+            self._desk.limited(peer_id, safety_limit(label, factor, causes))

@@ -7,24 +7,17 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Protocol
 
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.delivery.framing import FrameFlag
 from mosaic_core.machines.delivery.resume import ResumeLimits, ResumeSender
 from mosaic_core.machines.delivery.send_scheduler import Offered
+from mosaic_core.runtime.observation.counters import ConnectorCounters
 
 HEADER_BYTES = 64
 """What an empty message costs us: a queue of nothing else is bounded too."""
 Put = Callable[[Outgoing, FrameFlag, int], Offered]
 """Offers one numbered message to the connection's own queue."""
-
-
-class StreamCounters(Protocol):
-    """The counters of the connector behind a stream."""
-
-    lost: int
-    resent: int
 
 
 class ResumedStream:
@@ -33,7 +26,7 @@ class ResumedStream:
     """
 
     def __init__(
-        self, label: str, counters: StreamCounters, limits: ResumeLimits, has_room: Callable[[int], bool]
+        self, label: str, counters: ConnectorCounters, limits: ResumeLimits, has_room: Callable[[int], bool]
     ) -> None:
         self.label = label
         self.was_opened = False

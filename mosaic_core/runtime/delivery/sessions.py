@@ -12,7 +12,8 @@ from typing import Protocol
 from mosaic_core.machines.delivery.resume import ResumeLimits, ResumeReceiver
 from mosaic_core.machines.delivery.send_scheduler import QueueLimits
 from mosaic_core.runtime.delivery.outbox import Outbox
-from mosaic_core.runtime.delivery.resumed_stream import ResumedStream, StreamCounters
+from mosaic_core.runtime.delivery.resumed_stream import ResumedStream
+from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 
 AWAY_S = 60.0
@@ -58,7 +59,7 @@ class SessionBook:
     """Keeps the sessions of one robot's operators from one peer to the next. Event loop only. ``counters``: of the
     connector behind a channel's label."""
 
-    def __init__(self, outbox: Outbox, counters: Callable[[str], StreamCounters], away_s: float = AWAY_S) -> None:
+    def __init__(self, outbox: Outbox, counters: Callable[[str], ConnectorCounters], away_s: float = AWAY_S) -> None:
         self._outbox = outbox
         self._counters = counters
         self._away_s = away_s

@@ -12,8 +12,7 @@ from mosaic_core.contract.host import Loss
 from mosaic_core.contract.media_tap import TapCodec
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.media.media_hub import MediaHub
-from mosaic_core.runtime.media.media_tap import RuntimeTap
-from mosaic_core.runtime.media.picture_tap import RuntimePictureTap
+from mosaic_core.runtime.media.media_tap import RuntimePictureTap, RuntimeTap
 from mosaic_core.runtime.observation.counters import HandlerLosses
 
 

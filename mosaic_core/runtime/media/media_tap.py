@@ -1,15 +1,70 @@
-"""A tap of a running robot: one more viewer of a stream, on the best rung, read on a plugin's own thread."""
+"""The taps of a running robot: viewers on this robot that a plugin's own thread reads, of a stream on the best rung, or
+of pictures before they are encoded.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import threading
+from abc import ABC, abstractmethod
 from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Self, cast
+from uuid import uuid4
 
-from mosaic_core.contract.media_tap import TapCodec, TappedPicture
+from mosaic_core.contract.media import Captured
+from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
 from mosaic_core.machines.congestion.rate_control import PictureLost
 from mosaic_core.runtime.media.media_hub import MediaHub
-from mosaic_core.runtime.media.tap import Tap
 from mosaic_core.runtime.transport.picture_transport import PictureFeed
+
+if TYPE_CHECKING:
+    from mosaic_core.contract.media import Image
+
+
+class Tap(ABC):
+    """Opens and closes on the event loop, whatever thread enters and leaves it."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, media: MediaHub, label: str) -> None:
+        self._loop = loop
+        self._media = media
+        self._label = label
+        self._viewer_id = f"tap-{uuid4().hex}"
+        self._came = threading.Condition()
+        """Around what the reader waits for."""
+        self.failure = ""
+
+    def __enter__(self) -> Self:
+        self._on_loop(self._open)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._on_loop(self._close)
+
+    @abstractmethod
+    def _start(self) -> None:
+        """Watch the camera; event loop."""
+
+    def _close(self) -> None:
+        self._media.leave(self._viewer_id)
+
+    def _open(self) -> None:
+        if self._label in self._media.cameras():
+            self._start()
+        else:
+            self._failed("channel.unknown_label")
+
+    def _on_loop(self, act: Callable[[], None]) -> None:
+        try:
+            self._loop.call_soon_threadsafe(act)
+        except RuntimeError:
+            self._failed("peer.shutdown")  # the loop is closed: the robot has stopped
+
+    def _failed(self, code: str) -> None:
+        with self._came:
+            self.failure = code
+            self._came.notify_all()
+
 
 MAX_WAITING_BYTES = 32 * 1024 * 1024
 """Half a minute of a good picture: a disk that writes nothing for longer is broken."""
@@ -82,3 +137,50 @@ class RuntimeTap(Tap):
             self._waiting.append(picture)
             self._waiting_bytes += len(picture.data)
             self._came.notify_all()
+
+
+ENCODED_ONLY = "media.encoded_only"
+
+
+class RuntimePictureTap(Tap):
+    """Reads a camera's pictures on the robot itself; a :class:`~mosaic_core.contract.media_tap.PictureTap`."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, media: MediaHub, label: str) -> None:
+        super().__init__(loop, media, label)
+        self._is_asked = False
+        self._image: TappedImage | None = None
+
+    def next(self, timeout_s: float) -> TappedImage | None:
+        """See :class:`~mosaic_core.contract.media_tap.PictureTap`."""
+        with self._came:
+            if self.failure == ENCODED_ONLY:
+                self.failure = ""  # a camera may change what it yields
+            self._is_asked = True
+            self._came.wait_for(lambda: self._image or self.failure, timeout_s)
+            self._is_asked = False
+            image, self._image = self._image, None
+            return image
+
+    def _start(self) -> None:
+        self._media.look(self._viewer_id, self._label, self._captured)
+
+    def _captured(self, captured: Captured) -> None:
+        """On the camera's thread; it may use its buffer again as soon as this returns."""
+        if not self._is_asked:
+            return
+        image = _copied(captured.image)
+        if image is None:
+            self._failed(ENCODED_ONLY)
+            return
+        with self._came:
+            if self._is_asked:
+                self._is_asked, self._image = False, TappedImage(image, captured.captured_at_s)
+                self._came.notify_all()
+
+
+def _copied(image: object) -> Image | None:
+    """Its pixels; ``None`` for a packet. By their methods: arrays and frames belong to libraries that not every robot
+    loads."""
+    if hasattr(image, "to_ndarray"):
+        return cast("Image", image.to_ndarray(format="bgr24"))
+    return cast("Image", image).copy() if hasattr(image, "shape") else None

@@ -96,7 +96,7 @@ class BulkConnection(ABC, Generic[Attempt]):
         self.say = say
         self.tasks = BackgroundTasks()
         self._attempt: Attempt | None = None
-        self._peer_id = peer_id
+        self.peer_id = peer_id
         self._driver = MachineDriver(machine, self._carry_out)
         self._is_closed = False
 
@@ -132,7 +132,7 @@ class BulkConnection(ABC, Generic[Attempt]):
             case DropBulk():
                 self.dropped(self._drop())
             case TellBulkClosed(attempt, code, message):
-                fields = {"peerId": self._peer_id, "code": code}
+                fields = {"peerId": self.peer_id, "code": code}
                 logger.info("no second connection for bulk data (%s) %s", code, message, extra=fields)
                 self.say(LaneClose(attempt=attempt, code=code, message=message[:500] or None))
             case _:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any
 
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.delivery.send_scheduler import Priority
@@ -13,28 +13,20 @@ from mosaic_core.runtime.peers.bulk_connection import BulkAttempt, BulkConnectio
 from mosaic_core.runtime.peers.control_channel import ControlChannel
 from mosaic_core.runtime.peers.peer_channels import PeerChannels
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
-from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, Channel
+from mosaic_core.runtime.transport.transport import Answerer, Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL, LANE_LABEL, LaneAnswer, LaneCandidate, LaneOffer
 from mosaic_core.words.errors import MosaicError
-from mosaic_core.words.ice import IceServer
 
 logger = logging.getLogger(__name__)
-
-
-class BulkHost(Protocol):
-    """The peer of the main connection, as the second one needs it."""
-
-    operator: RemoteOperator
-
-    def newest_ice_servers(self) -> Sequence[IceServer]: ...
 
 
 class BulkOfRobot(BulkConnection["_AnsweredAttempt"]):
     """Is the robot's end of the second connection with one operator."""
 
-    def __init__(self, host: BulkHost, channels: PeerChannels, make_answerer: AnswererFactory) -> None:
-        super().__init__(machine.RobotBulkMachine(), host.operator.answer, host.operator.peer_id)
-        self.host = host
+    def __init__(
+        self, operator: RemoteOperator, channels: PeerChannels, make_answerer: Callable[[Any], Answerer]
+    ) -> None:
+        super().__init__(machine.RobotBulkMachine(), operator.answer, operator.peer_id)
         self.channels = channels
         self.make_answerer = make_answerer
 
@@ -74,14 +66,14 @@ class _AnsweredAttempt(BulkAttempt[Answerer]):
 
     async def answer(self, offer_sdp: str) -> None:
         try:
-            self.end = self._bulk.make_answerer(self, self._bulk.host.newest_ice_servers())
+            self.end = self._bulk.make_answerer(self)
             sdp = await self.end.answer(offer_sdp, (), None)
         except MosaicError as error:
             self.fail(error.code, error.message)
             return
         except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
-            peer_id = self._bulk.host.operator.peer_id
-            logger.exception("the offer of a second connection of peer %s could not be answered", peer_id)
+            text = "the offer of a second connection of peer %s could not be answered"
+            logger.exception(text, self._bulk.peer_id)
             self.fail("sdp.invalid", type(error).__name__)
             return
         if self.is_closed:

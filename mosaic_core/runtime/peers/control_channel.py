@@ -1,14 +1,20 @@
-"""The control channel ``_mosaic`` of one peer: hello, catalogue, ping, watching, refusals, bye."""
+"""The two channels of one peer that carry words: ``_mosaic`` (hello, catalogue, ping, watching, refusals, bye), and
+``_stop``, a lane of its own, past every queue.
+
+The robot's pings take the latter too: on an ordered channel one lost packet would look like a round trip of half a
+second.
+"""
 
 from __future__ import annotations
 
 import logging
 import time
 from collections.abc import Callable
+from typing import TypeAlias
 
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
-from mosaic_core.machines.delivery.framing import PayloadKind
+from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.runtime.delivery.data_port import DataPort
 from mosaic_core.runtime.delivery.send_queue import SendQueue
@@ -21,9 +27,10 @@ from mosaic_core.words.control import (
     Ping,
     Pong,
     Refusal,
+    Stop,
     parse_control,
 )
-from mosaic_core.words.errors import WireError
+from mosaic_core.words.errors import ConnectionFailed, WireError
 
 logger = logging.getLogger(__name__)
 
@@ -99,3 +106,49 @@ class ControlChannel:
 
 def _now_us() -> int:
     return int(time.monotonic() * 1e6)
+
+
+MAX_STOP_BYTES = 2048
+
+
+Heard: TypeAlias = Callable[[Stop | Pong, Callable[[ControlMessage], None]], None]
+
+
+class StopChannel:
+    """The robot's end of the stop channel of one peer. Event loop only. ``heard`` gets every stop and pong that
+    arrives, and what answers it here.
+    """
+
+    def __init__(self, channel: Channel, heard: Heard) -> None:
+        self._channel = channel
+        self._heard = heard
+        self._reader = FrameReader(MAX_STOP_BYTES)
+        self._seq = 0
+        channel.on_message = self._received
+
+    @property
+    def is_open(self) -> bool:
+        return self._channel.is_open
+
+    def send(self, message: ControlMessage) -> None:
+        """At once, past the send queue: an answer that waits behind bulk would be repeated for nothing."""
+        self._seq = (self._seq + 1) % SEQ_MODULUS
+        stamp_us = int(time.monotonic() * 1e6)
+        frame = Frame(PayloadKind.JSON, message.to_text().encode(), seq=self._seq, stamp_us=stamp_us)
+        try:
+            for piece in encode_frame(frame):
+                self._channel.send(piece)
+        except ConnectionFailed:
+            logger.debug("the stop channel is gone")
+
+    def _received(self, data: bytes | str) -> None:
+        try:
+            if isinstance(data, str) or len(data) > MAX_STOP_BYTES:
+                raise WireError("stop channel: not a small frame")
+            frame = self._reader.read(data, time.monotonic())
+            message = None if frame is None else parse_control(frame.payload.decode())
+        except (WireError, UnicodeDecodeError) as error:
+            logger.debug("unreadable message on the stop channel: %s", error)
+            return
+        if isinstance(message, Stop | Pong):
+            self._heard(message, self.send)

@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
-from mosaic_core.words.control import ControlMessage, Near
+from mosaic_core.runtime.peers.remote_operator import RemoteOperator
+from mosaic_core.words.control import Near
 
 MAX_URLS = 16
-
-
-class Told(Protocol):
-    """One operator."""
-
-    wants_near: bool
-    """It knows the word, and came another way."""
-
-    def answer(self, message: ControlMessage) -> None: ...
 
 
 class NearPath:
@@ -24,15 +15,15 @@ class NearPath:
 
     def __init__(self) -> None:
         self._urls: tuple[str, ...] = ()
-        self._operators: list[Told] = []
+        self._operators: list[RemoteOperator] = []
 
-    def operator_joined(self, operator: Told) -> None:
+    def operator_joined(self, operator: RemoteOperator) -> None:
         if operator.wants_near and operator not in self._operators:
             self._operators.append(operator)
             if self._urls:
                 operator.answer(Near(urls=self._urls))
 
-    def operator_left(self, operator: Told) -> None:
+    def operator_left(self, operator: RemoteOperator) -> None:
         if operator in self._operators:
             self._operators.remove(operator)
 

@@ -11,7 +11,7 @@ from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline
 from mosaic_core.machines.peers import peer_of_robot as session
 from mosaic_core.runtime.peers.bulk_of_robot import BulkOfRobot
-from mosaic_core.runtime.peers.control_channel import ControlChannel
+from mosaic_core.runtime.peers.control_channel import ControlChannel, StopChannel
 from mosaic_core.runtime.peers.further_offers import FurtherOffers
 from mosaic_core.runtime.peers.peer_channels import PeerChannels
 from mosaic_core.runtime.peers.peer_control import PeerControl
@@ -21,11 +21,10 @@ from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.peer_transport import PeerTransport
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.runtime.peers.site import Site
-from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.runtime.signaling.server_link import Introduction
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.timing.machine_driver import MachineDriver
-from mosaic_core.runtime.transport.transport import AnswererFactory, Channel
+from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, AnswererListener, Channel
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, PING_PERIOD_S, STOP_LABEL
 from mosaic_core.words.ice import IceServer
@@ -74,7 +73,7 @@ class Peer:
         self.media = PeerMedia(operator, site, self.timeline)
         self._transport = PeerTransport(introduction, site, self.timeline)
         self._offers = FurtherOffers(operator, self._transport.answer_again)
-        self._bulk = BulkOfRobot(self, self._channels, make_answerer)
+        self._bulk = BulkOfRobot(operator, self._channels, self._bulk_answerer)
         self._machine = session.RobotPeerMachine(time.monotonic(), is_media_only=is_media_only(start.offer_sdp))
         self._driver = MachineDriver(self._machine, self._carry_out)
         self._closed = asyncio.Event()
@@ -97,8 +96,8 @@ class Peer:
         """Labels of the open data channels."""
         return self._channels.labels()
 
-    def newest_ice_servers(self) -> Sequence[IceServer]:
-        return self._keeper.newest_ice_servers() or self._start.ice_servers
+    def _bulk_answerer(self, listener: AnswererListener) -> Answerer:
+        return self._make_answerer(listener, self._keeper.newest_ice_servers() or self._start.ice_servers)
 
     # -- life ----------------------------------------------------------------------------------------------------
 

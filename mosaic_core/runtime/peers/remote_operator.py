@@ -9,8 +9,7 @@ from dataclasses import replace
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.runtime.commands.link_watch import MeasuredLink
-from mosaic_core.runtime.peers.control_channel import ControlChannel
-from mosaic_core.runtime.peers.stop_channel import StopChannel
+from mosaic_core.runtime.peers.control_channel import ControlChannel, StopChannel
 from mosaic_core.words.control import ControlMessage, Hello
 
 ORDERED_PINGS_EVERY = 5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mosaic_core.adapters.peers.named_lines import named_lines
+from mosaic_core.adapters.peers.aiortc_offerer import named_lines
 
 HEAD = "v=0\r\no=- 1 2 IN IP4 0.0.0.0\r\ns=-\r\nt=0 0\r\na=msid-semantic: WMS\r\n"
 

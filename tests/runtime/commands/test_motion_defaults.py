@@ -8,8 +8,7 @@ import pytest
 from pydantic import BaseModel, Field, TypeAdapter
 
 from mosaic_core.contract.handler import DataChannelReceivable
-from mosaic_core.runtime.commands.command_shaper import CommandShaper
-from mosaic_core.runtime.commands.motion_defaults import MotionDefaults
+from mosaic_core.runtime.commands.command_shaper import CommandShaper, MotionDefaults
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.words.limits import FieldLimit
 

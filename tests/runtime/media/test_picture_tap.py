@@ -13,7 +13,7 @@ from mosaic_core.contract.media import Captured, EncodingParams
 from mosaic_core.contract.media_tap import TappedImage
 from mosaic_core.laboratory.joining import until
 from mosaic_core.runtime.media.media_hub import MediaHub
-from mosaic_core.runtime.media.picture_tap import RuntimePictureTap
+from mosaic_core.runtime.media.media_tap import RuntimePictureTap
 from mosaic_core.runtime.media.plain_stream import plain_streams
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 

@@ -216,10 +216,11 @@ def test_the_lane_ends_with_its_main_connection(kit: Any) -> None:
 def test_a_lane_that_is_still_being_answered_ends_too(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     async def body(place: Place) -> None:
         go_on = asyncio.Event()
-        made = place.scene.network.make_answerer
+        peer = next(iter(place.scene.robot._running.peers))
+        made = peer._bulk.make_answerer
 
-        def slow(listener: Any, ice_servers: Any) -> Any:
-            answerer = made(listener, ice_servers)
+        def slow(listener: Any) -> Any:
+            answerer = made(listener)
             answer = answerer.answer
 
             async def answered(*arguments: Any) -> str:
@@ -229,7 +230,6 @@ def test_a_lane_that_is_still_being_answered_ends_too(kit: Any, monkeypatch: pyt
             monkeypatch.setattr(answerer, "answer", answered)
             return answerer
 
-        peer = next(iter(place.scene.robot._running.peers))
         monkeypatch.setattr(peer._bulk, "make_answerer", slow)
         place.ann.say(control.LaneOffer(attempt=1, sdp="offer"))
         await kit.until(lambda: len(place.scene.network.order) == 2)
