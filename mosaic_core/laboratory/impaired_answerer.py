@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from mosaic_core.laboratory.detours import PathDetour, changed
 from mosaic_core.laboratory.impaired_path import ImpairedPath
 from mosaic_core.machines.peers.chosen_path import ChosenPath
-from mosaic_core.runtime.transport.sound_transport import NO_SOUND, SoundLabels
+from mosaic_core.runtime.transport.media_transport import NO_SOUND, SoundLabels
 from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, AnswererListener, Channel
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate

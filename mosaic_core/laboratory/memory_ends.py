@@ -11,8 +11,7 @@ from mosaic_core.contract.media import Captured
 from mosaic_core.contract.sound import Sound
 from mosaic_core.laboratory.memory_impairment import LatePictures, MemoryImpairment, MessageFlow
 from mosaic_core.machines.media.first_frame import ReceivedSoFar
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
-from mosaic_core.runtime.transport.sound_transport import HeardSound
+from mosaic_core.runtime.transport.media_transport import HeardSound, PictureFeed
 from mosaic_core.words.errors import ConnectionFailed
 
 

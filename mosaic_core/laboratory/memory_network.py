@@ -10,9 +10,14 @@ from mosaic_core.laboratory.memory_impairment import MemoryImpairment, MessageFl
 from mosaic_core.machines.laboratory.impaired_link import ImpairedLink, LinkProfile
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.media.plain_stream import plain_sound, plain_streams
+from mosaic_core.runtime.transport.media_transport import (
+    NO_SOUND,
+    PictureFeed,
+    PictureStreamFactory,
+    SoundLabels,
+    SoundStreamFactory,
+)
 from mosaic_core.runtime.transport.operator_transport import OffererListener
-from mosaic_core.runtime.transport.picture_transport import PictureFeed, PictureStreamFactory
-from mosaic_core.runtime.transport.sound_transport import NO_SOUND, SoundLabels, SoundStreamFactory
 from mosaic_core.runtime.transport.transport import AnswererListener
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer

@@ -11,9 +11,8 @@ from mosaic_core.laboratory.impaired_path import ImpairedPath
 from mosaic_core.laboratory.natted_path import NattedPath
 from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 from mosaic_core.machines.laboratory.nat import NatKind
+from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
 from mosaic_core.runtime.transport.operator_transport import Offerer, OffererListener
-from mosaic_core.runtime.transport.picture_transport import PictureStreamFactory
-from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
 from mosaic_core.runtime.transport.transport import Answerer, AnswererListener
 from mosaic_core.words.ice import IceServer
 

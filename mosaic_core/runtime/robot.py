@@ -19,8 +19,7 @@ from mosaic_core.runtime.media.plain_stream import plain_sound
 from mosaic_core.runtime.observation.counters import RobotSnapshot
 from mosaic_core.runtime.peers.near_path import NearPath
 from mosaic_core.runtime.signaling.server_link import FLEET, KnownServer
-from mosaic_core.runtime.transport.picture_transport import PictureStreamFactory
-from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
+from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
 from mosaic_core.runtime.transport.transport import AnswererFactory, NetworkWatcher, SocketConnector
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.config import RobotConfig

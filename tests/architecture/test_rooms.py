@@ -46,7 +46,7 @@ CORE_ROOMS = {
         "control",
         "peers",
     ],
-    "adapters": ["machine", "signaling", "aiortc_private", "sound", "video", "peers", "diagnosis"],
+    "adapters": ["machine", "signaling", "aiortc_private", "video", "sound", "peers", "diagnosis"],
     "operator": ["signaling", "delivery", "stores", "control", "peers"],
     "cli": ["terminal", "robot", "operator", "configuration", "diagnosis"],
 }

@@ -103,11 +103,11 @@ def open_files() -> int:
 def test_dead_addresses_before_the_working_one_cost_no_time_and_no_socket(dual_name: str, transport: str) -> None:
     async def probed() -> tuple[list[TurnAnswer], int, int]:
         answers = [await turn_probe(parse_ice_url(f"turn:{dual_name}?transport={transport}"), "me", "pass")]
-        await asyncio.gather(*address_race._leaving)
+        await address_race._leaving.done()
         before = open_files()
         url = parse_ice_url(f"turn:{dual_name}?transport={transport}")
         answers += await asyncio.gather(*(turn_probe(url, "me", "pass") for _ in range(5)))
-        await asyncio.gather(*address_race._leaving)
+        await address_race._leaving.done()
         await asyncio.sleep(0)  # transports close in the loop's next turn
         return answers, before, open_files()
 

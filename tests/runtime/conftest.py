@@ -21,7 +21,7 @@ from mosaic_core.machines.signaling.peer_admission import PeerIdentity, StartPee
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.media.plain_stream import plain_streams
 from mosaic_core.runtime.robot import Robot
-from mosaic_core.runtime.transport.sound_transport import NO_SOUND, SoundLabels
+from mosaic_core.runtime.transport.media_transport import NO_SOUND, SoundLabels
 from mosaic_core.runtime.transport.transport import AnswererListener
 from mosaic_core.testing import until
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry

@@ -14,7 +14,7 @@ from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 from mosaic_core.adapters.video.shared_video import SharedVideo
 from mosaic_core.contract.media import EncodingParams
 from mosaic_core.runtime.observation.counters import ConnectorCounters
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
+from mosaic_core.runtime.transport.media_transport import PictureFeed
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate

@@ -22,7 +22,7 @@ from mosaic_core.adapters.sound.shared_sound import MAX_WAITING, SharedSound, So
 from mosaic_core.runtime.media.talk_hub import TalkHub
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.failures import Failures
-from mosaic_core.runtime.transport.sound_transport import SoundLabels
+from mosaic_core.runtime.transport.media_transport import SoundLabels
 from mosaic_core.testing import until
 
 pytestmark = pytest.mark.webrtc

@@ -19,7 +19,7 @@ from mosaic_core.contract.media import Captured, EncodingParams
 from mosaic_core.machines.delivery.framing import Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.operator import MosaicOperator
 from mosaic_core.runtime.observation.counters import ConnectorCounters
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
+from mosaic_core.runtime.transport.media_transport import PictureFeed
 from mosaic_core.words import control, signaling
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
 from mosaic_core.words.data_type import Delivery, Kind, MosaicDataType

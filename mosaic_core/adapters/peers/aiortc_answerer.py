@@ -34,7 +34,7 @@ from mosaic_core.adapters.peers.refused_lines import nothing_but_refusals, with_
 from mosaic_core.adapters.sound.sound_lines import SoundLines
 from mosaic_core.adapters.video.video_track import VideoTrack
 from mosaic_core.machines.peers.chosen_path import ChosenPath
-from mosaic_core.runtime.transport.sound_transport import NO_SOUND, SoundLabels
+from mosaic_core.runtime.transport.media_transport import NO_SOUND, SoundLabels
 from mosaic_core.runtime.transport.transport import AnswererListener, OfferRefused
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer

@@ -76,17 +76,16 @@ class AiortcOfferer:
 
     async def offer(self) -> tuple[str, Mapping[str, str]]:
         """The offer's SDP at once, and which label each media line is for (mid → label). Candidates follow."""
-        sdp = await self._peer.describe_locally()
-        mids = [transceiver.mid or "" for transceiver in self._peer.pc.getTransceivers()]
-        self._tracks = dict(zip(mids, self._labels, strict=True))
-        return offer_reports(sdp), self._tracks
+        return self._offered(await self._peer.describe_locally())
 
     async def offer_more(self, pictures: Sequence[str]) -> tuple[str, Mapping[str, str]]:
         """A further offer on the live connection, with lines to receive these on too; all tracks as :meth:`offer`."""
         for label in pictures:
             self._labels.append(label)
             self._peer.pc.addTransceiver("video", direction="recvonly")
-        sdp = await self._peer.describe_again()
+        return self._offered(await self._peer.describe_again())
+
+    def _offered(self, sdp: str) -> tuple[str, Mapping[str, str]]:
         mids = [transceiver.mid or "" for transceiver in self._peer.pc.getTransceivers()]
         self._tracks = dict(zip(mids, self._labels, strict=True))
         return offer_reports(sdp), self._tracks

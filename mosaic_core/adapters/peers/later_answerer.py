@@ -12,7 +12,7 @@ from functools import partial
 
 from mosaic_core.adapters.machine.event_loop import keep_what_is_loaded
 from mosaic_core.machines.peers.chosen_path import ChosenPath
-from mosaic_core.runtime.transport.sound_transport import NO_SOUND, SoundLabels
+from mosaic_core.runtime.transport.media_transport import NO_SOUND, SoundLabels
 from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, AnswererListener
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer

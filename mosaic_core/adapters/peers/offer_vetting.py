@@ -15,7 +15,7 @@ from aiortc import RTCRtpCodecParameters
 
 from mosaic_core.adapters.aiortc_private import MediaDescription, SessionDescription, has_common_codec
 from mosaic_core.adapters.peers.refused_lines import RefusedLine, is_given_up, refused_line, sections, with_idle_lines
-from mosaic_core.runtime.transport.sound_transport import SoundLabels
+from mosaic_core.runtime.transport.media_transport import SoundLabels
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.signaling import IceCandidate
 

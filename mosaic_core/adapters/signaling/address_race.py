@@ -11,6 +11,8 @@ from typing import Any, TypeAlias, TypeVar
 
 from aioice import stun
 
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
+
 T = TypeVar("T")
 GiveBack: TypeAlias = Callable[[T], Awaitable[None]]
 GRACE_S = 1.0
@@ -19,8 +21,7 @@ allocation of which it heard nothing more for ten minutes, and count it against 
 _ANSWERS = (stun.TransactionFailed, ssl.SSLError)
 """Errors that the server itself caused: they tell more than an address that leads nowhere."""
 
-_leaving: set[asyncio.Task[None]] = set()
-"""Kept here, for a loop holds its tasks by weak references only."""
+_leaving = BackgroundTasks()
 
 
 async def first_address(
@@ -69,9 +70,7 @@ async def _settled(
 
 def _leave(tasks: Sequence[asyncio.Task[T]], give_back: GiveBack[T] | None, grace_s: float) -> None:
     if tasks:
-        leaving = asyncio.create_task(_left(tasks, give_back, grace_s))
-        _leaving.add(leaving)
-        leaving.add_done_callback(_leaving.discard)
+        _leaving.start(_left(tasks, give_back, grace_s))
 
 
 async def _left(tasks: Sequence[asyncio.Task[T]], give_back: GiveBack[T] | None, grace_s: float) -> None:

@@ -12,7 +12,7 @@ from mosaic_core.adapters.sound.sound_encoder import SoundEncoder
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.runtime.media.plain_stream import NewestFeed, PlainStream
 from mosaic_core.runtime.observation.counters import ConnectorCounters
-from mosaic_core.runtime.transport.sound_transport import OPUS
+from mosaic_core.runtime.transport.media_transport import OPUS
 
 MAX_WAITING = 10
 """Packets of 20 ms that wait for one listener's transport."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from aiortc import RTCRtpTransceiver
 
 from mosaic_core.adapters.aiortc_private import name_stream, prefer_codecs, sent_codec
-from mosaic_core.runtime.transport.sound_transport import OPUS
+from mosaic_core.runtime.transport.media_transport import OPUS
 from mosaic_core.runtime.transport.transport import LineListener
 
 

@@ -11,33 +11,18 @@ from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
 from mosaic_core.adapters.sound.shared_sound import SoundFeed
 from mosaic_core.adapters.sound.sound_encoder import RATE_HZ, SoundEncoder
+from mosaic_core.adapters.video.video_track import FeedTrack
 from mosaic_core.contract.sound import Sound
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
-from mosaic_core.runtime.transport.sound_transport import HeardSound
+from mosaic_core.runtime.transport.media_transport import HeardSound
 
 SILENT_PEAK = 33
 """Of 32 767: quieter than -60 dB is nobody's voice."""
 
 
-class SoundTrack(MediaStreamTrack):
-    """Sends what its feed gives. Its ``id`` is the connector's label, so that ``msid`` names it."""
+class SoundTrack(FeedTrack):
+    """One microphone for one operator, or an operator's voice."""
 
     kind = "audio"
-
-    def __init__(self, label: str, feed: PictureFeed) -> None:
-        super().__init__()
-        self._label = label
-        self._feed = feed
-
-    @property
-    def id(self) -> str:
-        return self._label
-
-    async def recv(self) -> Any:
-        """Wait for the next packet. The sender asks again only after it has sent the previous one."""
-        if self.readyState != "live":
-            raise MediaStreamError
-        return await self._feed.next()
 
 
 class AiortcIncomingSound:

@@ -28,7 +28,7 @@ from mosaic_core.machines.timing.pacing import PictureRate
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
-from mosaic_core.runtime.transport.picture_transport import TellUnavailable
+from mosaic_core.runtime.transport.media_transport import TellUnavailable
 
 _log = logging.getLogger(__name__)
 

@@ -22,11 +22,30 @@ from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
 from mosaic_core.machines.congestion.missing_packets import MissingPackets
 from mosaic_core.machines.congestion.path_watch import PathWatch
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
+from mosaic_core.runtime.transport.media_transport import PictureFeed
 
 
-class VideoTrack(MediaStreamTrack):
-    """One camera for one operator. Its ``id`` is the connector's label, so that ``msid`` names it.
+class FeedTrack(MediaStreamTrack):
+    """Sends what its feed gives. Its ``id`` is the connector's label, so that ``msid`` names it."""
+
+    def __init__(self, label: str, feed: PictureFeed) -> None:
+        super().__init__()
+        self._label = label
+        self._feed = feed
+
+    @property
+    def id(self) -> str:
+        return self._label
+
+    async def recv(self) -> Any:
+        """Wait for the next packet. The sender asks again only after it has sent the previous one."""
+        if self.readyState != "live":
+            raise MediaStreamError
+        return await self._feed.next()
+
+
+class VideoTrack(FeedTrack):
+    """One camera for one operator.
 
     ``on_origin(rtp_origin)`` is called once, after the first picture has left. ``has_arrivals``: the operator's side
     reports when each packet arrived.
@@ -43,9 +62,7 @@ class VideoTrack(MediaStreamTrack):
         *,
         has_arrivals: bool = False,
     ) -> None:
-        super().__init__()
-        self._label = label
-        self._feed = feed
+        super().__init__(label, feed)
         self._origin: RtpOriginLearner | None = RtpOriginLearner(sender)
         self._ssrc = ssrc_of(sender)
         self._watch, self._missing = PathWatch(), MissingPackets()
@@ -55,16 +72,9 @@ class VideoTrack(MediaStreamTrack):
         self._on_origin = on_origin
         self._last_pts = -1
 
-    @property
-    def id(self) -> str:
-        return self._label
-
     async def recv(self) -> Any:
-        """Wait for the next picture. The sender asks again only after it has sent the previous one."""
         self._learn_origin()
-        if self.readyState != "live":
-            raise MediaStreamError
-        packet: av.Packet[Any] = await self._feed.next()
+        packet: av.Packet[Any] = await super().recv()
         if (packet.pts or 0) <= self._last_pts:
             packet = _later(packet, self._last_pts + 1)
         self._last_pts = packet.pts or 0

@@ -22,7 +22,7 @@ from mosaic_core.machines.media.rung_choice import RungChoice
 from mosaic_core.machines.media.rung_ladder import Rung
 from mosaic_core.machines.media.rung_switch import RungSwitch
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
-from mosaic_core.runtime.transport.picture_transport import TellUnavailable
+from mosaic_core.runtime.transport.media_transport import TellUnavailable
 
 MAX_WAITING = 8
 """Packets that wait for one viewer's transport: a quarter of a second, then it goes on at the next key frame."""

@@ -14,8 +14,7 @@ from mosaic_core.contract.handler import AudioReceivable, AudioTrackHandler, Med
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.handlers.routes import handlers_of
 from mosaic_core.runtime.media.plain_stream import plain_sound, plain_streams
-from mosaic_core.runtime.transport.picture_transport import PictureStreamFactory
-from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
+from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
 from mosaic_core.runtime.transport.transport import AnswererFactory
 
 

@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 import httpx
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
 from mosaic_core.words.described import DescribedConnector, read_connector_config
@@ -56,15 +57,13 @@ class RestApi:
         self._transport = transport
         self._headers = {"Authorization": f"Bearer {access_token}"}
         self._client = _client(base_url, transport, self._headers)
-        self._leaving: set[asyncio.Task[None]] = set()
+        self._leaving = BackgroundTasks()
 
     def renew(self) -> None:
         """The network is another one: connections that were kept may be dead without knowing it. Event loop."""
         if self._transport is not None:
             return
-        leaving = asyncio.create_task(self._client.aclose())
-        self._leaving.add(leaving)
-        leaving.add_done_callback(self._leaving.discard)
+        self._leaving.start(self._client.aclose())
         self._client = _client(self._base_url, None, self._headers)
 
     async def robots(self) -> list[RobotSummary]:
@@ -114,7 +113,7 @@ class RestApi:
         return NewConnection.model_validate(data["sessions"][0])
 
     async def close(self) -> None:
-        await asyncio.gather(self._client.aclose(), *self._leaving, return_exceptions=True)
+        await asyncio.gather(self._client.aclose(), self._leaving.done(), return_exceptions=True)
 
 
 async def log_in(

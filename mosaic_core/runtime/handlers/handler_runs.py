@@ -8,7 +8,7 @@ import asyncio
 import logging
 import time
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Protocol, get_args
 
 from mosaic_core.contract.handler import (
     AudioReceivable,
@@ -25,12 +25,7 @@ from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.handlers.body import runner_of
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.handlers.receiver import Outcome, Receiver
-from mosaic_core.runtime.handlers.routes import (
-    Route,
-    data_routes,
-    handlers_of,
-    original_groups,
-)
+from mosaic_core.runtime.handlers.routes import Route, data_routes, handlers_of, original_groups
 from mosaic_core.runtime.handlers.runner import Runner
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.plain_stream import plain_sound
@@ -38,8 +33,7 @@ from mosaic_core.runtime.media.talk_hub import TalkHub
 from mosaic_core.runtime.observation.counters import ConnectorCounters, ConnectorSnapshot, HandlerLosses
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handover import Handover
-from mosaic_core.runtime.transport.picture_transport import PictureStreamFactory
-from mosaic_core.runtime.transport.sound_transport import SoundStreamFactory
+from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
 
 logger = logging.getLogger(__name__)
 
@@ -195,6 +189,8 @@ class HandlerRuns:
         failing = [self._failures[label] for label in labels]
         states = [self._state(label) for label in labels]
         queue_messages, queue_bytes = max(map(self._waiting, labels))
+        lost = {reason: getattr(counters, reason) + self._left_out(labels, reason) for reason in get_args(Loss)}
+        lost["replaced"] += self._replaced_in(labels)
         return ConnectorSnapshot(
             label=connector.config.label,
             type=connector.config.type,
@@ -209,12 +205,7 @@ class HandlerRuns:
             bytes_per_s=bytes_per_s,
             queue_messages=queue_messages,
             queue_bytes=queue_bytes,
-            replaced=counters.replaced + self._replaced_in(labels) + self._left_out(labels, "replaced"),
-            dropped=counters.dropped + self._left_out(labels, "dropped"),
-            too_large=counters.too_large + self._left_out(labels, "too_large"),
-            thinned=counters.thinned + self._left_out(labels, "thinned"),
-            refused=counters.refused + self._left_out(labels, "refused"),
-            lost=counters.lost + self._left_out(labels, "lost"),
+            **lost,
             resent=counters.resent,
             failures=sum(failures.count for failures in failing),
             last_error=next((failures.last_error for failures in failing if failures.last_error), ""),

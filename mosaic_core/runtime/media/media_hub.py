@@ -13,13 +13,14 @@ from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec, Pi
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.runtime.media.plain_stream import plain_sound
 from mosaic_core.runtime.observation.counters import ConnectorCounters
-from mosaic_core.runtime.transport.picture_transport import (
+from mosaic_core.runtime.transport.media_transport import (
     PictureFeed,
     PictureStream,
     PictureStreamFactory,
+    SoundStream,
+    SoundStreamFactory,
     TellUnavailable,
 )
-from mosaic_core.runtime.transport.sound_transport import SoundStream, SoundStreamFactory
 
 Look = Callable[[Captured], None]
 """Shown a picture on the thread of its camera."""

@@ -16,7 +16,7 @@ from mosaic_core.contract.media import Captured
 from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
 from mosaic_core.machines.congestion.rate_control import PictureLost
 from mosaic_core.runtime.media.media_hub import MediaHub
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
+from mosaic_core.runtime.transport.media_transport import PictureFeed
 
 if TYPE_CHECKING:
     from mosaic_core.contract.media import Image

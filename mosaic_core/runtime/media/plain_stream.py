@@ -13,7 +13,7 @@ from mosaic_core.contract.sound import SoundEncoding
 from mosaic_core.machines.congestion.rate_control import Feedback
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
-from mosaic_core.runtime.transport.picture_transport import PicturePreparer, PictureStreamFactory, TellUnavailable
+from mosaic_core.runtime.transport.media_transport import PicturePreparer, PictureStreamFactory, TellUnavailable
 
 
 class NewestFeed:

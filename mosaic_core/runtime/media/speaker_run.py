@@ -13,7 +13,7 @@ from mosaic_core.contract.sound import Sound
 from mosaic_core.machines.media.playout import RATE_HZ, STEP, Play, Playout, PlaySilence, TalkOver
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import HandlerThread
-from mosaic_core.runtime.transport.sound_transport import HeardSound
+from mosaic_core.runtime.transport.media_transport import HeardSound
 
 STEP_S = STEP / RATE_HZ
 MAX_BEHIND_S = 0.1

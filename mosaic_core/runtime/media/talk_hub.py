@@ -14,7 +14,7 @@ from mosaic_core.runtime.media.speaker_run import SpeakerRun
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
-from mosaic_core.runtime.transport.sound_transport import HeardSound, IncomingSound
+from mosaic_core.runtime.transport.media_transport import HeardSound, IncomingSound
 
 
 class Talker(Protocol):

@@ -9,7 +9,6 @@ from typing import Protocol
 from mosaic_core.runtime.observation.counters import ConnectorSnapshot
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.words.control import DELIVERY_REPORT_PERIOD_S, ControlMessage, DeliveryReport, DeliveryRow
-from mosaic_core.words.data_type import Delivery
 
 
 class Reader(Protocol):
@@ -49,20 +48,7 @@ class DeliveryReports:
 
 def row_of(snapshot: ConnectorSnapshot) -> DeliveryRow:
     """What an operator learns of a connector."""
-    return DeliveryRow(
-        label=snapshot.label,
-        delivery=Delivery(snapshot.delivery),
-        messages=snapshot.messages,
-        rate_hz=round(snapshot.rate_hz, 2),
-        bytes_per_s=round(snapshot.bytes_per_s, 1),
-        queue_messages=snapshot.queue_messages,
-        queue_bytes=snapshot.queue_bytes,
-        replaced=snapshot.replaced,
-        dropped=snapshot.dropped,
-        too_large=snapshot.too_large,
-        thinned=snapshot.thinned,
-        refused=snapshot.refused,
-        lost=snapshot.lost,
-        resent=snapshot.resent,
-        age_ms=None if snapshot.age_s is None else round(snapshot.age_s * 1000, 1),
-    )
+    alike = {name: getattr(snapshot, name) for name in DeliveryRow.model_fields if hasattr(snapshot, name)}
+    rounded = {"rate_hz": round(snapshot.rate_hz, 2), "bytes_per_s": round(snapshot.bytes_per_s, 1)}
+    age_ms = None if snapshot.age_s is None else round(snapshot.age_s * 1000, 1)
+    return DeliveryRow.model_validate({**alike, **rounded, "age_ms": age_ms})

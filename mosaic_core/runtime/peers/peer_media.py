@@ -10,8 +10,7 @@ from mosaic_core.runtime.media.plain_stream import NewestFeed
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.runtime.peers.site import Site
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
-from mosaic_core.runtime.transport.sound_transport import IncomingSound
+from mosaic_core.runtime.transport.media_transport import IncomingSound, PictureFeed
 from mosaic_core.words import control
 
 logger = logging.getLogger(__name__)

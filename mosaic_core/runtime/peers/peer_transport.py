@@ -10,7 +10,7 @@ from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.site import Site
 from mosaic_core.runtime.signaling.server_link import Introduction
-from mosaic_core.runtime.transport.sound_transport import SoundLabels
+from mosaic_core.runtime.transport.media_transport import SoundLabels
 from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, AnswererListener, OfferRefused
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
 from mosaic_core.words.signaling import ExchangeIceCandidate, IceCandidate, SdpAnswer

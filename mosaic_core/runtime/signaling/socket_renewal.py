@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
 
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.transport.transport import TextSocket
 
 
@@ -17,7 +18,7 @@ class SocketRenewal:
     def __init__(self, close: Callable[[TextSocket], Coroutine[Any, Any, None]]) -> None:
         self._close = close
         self._asked = asyncio.Event()
-        self._farewells: set[asyncio.Task[None]] = set()
+        self._farewells = BackgroundTasks()
 
     @property
     def is_due(self) -> bool:
@@ -55,13 +56,11 @@ class SocketRenewal:
 
     def leave(self, socket: TextSocket) -> None:
         """Without waiting for it: whoever is out of reach answers nothing."""
-        farewell = asyncio.create_task(self._close(socket))
-        self._farewells.add(farewell)
-        farewell.add_done_callback(self._farewells.discard)
+        self._farewells.start(self._close(socket))
 
     async def all_left(self) -> None:
         """Until the last good-bye is said."""
-        await asyncio.gather(*self._farewells, return_exceptions=True)
+        await self._farewells.done()
 
     def _leave_late(self, opening: asyncio.Task[TextSocket]) -> None:
         """It may have opened in the very moment in which nobody wanted it any more."""

@@ -10,8 +10,7 @@ from typing import Protocol
 
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.machines.peers.network_change import NetworkChange
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
-from mosaic_core.runtime.transport.sound_transport import NO_SOUND, IncomingSound, SoundLabels
+from mosaic_core.runtime.transport.media_transport import NO_SOUND, IncomingSound, PictureFeed, SoundLabels
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate

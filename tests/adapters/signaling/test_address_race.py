@@ -58,8 +58,7 @@ async def looked_up(addresses: Sequence[str]) -> Sequence[str]:
 
 async def all_left() -> None:
     async with asyncio.timeout(LONG_S):
-        while address_race._leaving:
-            await asyncio.wait(set(address_race._leaving))
+        await address_race._leaving.done()
 
 
 def race(*addresses: str, timeout_s: float = LONG_S) -> tuple[str, Attempts]:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_core.adapters.peers.offer_vetting import OfferedLine, lines_for_labels, sound_lines
-from mosaic_core.runtime.transport.sound_transport import SoundLabels
+from mosaic_core.runtime.transport.media_transport import SoundLabels
 
 LINES = (
     OfferedLine("0", "video", True),

@@ -14,7 +14,7 @@ from mosaic_core.contract.sound import Sound
 from mosaic_core.machines.timing.backoff import BackoffPolicy
 from mosaic_core.runtime.media.speaker_run import SpeakerRun
 from mosaic_core.runtime.threads.failures import Failures
-from mosaic_core.runtime.transport.sound_transport import HeardSound
+from mosaic_core.runtime.transport.media_transport import HeardSound
 from mosaic_core.testing import until
 
 ANN, BOB = Sender("ann", "ann"), Sender("bob", "bob")

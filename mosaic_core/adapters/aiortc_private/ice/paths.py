@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from aiortc import RTCIceTransport, RTCPeerConnection
+from aiortc import RTCPeerConnection
 
+from mosaic_core.adapters.aiortc_private.ice.gathering import ice_transports
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 
 _COMPONENT = 1
@@ -11,7 +12,7 @@ _COMPONENT = 1
 
 def chosen_path(pc: RTCPeerConnection) -> ChosenPath | None:
     """The path of the (one) bundled transport; ``None`` before ICE has found any."""
-    for transport in _transports(pc):
+    for transport in ice_transports(pc):
         pair = transport._connection._nominated.get(_COMPONENT)
         if pair is not None:
             local, remote = pair.local_candidate, pair.remote_candidate
@@ -20,11 +21,6 @@ def chosen_path(pc: RTCPeerConnection) -> ChosenPath | None:
                 _shown(remote.host, remote.port),
             )  # fmt: skip
     return None
-
-
-def _transports(pc: RTCPeerConnection) -> list[RTCIceTransport]:
-    found = [pc.sctp.transport.transport] if pc.sctp is not None else []
-    return [*found, *(one.receiver.transport.transport for one in pc.getTransceivers())]
 
 
 def _shown(host: str, port: int) -> str:

@@ -11,7 +11,7 @@ from aiortc import RTCRtpSender
 from aiortc.rtp import is_rtcp
 
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
+from mosaic_core.runtime.transport.media_transport import PictureFeed
 
 COPY_AFTER_S = 0.01
 """After the picture: a short burst of losses may be over by then, and a repeat on request comes much later."""

@@ -30,7 +30,7 @@ from mosaic_core.machines.congestion.rate_control import (
     ReceiverReport,
 )
 from mosaic_core.machines.media.capture_clock import RTP_MODULUS
-from mosaic_core.runtime.transport.picture_transport import PictureFeed
+from mosaic_core.runtime.transport.media_transport import PictureFeed
 
 
 def name_stream(sender: RTCRtpSender, label: str) -> None:

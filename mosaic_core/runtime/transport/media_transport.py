@@ -1,16 +1,22 @@
-"""What the runtime needs from the network for pictures, as Protocols; ``adapters`` implement them.
+"""What the runtime needs from the network for pictures and sound, as Protocols; ``adapters`` implement them.
 
-Everything here is called on the event loop, but for :meth:`PictureStream.offer` and :class:`PicturePreparer`.
+Everything here is called on the event loop, but for :meth:`MediaStream.offer` and :class:`PicturePreparer`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, TypeAlias
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec
+from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.congestion.rate_control import Feedback
 from mosaic_core.runtime.observation.counters import ConnectorCounters
+
+Item_contra = TypeVar("Item_contra", contravariant=True)
+OPUS = "audio/opus"
+"""The one codec of sound."""
 
 
 class PictureFeed(Protocol):
@@ -44,19 +50,25 @@ TellUnavailable: TypeAlias = Callable[[str], None]
 """Called with a ``media.*`` code when a viewer can't be sent any picture."""
 
 
-class PictureStream(Protocol):
-    """All pictures of one label on their way to its viewers. Event loop, but for :meth:`offer`."""
+class MediaStream(Protocol[Item_contra]):
+    """All pictures of one camera, or all sound of one microphone, on its way to its viewers. Event loop, but for
+    :meth:`offer`."""
 
-    def offer(self, captured: Captured) -> bool:
-        """Take a picture on its handler's thread. ``False`` if nobody watches or the loop is behind."""
+    def offer(self, item: Item_contra, /) -> bool:
+        """Take a piece on its handler's thread. ``False`` if nobody watches or the loop is behind."""
 
     def bind(self, viewer_id: str, unavailable: TellUnavailable, *, is_local: bool = False) -> PictureFeed:
         """A viewer's feed, silent until :meth:`watch`. ``is_local``: on this robot, where no link limits it."""
 
     def watch(self, viewer_id: str, on: bool) -> None: ...
     def leave(self, viewer_id: str) -> None: ...
+
     def close(self) -> None:
         """Release what it holds; nothing is offered any more."""
+
+
+PictureStream: TypeAlias = MediaStream[Captured]
+SoundStream: TypeAlias = MediaStream[Sound]
 
 
 class PictureStreamFactory(Protocol):
@@ -73,7 +85,42 @@ class PictureStreamFactory(Protocol):
     ) -> PictureStream: ...
 
 
-class PicturePreparer(Protocol):
-    """Converts a handler's picture once, on the handler's thread, into what all viewers share."""
+PicturePreparer: TypeAlias = Callable[[Captured], Any]
+"""Converts a handler's picture once, on the handler's thread, into what all viewers share."""
 
-    def __call__(self, captured: Captured) -> Any: ...
+
+@dataclass(frozen=True, slots=True)
+class SoundLabels:
+    """A robot's audio connectors in the order of its YAML file. Only lines that the operator names are given to them:
+    an original dashboard's offer has none."""
+
+    microphones: Sequence[str] = ()
+    speakers: Sequence[str] = ()
+
+
+NO_SOUND = SoundLabels()
+
+
+@dataclass(frozen=True, slots=True)
+class HeardSound:
+    """A piece of a talker's voice: 48 kHz, two channels. ``position``: of its first sample on the talker's clock.
+
+    ``is_silent``: nobody could hear it.
+    """
+
+    position: int
+    sound: Sound
+    is_silent: bool
+
+
+class IncomingSound(Protocol):
+    """The voice of one operator."""
+
+    async def next(self) -> HeardSound | None:
+        """The next piece, ``None`` at the end. Somebody must call it all the time, or sound piles up."""
+
+    def stop(self) -> None: ...
+
+
+SoundStreamFactory: TypeAlias = Callable[[str, SoundEncoding, ConnectorCounters], SoundStream]
+"""Makes the sound stream of a microphone, by its label, once, on the event loop."""
