@@ -19,8 +19,7 @@ from mosaic_core.runtime.observation.delivery_reports import DeliveryReports
 from mosaic_core.runtime.peers.near_path import NearPath
 from mosaic_core.runtime.peers.peer_book import PeerBook
 from mosaic_core.runtime.peers.site import PeerListener, Site
-from mosaic_core.runtime.signaling.robot_servers import RobotServers
-from mosaic_core.runtime.signaling.server_link import KnownServer
+from mosaic_core.runtime.signaling.server_link import KnownServer, RobotServers
 from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
 from mosaic_core.runtime.transport.transport import AnswererFactory
 from mosaic_core.words.catalogue import Catalogue

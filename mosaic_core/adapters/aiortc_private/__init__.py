@@ -2,7 +2,7 @@
 
 Those tests fail loudly when a new version changes one of them. Most are in
 ``tests/adapters/aiortc_private/test_aiortc_private_names.py``; those of ``dtls``, ``fair_turns``,
-``prompt_pictures``, ``quick_sctp``, ``receivers`` and ``reporting`` stand in their own files there.
+``quick_sctp``, ``receivers`` and ``reporting`` stand in their own files there.
 ``tests/architecture/test_aiortc_private_use.py`` sees that no other module uses such a name, and that each used here
 has its test.
 """

@@ -7,8 +7,7 @@ from typing import Any
 from aiortc import RTCRtpReceiver
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
-from mosaic_core.adapters.aiortc_private.rtp.prompt_pictures import be_prompt
-from mosaic_core.adapters.aiortc_private.rtp.receivers import rtp_timestamp_of
+from mosaic_core.adapters.aiortc_private.rtp.receivers import be_prompt, rtp_timestamp_of
 from mosaic_core.machines.media.first_frame import ReceivedSoFar
 
 

@@ -12,7 +12,7 @@ from typing import Any
 from mosaic_core.machines.delivery.arrivals import Arrivals
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
 from mosaic_core.operator.delivery.store_counters import StoreCounters
-from mosaic_core.runtime.delivery.peer_partials import PeerPartials
+from mosaic_core.runtime.delivery.data_port import PeerPartials
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.data_type import Delivery

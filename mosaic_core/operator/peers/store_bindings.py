@@ -20,7 +20,7 @@ from mosaic_core.operator.stores.channel_plan import Known, PlannedChannel, Unkn
 from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.stores import ReceivableStore, SendableStore
-from mosaic_core.runtime.delivery.peer_partials import PeerPartials
+from mosaic_core.runtime.delivery.data_port import PeerPartials
 from mosaic_core.runtime.transport.operator_transport import Offerer, OffererFactory
 from mosaic_core.words.control import CHANNEL_PROTOCOL, ControlMessage, LaneAnswer, LaneCandidate, LaneClose
 from mosaic_core.words.data_type import Delivery

@@ -10,10 +10,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from mosaic_core.operator.stores.media_store import MediaStreamStore
+from mosaic_core.operator.stores.media_store import MediaStreamStore, SoundStore, VoiceStore
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
-from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.stores.stores import BidirectionalStore, ReceivableStore, SendableStore
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType

@@ -6,10 +6,9 @@ from typing import TypeVar
 
 from mosaic_core.operator.stores.channel_plan import naming
 from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
-from mosaic_core.operator.stores.media_store import MediaStreamStore
+from mosaic_core.operator.stores.media_store import MediaStreamStore, SoundStore, VoiceStore
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
-from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.stores.store_manager import StoreManager
 from mosaic_core.operator.stores.stores import BidirectionalStore, ReceivableStore, SendableStore
 from mosaic_core.words.data_type import MosaicDataType

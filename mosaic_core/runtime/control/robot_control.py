@@ -14,8 +14,7 @@ from mosaic_core.runtime.commands.fence import Fence
 from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.control.command_desk import CommandDesk, DeskListener
-from mosaic_core.runtime.control.journal import RobotJournal, name_of
-from mosaic_core.runtime.control.journal_file import JournalFile
+from mosaic_core.runtime.control.journal import JournalFile, RobotJournal, name_of
 from mosaic_core.runtime.control.link_reports import LinkReports
 from mosaic_core.runtime.handlers.receiver import Outcome
 from mosaic_core.runtime.handlers.routes import Route

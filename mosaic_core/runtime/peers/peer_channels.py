@@ -10,8 +10,7 @@ from mosaic_core.machines.delivery.framing import Frame, FrameFlag
 from mosaic_core.machines.delivery.send_scheduler import Offered, Priority
 from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.commands.inbox import Incoming
-from mosaic_core.runtime.delivery.data_port import DataPort
-from mosaic_core.runtime.delivery.peer_partials import PeerPartials
+from mosaic_core.runtime.delivery.data_port import DataPort, PeerPartials
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.handlers.receiver import Receiver
 from mosaic_core.runtime.handlers.routes import Route

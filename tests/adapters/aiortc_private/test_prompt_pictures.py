@@ -14,8 +14,8 @@ from aiortc.rtp import RtpPacket
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.adapters.aiortc_private.rtp import prompt_pictures
-from mosaic_core.adapters.aiortc_private.rtp.prompt_pictures import (
+from mosaic_core.adapters.aiortc_private.rtp import receivers
+from mosaic_core.adapters.aiortc_private.rtp.receivers import (
     ASK_AGAIN_S,
     PATIENCE_S,
     Gaps,
@@ -49,7 +49,7 @@ class Stream:
     def __init__(self) -> None:
         self.now_s = 0.0
         self.receiver = Receiver()
-        self.buffer = prompt_pictures._PromptBuffer(self.receiver, lambda: self.now_s)  # type: ignore[arg-type]
+        self.buffer = receivers._PromptBuffer(self.receiver, lambda: self.now_s)  # type: ignore[arg-type]
         self.pictures: list[int] = []
         self.key_wishes = 0
 
@@ -182,5 +182,5 @@ async def test_aiortc_keeps_the_names_that_this_replaces() -> None:
     assert names["_RTCRtpReceiver__nack_generator"].missing == set()
     assert asyncio.iscoroutinefunction(receiver._send_rtcp_nack)
     be_prompt(receiver)
-    assert isinstance(names["_RTCRtpReceiver__jitter_buffer"], prompt_pictures._PromptBuffer)
+    assert isinstance(names["_RTCRtpReceiver__jitter_buffer"], receivers._PromptBuffer)
     await pc.close()

@@ -8,10 +8,10 @@ import sys
 
 import pytest
 
-from mosaic_core.adapters.machine import native_memory
-from mosaic_core.adapters.machine.native_memory import ARENAS, share_arenas
+from mosaic_core.adapters.machine import event_loop
+from mosaic_core.adapters.machine.event_loop import ARENAS, share_arenas
 
-ON_GLIBC = pytest.mark.skipif(not native_memory._is_glibc(), reason="only glibc has arenas")
+ON_GLIBC = pytest.mark.skipif(not event_loop._is_glibc(), reason="only glibc has arenas")
 THREADS = 6
 PROGRAM = f"""
 import asyncio, ctypes, sys, threading

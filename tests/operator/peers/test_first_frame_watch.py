@@ -6,7 +6,7 @@ import asyncio
 from typing import Any
 
 from mosaic_core.machines.media.first_frame import ReceivedSoFar
-from mosaic_core.operator.peers.first_frame_watch import FirstFrameWatch
+from mosaic_core.operator.peers.media_bindings import FirstFrameWatch
 from mosaic_core.operator.stores.media_store import MediaStreamStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.words.data_type import MosaicDataType

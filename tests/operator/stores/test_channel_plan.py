@@ -18,9 +18,8 @@ from mosaic_core.operator.stores.channel_plan import (
     resource_of,
     sound_store,
 )
-from mosaic_core.operator.stores.media_store import MediaStreamStore
+from mosaic_core.operator.stores.media_store import MediaStreamStore, SoundStore, VoiceStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
-from mosaic_core.operator.stores.sound_stores import SoundStore, VoiceStore
 from mosaic_core.operator.stores.stores import BidirectionalStore, ReceivableStore, SendableStore
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType

@@ -20,8 +20,8 @@ from mosaic_core import (
     Sound,
 )
 from mosaic_core.operator import MediaStreamStore, SoundStore, VoiceStore
+from mosaic_core.operator.stores.media_store import QUEUED_SOUNDS
 from mosaic_core.operator.stores.robot_connector import RobotConnector
-from mosaic_core.operator.stores.sound_stores import QUEUED_SOUNDS
 from mosaic_core.testing import connector, joined, until
 from mosaic_core.words.data_type import Direction, Kind, MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed

@@ -11,8 +11,7 @@ import pytest
 
 from mosaic_core import Sender
 from mosaic_core.runtime.control import journal as module
-from mosaic_core.runtime.control.journal import MAX_ENTRIES, RobotJournal
-from mosaic_core.runtime.control.journal_file import JournalFile
+from mosaic_core.runtime.control.journal import MAX_ENTRIES, JournalFile, RobotJournal
 from mosaic_core.words.control import JournalEntry
 
 ANN, BOB = Sender("ann", "a", name="Ann"), Sender("bob", "b")

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from mosaic_core.machines.delivery.framing import Frame, FrameReader, PayloadKind, encode_frame
-from mosaic_core.runtime.delivery.peer_partials import PeerPartials
+from mosaic_core.runtime.delivery.data_port import PeerPartials
 
 
 def parts(seq: int = 1) -> Iterator[bytes]:

@@ -16,8 +16,7 @@ from mosaic_core.machines.signaling.peer_admission import (
     StartPeer,
     StopPeer,
 )
-from mosaic_core.runtime.signaling.robot_servers import best_state
-from mosaic_core.runtime.signaling.server_link import Introduction, KnownServer, ServerLink
+from mosaic_core.runtime.signaling.server_link import Introduction, KnownServer, ServerLink, best_state
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.config import ServerConfig
 from mosaic_core.words.signaling import IceCandidate, SdpAnswer

@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 import pytest
 
 from mosaic_core.laboratory.joining import until
-from mosaic_core.runtime.signaling.socket_renewal import SocketRenewal
+from mosaic_core.runtime.signaling.signaling_socket import SocketRenewal
 from mosaic_core.words.errors import SignalingError
 
 
