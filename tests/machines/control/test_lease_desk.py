@@ -27,9 +27,8 @@ from mosaic_core.machines.control.lease_events import (
     Reply,
     RequestAnswered,
     Requested,
-    Waiting,
 )
-from mosaic_core.machines.control.lease_queue import MAX_WAITING, LeaseQueue
+from mosaic_core.machines.control.lease_queue import MAX_WAITING
 from mosaic_core.words.codes import REASONS
 from mosaic_core.words.control import Role
 
@@ -239,24 +238,6 @@ def test_the_queue_is_bounded_and_a_program_makes_room_for_a_person() -> None:
     ]
     assert len(desk.queue("motion")) == MAX_WAITING
     assert desk.queue("motion")[0].party == BEN
-
-
-def test_in_a_full_queue_the_last_program_makes_room_for_a_person() -> None:
-    queue = LeaseQueue()
-    for number in range(MAX_WAITING - 1):
-        queue.add(Waiting(Party(f"a{number}", f"sa{number}", is_person=True), "", 0.1))
-    queue.add(Waiting(PATROL, "", 0.2))
-    assert queue.add(Waiting(ANNA, "", 0.3)) == PATROL
-    assert queue.add(Waiting(BEN, "", 0.4)) == BEN, "persons make no room for each other"
-    assert len(queue) == MAX_WAITING
-
-
-def test_who_becomes_somebody_else_while_waiting_still_stands_there_once() -> None:
-    queue = LeaseQueue()
-    queue.add(Waiting(MAPPER, "", 0.1))
-    mia = Party("m", "sm", "Mia", is_person=True)
-    assert queue.update(mia)
-    assert list(queue) == [Waiting(mia, "", 0.1)]
 
 
 # -- answers

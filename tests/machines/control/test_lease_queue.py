@@ -64,6 +64,16 @@ def test_of_a_full_queue_the_last_program_makes_room_for_a_person_and_no_other()
     assert len(queue) == MAX_WAITING
 
 
+def test_in_a_full_queue_of_persons_the_one_program_makes_room_and_then_nobody() -> None:
+    queue = LeaseQueue()
+    for number in range(MAX_WAITING - 1):
+        queue.add(Waiting(Party(f"a{number}", f"sa{number}", is_person=True), "", 0.1))
+    queue.add(Waiting(PATROL, "", 0.2))
+    assert queue.add(Waiting(ANNA, "", 0.3)) == PATROL
+    assert queue.add(Waiting(BEN, "", 0.4)) == BEN, "persons make no room for each other"
+    assert len(queue) == MAX_WAITING
+
+
 def test_who_turns_out_to_be_a_person_moves_before_the_programs_with_its_reason_and_its_time() -> None:
     queue = queue_of(Waiting(PATROL, "round", 1.0), Waiting(MAPPER, "map", 2.0))
     mia = Party("m", "sm", "Mia", is_person=True)
