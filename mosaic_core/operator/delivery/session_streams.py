@@ -11,13 +11,10 @@ from typing import Literal, Protocol
 from mosaic_core.machines.delivery.framing import Frame
 from mosaic_core.machines.delivery.resume import ResumeReceiver
 from mosaic_core.operator.delivery.outgoing_stream import OutgoingStream
+from mosaic_core.runtime.delivery.resumed_stream import DeliveredTeller
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.words.control import HELLO_TIMEOUT_S, ControlMessage, Delivered, Resume
 
-TELL_PERIOD_S = 0.25
-"""What has arrived is told this late at the latest: the robot keeps it so long."""
-TELL_AFTER = 128
-"""Messages after which it is told at once, so that a fast robot need not forget what it keeps."""
 MAX_HELD = 4096
 """Messages that overtook the robot's word; far more than a round trip of anything."""
 
@@ -40,17 +37,15 @@ class SessionStreams:
         listener: Callable[[str], GapListener | None],
         clock_us: Callable[[], int],
     ) -> None:
-        self._tell = tell
+        self._teller = DeliveredTeller(tell)
         self._clock_us = clock_us
         self._listener = listener
         self._phase: Literal["unknown", "expecting", "resumed", "plain", "away", "closed"] = "unknown"
         self._robot_boot_id = ""
         self._outgoing: dict[str, OutgoingStream] = {}
-        self._receivers: dict[str, ResumeReceiver] = {}
+        self._receivers = self._teller.receivers
         self._numbered: Collection[str] = ()
         self._held: list[tuple[str, Frame, Callable[[Frame], None]]] = []
-        self._untold = 0
-        self._telling = DeadlineTimer(self._tell_delivered)
         self._patience = DeadlineTimer(self.plain)
 
     # -- the life of a connection ------------------------------------------------------------------------------------
@@ -91,7 +86,7 @@ class SessionStreams:
         """The connection is gone and will be made anew."""
         if self._phase != "closed":
             self._patience.cancel()
-            self._stop_telling()
+            self._teller.stop()
             self._phase = "away"
             self._held.clear()
             for stream in self._outgoing.values():
@@ -100,7 +95,7 @@ class SessionStreams:
     def close(self) -> None:
         """It has ended for good."""
         self._patience.cancel()
-        self._stop_telling()
+        self._teller.stop()
         self._phase = "closed"
         self._held.clear()
         for label, stream in self._outgoing.items():
@@ -144,7 +139,7 @@ class SessionStreams:
             deliver(frame)
             return
         arrival = receiver.arrived(frame.seq)
-        self._tell_soon()
+        self._teller.arrived()
         self._report(label, arrival.lost, sent=False)
         if arrival.is_new:
             deliver(frame)
@@ -175,20 +170,3 @@ class SessionStreams:
         listener = self._listener(label) if lost != 0 else None
         if listener is not None:
             listener.missed(lost, sent=sent)
-
-    def _tell_soon(self) -> None:
-        self._untold += 1
-        if self._untold >= TELL_AFTER:
-            self._tell_delivered()
-        elif self._untold == 1:
-            self._telling.set(time.monotonic() + TELL_PERIOD_S)
-
-    def _tell_delivered(self) -> None:
-        self._stop_telling()
-        seqs = {label: seq for label, one in self._receivers.items() if (seq := one.untold()) is not None}
-        if seqs:
-            self._tell(Delivered(seqs=seqs))
-
-    def _stop_telling(self) -> None:
-        self._untold = 0
-        self._telling.cancel()

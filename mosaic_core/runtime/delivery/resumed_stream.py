@@ -10,12 +10,18 @@ from dataclasses import replace
 
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.delivery.framing import FrameFlag
-from mosaic_core.machines.delivery.resume import ResumeLimits, ResumeSender
+from mosaic_core.machines.delivery.resume import ResumeLimits, ResumeReceiver, ResumeSender
 from mosaic_core.machines.delivery.send_scheduler import Offered
 from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
+from mosaic_core.words.control import Delivered
 
 HEADER_BYTES = 64
 """What an empty message costs us: a queue of nothing else is bounded too."""
+TELL_PERIOD_S = 0.25
+"""What has arrived is told this late at the latest: the other side keeps it so long."""
+TELL_AFTER = 128
+"""Messages after which it is told at once, so that a fast sender need not forget what it keeps."""
 Put = Callable[[Outgoing, FrameFlag, int], Offered]
 """Offers one numbered message to the connection's own queue."""
 
@@ -108,3 +114,33 @@ class ResumedStream:
                 return
             self._counters.resent += numbered.is_repeated
             self._sender.went_out()
+
+
+class DeliveredTeller:
+    """Tells the other side what has arrived on the reliable channels of one session, so that it need not keep it: soon
+    after a message, and at once after many. Event loop only."""
+
+    def __init__(self, say: Callable[[Delivered], object]) -> None:
+        self.receivers: dict[str, ResumeReceiver] = {}
+        self._say = say
+        self._untold = 0
+        self._timer = DeadlineTimer(self._tell)
+
+    def arrived(self) -> None:
+        """One message more."""
+        self._untold += 1
+        if self._untold >= TELL_AFTER:
+            self._tell()
+        elif not self._timer.is_set:
+            self._timer.set(time.monotonic() + TELL_PERIOD_S)
+
+    def stop(self) -> None:
+        """There is nobody to tell."""
+        self._untold = 0
+        self._timer.cancel()
+
+    def _tell(self) -> None:
+        self.stop()
+        seqs = {label: seq for label, one in self.receivers.items() if (seq := one.untold()) is not None}
+        if seqs:
+            self._say(Delivered(seqs=seqs))

@@ -226,12 +226,8 @@ class Peer:
     def _stop_channel_heard(
         self, message: control.Stop | control.Pong, answer: Callable[[control.ControlMessage], None]
     ) -> None:
-        if self.phase == "closed":
-            return
-        if isinstance(message, control.Stop):
-            self._control.stop_heard(message, answer)
-        else:
-            self._control.control_heard(message)
+        if self.phase != "closed":
+            self._control.control_heard(message, answer)
 
     # -- what the transport tells --------------------------------------------------------------------------------
 

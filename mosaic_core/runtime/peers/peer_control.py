@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 
+from mosaic_core.runtime.control.command_desk import Answer
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.runtime.peers.site import Site
 from mosaic_core.words import control
@@ -41,12 +41,14 @@ class PeerControl:
         self._site.delivery.watch(self._operator, False)
         self._site.desk.peer_left(self._operator, code)
 
-    def control_heard(self, message: control.ControlMessage) -> None:
-        """Anything but hello, bye, media.watch and what belongs to the bulk connection or to resuming."""
+    def control_heard(self, message: control.ControlMessage, answer: Answer | None = None) -> None:
+        """Anything but hello, bye, media.watch and what belongs to the bulk connection or to resuming. ``answer`` says
+        it where a stop was heard."""
         link = self._operator.link
         match message:
             case control.Stop():
-                self.stop_heard(message, self._operator.answer)
+                answer = answer or self._operator.answer
+                self._site.desk.stop_heard(self._operator, message, answer, time.monotonic())
             case control.Pong(t0=t0):
                 if link is not None:
                     link.ponged(t0)
@@ -57,7 +59,3 @@ class PeerControl:
                 self._site.delivery.watch(self._operator, on)
             case _:
                 self._site.desk.control_heard(self._operator, message, time.monotonic())
-
-    def stop_heard(self, stop: control.Stop, answer: Callable[[control.ControlMessage], None]) -> None:
-        """``answer`` says it where the stop was heard."""
-        self._site.desk.stop_heard(self._operator, stop, answer, time.monotonic())

@@ -4,7 +4,7 @@ said how far they are, and a lost peer leaves what was not confirmed to the next
 
 from __future__ import annotations
 
-import asyncio
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
@@ -13,7 +13,9 @@ from mosaic_core.machines.delivery.framing import FrameFlag
 from mosaic_core.machines.delivery.resume import Arrival, ResumeReceiver
 from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.runtime.control.command_desk import LOST
+from mosaic_core.runtime.delivery.resumed_stream import DeliveredTeller
 from mosaic_core.runtime.delivery.sessions import OperatorSession
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.words.control import HELLO_TIMEOUT_S, Delivered, Hello, Resume
 from mosaic_core.words.data_type import Direction
 
@@ -24,10 +26,6 @@ if TYPE_CHECKING:
     from mosaic_core.runtime.peers.remote_operator import RemoteOperator
     from mosaic_core.runtime.peers.site import Site
 
-TELL_PERIOD_S = 0.25
-"""What has arrived is told this late at the latest: the operator keeps it so long."""
-TELL_AFTER = 128
-"""Messages after which it is told at once, so that a fast sender need not forget what it keeps."""
 RELEASE_AFTER_S = 1.0
 """A channel that closed alone was released on purpose; when its connection ends too, this is known by then."""
 
@@ -38,13 +36,14 @@ class PeerResume:
     def __init__(self, operator: RemoteOperator, site: Site) -> None:
         self._operator = operator
         self._site = site
-        self._loop = asyncio.get_running_loop()
         self._phase: Literal["unknown", "expecting", "resumed", "plain"] = "unknown"
         self._boot_id = ""
         self._session: OperatorSession | None = None
         self._held: list[Callable[[], None]] = []
-        self._untold = 0
-        self._timers: dict[str, asyncio.TimerHandle] = {}
+        self._teller = DeliveredTeller(operator.answer)
+        self._patience = DeadlineTimer(self.plain)
+        self._releases: dict[str, DeadlineTimer] = {}
+        """Of channels that were closed, by label."""
 
     def when_known(self, route: Route, is_framed: bool, proceed: Callable[[], None]) -> None:
         """Call ``proceed`` as soon as data may flow on this channel."""
@@ -59,9 +58,9 @@ class PeerResume:
 
     def opens(self, label: str) -> bool:
         """Whether the channel, which is open now, is to be attached to its session."""
-        timer = self._timers.pop(label, None)
-        if timer is not None:  # it was closed and opened again on this peer: whoever listens now is new
-            timer.cancel()
+        timer = self._releases.pop(label, None)
+        if timer is not None and timer.is_set:
+            timer.cancel()  # it was closed and opened again on this peer: whoever listens now is new
             self._release(label)
         return self.keeps(label)
 
@@ -86,23 +85,20 @@ class PeerResume:
 
     def arrived(self, route: Route, seq: int) -> bool:
         """A message has come; ``False``: it came before."""
-        receiver = self._receiver(route)
+        receiver = self._teller.receivers.get(route.label)
         if receiver is None:
             return True
         arrival: Arrival = receiver.arrived(seq)
         route.counters.lost += arrival.lost
-        self._untold += 1
-        if self._untold >= TELL_AFTER:
-            self._tell_delivered()
-        else:
-            self._after("tell", TELL_PERIOD_S, self._tell_delivered)
+        self._teller.arrived()
         return arrival.is_new
 
     def channel_closed(self, label: str) -> None:
         """A channel closed while its peer goes on."""
         if self._session is not None and label in self._session.streams:
             self._session.streams[label].closed()
-            self._after(label, RELEASE_AFTER_S, lambda: self._release(label))
+            self._releases[label] = timer = DeadlineTimer(lambda: self._release(label))
+            timer.set(time.monotonic() + RELEASE_AFTER_S)
 
     # -- what the operator says ----------------------------------------------------------------------------------
 
@@ -114,7 +110,7 @@ class PeerResume:
             self.plain()
             return
         self._phase = "expecting"
-        self._after("expect", HELLO_TIMEOUT_S, self.plain)
+        self._patience.set(time.monotonic() + HELLO_TIMEOUT_S)
 
     def plain(self) -> None:
         """Its numbers begin anew with every connection: an original operator, or an older one."""
@@ -138,7 +134,7 @@ class PeerResume:
         self._phase = "resumed"
         sender, book = self._operator.sender, self._site.sessions
         session, is_known = book.claim(sender.session_id, sender.operator_id, self._boot_id, sender.peer_id, self)
-        self._session = session
+        self._session, self._teller.receivers = session, session.receivers
         routes = self._site.routes
         taking = [label for label, route in routes.items() if _takes(route)]
         sending = {label: route.connector.terms.limits for label, route in routes.items() if _sends(route)}
@@ -167,21 +163,19 @@ class PeerResume:
 
     def dispossessed(self) -> None:
         """The session lives on another peer now."""
-        self._session = None
+        self._session, self._teller.receivers = None, {}
 
     def peer_left(self, code: str) -> None:
-        for timer in self._timers.values():
+        for timer in (self._patience, *self._releases.values()):
             timer.cancel()
-        self._timers.clear()
+        self._teller.stop()
         self._held.clear()
-        session, self._session = self._session, None
+        session = self._session
+        self.dispossessed()
         if session is not None:
             self._site.sessions.peer_left(session, self, is_lost=code in LOST)
 
     # -- inside --------------------------------------------------------------------------------------------------
-
-    def _receiver(self, route: Route) -> ResumeReceiver | None:
-        return self._session.receivers.get(route.label) if self._session is not None else None
 
     def _release_held(self) -> None:
         held, self._held = self._held, []
@@ -191,26 +185,6 @@ class PeerResume:
     def _release(self, label: str) -> None:
         if self._session is not None:
             self._site.sessions.release(self._session, label)
-
-    def _tell_delivered(self) -> None:
-        self._untold = 0
-        timer = self._timers.pop("tell", None)
-        if timer is not None:
-            timer.cancel()
-        if self._session is None:
-            return
-        seqs = {label: seq for label, one in self._session.receivers.items() if (seq := one.untold()) is not None}
-        if seqs:
-            self._operator.answer(Delivered(seqs=seqs))
-
-    def _after(self, name: str, delay_s: float, action: Callable[[], None]) -> None:
-        """Once, unless it is already going to."""
-        if name not in self._timers:
-            self._timers[name] = self._loop.call_later(delay_s, self._due, name, action)
-
-    def _due(self, name: str, action: Callable[[], None]) -> None:
-        self._timers.pop(name, None)
-        action()
 
 
 def _sends(route: Route) -> bool:

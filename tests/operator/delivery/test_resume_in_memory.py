@@ -14,9 +14,8 @@ from mosaic_core.contract.host import Sender
 from mosaic_core.contract.params import Params
 from mosaic_core.laboratory.joining import Joined, connector, joined, until
 from mosaic_core.machines.delivery.resume import ResumeLimits
-from mosaic_core.operator.delivery import session_streams
 from mosaic_core.operator.stores.mosaic_store import Gap
-from mosaic_core.runtime.delivery import sessions
+from mosaic_core.runtime.delivery import resumed_stream, sessions
 
 
 class Events(DataChannelSendable[dict[str, int]]):
@@ -217,7 +216,7 @@ def test_of_what_was_accepted_nothing_is_lost_however_much_it_was() -> None:
 def test_who_got_too_far_ahead_of_a_slow_confirmation_sends_again_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
     few = ResumeLimits(messages=5, in_flight_messages=5)
     monkeypatch.setattr(sessions, "ResumeLimits", lambda messages, size_bytes, age_s: few)
-    monkeypatch.setattr(session_streams, "TELL_AFTER", 1_000_000)
+    monkeypatch.setattr(resumed_stream, "TELL_AFTER", 1_000_000)
 
     async def scenario(link: Joined) -> None:
         heard = Heard(link, "events")
