@@ -115,17 +115,20 @@ class RobotConnection(RobotStores):
     @property
     def round_trip_ms(self) -> float | None:
         """The latest ping on the control channel; ``None`` before it and toward original robots."""
-        return self._peer.control.round_trip_ms
+        round_trip_us = self._peer.control.clock.round_trip_us
+        return None if round_trip_us is None else round_trip_us / 1e3
 
     @property
     def clock_offset_us(self) -> int | None:
         """What to add to ``time.monotonic_ns() // 1000`` to read the robot's clock."""
-        return self._peer.control.clock_offset_us
+        best = self._peer.control.clock.best
+        return None if best is None else best.offset_us
 
     @property
     def round_trip_us_best(self) -> int | None:
         """The shortest round trip of the last ten seconds; half of it bounds the error of the clock offset."""
-        return self._peer.control.best_round_trip_us
+        best = self._peer.control.clock.best
+        return None if best is None else best.round_trip_us
 
     def on_refusal(self, callback: Callable[[control.Refusal], None]) -> Callable[[], None]:
         """Hear of messages that the robot did not accept, with label, ``seq`` and code; returns what ends it."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mosaic_core.machines.timing.clock_offset import ClockSample
 from mosaic_core.words.control import STOP_REPEAT_S, Stop, StopAck
 
 FIRST_REPEAT_S = 0.01
@@ -51,14 +52,6 @@ class StopCallEnded:
 Effect = SayStop | StopCallEnded
 
 
-@dataclass(frozen=True, slots=True)
-class ClockReading:
-    """``offset_us``: what to add to our clock to read the robot's. ``round_trip_us``: the one it was measured with."""
-
-    offset_us: int
-    round_trip_us: int
-
-
 @dataclass(slots=True)
 class _Call:
     message: Stop
@@ -67,7 +60,7 @@ class _Call:
     copies: int = 1
     acknowledged_at_s: float | None = None
     received_us: int | None = None
-    clock: ClockReading | None = None
+    clock: ClockSample | None = None
 
 
 class StopCalls:
@@ -86,7 +79,7 @@ class StopCalls:
         self._calls[id_] = _Call(message, now_s, now_s + FIRST_REPEAT_S)
         return [SayStop(message, is_first=True)]
 
-    def acknowledged(self, ack: StopAck, clock: ClockReading | None, now_s: float) -> list[Effect]:
+    def acknowledged(self, ack: StopAck, clock: ClockSample | None, now_s: float) -> list[Effect]:
         """The robot has answered one of the copies."""
         call = self._calls.get(ack.id)
         if call is None:

@@ -8,7 +8,6 @@ from functools import partial
 from typing import Protocol
 from uuid import uuid4
 
-from mosaic_core.machines.control.stop_call import ClockReading
 from mosaic_core.machines.delivery.framing import Frame, PayloadKind
 from mosaic_core.machines.timing.clock_offset import ClockOffset
 from mosaic_core.operator.delivery.data_port import DataPort, now_us
@@ -53,38 +52,16 @@ class ControlChannel:
         self._listener = listener
         self._clock_us = clock_us
         self._is_person = is_person
-        self._clock = ClockOffset()
+        self.clock = ClockOffset()
+        """The robot's clock by ours."""
         self._robot_boot_id = ""
         self._port = _words_port(channel, partial(self._received, self.send), self._changed, clock_us)
         received = partial(self._received, self.send_on_stop_channel)
         self._stop_port = _words_port(stop_channel, received, lambda is_open: None, clock_us)
 
-    @property
-    def round_trip_ms(self) -> float | None:
-        return None if self._clock.round_trip_us is None else self._clock.round_trip_us / 1e3
-
-    @property
-    def best_round_trip_us(self) -> int | None:
-        return self._clock.best.round_trip_us if self._clock.best else None
-
-    @property
-    def clock_offset_us(self) -> int | None:
-        return self._clock.best.offset_us if self._clock.best else None
-
-    @property
-    def clock_reading(self) -> ClockReading | None:
-        best = self._clock.best
-        return None if best is None else ClockReading(best.offset_us, best.round_trip_us)
-
-    def to_ours_us(self, theirs_us: int) -> int | None:
-        return self._clock.to_ours_us(theirs_us)
-
-    def to_theirs_us(self, ours_us: int) -> int | None:
-        return self._clock.to_theirs_us(ours_us)
-
     def robot_now_us(self) -> int | None:
         """What the robot's clock shows now."""
-        return self.to_theirs_us(self._clock_us())
+        return self.clock.to_theirs_us(self._clock_us())
 
     def send(self, message: ControlMessage) -> bool:
         return self._port.send(PayloadKind.JSON, message.to_text().encode())
@@ -115,10 +92,10 @@ class ControlChannel:
             case Ping(t0=t0):
                 answer(Pong(t0=t0, t1=arrived_us, t2=self._clock_us()))
             case Pong():
-                self._clock.add(message.t0, message.t1, message.t2, arrived_us)
+                self.clock.add(message.t0, message.t1, message.t2, arrived_us)
             case Hello(boot_id=boot_id) if boot_id != self._robot_boot_id:
                 self._robot_boot_id = boot_id
-                self._clock.reset()
+                self.clock.reset()
             case _:
                 pass
         if message is not None:

@@ -39,7 +39,7 @@ class StopCaller:
             self._reports.pop(id_, None)
 
     def acknowledged(self, ack: StopAck) -> None:
-        self._carry_out(self._calls.acknowledged(ack, self._port.clock_reading, self._now_s()))
+        self._carry_out(self._calls.acknowledged(ack, self._port.clock.best, self._now_s()))
 
     def ended(self, error: ConnectionFailed) -> None:
         """The connection has ended; who still waits for an answer is told."""

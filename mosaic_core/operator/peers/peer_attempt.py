@@ -126,7 +126,8 @@ class PeerAttempt:
 
     def doubt(self) -> None:
         """The network is another one: the robot has a few round trips to prove that it is still there."""
-        round_trip_s = (self.control.best_round_trip_us or 0) / 1e6
+        best = self.control.clock.best
+        round_trip_s = 0.0 if best is None else best.round_trip_us / 1e6
         self._driver.tell(machine.Doubted(max(DOUBT_S, DOUBT_ROUND_TRIPS * round_trip_s)))
 
     def robot_returned(self) -> None:

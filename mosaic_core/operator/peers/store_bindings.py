@@ -189,7 +189,7 @@ class StoreBindings:
     def _deliver(self, store: MosaicStore, label: str, frame: Frame) -> None:
         self._plan.timeline.mark("value", time.monotonic(), label)
         if isinstance(store, ReceivableStore):
-            info = info_of(frame, self._peer.control.to_ours_us, self._plan.clock_us())
+            info = info_of(frame, self._peer.control.clock.to_ours_us, self._plan.clock_us())
             store.notify_subscribers(frame.payload, info)
 
     def _port_changed(self, link: _Link, planned: PlannedChannel, is_open: bool) -> None:

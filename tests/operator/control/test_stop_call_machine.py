@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 
 from mosaic_core.machines.control.stop_call import (
     SAFE_PATIENCE_S,
-    ClockReading,
     SayStop,
     StopCallEnded,
     StopCalls,
     StopReport,
 )
+from mosaic_core.machines.timing.clock_offset import ClockSample
 from mosaic_core.words.control import STOP_REPEAT_S, Stop, StopAck
 
 HOUR_US = 3_600_000_000
@@ -65,7 +65,7 @@ def test_the_report_counts_on_the_robots_clock_whatever_ours_says(offset_us: int
     calls.say("a", "", said_us / 1e6)
     calls.overdue(said_us / 1e6 + 0.03)
     robot_us = said_us + offset_us
-    clock = ClockReading(offset_us, 8_000)
+    clock = ClockSample(offset_us, 8_000)
     (stopped,) = calls.acknowledged(ack(robot_us + 4_000, robot_us + 25_000), clock, said_us / 1e6 + 0.05)
     assert isinstance(stopped, StopCallEnded)
     report = stopped.report
@@ -81,7 +81,7 @@ def test_an_answer_that_seems_older_than_the_stop_came_at_once() -> None:
     """The robot's clock is only known to within half a round trip."""
     calls = StopCalls()
     calls.say("a", "", 10.0)
-    (stopped,) = calls.acknowledged(ack(9_999_000, 9_999_500), ClockReading(0, 3_000_000), 13.0)
+    (stopped,) = calls.acknowledged(ack(9_999_000, 9_999_500), ClockSample(0, 3_000_000), 13.0)
     assert isinstance(stopped, StopCallEnded)
     assert (stopped.report.received_s, stopped.report.safe_s, stopped.report.uncertainty_s) == (0.0, 0.0, 1.5)
 
@@ -113,8 +113,8 @@ def test_an_acknowledgement_whose_safe_action_runs_is_asked_again_for_two_second
 def test_a_second_answer_tells_that_it_is_safe_and_keeps_the_first_ones_time() -> None:
     calls = StopCalls()
     calls.say("a", "", 0.0)
-    calls.acknowledged(ack(10_000), ClockReading(0, 0), 0.02)
-    (stopped,) = calls.acknowledged(ack(10_000, 300_000), ClockReading(0, 0), 0.4)
+    calls.acknowledged(ack(10_000), ClockSample(0, 0), 0.02)
+    (stopped,) = calls.acknowledged(ack(10_000, 300_000), ClockSample(0, 0), 0.4)
     assert isinstance(stopped, StopCallEnded)
     assert (stopped.report.acknowledged_s, stopped.report.received_s, stopped.report.safe_s) == (0.02, 0.01, 0.3)
     assert calls.acknowledged(ack(10_000, 300_000), None, 0.5) == []

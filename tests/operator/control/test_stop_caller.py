@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from mosaic_core.machines.control.stop_call import FIRST_REPEAT_S, ClockReading, StopReport
+from mosaic_core.machines.control.stop_call import FIRST_REPEAT_S, StopReport
+from mosaic_core.machines.timing.clock_offset import ClockSample
 from mosaic_core.operator.control import stop_caller
 from mosaic_core.operator.control.stop_caller import StopCaller
 from mosaic_core.words.control import ControlMessage, Stop, StopAck
@@ -23,7 +24,7 @@ class Robot:
     def __init__(self) -> None:
         self.said: list[ControlMessage] = []
         self.said_on_stop: list[ControlMessage] = []
-        self.clock_reading: ClockReading | None = ClockReading(0, 2_000)
+        self.clock = SimpleNamespace(best=ClockSample(0, 2_000))
 
     def send(self, message: ControlMessage) -> bool:
         self.said.append(message)

@@ -15,6 +15,7 @@ from mosaic_core.machines.delivery.delivery_terms import terms_of
 from mosaic_core.machines.delivery.framing import FrameFlag, PayloadKind
 from mosaic_core.machines.delivery.send_scheduler import Offered
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.delivery import resumed_stream
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.delivery.sessions import SessionBook
 from mosaic_core.runtime.handlers.routes import Route
@@ -324,7 +325,7 @@ async def test_a_full_queue_goes_on_when_it_has_room() -> None:
 
 
 async def test_what_arrives_twice_is_taken_once_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peer_resume, "TELL_PERIOD_S", 0.0)
+    monkeypatch.setattr(resumed_stream, "TELL_PERIOD_S", 0.0)
     peer = Peer(Robot())
     orders = peer.robot.routes["orders"]
     assert peer.resume.arrived(orders, 7), "before it resumes everything is new"
@@ -341,9 +342,9 @@ async def test_after_many_messages_it_is_told_at_once_and_not_again() -> None:
     peer = Peer(Robot())
     orders = peer.robot.routes["orders"]
     peer.resumes()
-    for seq in range(1, 2 * peer_resume.TELL_AFTER + 2):
+    for seq in range(1, 2 * resumed_stream.TELL_AFTER + 2):
         peer.resume.arrived(orders, seq)
-    told = [peer_resume.TELL_AFTER, 2 * peer_resume.TELL_AFTER]
+    told = [resumed_stream.TELL_AFTER, 2 * resumed_stream.TELL_AFTER]
     assert peer.said == [Delivered(seqs={"orders": seq}) for seq in told]
 
 
@@ -362,7 +363,7 @@ async def test_what_never_comes_is_counted() -> None:
 
 
 async def test_who_has_left_is_told_nothing_any_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peer_resume, "TELL_PERIOD_S", 0.0)
+    monkeypatch.setattr(resumed_stream, "TELL_PERIOD_S", 0.0)
     peer = Peer(Robot())
     peer.resumes()
     peer.resume.arrived(peer.robot.routes["orders"], 1)
