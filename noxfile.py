@@ -6,9 +6,11 @@ nox -s tests | lint | types | dashboard | e2e | docs | bench | mutants | build |
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import nox
@@ -18,11 +20,14 @@ nox.options.default_venv_backend = "none"
 nox.options.sessions = ["lint", "types", "dashboard", "docs", "tests", "e2e"]
 nox.options.stop_on_first_error = True
 
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+"""Where it is set, as in many containers, each of some hundred processes would compile everything anew."""
 ROOT = Path(__file__).parent
 VENV_PYTHON = ROOT / ".venv" / "bin" / "python"
 PYTHON = str(VENV_PYTHON) if VENV_PYTHON.exists() else sys.executable
 REAL_PEERS = "webrtc or netlab"
 """Tests of real connections."""
+TEST_FILES = sorted(path for place in ("tests", "plugins", "examples") for path in (ROOT / place).rglob("test_*.py"))
 SHARED_OUT = ("--dist", "loadscope", "--no-loadscope-reorder")
 OWN_NETWORKS = ("-n", str(2 * (os.cpu_count() or 1)), *SHARED_OUT, "--own-networks")
 """More processes than processors, as most of these tests wait for somebody's patience to end."""
@@ -38,7 +43,8 @@ def tests(session: nox.Session) -> None:
         session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
         return
     _test(session, f"not e2e and not ({REAL_PEERS})", "-n", "auto", *SHARED_OUT)
-    _test(session, f"not e2e and ({REAL_PEERS})", *(OWN_NETWORKS if _may_make_networks() else ()))
+    apart = OWN_NETWORKS if _may_make_networks() else ()
+    _test(session, f"not e2e and ({REAL_PEERS})", *apart, files=_with_mark("webrtc", "netlab"))
 
 
 @nox.session
@@ -48,7 +54,7 @@ def e2e(session: nox.Session) -> None:
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "e2e", *session.posargs, external=True)
         return
-    _test(session, "e2e")
+    _test(session, "e2e", files=_with_mark("e2e"))
 
 
 @nox.session
@@ -116,10 +122,16 @@ def demo(session: nox.Session) -> None:
     session.run(PYTHON, "-m", "mosaic_core.cli.main", "demo", *session.posargs, external=True)
 
 
-def _test(session: nox.Session, marks: str, *options: str) -> None:
+def _with_mark(*marks: str) -> list[str]:
+    """The files in which a test has one of ``marks``: no process of pytest reads those that are not for it."""
+    wanted = re.compile(rf"mark\.({'|'.join(marks)})\b")
+    return [str(path.relative_to(ROOT)) for path in TEST_FILES if wanted.search(path.read_text())]
+
+
+def _test(session: nox.Session, marks: str, *options: str, files: Sequence[str] = ()) -> None:
     """What fails is run once more, in a new process and with nothing beside it: real networks, browsers and clocks on
     a machine with other work miss a time-out now and then. What then passes is named, and still wants to be mended."""
-    pytest = (PYTHON, "-m", "pytest", "--pairs", "-m", marks)
+    pytest = (PYTHON, "-m", "pytest", "--pairs", "-m", marks, *files)
     try:
         session.run(*pytest, *options, external=True)
     except CommandFailed:
