@@ -11,6 +11,8 @@ from typing import Any
 import typer
 from typer.core import TyperCommand
 
+from mosaic_core.words.errors import PluginError
+
 
 class LaterCommand(TyperCommand):
     """``entry_point`` names a typer application, a function or a command of click."""
@@ -27,6 +29,23 @@ class LaterCommand(TyperCommand):
         return self.loaded().make_context(info_name, args, parent=parent, **extra)
 
 
+class PluginCommand(LaterCommand):
+    """Stands for a command of another distribution until somebody invokes it."""
+
+    def __init__(self, entry_point: EntryPoint) -> None:
+        self.source = f"{entry_point.dist.name} {entry_point.dist.version}" if entry_point.dist else entry_point.value
+        distribution = self.source.partition(" ")[0]
+        super().__init__(entry_point, f"From {distribution}: `mosaic {entry_point.name} --help`.")
+
+    def loaded(self) -> Any:
+        """The command itself. Raises :class:`PluginError` naming the distribution."""
+        try:
+            return super().loaded()
+        except (Exception, SystemExit) as error:
+            message = f"the command '{self.name}' of {self.source} can't be used: {type(error).__name__}: {error}"
+            raise PluginError(message, distribution=self.source) from error
+
+
 def _command_of(target: Any, name: str) -> Any:
     if hasattr(target, "make_context"):
         return target
@@ -36,4 +55,16 @@ def _command_of(target: Any, name: str) -> Any:
     target.rich_markup_mode = None  # boxes around its help would take longer to import than all the rest
     command = typer.main.get_command(target)
     command.name = name
+    spare_pydantic(command)
     return command
+
+
+def spare_pydantic(command: Any) -> None:
+    """Let typer's own flags (``--help``) be off where they are not given. They would be ``None``, which typer has
+    pydantic turn into ``None``, and loading that takes longer than all that a list of names needs."""
+    for option in command.get_params(typer.Context(command)):
+        if getattr(option, "is_flag", False) and option.default is None:
+            option.default = False
+    for inner in getattr(command, "commands", {}).values():
+        if not isinstance(inner, LaterCommand):
+            spare_pydantic(inner)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, entry_points
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from mosaic_core import __version__
-from mosaic_core.cli.later_command import LaterCommand
-from mosaic_core.cli.plugin_commands import GroupWithPlugins
+from mosaic_core.cli.later_command import LaterCommand, PluginCommand, spare_pydantic
 from mosaic_core.cli.terminal.error_report import FAILED, exit_code_of, report
 from mosaic_core.words.errors import MosaicError
 
@@ -26,14 +26,34 @@ COMMANDS = (
     ("bench", "diagnosis.bench_command:bench", "Measure a robot and an operator over bad networks."),
 )
 """Name, place in this package, and the first words of the command's own help, which is not imported to be listed."""
+PLUGIN_GROUP = "mosaic.commands"
 
 
-class MosaicGroup(GroupWithPlugins):
-    """The ``mosaic`` command: its own commands, then those of other distributions."""
+class MosaicGroup(TyperGroup):
+    """The ``mosaic`` command: its own commands, then those of other distributions (group ``mosaic.commands``), which
+    are looked for where a name is not ours, or all are listed. Our own win a clash of names."""
 
     def __init__(self, **attributes: Any) -> None:
         own = {name: LaterCommand(EntryPoint(name, f"{__package__}.{at}", ""), line) for name, at, line in COMMANDS}
         super().__init__(**{**attributes, "commands": own})
+
+    def make_context(self, *arguments: Any, **named: Any) -> Any:
+        spare_pydantic(self)
+        return super().make_context(*arguments, **named)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        if cmd_name not in self.commands:
+            self._find_others()
+        return super().get_command(ctx, cmd_name)
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        self._find_others()
+        return super().list_commands(ctx)
+
+    def _find_others(self) -> None:
+        for entry_point in sorted(entry_points(group=PLUGIN_GROUP), key=lambda one: one.name):
+            if entry_point.name not in self.commands:
+                self.commands[entry_point.name] = PluginCommand(entry_point)
 
 
 app = typer.Typer(
