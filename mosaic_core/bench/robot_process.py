@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 from contextlib import suppress
-from types import TracebackType
 from typing import Self
 
 from mosaic_core.bench.line_socket import LINE_BYTES, LineSocket
@@ -54,9 +53,7 @@ class RobotProcess:
         self._theirs.close()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         self._pipe.close()
         self._process.join(_END_S)
         if self._process.is_alive():

@@ -6,7 +6,7 @@ import asyncio
 import time
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any
 from uuid import UUID
 
@@ -14,7 +14,7 @@ from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler
 from mosaic_core.drill.commands import DrillCommand, NoCommand, moving_command
 from mosaic_core.drill.recorder import ActRecorder, watched
-from mosaic_core.laboratory.memory_ends import memory_picture
+from mosaic_core.laboratory.joining import PATIENCE_S, running_robot, signed_in
 from mosaic_core.laboratory.memory_network import MemoryLink, MemoryNetwork
 from mosaic_core.laboratory.memory_server import BASE_URL, MemoryServer
 from mosaic_core.operator import MosaicOperator, RobotConnection
@@ -22,15 +22,9 @@ from mosaic_core.runtime.configuration.auto_configurer import Configured
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
-from mosaic_core.runtime.media.plain_stream import plain_streams
-from mosaic_core.runtime.robot import Robot
-from mosaic_core.runtime.transport.operator_transport import OffererListener
 from mosaic_core.words.config import AuthConfig, RobotConfig, ServerConfig
 from mosaic_core.words.data_type import Delivery
-from mosaic_core.words.ice import IceServer
-from mosaic_core.words.signaling import RobotStatus
 
-PATIENCE_S = 10.0
 _NO_SERVER = ServerConfig(
     ws_url=BASE_URL.replace("http", "ws", 1), auth=AuthConfig(type="no-authorization", robot_id=UUID(int=1))
 )
@@ -90,29 +84,17 @@ class Rig:
     lease_expiry_s: float
     _server: MemoryServer
     _network: MemoryNetwork
-    _robot_id: str
     _stack: AsyncExitStack
-    _count: int = field(default=0)
+    _count: int = 0
 
     async def operator(self, role: str = "operator") -> DrillOperator:
         """Somebody new connects; a person. :meth:`dismiss` ends it."""
         self._count += 1
-        name, links = f"{role} {self._count}", list[MemoryLink]()
+        name = f"{role} {self._count}"
         self._server.roles[name] = role
-
-        def offerer(listener: OffererListener, ice_servers: Sequence[IceServer]) -> MemoryLink:
-            links.append(self._network.offerer(listener, ice_servers))
-            return links[-1]
-
-        operator = MosaicOperator(
-            BASE_URL, name, open_socket=self._server.connect, make_offerer=offerer, http=self._server.http(),
-            is_person=True,
-        )  # fmt: skip
-        await self._stack.enter_async_context(operator)
-        await operator.wait_status(self._robot_id, RobotStatus.READY_TO_CONNECT, PATIENCE_S)
-        connection = await operator.connect(self._robot_id, timeout_s=PATIENCE_S)
+        operator, connection = await signed_in(self._stack, self._server, self._network, name)
         await connection.control.wait_for(lambda: connection.control.stop_state is not None, PATIENCE_S)
-        return DrillOperator(operator, connection, links[-1])
+        return DrillOperator(operator, connection, [*self._network.links.values()][-1])
 
     async def dismiss(self, *operators: DrillOperator) -> None:
         """They are gone, and nothing of theirs is in anybody's way."""
@@ -126,30 +108,12 @@ async def rig_of(configured: Configured, *, live: bool) -> AsyncIterator[Rig]:
     """Run the robot of a configuration. Dry: no shared thing is entered, no sender or camera runs, no receiver acts."""
     subjects, connectors, cameras = _staged(configured.connectors, live=live)
     home = configured.config.server or _NO_SERVER
-    config = _staged_config(configured.config, home)
-    robot_id = str(home.auth.robot_id)
-    server, network = MemoryServer(robot_id), MemoryNetwork()
-    robot = Robot(
-        config,
-        connectors,
-        shared=configured.shared if live else Shared(),
-        plugins=configured.plugins if live else hook_plugins([]),
-        connect_socket=server.connect,
-        make_answerer=network.answerer,
-        open_stream=plain_streams(memory_picture),
-        software="mosaic-core/drill",
-    )
-    running = [asyncio.create_task(robot.run()), asyncio.create_task(server.keep_alive())]
-    try:
-        async with AsyncExitStack() as stack:
-            yield Rig(
-                subjects, cameras, config.control.lease_expiry_s, server, network, robot_id, stack
-            )  # fmt: skip
-    finally:
-        robot.stop()
-        running[1].cancel()
-        await asyncio.wait(running)
-    running[0].result()
+    staged = replace(configured, config=_staged_config(configured.config, home), connectors=connectors)
+    if not live:
+        staged = replace(staged, shared=Shared(), plugins=hook_plugins([]))
+    server, network = MemoryServer(str(home.auth.robot_id)), MemoryNetwork()
+    async with running_robot(staged, server, network, "drill"), AsyncExitStack() as stack:
+        yield Rig(subjects, cameras, staged.config.control.lease_expiry_s, server, network, stack)
 
 
 def _staged_config(config: RobotConfig, server: ServerConfig) -> RobotConfig:
@@ -174,11 +138,7 @@ def _staged(
             kept.append(connector)
         elif receivers or media:
             stand_ins = tuple(_Camera(label) for label in media)
-            kept.append(
-                Connector(
-                    connector.config, (*receivers, *stand_ins), connector.entry, connector.safety, connector.terms
-                )
-            )
+            kept.append(replace(connector, handlers=(*receivers, *stand_ins)))
     return tuple(subjects), tuple(kept), tuple(cameras)
 
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol, TypeVar, cast
 
 from mosaic_core.laboratory.impaired_path import ImpairedPath
 from mosaic_core.laboratory.natted_path import Household, NattedPath
+from mosaic_core.words.signaling import IceCandidate
+
+Listener = TypeVar("Listener")
 
 _LINE = re.compile(r"a=(candidate:[^\r\n]+)\r?\n")
 _END = re.compile(r"a=end-of-candidates\r?\n")
@@ -94,3 +97,37 @@ def changed(sdp: str, change: Change) -> str:
         return "" if candidate is None else f"a={candidate}\r\n"
 
     return _LINE.sub(line, sdp)
+
+
+def changed_candidate(candidate: IceCandidate, change: Change) -> IceCandidate | None:
+    """The one that is told instead; ``None``: it is kept back. An empty one says that there are no more."""
+    if not candidate.candidate:
+        return candidate
+    text = change(candidate.candidate)
+    return None if text is None else candidate.model_copy(update={"candidate": text})
+
+
+class PassingOn:
+    """Does as another object does, but for what a subclass does in another way."""
+
+    def __init__(self, inner: Any) -> None:
+        self._inner = inner
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._inner, name)
+
+
+def detoured(listener: Listener, change: Change) -> Listener:
+    """``listener`` of a peer connection, which hears of its candidates only as they are told to the other side."""
+    return cast("Listener", _DetouredListener(listener, change))
+
+
+class _DetouredListener(PassingOn):
+    def __init__(self, listener: Any, change: Change) -> None:
+        super().__init__(listener)
+        self._change = change
+
+    def candidate_found(self, candidate: IceCandidate) -> None:
+        told = changed_candidate(candidate, self._change)
+        if told is not None:
+            self._inner.candidate_found(told)

@@ -5,19 +5,12 @@ may be another process.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import cast
 
-from mosaic_core.laboratory.detours import Detour, changed, detour
+from mosaic_core.laboratory.detours import Detour, PassingOn, changed, changed_candidate, detour, detoured
 from mosaic_core.laboratory.impaired_path import ImpairedPath
 from mosaic_core.laboratory.natted_path import NattedPath
-from mosaic_core.machines.peers.chosen_path import ChosenPath
-from mosaic_core.runtime.transport.operator_transport import (
-    IncomingVideo,
-    Offerer,
-    OffererFactory,
-    OffererListener,
-    OutgoingSound,
-)
-from mosaic_core.runtime.transport.transport import Channel
+from mosaic_core.runtime.transport.operator_transport import Offerer, OffererFactory, OffererListener
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
 
@@ -32,7 +25,7 @@ def impaired_operator(make_offerer: OffererFactory, path: ImpairedPath) -> Offer
         way = detour(path)
         # The ICE servers of the real world would lead around the path.
         own = (IceServer(urls=(path.ice_url(path.operator),)),) if isinstance(path, NattedPath) else ()
-        return _ImpairedOfferer(make_offerer(_Listener(listener, way), own), way)
+        return cast("Offerer", _ImpairedOfferer(make_offerer(detoured(listener, way.of_operator), own), way))
 
     return make
 
@@ -42,71 +35,25 @@ def robot_ice_servers(path: ImpairedPath) -> tuple[IceServer, ...]:
     return (IceServer(urls=(path.ice_url(path.robot),)),) if isinstance(path, NattedPath) else ()
 
 
-class _ImpairedOfferer:
+class _ImpairedOfferer(PassingOn):
     """An ``Offerer`` whose candidates, and the robot's, lead through the path."""
 
     def __init__(self, offerer: Offerer, way: Detour) -> None:
-        self._offerer = offerer
+        super().__init__(offerer)
         self._way = way
 
-    def create_channel(
-        self, label: str, *, protocol: str = "", ordered: bool = True, max_retransmits: int | None = None
-    ) -> Channel:
-        return self._offerer.create_channel(label, protocol=protocol, ordered=ordered, max_retransmits=max_retransmits)
-
-    def add_video(self, label: str) -> None:
-        self._offerer.add_video(label)
-
-    def add_microphone(self, label: str) -> None:
-        self._offerer.add_microphone(label)
-
-    def add_speaker(self, label: str) -> OutgoingSound:
-        return self._offerer.add_speaker(label)
-
     async def offer(self) -> tuple[str, Mapping[str, str]]:
-        sdp, tracks = await self._offerer.offer()
+        sdp, tracks = await self._inner.offer()
         return self._way.offer(sdp), tracks
 
     async def offer_more(self, pictures: Sequence[str]) -> tuple[str, Mapping[str, str]]:
-        sdp, tracks = await self._offerer.offer_more(pictures)
+        sdp, tracks = await self._inner.offer_more(pictures)
         return self._way.offer(sdp), tracks
 
     async def accept_answer(self, sdp: str) -> None:
-        await self._offerer.accept_answer(changed(sdp, self._way.of_robot))
+        await self._inner.accept_answer(changed(sdp, self._way.of_robot))
 
     async def add_candidate(self, candidate: IceCandidate) -> None:
-        told = _told(candidate, self._way.of_robot(candidate.candidate))
+        told = changed_candidate(candidate, self._way.of_robot)
         if told is not None:
-            await self._offerer.add_candidate(told)
-
-    def path(self) -> ChosenPath | None:
-        return self._offerer.path()
-
-    async def close(self) -> None:
-        await self._offerer.close()
-
-
-class _Listener:
-    """An ``OffererListener`` that passes everything on, candidates as the robot may know them."""
-
-    def __init__(self, listener: OffererListener, way: Detour) -> None:
-        self._listener = listener
-        self._way = way
-
-    def candidate_found(self, candidate: IceCandidate) -> None:
-        told = _told(candidate, self._way.of_operator(candidate.candidate))
-        if told is not None:
-            self._listener.candidate_found(told)
-
-    def state_changed(self, state: str) -> None:
-        self._listener.state_changed(state)
-
-    def track_arrived(self, label: str, video: IncomingVideo) -> None:
-        self._listener.track_arrived(label, video)
-
-
-def _told(candidate: IceCandidate, text: str | None) -> IceCandidate | None:
-    """An empty candidate says that there are no more."""
-    if not candidate.candidate:
-        return candidate
-    return None if text is None else candidate.model_copy(update={"candidate": text})
+            await self._inner.add_candidate(told)

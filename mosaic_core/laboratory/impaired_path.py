@@ -16,7 +16,6 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from types import TracebackType
 from typing import Any, Self
 
 from mosaic_core.machines.laboratory.impaired_link import PROFILES, ImpairedLink, LinkProfile
@@ -54,9 +53,7 @@ class ImpairedPath:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         self._is_closing = True
         self._wake()
         self._thread.join()

@@ -80,7 +80,7 @@ class Joined:
         """A second operator connects, without any lease; signed off when the test ends. ``role``: ``observer``,
         ``operator`` or ``supervisor``."""
         self._server.roles[name] = role
-        _, connection = await _signed_in(self._stack, self._server, self.network, name, is_person)
+        _, connection = await signed_in(self._stack, self._server, self.network, name, is_person=is_person)
         return connection
 
     def cut(self) -> None:
@@ -110,24 +110,32 @@ async def joined(
     )
     between: Network = network or MemoryNetwork()
     server = MemoryServer(ROBOT_ID, between.robot_ice_servers)
+    async with running_robot(configured, server, between, "laboratory") as robot, contextlib.AsyncExitStack() as stack:
+        operator, connection = await signed_in(stack, server, between, "Alice")
+        if takes_leases:
+            await _take_leases(connection, configured)
+        yield Joined(robot, configured, operator, connection, between, server, stack)
+
+
+@asynccontextmanager
+async def running_robot(
+    configured: Configured, server: MemoryServer, network: Network, software: str
+) -> AsyncIterator[Robot]:
+    """The robot of a configuration, while the block runs; what ended it otherwise is raised at the end."""
     robot = Robot(
         configured.config,
         configured.connectors,
         shared=configured.shared,
         plugins=configured.plugins,
         connect_socket=server.connect,
-        make_answerer=between.answerer,
-        open_stream=between.open_stream,
-        open_sound=between.open_sound,
-        software="mosaic-core/laboratory",
+        make_answerer=network.answerer,
+        open_stream=network.open_stream,
+        open_sound=network.open_sound,
+        software=f"mosaic-core/{software}",
     )
     running = [asyncio.create_task(robot.run()), asyncio.create_task(server.keep_alive())]
     try:
-        async with contextlib.AsyncExitStack() as stack:
-            operator, connection = await _signed_in(stack, server, between, "Alice", True)
-            if takes_leases:
-                await _take_leases(connection, configured)
-            yield Joined(robot, configured, operator, connection, between, server, stack)
+        yield robot
     finally:
         robot.stop()
         running[1].cancel()
@@ -141,9 +149,10 @@ async def _take_leases(connection: RobotConnection, configured: Configured) -> N
         await connection.control.take(resource)
 
 
-async def _signed_in(
-    stack: contextlib.AsyncExitStack, server: MemoryServer, network: Network, name: str, is_person: bool
+async def signed_in(
+    stack: contextlib.AsyncExitStack, server: MemoryServer, network: Network, name: str, *, is_person: bool = True
 ) -> tuple[MosaicOperator, RobotConnection]:
+    """An operator of this name, connected to the robot of ``server``; the end of ``stack`` signs it off."""
     operator = MosaicOperator(
         BASE_URL,
         name,
@@ -153,8 +162,8 @@ async def _signed_in(
         is_person=is_person,
     )
     await stack.enter_async_context(operator)
-    await operator.wait_status(ROBOT_ID, RobotStatus.READY_TO_CONNECT, PATIENCE_S)
-    return operator, await operator.connect(ROBOT_ID, timeout_s=PATIENCE_S)
+    await operator.wait_status(server.robot_id, RobotStatus.READY_TO_CONNECT, PATIENCE_S)
+    return operator, await operator.connect(server.robot_id, timeout_s=PATIENCE_S)
 
 
 def checked_config(entries: Sequence[ConnectorEntry], control: Mapping[str, Any] | None = None) -> CheckedConfig:

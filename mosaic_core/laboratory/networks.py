@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import TracebackType
 from typing import Protocol, Self
 
 from mosaic_core.laboratory.impaired_offerer import impaired_operator, robot_ice_servers
@@ -68,10 +67,8 @@ class WebRtcNetwork:
         self.path.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.path.__exit__(kind, error, trace)
+    def __exit__(self, *exception: object) -> None:
+        self.path.__exit__(*exception)
 
     @property
     def robot_ice_servers(self) -> tuple[IceServer, ...]:
