@@ -9,9 +9,9 @@ from __future__ import annotations
 import asyncio
 import secrets
 import time
-from dataclasses import dataclass
 from typing import Protocol
 
+from mosaic_core.doctor.peer_checks import Speed
 from mosaic_core.machines.diagnosis.path_trial import PIECE_BYTES, PathTrial
 from mosaic_core.operator import ReceivableStore, RobotConnection, SendableStore
 from mosaic_core.runtime.transport.transport import Channel
@@ -25,16 +25,6 @@ PINGS, PINGING_S = 3, 0.3
 TICK_S = 0.005
 """How often what has arrived is looked at: at 100 Mbit/s that is 60 kB, a quarter of what may be under way."""
 UNREAD_LABEL = "_path_trial"
-
-
-@dataclass(frozen=True, slots=True)
-class MeasuredPath:
-    """``is_least``: the round trip held it back, the path may take more."""
-
-    way: str
-    throughput_bps: float
-    round_trip_ms: float
-    is_least: bool
 
 
 class _Way(Protocol):
@@ -53,7 +43,7 @@ class _Way(Protocol):
     def close(self) -> None: ...
 
 
-async def measured_path(connection: RobotConnection) -> MeasuredPath:
+async def measured_path(connection: RobotConnection) -> Speed:
     """Takes two seconds, and a moment to open a channel. Raises :class:`MosaicError` or
     :class:`TimeoutError` where nothing comes through."""
     way = _way_of(connection)
@@ -69,7 +59,7 @@ async def measured_path(connection: RobotConnection) -> MeasuredPath:
         if trial.arrived_bytes == 0 or way.round_trip_ms is None:
             raise TimeoutError
         least = trial.is_least(way.round_trip_ms / 1000)
-        return MeasuredPath(way.name, trial.throughput_bps(), way.round_trip_ms, least)
+        return Speed(trial.throughput_bps(), way.round_trip_ms, least, way.name)
     finally:
         way.close()
 

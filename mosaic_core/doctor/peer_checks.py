@@ -17,6 +17,17 @@ WANTED_PATH_BPS = 2_000_000
 RELAY_TIMEOUT_S = 6.0
 
 
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """The speed of a path. ``is_least``: it may be faster, for the round trip held the trial back; ``way``: what of the
+    path was measured."""
+
+    throughput_bps: float
+    round_trip_ms: float
+    is_least: bool = False
+    way: str = ""
+
+
 async def loopback_checks() -> AsyncIterator[Finding]:
     """Whether WebRTC works here at all, and what the processor allows."""
     try:
@@ -24,8 +35,8 @@ async def loopback_checks() -> AsyncIterator[Finding]:
     except MosaicError as error:
         yield failed("webrtc.loopback", error.code, error.message, error.cure)
         return
-    yield passed("webrtc.loopback", f"A peer connection within this machine works: {_shown(result)}.", **_facts(result))
-    yield speed_finding("webrtc.throughput", "This machine's limit", _speed(result), WANTED_BPS)
+    yield _works("webrtc.loopback", "within this machine", result)
+    yield _fast("webrtc.throughput", "This machine's limit", result, WANTED_BPS)
 
 
 async def relay_trial_checks(servers: Sequence[IceServer]) -> AsyncIterator[Finding]:
@@ -35,21 +46,19 @@ async def relay_trial_checks(servers: Sequence[IceServer]) -> AsyncIterator[Find
     except MosaicError as error:
         yield failed("relay.connection", error.code, f"Through TURN: {error.message}", error.cure)
         return
-    yield passed("relay.connection", f"A peer connection through TURN works: {_shown(result)}.", **_facts(result))
-    yield speed_finding("relay.throughput", "Through TURN, there and back", _speed(result), WANTED_PATH_BPS)
+    yield _works("relay.connection", "through TURN", result)
+    yield _fast("relay.throughput", "Through TURN, there and back", result, WANTED_PATH_BPS)
 
 
-@dataclass(frozen=True, slots=True)
-class Speed:
-    """The speed of a path. ``is_least``: it may be faster, for the round trip held the trial back."""
-
-    throughput_bps: float
-    round_trip_ms: float
-    is_least: bool = False
+def _works(check: str, where: str, result: TrialResult) -> Finding:
+    path = f", {result.path.summary()}" if result.path else ""
+    facts = {"setupMs": round(result.setup_ms, 1), **({"path": result.path.facts()} if result.path else {})}
+    text = f"A peer connection {where} works: {result.setup_ms:.0f} ms to an open channel{path}."
+    return passed(check, text, **facts)
 
 
-def _speed(result: TrialResult) -> Speed:
-    return Speed(result.throughput_bps, result.round_trip_ms)
+def _fast(check: str, what: str, result: TrialResult, wanted_bps: float) -> Finding:
+    return speed_finding(check, what, Speed(result.throughput_bps, result.round_trip_ms), wanted_bps)
 
 
 def speed_finding(check: str, what: str, speed: Speed, wanted_bps: float, cure: str = "") -> Finding:
@@ -61,12 +70,3 @@ def speed_finding(check: str, what: str, speed: Speed, wanted_bps: float, cure: 
     if speed.throughput_bps < wanted_bps and not speed.is_least:
         return warned(check, "check.slow_path", text, cure, facts)
     return passed(check, text, **facts)
-
-
-def _shown(result: TrialResult) -> str:
-    path = f", {result.path.summary()}" if result.path else ""
-    return f"{result.setup_ms:.0f} ms to an open channel{path}"
-
-
-def _facts(result: TrialResult) -> dict[str, object]:
-    return {"setupMs": round(result.setup_ms, 1), **({"path": result.path.facts()} if result.path else {})}

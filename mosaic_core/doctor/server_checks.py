@@ -22,7 +22,6 @@ from mosaic_core import __version__
 from mosaic_core.adapters.diagnosis.server_probe import reached, resolved, secured
 from mosaic_core.adapters.signaling.websocket import open_websocket
 from mosaic_core.doctor.issued_ice_servers import NO_ROBOT, NOT_ASKED, Issued, IssuedIceServers
-from mosaic_core.machines.diagnosis.certificate_term import days_left, ends_soon
 from mosaic_core.machines.timing.clock_skew import clock_skew
 from mosaic_core.words.config import AuthConfig
 from mosaic_core.words.errors import SignalingError, WireError
@@ -32,6 +31,8 @@ from mosaic_core.words.signaling import AuthorizeRequest, parse_signaling
 
 HTTP_TIMEOUT_S = 4.0
 SOCKET_TIMEOUT_S = 5.0
+WARN_DAYS = 14.0
+"""Public authorities renew 30 days before a certificate ends; two weeks later something is broken."""
 _ICE_SERVERS = TypeAdapter(list[IceServer])
 
 
@@ -92,7 +93,7 @@ async def _way(address: ServerAddress) -> AsyncIterator[Finding]:
         yield passed("server.tcp", f"{host}:{port} is reached in {took_ms:.0f} ms.", ms=round(took_ms, 1))
         if address.is_secure:
             certificate = await secured(host, port)
-            yield _term(days_left(certificate.not_after_s, time.time()), certificate.issuer)
+            yield _term((certificate.not_after_s - time.time()) / 86400, certificate.issuer)
     except SignalingError as error:
         step = {"signal.name_unknown": "dns", "signal.tls": "tls"}.get(error.code, "tcp")
         yield failed(f"server.{step}", error.code, error.message, error.cure)
@@ -101,7 +102,7 @@ async def _way(address: ServerAddress) -> AsyncIterator[Finding]:
 def _term(days: float, issuer: str) -> Finding:
     text = f"The certificate (by {issuer}) is valid for {days:.0f} more days."
     facts = {"days": round(days, 1), "issuer": issuer}
-    if ends_soon(days):
+    if days < WARN_DAYS:
         return warned("server.tls", "signal.certificate_ends", text, facts=facts)
     return passed("server.tls", text, **facts)
 
@@ -150,7 +151,7 @@ def _unversioned(client: httpx.AsyncClient, socket: Finding) -> Finding:
 
 def _version(client: httpx.AsyncClient, response: httpx.Response) -> Finding | None:
     told = _data(response)
-    if told is None or "version" not in told:
+    if "version" not in told:
         if response.status_code == 404 or response.is_success:
             return None
         text = f"{client.base_url} answers with HTTP status {response.status_code}."
@@ -164,13 +165,19 @@ def _version(client: httpx.AsyncClient, response: httpx.Response) -> Finding | N
     return passed("server.http", f"{shown} answers; extensions: {', '.join(extensions)}.", **facts)
 
 
-def _data(response: httpx.Response) -> dict[str, Any] | None:
+def _content(response: httpx.Response) -> dict[str, Any]:
+    """Empty where it is no JSON object."""
     try:
         content = response.json()
     except ValueError:
-        return None
-    data = content.get("resultData", content) if isinstance(content, dict) else None
-    return data if isinstance(data, dict) else None
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _data(response: httpx.Response) -> dict[str, Any]:
+    content = _content(response)
+    data = content.get("resultData", content)
+    return data if isinstance(data, dict) else {}
 
 
 def _skew(response: httpx.Response, asked_at_s: float, answered_at_s: float) -> Finding | None:
@@ -217,7 +224,7 @@ async def _token(client: httpx.AsyncClient, auth: AuthConfig, issued: IssuedIceS
         yield failed("server.token", "signal.unreachable", f"The token could not be checked: {error}.")
         return
     told = _data(response)
-    if response.is_success and told is not None and "name" in told:
+    if response.is_success and "name" in told:
         state = "connected at this moment" if told.get("isOnline") else "not connected at this moment"
         text = f"The server takes this robot: {told['name']}, {state}."
         yield passed("server.token", text, isOnline=bool(told.get("isOnline")))
@@ -227,11 +234,7 @@ async def _token(client: httpx.AsyncClient, auth: AuthConfig, issued: IssuedIceS
 
 
 def _refused(response: httpx.Response, robot_id: str) -> Finding:
-    try:
-        content = response.json()
-    except ValueError:
-        content = None
-    code = content.get("code") if isinstance(content, dict) else None
+    code = _content(response).get("code")
     if response.status_code == 429:
         return skipped("server.token", "The server takes no more attempts from this address for a while.")
     if code in ("auth.unknown_robot", "auth.failed", "auth.forbidden"):

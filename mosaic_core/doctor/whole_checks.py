@@ -9,11 +9,11 @@ import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
-from typing import Protocol
 
 from mosaic_core.doctor.path_trials import measured_path
-from mosaic_core.doctor.peer_checks import WANTED_PATH_BPS, Speed, speed_finding
+from mosaic_core.doctor.peer_checks import WANTED_PATH_BPS, speed_finding
 from mosaic_core.operator import MosaicOperator, RobotConnection
+from mosaic_core.runtime.robot import Robot
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.finding import Finding, failed, passed, warned
 from mosaic_core.words.signaling import RobotStatus
@@ -49,20 +49,13 @@ _RELAYED = _Tried(
 )
 
 
-class StandIn(Protocol):
-    """What is needed of a robot."""
-
-    async def run(self) -> None: ...
-    def stop(self) -> None: ...
-
-
 @dataclass(frozen=True, slots=True)
 class WholeWay:
     """Who connects to what; ``sign_in`` raises :class:`MosaicError`."""
 
     robot_id: str
     sign_in: Callable[[], Awaitable[MosaicOperator]]
-    stand_in: Callable[[], StandIn]
+    stand_in: Callable[[], Robot]
 
 
 async def whole_checks(way: WholeWay) -> AsyncIterator[Finding]:
@@ -127,8 +120,7 @@ async def _measured(connection: RobotConnection, tried: _Tried) -> Finding:
     except (MosaicError, TimeoutError):
         text = f"{tried.path}: nothing came through that could be measured."
         return warned(tried.speed_check, "check.slow_path", text, PATH_CURE)
-    speed = Speed(path.throughput_bps, path.round_trip_ms, path.is_least)
-    return speed_finding(tried.speed_check, f"{tried.path}, {path.way}", speed, WANTED_PATH_BPS, PATH_CURE)
+    return speed_finding(tried.speed_check, f"{tried.path}, {path.way}", path, WANTED_PATH_BPS, PATH_CURE)
 
 
 def _told(connection: RobotConnection, check: str, what: str) -> Finding:

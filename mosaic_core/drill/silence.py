@@ -8,7 +8,7 @@ import time
 from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
 from mosaic_core.drill.commands import at
 from mosaic_core.drill.findings import TOLERANCE_S, ExerciseFailed, NotExercised, Passed, in_time
-from mosaic_core.drill.recorder import acts_on_silence
+from mosaic_core.drill.recorder import Act, acts_on_silence
 from mosaic_core.drill.rig import DrilledReceiver, Rig, until
 from mosaic_core.words.control import PEER_LOST_AFTER_S
 
@@ -84,7 +84,7 @@ async def frozen_picture(rig: Rig, subject: DrilledReceiver) -> Passed:
     if ends_ms is None:
         raise NotExercised("its curve picture_ms never reaches 0")
     async with opened(rig, subject) as stream:
-        watching = asyncio.create_task(_watch(stream, rig.cameras[0], freezes_after_s=None))
+        watching = asyncio.create_task(_watch(stream, rig.cameras[0], is_frozen=False))
         try:
             await stream.until_moving()
             await stream.drive(DRIVE_S)
@@ -111,14 +111,12 @@ async def lease_expiry(rig: Rig, subject: DrilledReceiver) -> Passed:
         await rig.dismiss(watcher)
 
 
-async def _watch(stream: CommandStream, camera: str, freezes_after_s: float | None) -> None:
-    """Report fresh pictures of a camera for ever, or the last one once it is frozen."""
+async def _watch(stream: CommandStream, camera: str, *, is_frozen: bool) -> None:
+    """Report fresh pictures of a camera for ever, or the same one."""
     began_s = time.monotonic()
     stream.who.connection.media(camera)
-    captured_s = began_s
     while True:
-        if freezes_after_s is None or time.monotonic() - began_s < freezes_after_s:
-            captured_s = time.monotonic()
+        captured_s = began_s if is_frozen else time.monotonic()
         stream.who.control.picture_seen(camera, int(captured_s * 1e6))
         await asyncio.sleep(PICTURE_PERIOD_S)
 
@@ -126,7 +124,7 @@ async def _watch(stream: CommandStream, camera: str, freezes_after_s: float | No
 async def _stands_by_the_picture(stream: CommandStream, camera: str, limit_s: float) -> Passed:
     frozen_s = time.monotonic()
     falls_s = _fall_time_s(stream.subject)
-    watching = asyncio.create_task(_watch(stream, camera, freezes_after_s=0.0))
+    watching = asyncio.create_task(_watch(stream, camera, is_frozen=True))
     try:
         async with in_background(stream):
             recorder = stream.subject.recorder
@@ -159,14 +157,20 @@ def _fall_time_s(subject: DrilledReceiver) -> float:
 
 async def _made_safe(stream: CommandStream, since_s: float, limit_s: float) -> Passed:
     """How long after ``since_s`` the safe action had returned; and nothing moved it again."""
-    recorder = stream.subject.recorder
+    safe = await safe_act(stream.subject, since_s, limit_s)
+    await asyncio.sleep(TOLERANCE_S / 2)
+    if any(stream.moves(act) for act in stream.subject.recorder.commands_since(safe.at_s)):
+        raise ExerciseFailed("it was moved again after its safe action")
+    return in_time(safe.at_s - since_s, limit_s, why=safe.cause)
+
+
+async def safe_act(subject: DrilledReceiver, since_s: float, limit_s: float) -> Act:
+    """The first safe action that returned after ``since_s``; raises :class:`ExerciseFailed` if none did."""
+    recorder = subject.recorder
     await until(lambda: recorder.safe_since(since_s), limit_s + WAIT_S)
     safe = recorder.safe_since(since_s)
     if safe is None:
         broken = next((act.cause for act in recorder.acts if act.kind == "failed" and act.at_s >= since_s), "")
         why = f"the safe action raised: {broken}" if broken else "the safe action did not run, or did not return"
         raise ExerciseFailed(why, limit=f"{limit_s * 1e3:.0f} ms")
-    await asyncio.sleep(TOLERANCE_S / 2)
-    if any(stream.moves(act) for act in recorder.commands_since(safe.at_s)):
-        raise ExerciseFailed("it was moved again after its safe action")
-    return in_time(safe.at_s - since_s, limit_s, why=safe.cause)
+    return safe

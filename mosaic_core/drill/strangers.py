@@ -5,12 +5,13 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from collections.abc import Callable
 
 from mosaic_core.drill.command_stream import CommandStream, in_background, moving, opened
 from mosaic_core.drill.commands import at
 from mosaic_core.drill.findings import ExerciseFailed, NotExercised, Passed, in_time
 from mosaic_core.drill.rig import DrilledReceiver, Rig, until
-from mosaic_core.drill.silence import AT_ONCE_S, WAIT_S
+from mosaic_core.drill.silence import AT_ONCE_S, WAIT_S, safe_act
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.operator import LeaseDenied
 from mosaic_core.words.control import CONTROL_LABEL, STOP_LABEL
@@ -38,11 +39,7 @@ async def _stopped(rig: Rig, subject: DrilledReceiver, *, lost_lane: str) -> Pas
             began_s = time.monotonic()
             saying = asyncio.create_task(observer.control.stop("safety drill"))
             try:
-                await until(lambda: subject.recorder.safe_since(began_s), WAIT_S)
-                safe = subject.recorder.safe_since(began_s)
-                if safe is None:
-                    why = "the safe action did not run, or did not return"
-                    raise ExerciseFailed(why, limit=f"{AT_ONCE_S * 1e3:.0f} ms")
+                safe = await safe_act(subject, began_s, AT_ONCE_S)
                 if not await until(saying.done, WAIT_S):
                     raise ExerciseFailed("it stood, but whoever said stop was not told")
             finally:
@@ -73,10 +70,7 @@ async def take_over(rig: Rig, subject: DrilledReceiver) -> Passed:
                 raise ExerciseFailed("an operator who is no supervisor took over by force")
             began_s = time.monotonic()
             await supervisor.control.take(resource, force=True, reason="safety drill")
-            await until(lambda: subject.recorder.safe_since(began_s), WAIT_S)
-            safe = subject.recorder.safe_since(began_s)
-            if safe is None:
-                raise ExerciseFailed("the safe action did not run, or did not return")
+            safe = await safe_act(subject, began_s, AT_ONCE_S)
             await asyncio.sleep(SETTLE_S)
             if subject.recorder.commands_since(safe.at_s):
                 raise ExerciseFailed("commands of who lost the lease were carried out")
@@ -89,7 +83,7 @@ async def stranger(rig: Rig, subject: DrilledReceiver) -> Passed:
     """Somebody else commands while the holder looks on."""
     _resource(subject)
     async with opened(rig, subject), opened(rig, subject, holds=False) as stream:
-        return await _refused(stream, "lease.not_holder", lambda: stream.say())
+        return await _refused(stream, "lease.not_holder", stream.say)
 
 
 async def observer(rig: Rig, subject: DrilledReceiver) -> Passed:
@@ -97,7 +91,7 @@ async def observer(rig: Rig, subject: DrilledReceiver) -> Passed:
     if subject.safety.takes_observers:
         raise NotExercised("it takes messages of observers (`takes_observers`)")
     async with opened(rig, subject, "observer", holds=False) as stream:
-        return await _refused(stream, "lease.forbidden", lambda: stream.say())
+        return await _refused(stream, "lease.forbidden", stream.say)
 
 
 async def old_epoch(rig: Rig, subject: DrilledReceiver) -> Passed:
@@ -170,16 +164,15 @@ async def too_fast(rig: Rig, subject: DrilledReceiver) -> Passed:
         return Passed(f"{most_hz:g} Hz", "safety.too_fast")
 
 
-async def _refused(stream: CommandStream, code: str, say: object) -> Passed:
+async def _refused(stream: CommandStream, code: str, say: Callable[[], None]) -> Passed:
     """What ``say()`` sends must be refused with ``code`` and not be carried out."""
     await asyncio.sleep(SETTLE_S)
     began_s = time.monotonic()
-    assert callable(say)
     say()
     was_told = await stream.who.until_refused(code)
     await asyncio.sleep(AT_ONCE_S)
     moved = [act for act in stream.subject.recorder.commands_since(began_s) if stream.moves(act)]
-    told = next((one for one in reversed(stream.who.refusals)), "nothing")
+    told = stream.who.refusals[-1] if stream.who.refusals else "nothing"
     if moved:
         raise ExerciseFailed("it was carried out", limit=code, measured="carried out")
     if not was_told:

@@ -14,6 +14,7 @@ from platformdirs import user_data_path
 from rich.console import Console
 
 from mosaic_core.cli.diagnosis.doctor_report import json_document, print_report
+from mosaic_core.doctor import server_checks
 from mosaic_core.doctor.config_checks import config_checks, device_checks, device_finding, read_config
 from mosaic_core.doctor.examination import CheckRun, Examined, Progress, examined
 from mosaic_core.doctor.install_checks import lockstep
@@ -130,6 +131,11 @@ def test_the_machine_is_looked_at_without_failures_of_the_checks_themselves() ->
     [lag] = collected(loop_lag_check())
     assert lag.facts["p95Ms"] >= lag.facts["medianMs"]
     assert all(one.code in REASONS for one in [*found, lag])
+
+
+@pytest.mark.parametrize(("days", "status"), [(14.1, "ok"), (13.9, "warn"), (0.5, "warn")])
+def test_certificates_end_soon_two_weeks_before(days: float, status: str) -> None:
+    assert server_checks._term(days, "an authority").status == status
 
 
 def test_the_disk_is_that_of_the_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from mosaic_core.doctor import path_trials
-from mosaic_core.doctor.path_trials import MeasuredPath, measured_path
+from mosaic_core.doctor.path_trials import measured_path
 from mosaic_core.doctor.peer_checks import WANTED_PATH_BPS, Speed, speed_finding
 from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 from mosaic_core.runtime.handlers.connection_check import ConnectionCheckConfigurer
@@ -17,8 +17,8 @@ from mosaic_core.testing import connector, joined
 SLOW = LinkProfile("slow", delay_ms=20, rate_mbps=1)
 
 
-def measured(network: Any) -> MeasuredPath:
-    async def run() -> MeasuredPath:
+def measured(network: Any) -> Speed:
+    async def run() -> Speed:
         async with joined(connector(ConnectionCheckConfigurer, label="link"), network=network) as link:
             path = await measured_path(link.connection)
             assert link.connection.state == "connected"

@@ -110,8 +110,9 @@ def _as_json(probe: Probe, speed: EncoderSpeed | None, is_chosen: bool) -> dict[
 
 
 def _print_table(rows: list[tuple[Probe, EncoderSpeed | None, bool]]) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from mosaic_core.cli.terminal.rich_table import PIPE_WIDTH, console
 
     table = Table("codec", "encoder", "in", f"fps at {HEIGHT}p", "ms per picture", "90 % below", "used", box=None)
     for column in (3, 4, 5):
@@ -126,8 +127,8 @@ def _print_table(rows: list[tuple[Probe, EncoderSpeed | None, bool]]) -> None:
         table.add_row(
             kind.codec, kind.name, "hardware" if kind.is_hardware else "software", *figures, "yes" if is_chosen else ""
         )
-    console = Console(width=None if Console().is_terminal else 160)
-    console.print(table)
+    out = console(PIPE_WIDTH)
+    out.print(table)
     if missing.row_count:
-        console.print()
-        console.print(missing)
+        out.print()
+        out.print(missing)

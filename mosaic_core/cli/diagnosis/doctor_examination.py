@@ -18,8 +18,9 @@ from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
 from mosaic_core.doctor.examination import Examined, Progress, examined
 from mosaic_core.doctor.plan import Plan, Subject
 from mosaic_core.doctor.server_checks import ServerAddress
-from mosaic_core.doctor.whole_checks import StandIn, WholeWay
+from mosaic_core.doctor.whole_checks import WholeWay
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+from mosaic_core.runtime.robot import Robot
 from mosaic_core.words.config import ConnectorConfig, RobotConfig, ServerConfig
 
 
@@ -58,7 +59,7 @@ class OperatorAccount:
         return WholeWay(str(server.auth.robot_id), sign_in.operator, lambda: _stand_in(server))
 
 
-def _stand_in(server: ServerConfig) -> StandIn:
+def _stand_in(server: ServerConfig) -> Robot:
     """The robot's identity, and the least connector there is."""
     connectors = (ConnectorConfig(type="connection-check", label="doctor"),)
     return make_robot(AutoConfigurer().from_config(RobotConfig(server=server, connectors=connectors)))

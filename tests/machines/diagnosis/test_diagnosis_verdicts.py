@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.diagnosis.certificate_term import days_left, ends_soon
 from mosaic_core.machines.diagnosis.first_steps import MAX_STEPS, first_steps
 from mosaic_core.machines.diagnosis.host_addresses import address_kind, addresses_verdict
 from mosaic_core.machines.diagnosis.turn_answer import turn_refusal
@@ -74,12 +73,6 @@ def test_a_skew_is_noticed_and_breaks_tickets_at_its_limits() -> None:
     assert skew(300.0) == (True, False)
     assert skew(361.0) == (True, True), "tickets look expired"
     assert "30 s behind" in clock_skew(1000.0, 1000.0, 1029.5).sentence
-
-
-def test_certificates_end_soon_two_weeks_before() -> None:
-    assert not ends_soon(days_left(86400.0 * 15, 0.0))
-    assert ends_soon(days_left(86400.0 * 13, 0.0))
-    assert days_left(0.0, 86400.0) == -1.0
 
 
 def test_a_cause_comes_before_what_it_explains() -> None:
