@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import json
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import typer
 
 from mosaic_core.cli.operator.operator_session import connected, until_closed
 from mosaic_core.cli.terminal.error_report import FAILED, FINE
+from mosaic_core.cli.terminal.rich_table import show
 from mosaic_core.operator import ControlDesk, LeaseView, MosaicOperator, RobotConnection, StopReport
 from mosaic_core.operator.control.original_drives import ZerosReport
 from mosaic_core.words.control import JournalEntry, PeerInfo
@@ -49,33 +50,27 @@ def _say(line: Any, text: str, *, as_json: bool) -> None:
 # -- stop and clear ------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class StopAction:
+async def stop_robot(
+    operator: MosaicOperator, robot: str, reason: str, drive_label: str, drive_type: str | None, *, as_json: bool
+) -> int:
     """``mosaic operator stop``. ``drive_label`` and ``drive_type``: what drives an original robot."""
+    described = told_drive(drive_label, drive_type or DEFAULT_DRIVE) if drive_label else ()
+    connection = await connected(operator, robot, described=described)
+    if connection.is_original:
+        return _told_zeros(await connection.send_zeros(), as_json=as_json)
+    report = await connection.control.stop(reason)
+    _say({"stopped": True, **asdict(report)}, _stop_text(report), as_json=as_json)
+    if not report.is_safe:
+        typer.secho("warning: a safe action of the robot is still running", err=True, fg=typer.colors.YELLOW)
+    return FINE if report.is_safe else FAILED
 
-    robot: str
-    reason: str
-    as_json: bool
-    drive_label: str = ""
-    drive_type: str | None = None
 
-    async def __call__(self, operator: MosaicOperator) -> int:
-        described = told_drive(self.drive_label, self.drive_type or DEFAULT_DRIVE) if self.drive_label else ()
-        connection = await connected(operator, self.robot, described=described)
-        if connection.is_original:
-            return self._told(await connection.send_zeros())
-        report = await connection.control.stop(self.reason)
-        _say({"stopped": True, **asdict(report)}, _stop_text(report), as_json=self.as_json)
-        if not report.is_safe:
-            typer.secho("warning: a safe action of the robot is still running", err=True, fg=typer.colors.YELLOW)
-        return FINE if report.is_safe else FAILED
-
-    def _told(self, report: ZerosReport) -> int:
-        """An original robot was not stopped, whatever reached it: the next command moves it again."""
-        _say({"stopped": False, **asdict(report)}, zeros_text(report), as_json=self.as_json)
-        if not report.is_complete:
-            typer.secho("NOT STOPPED: use the switch on the robot", err=True, fg=typer.colors.RED)
-        return FAILED
+def _told_zeros(report: ZerosReport, *, as_json: bool) -> int:
+    """An original robot was not stopped, whatever reached it: the next command moves it again."""
+    _say({"stopped": False, **asdict(report)}, zeros_text(report), as_json=as_json)
+    if not report.is_complete:
+        typer.secho("NOT STOPPED: use the switch on the robot", err=True, fg=typer.colors.RED)
+    return FAILED
 
 
 DEFAULT_DRIVE = "ros2-receiver-geometry-Twist"
@@ -107,59 +102,34 @@ def _stop_text(report: StopReport) -> str:
     return f"{text}. It takes no command until `mosaic operator clear`. (This is no certified emergency stop.)"
 
 
-@dataclass(frozen=True, slots=True)
-class Clear:
+async def clear_stop(operator: MosaicOperator, robot: str, *, as_json: bool) -> int:
     """``mosaic operator clear``. Who is no supervisor must hold a lease to clear, so it is taken for that moment."""
-
-    robot: str
-    as_json: bool
-
-    async def __call__(self, operator: MosaicOperator) -> int:
-        connection = await connected(operator, self.robot)
-        desk = await first_words(connection)
-        was_stopped = desk.stop_state is None or desk.stop_state.is_stopped
-        if was_stopped:
-            await self._clear(connection)
-        _say(
-            {"stopped": False, "was_stopped": was_stopped},
-            "cleared: commands act again" if was_stopped else "it was not stopped",
-            as_json=self.as_json,
-        )
-        return FINE
-
-    async def _clear(self, connection: RobotConnection) -> None:
-        desk = connection.control
-        own = next((peer for peer in desk.peers if peer.peer_id == connection.peer_id), None)
-        if own is not None and own.role == "supervisor":
-            await desk.clear_stop()
-            return
+    connection = await connected(operator, robot)
+    desk = await first_words(connection)
+    was_stopped = desk.stop_state is None or desk.stop_state.is_stopped
+    own = next((peer for peer in desk.peers if peer.peer_id == connection.peer_id), None)
+    if was_stopped and own is not None and own.role == "supervisor":
+        await desk.clear_stop()
+    elif was_stopped:
         async with await desk.take(next(iter(desk.leases), "motion"), reason="to clear the stop"):
             await desk.clear_stop()
+    text = "cleared: commands act again" if was_stopped else "it was not stopped"
+    _say({"stopped": False, "was_stopped": was_stopped}, text, as_json=as_json)
+    return FINE
 
 
 # -- the lease -----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class LookAtLeases:
+async def show_leases(operator: MosaicOperator, robot: str, *, as_json: bool) -> int:
     """``mosaic operator lease``: who commands, who waits."""
-
-    robot: str
-    as_json: bool
-
-    async def __call__(self, operator: MosaicOperator) -> int:
-        desk = await first_words(await connected(operator, self.robot))
-        if self.as_json:
-            for view in desk.leases.values():
-                typer.echo(json.dumps(_lease_line(view), ensure_ascii=False))
-            return FINE
-        from mosaic_core.cli.terminal.rich_table import console, listed
-
-        console().print(listed(("resource", "commands", "waiting"), map(_lease_row, desk.leases.values())))
-        if desk.stop_state is not None and desk.stop_state.is_stopped:
-            by, reason = desk.stop_state.by or "somebody", desk.stop_state.reason
-            typer.echo(f"stopped by {by}{f': {reason}' if reason else ''}")
-        return FINE
+    desk = await first_words(await connected(operator, robot))
+    views = desk.leases.values()
+    show(("resource", "commands", "waiting"), map(_lease_row, views), map(_lease_line, views), as_json=as_json)
+    if not as_json and desk.stop_state is not None and desk.stop_state.is_stopped:
+        by, reason = desk.stop_state.by or "somebody", desk.stop_state.reason
+        typer.echo(f"stopped by {by}{f': {reason}' if reason else ''}")
+    return FINE
 
 
 def _lease_row(view: LeaseView) -> tuple[str, ...]:
@@ -176,71 +146,54 @@ def _lease_line(view: LeaseView) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True, slots=True)
-class TakeLease:
+async def take_lease(
+    operator: MosaicOperator,
+    robot: str,
+    resource: str,
+    force_reason: str,
+    wait_s: float,
+    *,
+    releases: bool,
+    as_json: bool,
+) -> int:
     """``mosaic operator lease --take``: hold it until Ctrl+C, or with ``releases`` give it back at once."""
+    connection = await connected(operator, robot)
+    desk = await first_words(connection)
+    async with await desk.take(resource, reason=force_reason, force=bool(force_reason), wait_s=wait_s) as lease:
+        held = {"resource": resource, "outcome": "granted", "epoch": lease.epoch}
+        _say(held, f"holding {resource!r} (epoch {lease.epoch})", as_json=as_json)
+        if not releases:
+            typer.echo("Ctrl+C gives it back", err=True)
+            await until_closed(connection, _tell_who_asks(desk, resource))
+    _say({"resource": resource, "outcome": "released"}, f"{resource!r} is free", as_json=as_json)
+    return FINE
 
-    robot: str
-    resource: str
-    force_reason: str
-    wait_s: float
-    releases: bool
-    as_json: bool
 
-    async def __call__(self, operator: MosaicOperator) -> int:
-        connection = await connected(operator, self.robot)
-        await first_words(connection)
-        force = bool(self.force_reason)
-        lease = await connection.control.take(self.resource, reason=self.force_reason, force=force, wait_s=self.wait_s)
-        async with lease:
-            held = {"resource": self.resource, "outcome": "granted", "epoch": lease.epoch}
-            _say(held, f"holding {self.resource!r} (epoch {lease.epoch})", as_json=self.as_json)
-            if not self.releases:
-                typer.echo("Ctrl+C gives it back", err=True)
-                await until_closed(connection, self._hold(connection))
-        _say({"resource": self.resource, "outcome": "released"}, f"{self.resource!r} is free", as_json=self.as_json)
-        return FINE
-
-    async def _hold(self, connection: RobotConnection) -> int:
-        """Until the block around it ends; says who asks for the lease."""
-        desk, told = connection.control, set[str]()
-        changed = asyncio.Event()
-        desk.on_change(changed.set)
-        while True:
-            changed.clear()
-            queue = desk.leases[self.resource].queue if self.resource in desk.leases else ()
-            for one in queue:
-                if one.peer_id not in told:
-                    because = f": {one.reason}" if one.reason else ""
-                    typer.echo(f"{one.name or one.peer_id[:8]} asks for it{because}", err=True)
-            told = {one.peer_id for one in queue}
-            await changed.wait()
+async def _tell_who_asks(desk: ControlDesk, resource: str) -> int:
+    """Until the block around it ends."""
+    told, changed = set[str](), asyncio.Event()
+    desk.on_change(changed.set)
+    while True:
+        changed.clear()
+        queue = desk.leases[resource].queue if resource in desk.leases else ()
+        for one in queue:
+            if one.peer_id not in told:
+                because = f": {one.reason}" if one.reason else ""
+                typer.echo(f"{one.name or one.peer_id[:8]} asks for it{because}", err=True)
+        told = {one.peer_id for one in queue}
+        await changed.wait()
 
 
 # -- who did what --------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class ReadJournal:
+async def show_journal(operator: MosaicOperator, robot: str, limit: int, *, as_json: bool) -> int:
     """``mosaic operator journal``."""
-
-    robot: str
-    limit: int
-    as_json: bool
-
-    async def __call__(self, operator: MosaicOperator) -> int:
-        connection = await connected(operator, self.robot)
-        await first_words(connection)
-        entries = await connection.control.journal(self.limit)
-        if self.as_json:
-            for entry in reversed(entries):
-                typer.echo(json.dumps(entry.wire(), ensure_ascii=False))
-            return FINE
-        from mosaic_core.cli.terminal.rich_table import console, listed
-
-        table = listed(("when (UTC)", "what", "who", "of", "code", ""), map(_journal_row, reversed(entries)))
-        console().print(table if entries else "nothing yet")
-        return FINE
+    desk = await first_words(await connected(operator, robot))
+    entries = [*reversed(await desk.journal(limit))]
+    columns = ("when (UTC)", "what", "who", "of", "code", "")
+    show(columns, map(_journal_row, entries), [entry.wire() for entry in entries], as_json=as_json, empty="nothing yet")
+    return FINE
 
 
 def _journal_row(entry: JournalEntry) -> tuple[str, ...]:

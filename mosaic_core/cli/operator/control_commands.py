@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated
 
 import typer
@@ -59,17 +60,17 @@ def stop(
     Software, and it has to sign in and connect first: this is no certified emergency stop. An original robot has no
     stop: what is known to drive it is sent zeros, which is said, and the exit code is 1.
     """
-    from mosaic_core.cli.operator.control_actions import StopAction
+    from mosaic_core.cli.operator.control_actions import stop_robot
 
-    return StopAction(robot, reason, as_json, drive_label, drive_type)
+    return lambda operator: stop_robot(operator, robot, reason, drive_label, drive_type, as_json=as_json)
 
 
 @command(is_person=True)
 def clear(robot: RobotArgument, as_json: AsJson = False) -> Work:
     """Clear the stop of a robot, so that commands act again. Look at the robot first."""
-    from mosaic_core.cli.operator.control_actions import Clear
+    from mosaic_core.cli.operator.control_actions import clear_stop
 
-    return Clear(robot, as_json)
+    return partial(clear_stop, robot=robot, as_json=as_json)
 
 
 @command(is_person=True)
@@ -85,10 +86,11 @@ def lease(
     as_json: AsJson = False,
 ) -> Work:
     """Show who commands a robot; with --take, --force or --release, change that."""
-    from mosaic_core.cli.operator.control_actions import LookAtLeases, TakeLease
+    from mosaic_core.cli.operator.control_actions import show_leases, take_lease
 
-    changes = take or force or release
-    return TakeLease(robot, resource, force, wait_s, release, as_json) if changes else LookAtLeases(robot, as_json)
+    if not (take or force or release):
+        return partial(show_leases, robot=robot, as_json=as_json)
+    return lambda operator: take_lease(operator, robot, resource, force, wait_s, releases=release, as_json=as_json)
 
 
 @command(is_person=True)
@@ -98,6 +100,6 @@ def journal(
     as_json: AsJson = False,
 ) -> Work:
     """Show what happened on a robot: leases, stops, refused commands. Supervisors only."""
-    from mosaic_core.cli.operator.control_actions import ReadJournal
+    from mosaic_core.cli.operator.control_actions import show_journal
 
-    return ReadJournal(robot, limit, as_json)
+    return partial(show_journal, robot=robot, limit=limit, as_json=as_json)

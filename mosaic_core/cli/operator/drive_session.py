@@ -6,7 +6,7 @@ import asyncio
 import json
 import sys
 from contextlib import AbstractAsyncContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import typer
@@ -17,8 +17,8 @@ from mosaic_core.cli.operator.operator_session import connected, until_closed, w
 from mosaic_core.cli.terminal.error_report import FINE, usage
 from mosaic_core.operator import LeaseDenied, LeaseLost, MosaicOperator, RobotConnection, SendableStore
 from mosaic_core.operator.stores.channel_plan import entry_of, naming, nothing_known, resource_of
+from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.words.catalogue import CatalogueEntry
-from mosaic_core.words.control import Refusal
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.described import drive_of
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
@@ -38,16 +38,6 @@ def need_a_terminal() -> None:
     """A dead man's switch needs somebody who holds it: never driven by a pipe."""
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         usage("driving needs a keyboard: run it on a terminal (programs use mosaic_core.operator, or `operator send`)")
-
-
-@dataclass(slots=True)
-class _Seen:
-    """What the status line tells."""
-
-    note: str = ""
-    refusals: int = 0
-    last_refusal: str = ""
-    tasks: set[asyncio.Task[None]] = field(default_factory=set)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,13 +102,15 @@ class _Driver:
         self._connection = connection
         self._pad = pad
         self._keys = HeldKeys()
-        self._seen = _Seen()
+        self._note = ""
+        self._refusals: list[str] = []
+        self._tasks = BackgroundTasks()
         self._quit = asyncio.Event()
 
     async def run(self) -> int:
         from mosaic_core.cli.operator.terminal_keys import terminal_keys
 
-        ends = self._connection.on_refusal(self._refused)
+        ends = self._connection.on_refusal(lambda refusal: self._refusals.append(refusal.code))
         typer.echo(ORIGINAL_HELP if self._connection.is_original else HELP, err=True)
         try:
             async with terminal_keys(self._pressed), asyncio.TaskGroup() as group:
@@ -140,9 +132,9 @@ class _Driver:
                 self._quit.set()
             case "stop":
                 self._send_zero()
-                self._begin(self._stop())
+                self._tasks.start(self._stop())
             case "clear":
-                self._begin(self._clear())
+                self._tasks.start(self._clear())
             case "give":
                 self._send_zero()
                 self._give()
@@ -151,39 +143,30 @@ class _Driver:
             case _:
                 pass
 
-    def _begin(self, work: Any) -> None:
-        task = asyncio.create_task(work)
-        self._seen.tasks.add(task)
-        task.add_done_callback(self._seen.tasks.discard)
-
     async def _stop(self) -> None:
         if self._connection.is_original:
-            self._seen.note = zeros_text(await self._connection.send_zeros())
+            self._note = zeros_text(await self._connection.send_zeros())
             return
         try:
             report = await self._connection.control.stop("from a terminal")
         except MosaicError as error:
-            self._seen.note = f"NOT STOPPED: {error.message}"
+            self._note = f"NOT STOPPED: {error.message}"
         else:
-            self._seen.note = f"stopped in {report.acknowledged_s * 1e3:.0f} ms"
+            self._note = f"stopped in {report.acknowledged_s * 1e3:.0f} ms"
 
     async def _clear(self) -> None:
         try:
             await self._connection.control.clear_stop()
         except (LeaseDenied, ConnectionFailed) as error:
-            self._seen.note = f"not cleared: {error.message}"
+            self._note = f"not cleared: {error.message}"
         else:
-            self._seen.note = "cleared"
+            self._note = "cleared"
 
     def _give(self) -> None:
         """Hand over to whoever asks first."""
         for view in self._connection.control.leases.values():
             if view.is_mine and view.queue:
                 self._connection.control.answer(view.queue[0].peer_id, grant=True, resource=view.resource)
-
-    def _refused(self, refusal: Refusal) -> None:
-        self._seen.refusals += 1
-        self._seen.last_refusal = refusal.code
 
     async def _command(self) -> None:
         loop = asyncio.get_running_loop()
@@ -230,9 +213,9 @@ class _Driver:
             "speed_factor": 1.0 if limit is None else limit.factor,
             "limited_by": [cause.cause for cause in limit.causes if cause.factor < 1] if limit is not None else [],
             "round_trip_ms": None if round_trip_ms is None else round(round_trip_ms, 1),
-            "refusals": self._seen.refusals,
-            "last_refusal": self._seen.last_refusal,
-            "note": self._seen.note,
+            "refusals": len(self._refusals),
+            "last_refusal": self._refusals[-1] if self._refusals else "",
+            "note": self._note,
         }
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import os
 import sys
 from collections.abc import Awaitable, Callable, Sequence
@@ -15,6 +14,7 @@ import typer
 from mosaic_core.adapters.machine.event_loop import run_event_loop
 from mosaic_core.cli.terminal.error_report import FINE, usage
 from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
+from mosaic_core.cli.terminal.rich_table import show
 from mosaic_core.operator import (
     MosaicOperator,
     MosaicStore,
@@ -96,17 +96,12 @@ def _show_timelines(operator: MosaicOperator, *, shows_all: bool) -> None:
 async def list_robots(operator: MosaicOperator, *, as_json: bool) -> int:
     found = await operator.robots()
     connectors = {robot.id: await _labels(operator, robot) for robot in found}
-    if as_json:
-        for robot in found:
-            typer.echo(json.dumps({**_summary(robot), "connectors": connectors[robot.id]}))
-        return FINE
-    from mosaic_core.cli.terminal.rich_table import console, listed
-
     rows = [
         (one.name, one.id, one.status.name.lower().replace("_", " "), ", ".join(connectors[one.id])) for one in found
     ]
-    table = listed(("name", "id", "state", "connectors"), rows, whole=("name", "id"))
-    console().print(table if found else "no robots yet")
+    lines = [{**_summary(one), "connectors": connectors[one.id]} for one in found]
+    columns = ("name", "id", "state", "connectors")
+    show(columns, rows, lines, as_json=as_json, empty="no robots yet", whole=("name", "id"))
     return FINE
 
 

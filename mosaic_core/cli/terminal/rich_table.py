@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
+import typer
 from rich.console import Console, RenderableType
 from rich.table import Table
 
@@ -27,3 +30,22 @@ def console(pipe_width: int | None = None) -> Console:
     if pipe_width is not None and not out.is_terminal:
         out.width = pipe_width
     return out
+
+
+def show(
+    columns: Iterable[str],
+    rows: Iterable[Sequence[RenderableType]],
+    lines: Iterable[Mapping[str, Any]],
+    *,
+    as_json: bool,
+    empty: str = "",
+    whole: Iterable[str] = (),
+) -> None:
+    """The same things for people, as a table of ``rows``, or ``as_json``, one of ``lines`` a line. ``empty``: what is
+    said instead of a table without rows."""
+    if as_json:
+        for line in lines:
+            typer.echo(json.dumps(line, ensure_ascii=False))
+        return
+    table = listed(columns, rows, whole=whole)
+    console().print(table if table.row_count or not empty else empty)

@@ -7,12 +7,13 @@ import json
 import os
 import pty
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import pytest
 
 from mosaic_core.cli.operator import terminal_keys
-from mosaic_core.cli.operator.control_actions import Clear, LookAtLeases, ReadJournal, StopAction, TakeLease
+from mosaic_core.cli.operator.control_actions import clear_stop, show_journal, show_leases, stop_robot, take_lease
 from mosaic_core.cli.operator.drive_session import DriveSession, status_text
 from mosaic_core.cli.operator.operator_send import SendAction
 from mosaic_core.operator import LeaseDenied, LeaseLost
@@ -68,19 +69,21 @@ def do(world: Any, work: Any) -> int:
 
 def test_stop_tells_how_long_it_took_and_that_it_is_no_emergency_stop(world: Any, robot: Any, capsys: Any) -> None:
     world.stop_answer = 5_001_000
-    assert do(world, StopAction(ROBOT, "a dog", False)) == 0
+    assert (
+        do(world, partial(stop_robot, robot=ROBOT, reason="a dog", drive_label="", drive_type=None, as_json=False)) == 0
+    )
     out = capsys.readouterr().out
     assert "stopped: answered after" in out
     assert "no certified emergency stop" in out
     assert robot.stops[0].reason == "a dog"
-    assert do(world, StopAction(ROBOT, "", True)) == 0
+    assert do(world, lambda operator: stop_robot(operator, ROBOT, "", "", None, as_json=True)) == 0
     line = json.loads(capsys.readouterr().out)
     assert (line["stopped"], line["is_safe"]) == (True, True)
 
 
 def test_clear_takes_the_lease_for_that_moment(world: Any, robot: Any, capsys: Any) -> None:
     world.first_words[-1] = stopped("Bob")
-    assert do(world, Clear(ROBOT, False)) == 0
+    assert do(world, partial(clear_stop, robot=ROBOT, as_json=False)) == 0
     assert "cleared" in capsys.readouterr().out
     assert len(robot.said(control.LeaseRequest)) == len(robot.said(control.LeaseRelease)) == 1
 
@@ -88,13 +91,13 @@ def test_clear_takes_the_lease_for_that_moment(world: Any, robot: Any, capsys: A
 def test_a_supervisor_clears_without_the_lease(world: Any, robot: Any, capsys: Any) -> None:
     me = control.PeerInfo(peer_id=world.peer_id, role="supervisor", is_person=True)
     world.first_words = [control.Peers(you=world.peer_id, peers=(me,)), lease(), stopped("Bob")]
-    assert do(world, Clear(ROBOT, True)) == 0
+    assert do(world, partial(clear_stop, robot=ROBOT, as_json=True)) == 0
     assert json.loads(capsys.readouterr().out) == {"stopped": False, "was_stopped": True}
     assert robot.said(control.LeaseRequest) == []
 
 
 def test_clearing_what_is_not_stopped_is_said(world: Any, robot: Any, capsys: Any) -> None:
-    assert do(world, Clear(ROBOT, False)) == 0
+    assert do(world, partial(clear_stop, robot=ROBOT, as_json=False)) == 0
     assert "was not stopped" in capsys.readouterr().out
     assert robot.said(control.StopClear) == []
 
@@ -103,7 +106,7 @@ def test_a_refused_clear_is_an_error_with_its_code(world: Any, robot: Any) -> No
     world.first_words[-1] = stopped("Bob")
     world.clear_answer = control.Refusal(label="_mosaic", code="lease.forbidden")
     with pytest.raises(LeaseDenied) as denied:
-        do(world, Clear(ROBOT, False))
+        do(world, partial(clear_stop, robot=ROBOT, as_json=False))
     assert denied.value.code == "lease.forbidden"
 
 
@@ -111,18 +114,22 @@ def test_leases_are_shown_with_their_holder_and_who_waits(world: Any, robot: Any
     alice = control.PeerInfo(peer_id="a", name="Alice", is_person=True)
     waiting = control.LeaseWaiting(peer_id="b", name="Bob")
     world.first_words = [control.Peers(you=world.peer_id), lease(alice, 4, waiting), stopped("Carol")]
-    assert do(world, LookAtLeases(ROBOT, False)) == 0
+    assert do(world, partial(show_leases, robot=ROBOT, as_json=False)) == 0
     out = capsys.readouterr().out
     assert "Alice" in out
     assert "Bob" in out
     assert "stopped by Carol" in out
-    assert do(world, LookAtLeases(ROBOT, True)) == 0
+    assert do(world, partial(show_leases, robot=ROBOT, as_json=True)) == 0
     line = json.loads(capsys.readouterr().out)
     assert (line["holder"]["name"], line["epoch"], line["waiting"][0]["name"]) == ("Alice", 4, "Bob")
 
 
+def taking(force_reason: str, *, releases: bool = False, as_json: bool = False) -> Callable[[Any], Any]:
+    return lambda operator: take_lease(operator, ROBOT, "motion", force_reason, 1.0, releases=releases, as_json=as_json)
+
+
 def test_a_lease_is_forced_with_its_reason_and_freed(world: Any, robot: Any, capsys: Any) -> None:
-    assert do(world, TakeLease(ROBOT, "motion", "he is asleep", 1.0, True, True)) == 0
+    assert do(world, taking("he is asleep", releases=True, as_json=True)) == 0
     outcomes = [json.loads(line)["outcome"] for line in capsys.readouterr().out.splitlines()]
     assert outcomes == ["granted", "released"]
     request = robot.said(control.LeaseRequest)[0]
@@ -131,7 +138,7 @@ def test_a_lease_is_forced_with_its_reason_and_freed(world: Any, robot: Any, cap
 
 def test_a_held_lease_tells_who_asks_and_ends_when_it_is_lost(world: Any, robot: Any, capsys: Any) -> None:
     async def hold(operator: Any) -> int:
-        holding = asyncio.create_task(TakeLease(ROBOT, "motion", "", 1.0, False, False)(operator))
+        holding = asyncio.create_task(taking("")(operator))
         async with asyncio.timeout(5):
             while not robot.said(control.LeaseRequest):  # noqa: ASYNC110
                 await asyncio.sleep(0.01)
@@ -148,16 +155,16 @@ def test_a_held_lease_tells_who_asks_and_ends_when_it_is_lost(world: Any, robot:
 
 
 def test_the_journal_is_printed_oldest_first(world: Any, robot: Any, capsys: Any) -> None:
-    assert do(world, ReadJournal(ROBOT, 5, False)) == 0
+    assert do(world, partial(show_journal, robot=ROBOT, limit=5, as_json=False)) == 0
     assert "Bob" in capsys.readouterr().out
-    assert do(world, ReadJournal(ROBOT, 5, True)) == 0
+    assert do(world, partial(show_journal, robot=ROBOT, limit=5, as_json=True)) == 0
     assert json.loads(capsys.readouterr().out)["number"] == 1
 
 
 def test_a_robot_without_leases_is_named(world: Any) -> None:
     world.robot.extensions = {}
     with pytest.raises(ConnectionFailed, match="neither leases nor the stop"):
-        do(world, LookAtLeases(ROBOT, False))
+        do(world, partial(show_leases, robot=ROBOT, as_json=False))
 
 
 def test_send_takes_the_lease_only_where_one_is_wanted_and_says_so(world: Any, robot: Any, capsys: Any) -> None:

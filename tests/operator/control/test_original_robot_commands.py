@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from mosaic_core.cli.main import app
 from mosaic_core.cli.operator import terminal_keys
-from mosaic_core.cli.operator.control_actions import Clear, LookAtLeases, StopAction
+from mosaic_core.cli.operator.control_actions import clear_stop, show_leases, stop_robot
 from mosaic_core.cli.operator.drive_session import DriveSession
 from mosaic_core.cli.operator.operator_send import SendAction
 from mosaic_core.cli.operator.operator_session import list_robots
@@ -180,21 +180,25 @@ def test_robots_are_listed_with_the_labels_that_are_described(original: Any, cap
 # -- stop ----------------------------------------------------------------------------------------------------------
 
 
+def stopping(drive: str = "", drive_type: str | None = None, *, as_json: bool = False) -> Callable[[Any], Any]:
+    return lambda operator: stop_robot(operator, ROBOT, "", drive, drive_type, as_json=as_json)
+
+
 def test_stop_says_that_zeros_went_out_and_that_nothing_was_stopped(original: Any, capsys: Any) -> None:
-    assert do(original, StopAction(ROBOT, "", False)) == 1
+    assert do(original, stopping()) == 1
     out = capsys.readouterr()
     assert "has no stop" in out.out
     assert "Zeros arrived at 'cmd_vel', 'h1' instead" in out.out
     assert "NOT STOPPED" not in out.err
     assert "stopped:" not in out.out
     assert sent(original, "h1") == [{"lin_vel_x": 0, "ang_vel_yaw": 0}]
-    assert do(original, StopAction(ROBOT, "", True)) == 1
+    assert do(original, stopping(as_json=True)) == 1
     line = json.loads(capsys.readouterr().out)
     assert line == {"stopped": False, "arrived": ["cmd_vel", "h1"], "failed": []}
 
 
 def test_stop_claims_nothing_where_no_drive_is_known(untold: Any, capsys: Any) -> None:
-    assert do(untold, StopAction(ROBOT, "", False)) == 1
+    assert do(untold, stopping()) == 1
     out = capsys.readouterr()
     assert "nothing was sent" in out.out
     assert "NOT STOPPED" in out.err
@@ -203,7 +207,7 @@ def test_stop_claims_nothing_where_no_drive_is_known(untold: Any, capsys: Any) -
 def test_stop_claims_nothing_where_the_channel_does_not_open(original: Any, capsys: Any, monkeypatch: Any) -> None:
     monkeypatch.setattr("mosaic_core.operator.control.original_drives.OPEN_S", 0.05)
     original.robot.opens_channels = False
-    assert do(original, StopAction(ROBOT, "", False)) == 1
+    assert do(original, stopping()) == 1
     out = capsys.readouterr()
     assert "Zeros did NOT arrive at 'cmd_vel', 'h1'" in out.out
     assert "Zeros arrived" not in out.out
@@ -211,15 +215,15 @@ def test_stop_claims_nothing_where_the_channel_does_not_open(original: Any, caps
 
 
 def test_stop_sends_zeros_to_a_drive_that_the_command_line_names(untold: Any, capsys: Any) -> None:
-    assert do(untold, StopAction(ROBOT, "", False, "base", "turtlebot-receiver-teleop")) == 1
+    assert do(untold, stopping("base", "turtlebot-receiver-teleop")) == 1
     assert "Zeros arrived at 'base'" in capsys.readouterr().out
     assert sent(untold, "base") == [{"linear_x": 0, "angular_z": 0}]
 
 
-@pytest.mark.parametrize("work", [Clear(ROBOT, False), LookAtLeases(ROBOT, False)])
+@pytest.mark.parametrize("work", [clear_stop, show_leases])
 def test_what_an_original_robot_does_not_know_is_refused_in_words(original: Any, work: Any) -> None:
     with pytest.raises(ConnectionFailed, match="original MOSAIC"):
-        do(original, work)
+        do(original, lambda operator: work(operator, ROBOT, as_json=False))
 
 
 # -- drive ---------------------------------------------------------------------------------------------------------

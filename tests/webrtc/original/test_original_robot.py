@@ -21,7 +21,7 @@ from aiortc.sdp import candidate_from_sdp
 from av import VideoFrame
 from websockets.asyncio.client import connect
 
-from mosaic_core.cli.operator.control_actions import StopAction
+from mosaic_core.cli.operator.control_actions import stop_robot
 from mosaic_core.operator import MosaicOperator, RobotConnector
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.signaling import RobotStatus
@@ -248,6 +248,6 @@ async def test_stop_at_a_terminal_sends_the_zeros_that_it_tells_of(
     site: Any, seed: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
     async with site(CONFIG) as (operator, robot):
-        assert await StopAction(seed.robot_id, "", False)(operator) == 1
+        assert await stop_robot(operator, seed.robot_id, "", "", None, as_json=False) == 1
         assert "Zeros arrived at 'cmd_vel'" in capsys.readouterr().out
         assert robot.commands == [{"linear": {"x": 0, "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": 0}}]
