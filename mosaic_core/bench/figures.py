@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 FREEZE_S = 0.2
 """A longer gap between two pictures is seen as one."""
@@ -44,10 +43,6 @@ class Figures:
     recovery_s: float | None = None
     failure: str = ""
     """The reason code, where there is no connection."""
-
-    def facts(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
 
 
 def figures(profile: str, connect_s: float, first_picture_s: float, seen: Seen, recovery_s: float | None) -> Figures:

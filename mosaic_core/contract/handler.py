@@ -157,10 +157,9 @@ def message_type_of(handler: type) -> Any:
     return dict[str, Any]
 
 
-def _encoding_of(message_type: Any) -> Literal["json", "string", "bytes"]:
-    if message_type is str:
-        return "string"
-    return "bytes" if message_type is bytes else "json"
+def _data_type_of(handler: type, way: Literal["r2u", "u2r"]) -> MosaicDataType:
+    words = {str: "string", bytes: "byte"}
+    return MosaicDataType(f"{words.get(message_type_of(handler), 'json')}-{way}")
 
 
 class _Sends(Handler):
@@ -206,9 +205,7 @@ class DataChannelSendable(_Sends, Generic[T]):
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        cls.data_type = {
-            "json": MosaicDataType.JSON_R2U, "string": MosaicDataType.STRING_R2U, "bytes": MosaicDataType.BYTE_R2U,
-        }[_encoding_of(message_type_of(cls))]  # fmt: skip
+        cls.data_type = _data_type_of(cls, "r2u")
 
 
 class DataChannelReceivable(Handler, Generic[T]):
@@ -252,9 +249,7 @@ class DataChannelReceivable(Handler, Generic[T]):
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        cls.data_type = {
-            "json": MosaicDataType.JSON_U2R, "string": MosaicDataType.STRING_U2R, "bytes": MosaicDataType.BYTE_U2R,
-        }[_encoding_of(message_type_of(cls))]  # fmt: skip
+        cls.data_type = _data_type_of(cls, "u2r")
 
 
 class Refused(Exception):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import heapq
 import itertools
-import random
 import selectors
 import socket
 import threading
@@ -18,7 +17,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Self
 
-from mosaic_core.machines.laboratory.impaired_link import PROFILES, ImpairedLink, LinkProfile
+from mosaic_core.laboratory.impairment import Impairment
+from mosaic_core.machines.laboratory.impaired_link import ImpairedLink, LinkProfile
 
 Address = tuple[Any, ...]
 _READ_BYTES = 65536
@@ -27,17 +27,14 @@ _BURST = 64
 _SOCKET_BYTES = 4 * 1024 * 1024
 
 
-class ImpairedPath:
+class ImpairedPath(Impairment):
     """One network for all peers that are relayed over it; ``with`` runs it. ``seed`` makes losses repeatable.
 
     :attr:`up` (towards the robot) and :attr:`down` may be changed while it runs, from any thread.
     """
 
     def __init__(self, profile: LinkProfile | str = "pristine", *, seed: int = 1) -> None:
-        chosen = PROFILES[profile] if isinstance(profile, str) else profile
-        self.up = ImpairedLink(chosen)
-        self.down = ImpairedLink(chosen)
-        self._chance = random.Random(seed)
+        super().__init__(profile, seed=seed)
         self._selector = selectors.DefaultSelector()
         self._due: list[tuple[float, int, Callable[[], object]]] = []
         self._number = itertools.count()
@@ -63,19 +60,6 @@ class ImpairedPath:
         self._selector.close()
         self._wake_write.close()
 
-    @property
-    def is_cut(self) -> bool:
-        """Nothing passes, as when the cable is pulled."""
-        return self.up.is_cut
-
-    @is_cut.setter
-    def is_cut(self, cut: bool) -> None:
-        self.up.is_cut = self.down.is_cut = cut
-
-    def become(self, profile: LinkProfile | str) -> None:
-        """Another network from now on, both ways."""
-        self.up.profile = self.down.profile = PROFILES[profile] if isinstance(profile, str) else profile
-
     def relayed(self, host: str, port: int) -> tuple[str, int]:
         """The address that stands for ``host:port`` from now on. Any thread; raises :class:`OSError`."""
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -96,9 +80,7 @@ class ImpairedPath:
 
     def carry(self, link: ImpairedLink, data: bytes, send: Callable[[bytes], object]) -> None:
         """Deliver ``data`` when ``link`` says, if it does."""
-        chance = self._chance
-        now_s = time.monotonic()
-        arrival_s = link.arrival_s(len(data), now_s, chance.random(), chance.uniform(-1, 1), chance.random())
+        arrival_s = self.arrival_s(link, len(data), time.monotonic())
         if arrival_s is not None:
             heapq.heappush(self._due, (arrival_s, next(self._number), lambda: send(data)))
 

@@ -9,7 +9,8 @@ from typing import Any, Protocol
 
 from mosaic_core.contract.media import Captured
 from mosaic_core.contract.sound import Sound
-from mosaic_core.laboratory.memory_impairment import LatePictures, MemoryImpairment, MessageFlow
+from mosaic_core.laboratory.impairment import Impairment
+from mosaic_core.laboratory.memory_impairment import LatePictures, MessageFlow
 from mosaic_core.machines.media.first_frame import ReceivedSoFar
 from mosaic_core.runtime.transport.media_transport import HeardSound, PictureFeed
 from mosaic_core.words.errors import ConnectionFailed
@@ -20,7 +21,7 @@ class Cable(Protocol):
 
     is_cut: bool
     lost_labels: set[str]
-    impairment: MemoryImpairment
+    impairment: Impairment
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,35 +6,15 @@ from __future__ import annotations
 
 import asyncio
 import itertools
-import random
 from bisect import insort
 from collections.abc import Awaitable, Callable
 from typing import Any
 
-from mosaic_core.machines.laboratory.impaired_link import PROFILES, ImpairedLink, LinkProfile
+from mosaic_core.laboratory.impairment import Impairment
+from mosaic_core.machines.laboratory.impaired_link import ImpairedLink
 
 RESEND_S = 0.02
 """Beside the round trip, until what was lost is sent once more."""
-
-
-class MemoryImpairment:
-    """Both directions of one network. Event loop only."""
-
-    def __init__(self, profile: LinkProfile | str = "pristine", *, seed: int = 1) -> None:
-        chosen = PROFILES[profile] if isinstance(profile, str) else profile
-        self.up, self.down = ImpairedLink(chosen), ImpairedLink(chosen)
-        self._chance = random.Random(seed)
-
-    @property
-    def is_perfect(self) -> bool:
-        return self.up.profile == self.down.profile == PROFILES["pristine"]
-
-    def become(self, profile: LinkProfile | str) -> None:
-        self.up.profile = self.down.profile = PROFILES[profile] if isinstance(profile, str) else profile
-
-    def arrival_s(self, link: ImpairedLink, size_bytes: int, now_s: float) -> float | None:
-        chance = self._chance
-        return link.arrival_s(size_bytes, now_s, chance.random(), chance.uniform(-1, 1), chance.random())
 
 
 class MessageFlow:
@@ -42,7 +22,7 @@ class MessageFlow:
 
     def __init__(
         self,
-        impairment: MemoryImpairment,
+        impairment: Impairment,
         link: ImpairedLink,
         is_cut: Callable[[], bool],
         deliver: Callable[[bytes | str], None],
@@ -109,7 +89,7 @@ class LatePictures:
     """Pictures that arrive late or never; which of them are sent does not depend on that."""
 
     def __init__(
-        self, impairment: MemoryImpairment, is_cut: Callable[[], bool], following: Callable[[], Awaitable[Any]]
+        self, impairment: Impairment, is_cut: Callable[[], bool], following: Callable[[], Awaitable[Any]]
     ) -> None:
         self._impairment = impairment
         self._is_cut = is_cut

@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping, Sequence
 
+from mosaic_core.laboratory.impairment import Impairment
 from mosaic_core.laboratory.memory_ends import MemoryChannel, MemoryVideo, MemoryVoice, memory_picture
-from mosaic_core.laboratory.memory_impairment import MemoryImpairment, MessageFlow
+from mosaic_core.laboratory.memory_impairment import MessageFlow
 from mosaic_core.machines.laboratory.impaired_link import ImpairedLink, LinkProfile
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.media.plain_stream import plain_sound, plain_streams
@@ -27,9 +28,9 @@ from mosaic_core.words.signaling import IceCandidate
 class MemoryLink:
     """One connection between an operator (the offerer) and a robot (the answerer); implements both ends."""
 
-    def __init__(self, number: int, listener: OffererListener, impairment: MemoryImpairment | None = None) -> None:
+    def __init__(self, number: int, listener: OffererListener, impairment: Impairment | None = None) -> None:
         self.sdp = f"memory {number}"
-        self.impairment = impairment or MemoryImpairment()
+        self.impairment = impairment or Impairment()
         self.is_cut = False
         self.lost_labels: set[str] = set()
         self._offerer = listener
@@ -190,7 +191,7 @@ class MemoryNetwork:
         self.links: dict[str, MemoryLink] = {}
         self.open_stream: PictureStreamFactory = plain_streams(memory_picture)
         self.open_sound: SoundStreamFactory = plain_sound
-        self._impairment = MemoryImpairment(profile, seed=seed)
+        self._impairment = Impairment(profile, seed=seed)
 
     def offerer(self, listener: OffererListener, ice_servers: Sequence[IceServer]) -> MemoryLink:
         """Implements ``OffererFactory``."""

@@ -12,7 +12,7 @@ from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 from mosaic_core.machines.laboratory.nat import NatKind
 from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
 from mosaic_core.runtime.transport.operator_transport import Offerer, OffererListener
-from mosaic_core.runtime.transport.transport import Answerer, AnswererListener
+from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, AnswererListener
 from mosaic_core.words.ice import IceServer
 
 
@@ -60,8 +60,8 @@ class WebRtcNetwork:
         self.open_stream: PictureStreamFactory = SharedVideo
         self.open_sound: SoundStreamFactory = SharedSound
         self.path = _path(profile, nat, with_relay, seed)
-        self._answerer = AiortcAnswerer
-        self._offerer = impaired_operator(AiortcOfferer, self.path)
+        self.answerer: AnswererFactory = AiortcAnswerer
+        self.offerer = impaired_operator(AiortcOfferer, self.path)
 
     def __enter__(self) -> Self:
         self.path.__enter__()
@@ -73,12 +73,6 @@ class WebRtcNetwork:
     @property
     def robot_ice_servers(self) -> tuple[IceServer, ...]:
         return robot_ice_servers(self.path)
-
-    def offerer(self, listener: OffererListener, ice_servers: Sequence[IceServer]) -> Offerer:
-        return self._offerer(listener, ice_servers)
-
-    def answerer(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> Answerer:
-        return self._answerer(listener, ice_servers)
 
     def become(self, profile: LinkProfile | str) -> None:
         """Any thread."""

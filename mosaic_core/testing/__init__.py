@@ -50,37 +50,19 @@ if TYPE_CHECKING:
     )
     from mosaic_core.testing.feeding import feed
 
-_HOME = {
-    "build": "testing.building",
-    "collect": "testing.collecting",
-    "take_frames": "testing.collecting",
-    "take_sounds": "testing.collecting",
-    "FakeClock": "testing.fake_hosts",
-    "FakeHost": "testing.fake_hosts",
-    "fake_host": "testing.fake_hosts",
-    "ANOTHER_OPERATOR": "testing.feed_steps",
-    "OPERATOR": "testing.feed_steps",
-    "Cleared": "testing.feed_steps",
-    "Fed": "testing.feed_steps",
-    "From": "testing.feed_steps",
-    "Leaves": "testing.feed_steps",
-    "LosesLease": "testing.feed_steps",
-    "MadeSafe": "testing.feed_steps",
-    "RefusedMessage": "testing.feed_steps",
-    "Silence": "testing.feed_steps",
-    "SlowedTo": "testing.feed_steps",
-    "Stopped": "testing.feed_steps",
-    "feed": "testing.feeding",
-    "Joined": "laboratory.joining",
-    "connector": "laboratory.joining",
-    "joined": "laboratory.joining",
-    "until": "laboratory.joining",
-    "MemoryFrame": "laboratory.memory_ends",
-    "MemoryNetwork": "laboratory.memory_network",
-    "LinkProfile": "laboratory.networks",
-    "Network": "laboratory.networks",
-    "WebRtcNetwork": "laboratory.networks",
+_NAMES_IN = {
+    "testing.building": "build",
+    "testing.collecting": "collect take_frames take_sounds",
+    "testing.fake_hosts": "FakeClock FakeHost fake_host",
+    "testing.feed_steps": "ANOTHER_OPERATOR OPERATOR Cleared Fed From Leaves LosesLease MadeSafe RefusedMessage Silence"
+    " SlowedTo Stopped",
+    "testing.feeding": "feed",
+    "laboratory.joining": "Joined connector joined until",
+    "laboratory.memory_ends": "MemoryFrame",
+    "laboratory.memory_network": "MemoryNetwork",
+    "laboratory.networks": "LinkProfile Network WebRtcNetwork",
 }
+_HOME = {name: module for module, names in _NAMES_IN.items() for name in names.split()}
 
 
 def __getattr__(name: str) -> Any:

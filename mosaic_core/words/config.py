@@ -9,10 +9,10 @@ from uuid import UUID
 
 from pydantic import AliasChoices, Field, SecretStr, field_validator, model_validator
 
-from mosaic_core.words.config_model import ConfigModel
 from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.ice import IceServer, IceTransportPolicy
 from mosaic_core.words.safety_config import ControlConfig, SafetyConfig
+from mosaic_core.words.wire_model import ConfigModel
 
 __all__ = [
     "LABEL",

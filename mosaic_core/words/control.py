@@ -16,7 +16,7 @@ from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import WireError
 from mosaic_core.words.signaling import IceCandidate
-from mosaic_core.words.wire_model import WireModel, to_json
+from mosaic_core.words.wire_model import WireModel, to_json, wrong_fields
 
 CONTROL_LABEL = "_mosaic"
 STOP_LABEL = "_stop"
@@ -513,5 +513,4 @@ def parse_control(text: str) -> ControlMessage | None:
     try:
         return message.model_validate(envelope.get("data") or {})
     except ValidationError as error:
-        fields = ", ".join(".".join(map(str, problem["loc"])) or "data" for problem in error.errors())
-        raise WireError(f"control channel: {message.type}: wrong or missing {fields}") from error
+        raise WireError(f"control channel: {message.type}: wrong or missing {wrong_fields(error)}") from error

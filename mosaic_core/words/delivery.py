@@ -8,8 +8,8 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from mosaic_core.words.config_model import ConfigModel
 from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.wire_model import ConfigModel
 
 __all__ = ["DeliveryContract"]
 

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from mosaic_core.words.config_model import ConfigModel
 from mosaic_core.words.control import ResourceName
 from mosaic_core.words.limits import Curve, FieldLimit, PictureRule, SlowDownCurves
+from mosaic_core.words.wire_model import ConfigModel
 
 SafePolicy = Literal["callback", "zero", "hold"]
 FieldPath = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z0-9_-]+)*$")]

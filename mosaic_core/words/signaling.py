@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError, field_validator
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.errors import WireError
 from mosaic_core.words.ice import IceServer
-from mosaic_core.words.wire_model import WireModel, to_json
+from mosaic_core.words.wire_model import WireModel, to_json, wrong_fields
 
 SIZE_BEFORE_AUTHORIZATION = 8 * 1024
 """Bytes of one WebSocket frame before authorization."""
@@ -311,5 +311,4 @@ def _read(kind: str, spelled: str, data: Any) -> SignalingMessage:
     try:
         return message.model_validate({} if data is None else data)
     except ValidationError as error:
-        fields = ", ".join(".".join(map(str, problem["loc"])) or "data" for problem in error.errors())
-        raise MalformedSignaling(f"{kind}: wrong or missing {fields}", spelled) from error
+        raise MalformedSignaling(f"{kind}: wrong or missing {wrong_fields(error)}", spelled) from error

@@ -1,4 +1,4 @@
-"""The two base classes of everything that is spoken: emit exactly, read tolerantly.
+"""The base classes of everything that is spoken, and of the YAML file: emit exactly, read tolerantly, forgive no typo.
 
 A :class:`WireModel` is a signaling or control message (camelCase on the wire); unknown keys are ignored on
 receipt. What we emit is validated, finite JSON: a NaN is refused here and never reaches a peer.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic.alias_generators import to_camel
 
 
@@ -29,6 +29,22 @@ class WireModel(BaseModel):
         return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
 
+class ConfigModel(BaseModel):
+    """Unknown keys are errors; a key without a value (``params:``) counts as absent, as in original robots."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _nothing_is_absent(cls, data: object) -> object:
+        return {key: value for key, value in data.items() if value is not None} if isinstance(data, dict) else data
+
+
 def to_json(value: Any) -> str:
     """Compact JSON text; raises :class:`ValueError` for NaN and infinities, which JSON does not know."""
     return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+
+
+def wrong_fields(error: ValidationError) -> str:
+    """The fields that a model found wrong or missing; ``data`` where it is the whole."""
+    return ", ".join(".".join(map(str, problem["loc"])) or "data" for problem in error.errors())

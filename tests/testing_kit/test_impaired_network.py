@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mosaic_core import DataChannelConfigurer, DataChannelJsonReceivable, DataChannelSendable, Message, NoParams
-from mosaic_core.laboratory.memory_impairment import LatePictures, MemoryImpairment, MessageFlow
+from mosaic_core.laboratory.impairment import Impairment
+from mosaic_core.laboratory.memory_impairment import LatePictures, MessageFlow
 from mosaic_core.testing import LinkProfile, connector, joined, until
 from mosaic_core.words.data_type import Delivery
 
@@ -119,7 +120,7 @@ def test_a_reliable_flow_delivers_everything_once_and_in_order(
     losses: float, delay: float, seed: int, count: int, cut: bool
 ) -> None:
     async def run() -> list[Any]:
-        impairment = MemoryImpairment(LinkProfile("x", delay_ms=delay, loss=losses), seed=seed)
+        impairment = Impairment(LinkProfile("x", delay_ms=delay, loss=losses), seed=seed)
         is_cut, came = [False], list[Any]()
         flow = MessageFlow(impairment, impairment.up, lambda: is_cut[0], came.append, is_reliable=True)
         for number in range(count):
@@ -137,7 +138,7 @@ def test_a_reliable_flow_delivers_everything_once_and_in_order(
 
 def test_an_unreliable_flow_loses_its_share_and_is_late() -> None:
     async def run() -> list[float]:
-        impairment = MemoryImpairment(LinkProfile("x", delay_ms=30, loss=0.3))
+        impairment = Impairment(LinkProfile("x", delay_ms=30, loss=0.3))
         came: list[float] = []
         start_s = time.monotonic()
         flow = MessageFlow(
@@ -159,7 +160,7 @@ def test_an_unreliable_flow_loses_its_share_and_is_late() -> None:
 
 def test_pictures_are_late_but_not_fewer() -> None:
     async def run() -> float:
-        impairment = MemoryImpairment(LinkProfile("x", delay_ms=100))
+        impairment = Impairment(LinkProfile("x", delay_ms=100))
         sent = iter(range(1000))
 
         async def following() -> int:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from mosaic_core.cli.terminal.error_report import FINE, USAGE, as_json, report_problems
+from mosaic_core.cli.terminal.error_report import FINE, USAGE, report_problems
 from mosaic_core.words.errors import ConfigError, Problem
 
 
@@ -33,7 +34,7 @@ def validate(
     except ConfigError as error:
         problems, hints = error.problems, ()
     if as_json_text:
-        found = {"problems": as_json(problems), "hints": as_json(hints), "leases": leases}
+        found = {"problems": [*map(asdict, problems)], "hints": [*map(asdict, hints)], "leases": leases}
         typer.echo(json.dumps({"valid": not problems, **found}))
     else:
         report_problems(hints, as_hints=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from typing import Annotated
 
 import typer
@@ -60,7 +61,7 @@ def _run(names: list[str], seconds: float, nat: NatKind | None, *, as_json: bool
 
             rows.append(run_event_loop(measured(PROFILES[name], seconds, nat, tell)))
             if as_json:
-                typer.echo(json.dumps(rows[-1].facts()))
+                typer.echo(json.dumps(asdict(rows[-1])))
     if markdown:
         typer.echo(markdown_table(rows))
     elif not as_json:

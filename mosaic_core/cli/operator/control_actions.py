@@ -19,6 +19,8 @@ from mosaic_core.words.control import JournalEntry, PeerInfo
 from mosaic_core.words.described import DescribedConnector
 from mosaic_core.words.errors import ConnectionFailed
 
+ZERO_WAIT_S = 1.0
+"""For the last zero to reach a robot that would go on without it: a bad round trip or two."""
 FIRST_WORDS_S = 3.0
 """For the robot to tell who commands and whether it is stopped: it does so right after its hello."""
 
@@ -93,6 +95,11 @@ def zeros_text(report: ZerosReport) -> str:
     if not report.arrived and not report.failed:
         text += " Nobody has described what drives it, so nothing was sent: name it with --drive LABEL."
     return text
+
+
+def warn_that_it_may_go_on() -> None:
+    """An original robot goes on with the last command, and nobody knows whether the zero has reached it."""
+    typer.secho("the last zero was NOT acknowledged: the robot may go on", err=True, fg=typer.colors.RED)
 
 
 def _stop_text(report: StopReport) -> str:

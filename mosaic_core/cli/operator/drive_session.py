@@ -11,7 +11,13 @@ from typing import Any
 
 import typer
 
-from mosaic_core.cli.operator.control_actions import name_of, told_drive, zeros_text
+from mosaic_core.cli.operator.control_actions import (
+    ZERO_WAIT_S,
+    name_of,
+    told_drive,
+    warn_that_it_may_go_on,
+    zeros_text,
+)
 from mosaic_core.cli.operator.drive_keys import HeldKeys, Key
 from mosaic_core.cli.operator.operator_session import connected, until_closed, wrong_way
 from mosaic_core.cli.terminal.error_report import FINE, usage
@@ -28,8 +34,6 @@ COMMAND_PERIOD_S = 0.05
 SHOW_PERIOD_S = 0.2
 OWN_COMMAND = ORIGINAL_DRIVES["twist"].model_copy(update={"zero": {"linear": {"x": 0.0}, "angular": {"z": 0.0}}})
 """What robots of ours are sent: the rest is optional there, and not every robot has it."""
-ZERO_WAIT_S = 1.0
-"""For the last zero to reach a robot that would go on without it: a bad round trip or two."""
 ORIGINAL_HELP = "arrows/WASD move · space stands · x or Esc sends zeros (this robot has NO stop) · q leaves"
 HELP = "arrows/WASD move · space stands · x or Esc STOPS the robot · C clears · G gives to who asks · q leaves"
 
@@ -122,7 +126,7 @@ class _Driver:
             ends()
             has_left = self._send_zero() and await self._pad.wait_arrived(ZERO_WAIT_S)
             if self._connection.is_original and not has_left:
-                typer.secho("the last zero was NOT acknowledged: the robot may go on", err=True, fg=typer.colors.RED)
+                warn_that_it_may_go_on()
         return FINE
 
     def _pressed(self, key: Key) -> None:

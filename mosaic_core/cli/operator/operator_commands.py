@@ -53,13 +53,10 @@ def drive_types() -> list[str]:
 def checked_drive_type(value: str | None) -> str | None:
     """Refuse what is no such type, naming the nearest."""
     if value is not None and value not in drive_types():
+        there_are = f"There are: {', '.join(drive_types())}"
         hint = hint_at(value, drive_types())
-        raise typer.BadParameter(f"no original connector type {value!r} takes velocities{hint} {_known_drives()}")
+        raise typer.BadParameter(f"no original connector type {value!r} takes velocities{hint} {there_are}")
     return value
-
-
-def _known_drives() -> str:
-    return f"There are: {', '.join(drive_types())}"
 
 
 @command()

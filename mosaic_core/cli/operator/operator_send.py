@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import typer
 
-from mosaic_core.cli.operator.control_actions import told_drive
+from mosaic_core.cli.operator.control_actions import ZERO_WAIT_S, told_drive, warn_that_it_may_go_on
 from mosaic_core.cli.operator.operator_session import connected, store_of, until_closed, wrong_way
 from mosaic_core.cli.terminal.error_report import FAILED, FINE
 from mosaic_core.operator import MosaicOperator, RobotConnection, SendableStore
@@ -22,8 +22,6 @@ from mosaic_core.words.errors import ConnectionFailed
 
 REFUSAL_WAIT_S = 0.5
 """After the last message, for the robot to refuse it: a long round trip."""
-ZERO_WAIT_S = 1.0
-"""For the last zero to reach a robot that would go on without it: a bad round trip or two."""
 
 
 @asynccontextmanager
@@ -111,7 +109,7 @@ class SendAction:
             line["zero_arrived"] = stands
         typer.echo(json.dumps(line) if self.as_json else text)
         if stands is False:
-            typer.secho("the last zero was NOT acknowledged: the robot may go on", err=True, fg=typer.colors.RED)
+            warn_that_it_may_go_on()
         return FINE if sent and arrived and stands is not False else FAILED
 
     def _report(self, sent: int, refusals: list[Refusal]) -> int:

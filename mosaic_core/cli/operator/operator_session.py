@@ -7,7 +7,6 @@ import os
 import sys
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import typer
 
@@ -99,7 +98,11 @@ async def list_robots(operator: MosaicOperator, *, as_json: bool) -> int:
     rows = [
         (one.name, one.id, one.status.name.lower().replace("_", " "), ", ".join(connectors[one.id])) for one in found
     ]
-    lines = [{**_summary(one), "connectors": connectors[one.id]} for one in found]
+    lines = [
+        {"id": one.id, "name": one.name, "status": one.status.name, "isOnline": one.is_online,
+         "connectors": connectors[one.id]}
+        for one in found
+    ]  # fmt: skip
     columns = ("name", "id", "state", "connectors")
     show(columns, rows, lines, as_json=as_json, empty="no robots yet", whole=("name", "id"))
     return FINE
@@ -113,10 +116,6 @@ async def _labels(operator: MosaicOperator, robot: RobotSummary) -> list[str]:
     if catalogue is None:
         catalogue = described_catalogue(await operator.rest.described(robot.id))
     return [entry.label for entry in catalogue.entries]
-
-
-def _summary(robot: RobotSummary) -> dict[str, Any]:
-    return {"id": robot.id, "name": robot.name, "status": robot.status.name, "isOnline": robot.is_online}
 
 
 async def connected(

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import typer
 
@@ -86,8 +85,3 @@ def _line_of(problem: Problem) -> str | None:
         return None
     text = "".join(char if char.isprintable() else " " for char in lines[problem.line - 1])
     return _SECRET.sub(r"\1***", text)[:160].rstrip()
-
-
-def as_json(problems: Iterable[Problem]) -> list[dict[str, Any]]:
-    """For ``--json``."""
-    return [asdict(problem) for problem in problems]
