@@ -63,7 +63,7 @@ class RobotConnection(RobotStores):
         self._signal = signal
         self._is_kept = False
         self._may_break = False
-        self._streams = SessionStreams(self._say, self._store_of_channel, plan.clock_us)
+        self._streams = SessionStreams(self._say, self._missed, plan.clock_us)
         self._interrupted = asyncio.Event()
         self._tasks = BackgroundTasks()
         self._refusals: Listeners[[control.Refusal]] = Listeners()
@@ -318,6 +318,8 @@ class RobotConnection(RobotStores):
     def _say(self, message: control.ControlMessage) -> bool:
         return self._peer.say(message)
 
-    def _store_of_channel(self, label: str) -> MosaicStore | None:
+    def _missed(self, label: str, lost: int | None, is_sent: bool) -> None:
         stores = self._stores.stores_of(self.robot_id)
-        return next((store for store in stores if label in self._bindings.labels(store)), None)
+        store = next((store for store in stores if label in self._bindings.labels(store)), None)
+        if store is not None:
+            store.missed(lost, sent=is_sent)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Iterator
 from typing import Generic, ParamSpec, TypeVar
 
 P = ParamSpec("P")
@@ -34,5 +35,26 @@ async def first_heard(listen: Callable[[Callable[[T], None]], Callable[[], None]
     end = listen(lambda value: None if heard.done() else heard.set_result(value))
     try:
         return await heard
+    finally:
+        end()
+
+
+async def all_heard(listen: Callable[[Callable[[T], None]], Callable[[], None]], most: int) -> AsyncIterator[T]:
+    """Every value that ``listen(callback)`` gives from now on, for ever. Who falls further behind than ``most`` loses
+    the oldest: memory stays bounded."""
+    queue: deque[T] = deque(maxlen=most)
+    arrived = asyncio.Event()
+
+    def take(value: T) -> None:
+        queue.append(value)
+        arrived.set()
+
+    end = listen(take)
+    try:
+        while True:
+            while queue:
+                yield queue.popleft()
+            arrived.clear()
+            await arrived.wait()
     finally:
         end()

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Mapping
-from typing import Literal, Protocol
+from typing import Literal
 
 from mosaic_core.machines.delivery.framing import Frame
 from mosaic_core.machines.delivery.resume import ResumeReceiver
@@ -19,27 +19,22 @@ MAX_HELD = 4096
 """Messages that overtook the robot's word; far more than a round trip of anything."""
 
 
-class GapListener(Protocol):
-    """A store: ``lost`` messages will never come, or (``sent``) never arrived; ``None``: nobody knows how many."""
-
-    def missed(self, lost: int | None, *, sent: bool) -> None: ...
-
-
 class SessionStreams:
     """Numbers what travels on reliable channels across the peers of one connection. Event loop only.
 
-    ``tell``: says something on the control channel; ``listener(label)``: whom gaps of this channel concern.
+    ``tell``: says something on the control channel; ``missed(label, lost, is_sent)``: so many messages will
+    never come, or never arrived; ``None``: nobody knows how many.
     """
 
     def __init__(
         self,
         tell: Callable[[ControlMessage], object],
-        listener: Callable[[str], GapListener | None],
+        missed: Callable[[str, int | None, bool], None],
         clock_us: Callable[[], int],
     ) -> None:
         self._teller = DeliveredTeller(tell)
         self._clock_us = clock_us
-        self._listener = listener
+        self._missed = missed
         self._phase: Literal["unknown", "expecting", "resumed", "plain", "away", "closed"] = "unknown"
         self._robot_boot_id = ""
         self._outgoing: dict[str, OutgoingStream] = {}
@@ -167,6 +162,5 @@ class SessionStreams:
     # -- inside ------------------------------------------------------------------------------------------------------
 
     def _report(self, label: str, lost: int | None, *, sent: bool) -> None:
-        listener = self._listener(label) if lost != 0 else None
-        if listener is not None:
-            listener.missed(lost, sent=sent)
+        if lost != 0:
+            self._missed(label, lost, sent)

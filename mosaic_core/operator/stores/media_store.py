@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator
 from typing import TYPE_CHECKING, Any
 
+from mosaic_core.operator.delivery.listeners import Listeners, all_heard
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.words.errors import MosaicError
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from mosaic_core.contract.media import Image
 
 
-from collections import deque
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -82,31 +82,19 @@ class SoundStore(MosaicStore):
         super().__init__(robot_connector)
         self.latest_sound: Sound | None = None
         self.received_sounds = 0
-        self._queues: list[tuple[deque[Sound], asyncio.Event]] = []
+        self._hearers: Listeners[[Sound]] = Listeners()
 
-    async def sounds(self) -> AsyncIterator[Sound]:
+    def sounds(self) -> AsyncIterator[Sound]:
         """Every piece that arrives from now on: 48 kHz, ``int16`` (960, 2), ``captured_at_s`` = its arrival here by
         ``time.monotonic()``."""
-        queue: deque[Sound] = deque(maxlen=QUEUED_SOUNDS)
-        arrived = asyncio.Event()
-        entry = (queue, arrived)
-        self._queues.append(entry)
-        try:
-            while True:
-                while not queue:
-                    arrived.clear()
-                    await arrived.wait()
-                yield queue.popleft()
-        finally:
-            self._queues.remove(entry)
+        return all_heard(self._hearers.add, QUEUED_SOUNDS)
 
     def sound_arrived(self, sound: Sound) -> None:
         """Called by the connection with every piece."""
         self.latest_sound = sound
         self.received_sounds += 1
-        for queue, arrived in self._queues:
-            queue.append(sound)
-            arrived.set()
+        for hear in self._hearers:
+            hear(sound)
 
 
 class VoiceStore(MosaicStore):

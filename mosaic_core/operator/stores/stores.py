@@ -10,7 +10,6 @@ import contextlib
 import inspect
 import logging
 import time
-from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from typing import Any
 
@@ -18,7 +17,7 @@ from pydantic import BaseModel
 
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.operator.delivery.data_port import MessageInfo, Received
-from mosaic_core.operator.delivery.listeners import first_heard
+from mosaic_core.operator.delivery.listeners import all_heard, first_heard
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
@@ -81,26 +80,14 @@ class ReceivableStore(MosaicStore):
     async def next_message(self, timeout_s: float = 10.0) -> Received:
         """The next message that arrives; raises :class:`TimeoutError`."""
         async with asyncio.timeout(timeout_s):
-            return await first_heard(lambda take: self.subscribe(lambda data, info: take(Received(data, info))))
+            return await first_heard(self._each)
 
-    async def messages(self) -> AsyncIterator[Received]:
+    def messages(self) -> AsyncIterator[Received]:
         """Every message from now on, for ever."""
-        queue: deque[Received] = deque(maxlen=QUEUED_MESSAGES)
-        arrived = asyncio.Event()
+        return all_heard(self._each, QUEUED_MESSAGES)
 
-        def take(data: bytes, info: MessageInfo) -> None:
-            queue.append(Received(data, info))
-            arrived.set()
-
-        end = self.subscribe(take)
-        try:
-            while True:
-                while queue:
-                    yield queue.popleft()
-                arrived.clear()
-                await arrived.wait()
-        finally:
-            end()
+    def _each(self, take: Callable[[Received], None]) -> Callable[[], None]:
+        return self.subscribe(lambda data, info: take(Received(data, info)))
 
     async def _guarded(self, work: Awaitable[None]) -> None:
         try:

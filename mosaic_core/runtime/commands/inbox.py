@@ -119,6 +119,3 @@ class Inbox:
         with self._filled:
             slots = sum(len(item.payload) for item in self._slots.values())
             return len(self._slots) + len(self._queue), slots + self._size_bytes
-
-    def __len__(self) -> int:
-        return len(self._slots) + len(self._queue)

@@ -38,7 +38,7 @@ def _server_hints(config: RobotConfig, document: YamlDocument) -> Iterator[Probl
         yield document.problem(("server", "ws_url"), message, cure="use wss:// outside a trusted network")
     for index, server in enumerate(config.server.webrtc.ice_servers):
         if any(one.startswith("turn") for one in server.urls) and not (server.username and server.credential):
-            section = "webrtc" if ("server", "webrtc") in document.marks else "webrtc_config"
+            section = "webrtc" if ("server", "webrtc") in document.lines else "webrtc_config"
             place = ("server", section, "ice_servers", index)
             yield document.problem(place, "a TURN server without username and credential", cure="most refuse that")
 

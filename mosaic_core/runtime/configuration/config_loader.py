@@ -113,8 +113,8 @@ class _Checker:
                 continue
             earlier = first.setdefault(str(label), index)
             if earlier != index:
-                mark = self._document.marks.get(("connectors", earlier, "label"))
-                where = f"connectors[{earlier}]" + (f", line {mark.line}" if mark else "")
+                line = self._document.lines.get(("connectors", earlier, "label"))
+                where = f"connectors[{earlier}]" + (f", line {line}" if line else "")
                 message, code = f"the label '{label}' is taken by {where}", "config.duplicate_label"
                 self.problems.append(self._document.problem(place, message, code=code, cure="choose another"))
 

@@ -6,7 +6,7 @@ depth and alias expansion. What is wrong is collected in :attr:`YamlDocument.pro
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -28,14 +28,6 @@ MAX_DEPTH = 50
 _TAG = "tag:yaml.org,2002:"
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """Lines and columns count from 1. ``line`` is that of the key where there is one."""
-
-    line: int
-    column: int
-
-
 def spelled(place: Place) -> str:
     """``connectors[2].params.fps``."""
     text = ""
@@ -50,8 +42,8 @@ class YamlDocument:
 
     tree: Any
     file: str = ""
-    lines: Sequence[str] = ()
-    marks: dict[Place, Mark] = field(default_factory=dict)
+    lines: dict[Place, int] = field(default_factory=dict)
+    """Counted from 1; that of the key where there is one."""
     texts: dict[Place, str] = field(default_factory=dict)
     """Each scalar as it was written (references filled in): what a string means where YAML 1.1 saw a number."""
     unknown: set[Place] = field(default_factory=set)
@@ -73,10 +65,9 @@ class YamlDocument:
     def problem(self, place: Place, message: str, *, code: str = "config.invalid", cure: str = "") -> Problem:
         """A problem at ``place``, or with the line of the nearest thing around it that the file has."""
         around = place
-        while around and around not in self.marks:
+        while around and around not in self.lines:
             around = around[:-1]
-        mark = self.marks.get(around)
-        line = mark.line if mark else None
+        line = self.lines.get(around)
         return Problem(
             self._without_secrets(message), code, self.file, line, spelled(place), self._without_secrets(cure)
         )
@@ -125,7 +116,7 @@ def parse_yaml(text: str, file: str, environ: Mapping[str, str]) -> YamlDocument
         raise ConfigError([_syntax_problem(error, file, text)]) from error
     except RecursionError as error:
         raise ConfigError([Problem("nested too deeply", "config.syntax", file)]) from error
-    document = YamlDocument(None, file, text.splitlines())
+    document = YamlDocument(None, file)
     if node is None:
         problem = Problem("is empty", "config.syntax", file, cure="`mosaic config init` writes a file to start from")
         raise ConfigError([problem])
@@ -165,7 +156,7 @@ class _Builder:
 
     def _build(self, node: yaml.Node, place: Place) -> Any:
         self._count(1, place)
-        self._document.marks.setdefault(place, _mark(node))
+        self._document.lines.setdefault(place, node.start_mark.line + 1)
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, place)
         if isinstance(node, yaml.SequenceNode):
@@ -199,14 +190,14 @@ class _Builder:
                 continue
             where = (*place, key)
             if key in result:
-                first, again = document.marks[where].line, key_node.start_mark.line + 1
+                first, again = document.lines[where], key_node.start_mark.line + 1
                 problem = Problem(
                     f"'{key}' stands here twice, first in line {first}", "config.syntax", document.file, again,
                     spelled(where), "remove one",
                 )  # fmt: skip
                 document.problems.append(problem)
                 continue
-            document.marks[where] = _mark(key_node)
+            document.lines[where] = key_node.start_mark.line + 1
             result[key] = self._build(value_node, where)
         taken = set(written).union(result) if merged else set()
         for source in merged:
@@ -264,7 +255,3 @@ class _Builder:
         if node.tag != f"{_TAG}{expected}":
             problem = self._document.problem(place, f"the tag {node.tag} is not supported", code="config.syntax")
             self._document.problems.append(problem)
-
-
-def _mark(node: yaml.Node) -> Mark:
-    return Mark(node.start_mark.line + 1, node.start_mark.column + 1)

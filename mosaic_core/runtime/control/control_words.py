@@ -19,13 +19,7 @@ def party_of(sender: Sender) -> Party:
 
 
 def peer_info(party: Party) -> control.PeerInfo:
-    return control.PeerInfo(
-        peer_id=party.peer_id,
-        name=party.name,
-        role=party.role,
-        is_person=party.is_person,
-        is_original=party.is_original,
-    )
+    return control.PeerInfo.model_validate(party, from_attributes=True)
 
 
 def lease_reply(reply: Reply) -> control.LeaseReply:

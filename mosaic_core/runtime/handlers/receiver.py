@@ -71,10 +71,6 @@ class Receiver:
         watch.dropped = self.inbox.forget
         watch.woken = self._wake
 
-    @property
-    def state(self) -> str:
-        return "failed" if self._failures.is_failing else "running"
-
     def start(self) -> None:
         if self._is_async:
             self._task = self._loop.create_task(self._live_async(), name=f"mosaic-{self.label}")
