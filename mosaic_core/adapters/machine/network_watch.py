@@ -31,7 +31,6 @@ async def watch_network(changed: Callable[[NetworkChange], None]) -> None:
 
 
 def network_view() -> NetworkView:
-    """The network now."""
     ips = [ip.ip if isinstance(ip.ip, str) else ip.ip[0] for one in ifaddr.get_adapters() for ip in one.ips]
     ways = tuple(_way_out(*stranger) for stranger in _STRANGERS)
     return NetworkView(frozenset(filter(_leads_somewhere, ips)), ways, _slept_s())

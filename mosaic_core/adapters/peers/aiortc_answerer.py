@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
 from aiortc import (
@@ -72,7 +71,11 @@ class AiortcAnswerer:
         if self._is_closed:
             raise ConnectionFailed("This peer connection is closed.", code="sdp.invalid")
         offer = vetted_offer(offer_sdp)
-        wishes = _Wishes(media_labels, tracks, sound)
+        cameras, heard, talking = (
+            [label for label in labels if label not in self._served]
+            for labels in (media_labels, sound.microphones, sound.speakers)
+        )
+        wishes = _Wishes(cameras, SoundLabels(heard, talking), tracks)
         if self._peer is not None:
             sdp = await self._answer_again(offer, wishes)
         elif offer.is_refused:
@@ -165,8 +168,8 @@ class AiortcAnswerer:
         self, offer: VettedOffer, lines: Sequence[OfferedLine], wishes: _Wishes
     ) -> tuple[dict[str, str], SoundLines]:
         """Which camera, and which sound, takes which of ``lines``; whose line is refused is told."""
-        pictures = lines_for_labels(lines, wishes.cameras_without(self._served), wishes.tracks)
-        heard, talking = sound_lines(lines, wishes.sound_without(self._served), wishes.tracks)
+        pictures = lines_for_labels(lines, wishes.cameras, wishes.tracks)
+        heard, talking = sound_lines(lines, wishes.sound, wishes.tracks)
         for line in offer.refused:
             label = next((given.pop(line.mid) for given in (pictures, heard, talking) if line.mid in given), None)
             if label is not None and line.offered:
@@ -191,24 +194,15 @@ class AiortcAnswerer:
 
 @dataclass(frozen=True, slots=True)
 class _Wishes:
-    """What may be given a line, and the operator's wish which (mid → label)."""
+    """What has no line yet and may be given one, and the operator's wish which (mid → label)."""
 
     cameras: Sequence[str]
-    tracks: Mapping[str, str] | None
     sound: SoundLabels
+    tracks: Mapping[str, str] | None
 
     @property
     def labels(self) -> tuple[str, ...]:
         return (*self.cameras, *self.sound.microphones, *self.sound.speakers)
-
-    def cameras_without(self, served: AbstractSet[str]) -> list[str]:
-        return [label for label in self.cameras if label not in served]
-
-    def sound_without(self, served: AbstractSet[str]) -> SoundLabels:
-        return SoundLabels(
-            [label for label in self.sound.microphones if label not in served],
-            [label for label in self.sound.speakers if label not in served],
-        )
 
 
 def _refused(error: Exception) -> ConnectionFailed:

@@ -111,7 +111,6 @@ class AiortcOfferer:
         self._peer.add_candidate(candidate)
 
     def path(self) -> ChosenPath | None:
-        """The path that ICE chose; ``None`` before."""
         return self._peer.path()
 
     async def close(self) -> None:

@@ -129,7 +129,6 @@ class AiortcPeer:
         self._adding.start(self._add(parsed))
 
     def path(self) -> ChosenPath | None:
-        """The path that ICE chose; ``None`` before."""
         return chosen_path(self.pc)
 
     async def close(self) -> None:

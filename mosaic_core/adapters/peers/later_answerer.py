@@ -59,7 +59,6 @@ class LaterAnswerer:
         tracks: Mapping[str, str] | None,
         sound: SoundLabels = NO_SOUND,
     ) -> str:
-        """As the real one does."""
         if self._answerer is None:
             make = await self._factory.loaded()
             if self._is_closed:

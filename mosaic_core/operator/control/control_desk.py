@@ -183,11 +183,9 @@ class ControlDesk:
         self._stops = StopCaller(port, self._clock_us)
 
     def found_original(self) -> None:
-        """It is an original robot, and knows none of this."""
         self._is_original = True
 
     def heard(self, message: control.ControlMessage) -> None:
-        """A message of the robot."""
         self._answers.heard(message)
         if isinstance(message, control.StopAck) and self._stops is not None:
             self._stops.acknowledged(message)

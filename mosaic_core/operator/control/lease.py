@@ -95,7 +95,6 @@ class Lease:
     # -- called by the connection ----------------------------------------------------------------------------------
 
     def end(self, lost: LeaseLost) -> None:
-        """It is lost."""
         if not self.is_held:
             return
         self.lost = lost

@@ -43,7 +43,6 @@ class LeaseTakers:
             self._unclaimed(taker, resource)
 
     def decided(self, effect: Granted | Queued | Denied | Lost) -> None:
-        """What the machine decided."""
         match effect:
             case Granted(resource, epoch):
                 for taker in self._takers[resource]:
@@ -71,7 +70,6 @@ class LeaseTakers:
                 live.append(lease)
 
     def release(self, resource: str) -> None:
-        """The program gives it back."""
         for lease in self._live.pop(resource, []):
             lease.end_released()
         self._give_up(resource)

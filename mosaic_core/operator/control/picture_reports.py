@@ -30,7 +30,6 @@ class PictureReports:
         self._origins[label] = rtp_origin
 
     def shown(self, label: str, rtp_timestamp: int | None) -> None:
-        """A program has got this picture."""
         now_us, origin, robot_us = self._clock_us(), self._origins.get(label), self._robot_now_us()
         if rtp_timestamp is None or origin is None or robot_us is None:
             return

@@ -49,7 +49,6 @@ class RobotAnswers:
                 answer.set_result(message)
 
     def ended(self, error: ConnectionFailed) -> None:
-        """The connection has ended."""
         for answer in self._expected:
             if not answer.done():
                 answer.set_exception(error)

@@ -64,12 +64,10 @@ class OutgoingStream:
         return True
 
     def attach(self, port: DataPort) -> None:
-        """The channel is open."""
         self._port = port
         self._flush() if self._phase == "plain" else self.pump()
 
     def detach(self) -> None:
-        """The channel is closed."""
         self._port = None
 
     def released(self) -> None:

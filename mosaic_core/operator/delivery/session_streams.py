@@ -54,7 +54,6 @@ class SessionStreams:
         )
 
     def greeted(self, extensions: Mapping[str, int]) -> None:
-        """The robot's hello."""
         if self._phase in ("unknown", "away"):
             self._phase = "expecting"
             if "resume" not in extensions:
@@ -88,7 +87,6 @@ class SessionStreams:
                 stream.lost()
 
     def close(self) -> None:
-        """It has ended for good."""
         self._patience.cancel()
         self._teller.stop()
         self._phase = "closed"

@@ -31,7 +31,6 @@ class StoreCounters:
     outgoing: RateMeter = field(default_factory=RateMeter)
 
     def got(self, size_bytes: int) -> None:
-        """One message has arrived."""
         now_s = time.monotonic()
         self.received += 1
         self.received_bytes += size_bytes
@@ -39,7 +38,6 @@ class StoreCounters:
         self.incoming.add(size_bytes, now_s)
 
     def gave(self, size_bytes: int) -> None:
-        """One message has left."""
         self.sent += 1
         self.sent_bytes += size_bytes
         self.outgoing.add(size_bytes, time.monotonic())

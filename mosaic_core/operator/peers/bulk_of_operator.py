@@ -143,7 +143,6 @@ class _OfferedAttempt(BulkAttempt[Offerer]):
             self.describe(control.LaneOffer(attempt=self.attempt, sdp=sdp))
 
     async def accept(self, sdp: str) -> None:
-        """Take the robot's answer."""
         try:
             await self.end.accept_answer(sdp)
         except MosaicError as error:

@@ -56,7 +56,6 @@ class FurtherOffers:
         return True
 
     def answered(self, answer: RenegotiateAnswer) -> None:
-        """The robot's answer."""
         if not self._is_asked or answer.attempt != self._attempt:
             return
         self._stop_asking()
@@ -66,7 +65,6 @@ class FurtherOffers:
             self._tasks.start(self._accept(answer.sdp))
 
     def close(self) -> None:
-        """The connection is over."""
         self._is_known = False
         self._stop_asking()
         self._tasks.cancel()

@@ -208,7 +208,6 @@ class FirstFrameWatch:
                 waiting.store.opened()
 
     def ended(self, label: str) -> None:
-        """Nobody looks any more."""
         waiting = self._waiting.pop(label, None)
         if waiting is not None:
             waiting.task.cancel()

@@ -130,7 +130,6 @@ class MosaicStore:
         self._ended("reconnecting")
 
     def disconnected(self, *, comes_back: bool) -> None:
-        """The connection is over, or interrupted."""
         if comes_back:
             self.interrupted()
         else:
@@ -143,7 +142,6 @@ class MosaicStore:
             self._moment("after_disconnected")
 
     def missed(self, lost: int | None, *, sent: bool) -> None:
-        """Messages are lost."""
         label = self.robot_connector.connector_id
         what = "messages" if lost is None else f"{lost} message(s)"
         _log.warning("%r: %s %s lost while there was no connection", label, what, "sent were" if sent else "were")

@@ -26,7 +26,6 @@ class MeasuredLink:
         self._quality = LinkQuality()
 
     def pinged(self) -> Ping:
-        """The ping to send now."""
         t0_us = int(time.monotonic() * 1e6)
         with self._lock:
             self._quality.pinged(t0_us)

@@ -232,7 +232,6 @@ class SafetyWatch:
     # -- safe actions --------------------------------------------------------------------------------------------
 
     def make_safe(self, cause: str) -> None:
-        """Run the safe action now."""
         with self._owner.changed:
             self._act(cause)
 

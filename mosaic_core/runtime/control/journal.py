@@ -53,7 +53,6 @@ class RobotJournal:
         self._commanded: dict[str, tuple[str, float]] = {}
 
     def note(self, what: str, *, who: str = "", subject: str = "", code: str = "", message: str = "") -> None:
-        """One thing that happened now."""
         self._number += 1
         at = datetime.now(UTC).isoformat(timespec="milliseconds")
         entry = JournalEntry(

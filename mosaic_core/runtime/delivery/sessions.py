@@ -119,7 +119,6 @@ class SessionBook:
             self._end(min(away, key=lambda one: one.left_at_s))
 
     def close(self) -> None:
-        """The robot stops."""
         for session in list(self._sessions.values()):
             self._end(session)
 

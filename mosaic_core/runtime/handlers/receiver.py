@@ -95,7 +95,6 @@ class Receiver:
         self.watch.peer_left(sender)
 
     def close(self) -> None:
-        """Begin to stop for good."""
         self.inbox.close()
         if self._task is not None:
             self._task.cancel()

@@ -105,7 +105,6 @@ class MediaHub:
         self.watch(viewer_id, label, True)
 
     def leave(self, peer_id: str) -> None:
-        """The peer is gone."""
         for label in self._viewers:
             self.watch(peer_id, label, False)
             self._streams[label].leave(peer_id)
@@ -114,7 +113,6 @@ class MediaHub:
         self._bound = {bound for bound in self._bound if bound[0] != peer_id}
 
     def close(self) -> None:
-        """The robot stops."""
         for stream in self._streams.values():
             stream.close()
 

@@ -69,7 +69,6 @@ class TalkHub:
             speaker.run.start()
 
     def close(self) -> None:
-        """Begin to stop for good."""
         for peer_id in tuple(self._lines):
             self.leave(peer_id)
         for speaker in self._speakers.values():

@@ -62,14 +62,12 @@ class ConnectorCounters:
     meter: RateMeter = field(default_factory=RateMeter)
 
     def count(self, size_bytes: int, now_s: float) -> None:
-        """One message sent or received."""
         self.messages += 1
         self.size_bytes += size_bytes
         self.last_at_s = now_s
         self.meter.add(size_bytes, now_s)
 
     def lose(self, reason: Loss, messages: int = 1) -> None:
-        """Messages that will not arrive."""
         setattr(self, reason, getattr(self, reason) + messages)
 
 

@@ -102,7 +102,6 @@ class Peer:
     # -- life ----------------------------------------------------------------------------------------------------
 
     def begin(self) -> None:
-        """Answer the offer."""
         self._driver.start()
         self._tasks.start(self._answer())
 

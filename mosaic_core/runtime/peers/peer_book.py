@@ -39,7 +39,6 @@ class PeerBook:
         return tuple(peer.sender for peer in self if peer.connected_at_s is not None)
 
     def start_peer(self, introduction: Introduction) -> Peer:
-        """Answer an operator's offer."""
         peer = Peer(introduction, self._site, self, self._make_answerer)
         self._peers[peer.peer_id] = peer
         self._newest_ice_servers = introduction.start.ice_servers
@@ -47,7 +46,6 @@ class PeerBook:
         return peer
 
     def close_all(self, code: str) -> None:
-        """Begin to close every peer."""
         for peer in self:
             peer.close(code)
 

@@ -116,7 +116,6 @@ class PeerChannels:
             self._resume.channel_closed(label)
 
     def close_all(self) -> None:
-        """The peer is gone."""
         self._close(list(self._links))
 
     def drop(self, queue: SendQueue) -> None:

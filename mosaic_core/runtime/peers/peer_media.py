@@ -49,7 +49,6 @@ class PeerMedia:
             self._site.talk.bind(self._operator, label, sound)
 
     def tracks_unbound(self, labels: Sequence[str]) -> None:
-        """It has no line for these."""
         self._unbound = list(labels)
 
     def track_refused(self, label: str, cause: str) -> None:
@@ -99,7 +98,6 @@ class PeerMedia:
             self._site.media.watch(self._peer_id, label, False)
 
     def operator_left(self) -> None:
-        """It sees and says no more."""
         self._has_left = True
         self._site.media.leave(self._peer_id)
         self._site.talk.leave(self._peer_id)

@@ -59,7 +59,6 @@ class PeerTransport:
         return session.AnswerMade()
 
     def tell_answer(self, sdp: str) -> None:
-        """Send an answer through the server."""
         self._server.signal(SdpAnswer(rtc_connection_id=self._start.peer_id, sdp_answer=sdp))
 
     async def exchange_candidates(self) -> None:
