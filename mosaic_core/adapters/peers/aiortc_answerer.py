@@ -5,12 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from aiortc import (
-    RTCBundlePolicy,
-    RTCDataChannel,
-    RTCRtpTransceiver,
-    RTCSessionDescription,
-)
+from aiortc import RTCBundlePolicy, RTCDataChannel, RTCRtpTransceiver, RTCSessionDescription
 
 from mosaic_core.adapters.aiortc_private import (
     KeptLines,

@@ -9,13 +9,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 
 from mosaic_core.machines.signaling import operator_signaling as machine
-from mosaic_core.machines.signaling.signaling_events import (
-    ChangeState,
-    CloseSocket,
-    FrameReceived,
-    Report,
-    SendSignal,
-)
+from mosaic_core.machines.signaling.signaling_events import ChangeState, CloseSocket, FrameReceived, Report, SendSignal
 from mosaic_core.runtime.signaling.signaling_socket import SignalingSocket
 from mosaic_core.runtime.transport.transport import SocketConnector
 from mosaic_core.words.codes import CloseCode, reason

@@ -20,12 +20,7 @@ class RuntimeHost:
     """Gives one handler time, waiting and the way out. ``send`` and ``offer`` on any thread, ``wait`` on the body's,
     ``wait_async`` on the event loop."""
 
-    def __init__(
-        self,
-        loop: asyncio.AbstractEventLoop,
-        outbox: Outbox,
-        media: MediaHub,
-    ) -> None:
+    def __init__(self, loop: asyncio.AbstractEventLoop, outbox: Outbox, media: MediaHub) -> None:
         self.losses = HandlerLosses()
         """What the handler says that it left out."""
         self._loop = loop
