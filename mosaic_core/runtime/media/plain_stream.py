@@ -20,8 +20,9 @@ class NewestFeed:
     """Keeps the newest items for one viewer, at most ``max_waiting``; a ``runtime.transport.PictureFeed``. A newer one
     replaces the oldest, so that latency never accumulates. Event loop only."""
 
-    def __init__(self, max_waiting: int = 1, codec_order: tuple[str, ...] = ()) -> None:
-        self.codec_order = codec_order
+    codec_order: tuple[str, ...] = ()
+
+    def __init__(self, max_waiting: int = 1) -> None:
         self._waiting: deque[Any] = deque(maxlen=max_waiting)
         self._arrived = asyncio.Event()
 
