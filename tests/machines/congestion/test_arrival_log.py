@@ -130,3 +130,26 @@ def test_in_whatever_order_they_come_each_packet_is_told_to_have_arrived(
                     assert number % NUMBERS not in told
                     told[number % NUMBERS] = at_s
     assert told == {(first + offset) % NUMBERS: pytest.approx(offset / 1000) for offset in order}
+
+
+def test_a_report_holds_so_many_arrivals_and_numbers_and_no_more() -> None:
+    full = noted(*((number, 1.0) for number in range(MOST_ARRIVALS + 1)))
+    assert [len(one.arrivals_s) for one in full] == [MOST_ARRIVALS, 1]
+    sparse = noted((0, 1.0), (MOST_NUMBERS - 1, 1.0), (MOST_NUMBERS, 1.0))
+    assert [(one.first_number, len(one.arrivals_s)) for one in sparse] == [(0, MOST_NUMBERS), (MOST_NUMBERS, 1)]
+
+
+@pytest.mark.parametrize(("ticks", "is_small"), [(255, True), (256, False), (-1, False), (0, True)])
+def test_a_time_takes_one_byte_where_it_fits(ticks: int, is_small: bool) -> None:
+    report = ArrivalReport(7, (64.0, 64.0 + ticks * TICK_S, None))
+    rtcp = written(report, 1, 2, 3)
+    assert len(rtcp) == (24 if is_small else 28), "whole words"
+    assert int.from_bytes(rtcp[20:22], "big") >> 14 == (0b10 if is_small else 0b11)
+    assert arrival_reports(rtcp) == [report]
+
+
+def test_long_runs_are_one_chunk_each_and_of_any_length() -> None:
+    for length in (14, 15, 8191):
+        report = ArrivalReport(1, (64.0, *[None] * length, 64.5))
+        assert arrival_reports(written(report, 1, 2, 3)) == ([report] if length < 8191 else [])
+        assert len(written(report, 1, 2, 3)) < 40

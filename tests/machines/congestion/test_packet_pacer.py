@@ -69,3 +69,42 @@ def test_no_pause_is_long_and_over_time_it_is_no_slower_than_the_bit_rate(
         paused_s += pause_s
         total += size_bytes
     assert paused_s <= total * 8 / budget_bps + BURST_S
+
+
+def paced(count: int, *, budget_bps: int, path_bps: float | None = None, waiting: int = 0) -> list[float]:
+    """The pauses after so many packets of a kilobyte that leave in one moment."""
+    pacer = PacketPacer()
+    return [pacer.wait_s(1000, budget_bps, 1.0, path_bps, waiting) for _ in range(count)]
+
+
+def test_on_a_known_path_packets_leave_as_fast_as_it_takes_them_after_a_short_burst() -> None:
+    pauses = paced(8, budget_bps=1_000_000, path_bps=4_000_000)
+    assert pauses[:6] == [0.0] * 6
+    assert pauses[6:] == [pytest.approx(0.5e3 / 0.5e6), pytest.approx(1.5e3 / 0.5e6)]
+
+
+def test_on_a_slow_path_three_packets_go_first_and_the_rest_is_a_little_faster_than_it_is_made() -> None:
+    pauses = paced(4, budget_bps=400_000, path_bps=100_000)
+    assert pauses == [0.0, 0.0, 0.0, pytest.approx(0.1e3 / 75e3)]
+
+
+def test_of_a_fast_unknown_path_fifty_milliseconds_of_the_bit_rate_leave_at_once() -> None:
+    pauses = paced(40, budget_bps=4_000_000)
+    assert pauses[:25] == [0.0] * 25
+    assert next(pause for pause in pauses if pause) == pytest.approx(2e3 / 2e6)
+
+
+def test_pictures_behind_hurry_it_up() -> None:
+    [*_, slow] = paced(9, budget_bps=400_000)
+    [*_, quick] = paced(9, budget_bps=400_000, waiting=1)
+    assert slow == pytest.approx(2.5e3 / 0.375e6)
+    assert quick == pytest.approx(slow / 2)
+
+
+def test_what_was_sent_is_paid_off_with_time_and_a_clock_that_goes_back_pays_nothing() -> None:
+    pacer = PacketPacer()
+    for _ in range(9):
+        before = pacer.wait_s(1000, 400_000, 1.0)
+    assert pacer.wait_s(0, 400_000, 0.5) == pytest.approx(before)
+    assert pacer.wait_s(0, 400_000, 0.504) == pytest.approx(before - 0.004)
+    assert pacer.wait_s(6500, 400_000, 9.0) == 0.0

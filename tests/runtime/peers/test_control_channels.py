@@ -1,0 +1,240 @@
+"""The two channels for words: pings are answered, refusals told at a pace, and what can't be read does no harm."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.delivery.framing import Frame, FrameReader, PayloadKind, encode_frame
+from mosaic_core.machines.delivery.send_scheduler import Offered, Priority, QueuedMessage
+from mosaic_core.runtime.peers import control_channel
+from mosaic_core.runtime.peers.control_channel import MAX_CONTROL_BYTES, MAX_STOP_BYTES, ControlChannel, StopChannel
+from mosaic_core.words.control import (
+    CHANNEL_PROTOCOL,
+    CONTROL_EXTENSIONS,
+    ControlMessage,
+    DeliveryWatch,
+    Hello,
+    Ping,
+    Pong,
+    Refusal,
+    Stop,
+    StopAck,
+    parse_control,
+)
+from mosaic_core.words.errors import ConnectionFailed
+
+
+class Wire:
+    """The other end of one data channel; ``told``: what it read there."""
+
+    label, protocol, is_reliable = "_mosaic", CHANNEL_PROTOCOL, True
+
+    def __init__(self) -> None:
+        self.is_open = True
+        self.on_open: Any = None
+        self.on_message: Any = None
+        self._reader = FrameReader(MAX_CONTROL_BYTES)
+        self.frames: list[Frame] = []
+
+    def send(self, data: bytes) -> None:
+        if not self.is_open:
+            raise ConnectionFailed("The channel is not open.", code="channel.timeout")
+        frame = self._reader.read(data, 0.0)
+        assert frame is not None
+        self.frames.append(frame)
+
+    @property
+    def told(self) -> list[ControlMessage | None]:
+        return [parse_control(frame.payload.decode()) for frame in self.frames]
+
+    def says(self, message: ControlMessage, seq: int = 1) -> None:
+        frame = Frame(PayloadKind.JSON, message.to_text().encode(), seq=seq)
+        for piece in encode_frame(frame):
+            self.on_message(piece)
+
+
+class Queue:
+    """Sends at once. ``lanes``: what was opened how."""
+
+    def __init__(self) -> None:
+        self.lanes: list[Priority] = []
+
+    def open(self, channel: Wire, lane: Priority) -> None:
+        self._channel = channel
+        self.lanes.append(lane)
+
+    def offer(self, message: QueuedMessage) -> Offered:
+        for piece in message.pieces:
+            self._channel.send(piece)  # type: ignore[arg-type]
+        return Offered.QUEUED
+
+
+class Clock:
+    now_s = 1000.0
+
+    def monotonic(self) -> float:
+        return self.now_s
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    it = Clock()
+    monkeypatch.setattr(control_channel, "time", it)
+    return it
+
+
+class Desk:
+    """A control channel; ``heard``: what it handed on."""
+
+    def __init__(self) -> None:
+        self.wire, self.queue = Wire(), Queue()
+        self.heard: list[ControlMessage | None] = []
+        wire: Any = self.wire
+        queue: Any = self.queue
+        self.channel = ControlChannel(wire, queue, ArrivalBaseline(), self.heard.append)
+
+
+def test_hello_is_said_as_soon_as_the_channel_is_open(clock: Clock) -> None:
+    hello = Hello(extensions=CONTROL_EXTENSIONS, software="robot 1", boot_id="boot")
+    desk = Desk()
+    desk.channel.greet("robot 1", "boot")
+    assert desk.wire.told == [hello]
+    assert desk.queue.lanes == [Priority.CONTROL]
+    late = Desk()
+    late.wire.is_open = False
+    late.channel.greet("robot 1", "boot")
+    late.wire.is_open = True
+    late.wire.on_open()
+    assert late.wire.told == [hello]
+
+
+def test_a_ping_is_answered_with_both_times_and_counts_as_a_sign_of_life(clock: Clock) -> None:
+    desk = Desk()
+    desk.wire.says(Ping(t0=7))
+    assert desk.wire.told == [Pong(t0=7, t1=1_000_000_000, t2=1_000_000_000)]
+    assert desk.heard == [None]
+    assert desk.wire.frames[0].stamp_us == 1_000_000_000
+
+
+def test_every_other_word_is_handed_on(clock: Clock) -> None:
+    desk = Desk()
+    desk.wire.says(DeliveryWatch(on=True))
+    assert desk.heard == [DeliveryWatch(on=True)]
+    assert desk.wire.told == []
+
+
+def test_the_same_refusal_of_the_same_connector_is_told_twice_a_second_at_most(clock: Clock) -> None:
+    desk = Desk()
+    for label, code in (("arm", "safety.too_fast"), ("arm", "safety.too_fast"), ("arm", "lease.required")):
+        desk.channel.refuse(label, 1, code)
+    desk.channel.refuse("base", 2, "safety.too_fast", "why")
+    clock.now_s += 0.5
+    desk.channel.refuse("arm", 3, "safety.too_fast")
+    clock.now_s += 0.499
+    desk.channel.refuse("arm", 4, "safety.too_fast")
+    assert desk.wire.told == [
+        Refusal(label="arm", seq=1, code="safety.too_fast"),
+        Refusal(label="arm", seq=1, code="lease.required"),
+        Refusal(label="base", seq=2, code="safety.too_fast", message="why"),
+        Refusal(label="arm", seq=3, code="safety.too_fast"),
+    ]
+
+
+def test_refusals_of_thousands_of_labels_are_not_remembered_for_ever(clock: Clock) -> None:
+    desk = Desk()
+    for number in range(257):
+        desk.channel.refuse(f"label {number}", None, "channel.unknown_label")
+    desk.channel.refuse("label 256", None, "channel.unknown_label")
+    assert len(desk.wire.told) == 257
+    desk.channel.refuse("label 0", None, "channel.unknown_label")
+    assert len(desk.wire.told) == 258, "the oldest are forgotten, and told again"
+
+
+@pytest.mark.parametrize(
+    ("data", "code"),
+    [
+        (b"x" * (MAX_CONTROL_BYTES + 1), "channel.too_large"),
+        ("text", None),
+        (next(iter(encode_frame(Frame(PayloadKind.JSON, b"\xff", seq=1)))), "signal.bad_message"),
+    ],
+)
+def test_what_cant_be_read_is_refused_and_the_next_word_is_heard(
+    clock: Clock, data: bytes | str, code: str | None
+) -> None:
+    desk = Desk()
+    desk.wire.on_message(data)
+    [refusal] = desk.wire.told
+    assert isinstance(refusal, Refusal)
+    assert (refusal.label, refusal.seq) == ("_mosaic", None)
+    assert refusal.message
+    assert code in (refusal.code, None)
+    desk.wire.says(DeliveryWatch(on=False))
+    assert desk.heard == [DeliveryWatch(on=False)]
+
+
+# -- the stop channel
+
+
+class Lane:
+    """A stop channel; ``heard``: the stops and pongs."""
+
+    def __init__(self) -> None:
+        self.wire = Wire()
+        self.heard: list[ControlMessage] = []
+        wire: Any = self.wire
+        self.channel = StopChannel(wire, self._heard)
+
+    def _heard(self, message: Stop | Pong, answer: Any) -> None:
+        self.heard.append(message)
+        if isinstance(message, Stop):
+            answer(StopAck(id=message.id, received_us=5))
+
+
+def test_a_stop_is_answered_where_it_was_heard(clock: Clock) -> None:
+    lane = Lane()
+    lane.wire.says(Stop(id="a"))
+    lane.wire.says(Pong(t0=1, t1=2, t2=3), seq=2)
+    assert lane.heard == [Stop(id="a"), Pong(t0=1, t1=2, t2=3)]
+    assert lane.wire.told == [StopAck(id="a", received_us=5)]
+    [frame] = lane.wire.frames
+    assert (frame.kind, frame.seq, frame.stamp_us) == (PayloadKind.JSON, 1, 1_000_000_000)
+
+
+def test_what_the_robot_says_there_is_numbered(clock: Clock) -> None:
+    lane = Lane()
+    for _ in range(3):
+        lane.channel.send(Ping(t0=1))
+    assert [frame.seq for frame in lane.wire.frames] == [1, 2, 3]
+
+
+def test_nothing_but_stops_and_pongs_is_heard_there(clock: Clock) -> None:
+    lane = Lane()
+    lane.wire.says(DeliveryWatch(on=True))
+    lane.wire.on_message("stop")
+    lane.wire.on_message(b"\xff" * 30)
+    assert lane.heard == []
+    lane.wire.says(Stop(id="a"))
+    assert lane.heard == [Stop(id="a")], "and none of it did harm"
+
+
+def test_a_closed_stop_channel_swallows_what_is_said(clock: Clock) -> None:
+    lane = Lane()
+    lane.wire.is_open = False
+    assert not lane.channel.is_open
+    lane.channel.send(Ping(t0=1))
+    lane.wire.is_open = True
+    assert lane.channel.is_open
+
+
+@pytest.mark.parametrize(("more_bytes", "is_heard"), [(0, True), (1, False)])
+def test_a_stop_is_small(clock: Clock, more_bytes: int, is_heard: bool) -> None:
+    lane, word = Lane(), Stop(id="a").to_text().encode()
+    [small] = encode_frame(Frame(PayloadKind.JSON, word, seq=1))
+    padding = b" " * (MAX_STOP_BYTES - len(small) + more_bytes)
+    [piece] = encode_frame(Frame(PayloadKind.JSON, word + padding, seq=1))
+    assert len(piece) == MAX_STOP_BYTES + more_bytes
+    lane.wire.on_message(piece)
+    assert len(lane.heard) == is_heard
