@@ -19,22 +19,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TextIO
 
+from collected import Collected, tried, with_collected
 from equivalents import Equivalents
 from mutation import ROOT, Mutant, Name, mutants_of
-from trial import (
-    Collected,
-    Limits,
-    Trial,
-    changes_functions,
-    forked,
-    functions_of,
-    limits_after,
-    module_name,
-    preload,
-    swapped,
-    tried,
-    with_collected,
-)
+from new_code import changes_functions, functions_of, swapped
+from trial import Limits, Trial, forked, limits_after, module_name, preload
 
 HERE = Path(__file__).parent
 ALIVE = HERE / ".alive.json"

@@ -10,11 +10,12 @@ import pytest
 
 pytest.importorskip("cosmic_ray", reason="pip install --group mutants")
 
+from collected import tried
 from cosmic_ray.mutating import mutate_code
 from equivalents import Equivalents
 from mutation import mutants_of
 from operators import OWN
-from trial import Limits, module_name, tried
+from trial import Limits, module_name
 
 if TYPE_CHECKING:
     from mutation import Mutant

@@ -32,7 +32,7 @@ class Database:
     def __init__(self, session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
         self.session = session
         self.now_ms = 1_000_000
-        organization = Organization(name="lab", default_role=Role.OPERATOR)
+        organization = Organization(name="lab")
         session.add(organization)
         session.flush()
         self.organization_id = organization.id
@@ -41,11 +41,12 @@ class Database:
         self.rover, self.arm = (add_robot(session, organization.id, name).id for name in ("rover", "arm"))
         monkeypatch.setattr(issued_tickets, "now_ms", lambda: self.now_ms)
 
-    def account(self, name: str, **more: bool) -> str:
+    def account(self, name: str, *, is_organization_admin: bool = False, **more: bool) -> str:
         one = Account(
             organization_id=self.organization_id,
             email=f"{name}@example.org",
             password_hash="x",  # noqa: S106 - nobody logs in
+            is_organization_admin=is_organization_admin,
             **more,
         )
         self.session.add(one)
