@@ -83,7 +83,7 @@ def test_a_stop_goes_to_the_desk_and_is_answered_where_it_was_heard() -> None:
     robot, stop = Robot(), control.Stop(id="a")
     assert robot.hears(stop) == [("desk.stop_heard", robot.operator, stop, robot.operator.answer)]
     robot.calls.clear()
-    robot.control.stop_heard(stop, print)
+    robot.control.control_heard(stop, print)
     [call] = robot.calls
     assert call[:4] == ("desk.stop_heard", robot.operator, stop, print)
     assert isinstance(call[4], float)
