@@ -174,7 +174,7 @@ def _number(message: Mapping[str, Any], path: tuple[str, ...], field: str) -> fl
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise OutOfRange(f"{field} is no number but a {type(value).__name__}")
     if isinstance(value, int):
-        return float(max(-(10**100), min(10**100, value)))
+        return float(max(-HUGE, min(HUGE, value)))
     if value - value != 0.0:
         raise OutOfRange(f"{field} is not finite")
     return value

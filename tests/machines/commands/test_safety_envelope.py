@@ -157,6 +157,13 @@ def test_limits_that_share_a_field_move_together() -> None:
     assert math.hypot(message["x"], message["y"]) <= 1.0
 
 
+def test_limits_that_share_a_field_move_together_in_whatever_order_they_are_written() -> None:
+    limits = [FieldLimit(("x",), None, None, None, 0.5), FieldLimit(("x", "y"), None, None, 1.0)]
+    for order in (limits, limits[::-1]):
+        message = SafetyEnvelope(order).shaped({"x": 0.5, "y": 0.5}, 1.0, 0.0).message
+        assert message == {"x": pytest.approx(0.05), "y": pytest.approx(0.05)}
+
+
 def test_limits_that_share_no_field_do_not_wait_for_each_other() -> None:
     envelope = SafetyEnvelope(
         [FieldLimit(("slow",), None, None, None, 0.1), FieldLimit(("quick",), None, None, None, 100.0)]
@@ -222,7 +229,7 @@ def test_what_is_no_number_is_refused_by_the_name_of_its_field(value: Any) -> No
 
 @pytest.mark.parametrize("linear", [1.0, "x", None, [0.5, 0.5]])
 def test_a_number_cannot_be_inside_something_that_is_no_object(linear: Any) -> None:
-    with pytest.raises(OutOfRange, match=r"linear\.x"):
+    with pytest.raises(OutOfRange, match=rf"linear\.x.*in a {type(linear).__name__}$"):
         SafetyEnvelope((), TWIST).shaped({"linear": linear}, 1.0, 0.0)
 
 
@@ -240,6 +247,11 @@ def test_huge_numbers_are_limited_like_any_other(huge: float) -> None:
     envelope = SafetyEnvelope([FieldLimit(("x", "y"), -3.0, 3.0, 1.0, 100.0, 100.0)])
     message = envelope.shaped({"x": huge, "y": huge}, 1.0, 0.0).message
     assert math.hypot(message["x"], message["y"]) == pytest.approx(1.0)
+
+
+def test_an_integer_that_no_float_can_tell_is_not_limited() -> None:
+    shaped = SafetyEnvelope((), TWIST).shaped({"linear": {"x": 2**53 + 1}}, 1.0, 0.0)
+    assert (shaped.message, shaped.was_limited) == ({"linear": {"x": 2**53 + 1}}, False)
 
 
 @pytest.mark.parametrize("factor", [math.nan, -0.1, 1.1, math.inf])
