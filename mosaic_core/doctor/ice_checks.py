@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from mosaic_core.adapters.diagnosis.stun_probe import StunSurvey, stun_survey
 from mosaic_core.adapters.diagnosis.turn_probe import TurnAnswer, turn_probe
-from mosaic_core.adapters.machine.host_interfaces import all_addresses, host_addresses
+from mosaic_core.adapters.machine.network_watch import all_addresses, host_addresses
 from mosaic_core.machines.diagnosis.host_addresses import addresses_verdict
 from mosaic_core.machines.diagnosis.nat_kind import NatVerdict, nat_verdict
 from mosaic_core.words.finding import OK, Finding, failed, passed, skipped, warned

@@ -1,4 +1,4 @@
-"""Notices that this machine's network changes, long before a silent connection would tell."""
+"""The network of this machine: its addresses, and its changes, long before a silent connection would tell."""
 
 from __future__ import annotations
 
@@ -31,9 +31,20 @@ async def watch_network(changed: Callable[[NetworkChange], None]) -> None:
 
 
 def network_view() -> NetworkView:
-    ips = [ip.ip if isinstance(ip.ip, str) else ip.ip[0] for one in ifaddr.get_adapters() for ip in one.ips]
     ways = tuple(_way_out(*stranger) for stranger in _STRANGERS)
-    return NetworkView(frozenset(filter(_leads_somewhere, ips)), ways, _slept_s())
+    return NetworkView(frozenset(filter(_leads_somewhere, all_addresses())), ways, _slept_s())
+
+
+def host_addresses() -> list[str]:
+    """Those that ICE offers: without loopback, and without IPv6 addresses that need an interface's name."""
+    import aioice.ice  # only now: a robot that nobody looks at holds nothing of WebRTC
+
+    return list(aioice.ice.get_host_addresses(use_ipv4=True, use_ipv6=True))
+
+
+def all_addresses() -> list[str]:
+    """Every address, IPv6 without its scope; loopback too."""
+    return [str(ip.ip if isinstance(ip.ip, str) else ip.ip[0]) for one in ifaddr.get_adapters() for ip in one.ips]
 
 
 def _leads_somewhere(address: str) -> bool:
