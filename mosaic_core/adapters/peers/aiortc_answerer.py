@@ -170,7 +170,7 @@ class AiortcAnswerer:
             if label is not None and line.offered:
                 self._refused.add(label)
                 self._listener.media.track_refused(label, line.cause)
-        return pictures, SoundLines(heard, talking, self._listener.media)
+        return pictures, SoundLines(heard, talking, self._listener)
 
     def _bind_line(self, transceiver: RTCRtpTransceiver, label: str, offer_sdp: str) -> None:
         sender, feed = transceiver.sender, self._listener.media.track_bound(label)

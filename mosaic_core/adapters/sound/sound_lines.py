@@ -9,7 +9,7 @@ from aiortc import RTCRtpTransceiver
 
 from mosaic_core.adapters.aiortc_private import name_stream, prefer_codecs, sent_codec
 from mosaic_core.runtime.transport.media_transport import OPUS
-from mosaic_core.runtime.transport.transport import LineListener
+from mosaic_core.runtime.transport.transport import AnswererListener
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +18,7 @@ class SoundLines:
 
     heard: Mapping[str, str]
     spoken: Mapping[str, str]
-    listener: LineListener
+    listener: AnswererListener
 
     def bind(self, transceiver: RTCRtpTransceiver) -> str | None:
         """The label that has the line now."""
@@ -33,12 +33,12 @@ class SoundLines:
         from mosaic_core.adapters.sound.sound_track import AiortcIncomingSound, SoundTrack
 
         if mid in self.heard:
-            feed = self.listener.track_bound(label)
+            feed = self.listener.media.track_bound(label)
             feed.codec_agreed(OPUS)
             transceiver.sender.replaceTrack(SoundTrack(label, feed))
             name_stream(transceiver.sender, label)
             transceiver.direction = "sendonly"
         else:
             transceiver.direction = "recvonly"
-            self.listener.voice_bound(label, AiortcIncomingSound(transceiver.receiver.track))
+            self.listener.media.voice_bound(label, AiortcIncomingSound(transceiver.receiver.track))
         return label
