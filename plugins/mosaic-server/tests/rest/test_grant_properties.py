@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from functools import cache
 from uuid import uuid4
 
 import jwt
@@ -10,7 +11,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
-from sqlalchemy import create_engine, event
+from sqlalchemy import Engine, create_engine, event
 from sqlalchemy.orm import Session
 
 from mosaic_core.words.signaling import OperatorIdentity
@@ -43,15 +44,28 @@ class Member:
         self.organization, self.is_admin, self.is_program, self.is_active = organization, is_admin, is_program, True
 
 
+@cache
+def engine() -> Engine:
+    """One for all walks: it remembers the statements that it compiled."""
+    made = create_engine("sqlite://")
+    event.listen(made, "connect", lambda connection, _: connection.execute("PRAGMA foreign_keys=ON"))
+    Base.metadata.create_all(made)
+    return made
+
+
+def emptied_engine() -> Engine:
+    with engine().begin() as connection:
+        for table in reversed(Base.metadata.sorted_tables):
+            connection.execute(table.delete())
+    return engine()
+
+
 class Organizations(RuleBasedStateMachine):
     """Two organizations; every change is tried in the database and, if it was done, in the model."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.engine = create_engine("sqlite://")
-        event.listen(self.engine, "connect", lambda connection, _: connection.execute("PRAGMA foreign_keys=ON"))
-        Base.metadata.create_all(self.engine)
-        self.session = Session(self.engine, expire_on_commit=False)
+        self.session = Session(emptied_engine(), expire_on_commit=False)
         self.office = TicketOffice(KEY)
         self.members: dict[str, Member] = {}
         self.robots: dict[str, str] = {}
@@ -71,7 +85,6 @@ class Organizations(RuleBasedStateMachine):
 
     def teardown(self) -> None:
         self.session.close()
-        self.engine.dispose()
 
     # --- what may happen
 
