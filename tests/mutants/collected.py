@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import Phase, settings
+from hypothesis import HealthCheck, Phase, settings
 from new_code import Codes, MutantFinder
 from trial import Limits, Trial, forked_trial
 
@@ -53,7 +53,7 @@ def with_collected(tests: Sequence[str], work: Callable[[Collected], None]) -> s
 
 class TrialPlugin:
     """Notes what pytest does. Of a property it counts whether it fails: no shrinking, no data base, the same examples
-    each time."""
+    each time, and no complaint about a slow machine, which would look like a change that was noticed."""
 
     def __init__(self, notes: int, work: Callable[[Collected], None] | None = None) -> None:
         self._work = work
@@ -64,7 +64,12 @@ class TrialPlugin:
     def pytest_configure(self) -> None:
         """After the conftest files, which load a profile of their own."""
         settings.register_profile(
-            "mutants", deadline=None, database=None, phases=(Phase.explicit, Phase.generate), print_blob=False
+            "mutants",
+            deadline=None,
+            database=None,
+            phases=(Phase.explicit, Phase.generate),
+            print_blob=False,
+            suppress_health_check=list(HealthCheck),
         )
         settings.load_profile("mutants")
 
