@@ -47,5 +47,3 @@ class CheckContext:
 
 
 Check: TypeAlias = Callable[[CheckContext], AsyncIterator[Finding]]
-
-__all__ = ["CHECKS_GROUP", "Check", "CheckContext", "NamedConnector"]

@@ -9,24 +9,11 @@ from uuid import UUID
 
 from pydantic import AliasChoices, Field, SecretStr, field_validator, model_validator
 
-from mosaic_core.words.delivery import DeliveryContract
+from mosaic_core.words.delivery import DeliveryContract as DeliveryContract
 from mosaic_core.words.ice import IceServer, IceTransportPolicy
-from mosaic_core.words.safety_config import ControlConfig, SafetyConfig
-from mosaic_core.words.wire_model import ConfigModel
-
-__all__ = [
-    "LABEL",
-    "AuthConfig",
-    "AuthParams",
-    "ConfigModel",
-    "ConnectorConfig",
-    "ControlConfig",
-    "DeliveryContract",
-    "RobotConfig",
-    "SafetyConfig",
-    "ServerConfig",
-    "WebrtcConfig",
-]
+from mosaic_core.words.safety_config import ControlConfig as ControlConfig
+from mosaic_core.words.safety_config import SafetyConfig as SafetyConfig
+from mosaic_core.words.wire_model import ConfigModel as ConfigModel
 
 LABEL = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_.:/-]{0,63}$")
 

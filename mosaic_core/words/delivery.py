@@ -11,8 +11,6 @@ from pydantic_core import CoreSchema
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.wire_model import ConfigModel
 
-__all__ = ["DeliveryContract"]
-
 
 class DeliveryContract(ConfigModel):
     """How the data travels and within what bounds; a mode alone (``latest``) is the short form of it.

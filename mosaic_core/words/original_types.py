@@ -16,8 +16,6 @@ from mosaic_core.words.catalogue import ChannelEntry
 from mosaic_core.words.data_type import Direction, Kind, MosaicDataType
 from mosaic_core.words.wire_model import WireModel
 
-__all__ = ["CONNECTION_CHECK", "ORIGINAL_DRIVES", "ORIGINAL_TYPES", "DriveCommand", "OriginalType"]
-
 CONNECTION_CHECK = "connection-check"
 
 

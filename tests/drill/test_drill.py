@@ -182,9 +182,13 @@ def _deaf_stop_lane(link: StopChannel, data: bytes | str) -> None:
     """Hears nothing."""
 
 
-def _deaf_control_lane(peer: PeerControl, message: ControlMessage, hear: Any = PeerControl.control_heard) -> None:
-    if not isinstance(message, Stop):
-        hear(peer, message)
+_hear = PeerControl.control_heard
+
+
+def _deaf_control_lane(peer: PeerControl, message: ControlMessage, answer: Any = None) -> None:
+    """``answer`` says that it came on the stop's own lane."""
+    if answer is not None or not isinstance(message, Stop):
+        _hear(peer, message, answer)
 
 
 @pytest.mark.parametrize(

@@ -14,13 +14,7 @@ from mosaic_core.adapters.machine.event_loop import run_event_loop
 from mosaic_core.cli.terminal.error_report import FINE, usage
 from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
 from mosaic_core.cli.terminal.rich_table import show
-from mosaic_core.operator import (
-    MosaicOperator,
-    MosaicStore,
-    RobotConnection,
-    RobotConnector,
-    RobotSummary,
-)
+from mosaic_core.operator import MosaicOperator, MosaicStore, RobotConnection, RobotConnector, RobotSummary
 from mosaic_core.words.described import DescribedConnector, described_catalogue
 from mosaic_core.words.errors import ConnectionFailed, MosaicError, SignalingError
 

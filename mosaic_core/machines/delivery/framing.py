@@ -37,24 +37,6 @@ from mosaic_core.machines.delivery.reassembly import (
 )
 from mosaic_core.words.errors import WireError
 
-__all__ = [
-    "CHUNK_HEADER_BYTES",
-    "CHUNK_PAYLOAD_BYTES",
-    "CHUNK_TIMEOUT_S",
-    "HEADER_BYTES",
-    "MAX_CHUNKS",
-    "MAX_MESSAGE_BYTES",
-    "RELIABLE_CHUNK_TIMEOUT_S",
-    "SENT_CHUNK_BYTES",
-    "SEQ_MODULUS",
-    "Frame",
-    "FrameFlag",
-    "FrameReader",
-    "PayloadKind",
-    "encode_frame",
-    "is_newer",
-]
-
 _HEADER = struct.Struct("!BBHIIQ")
 _CHUNK = struct.Struct("!III")
 HEADER_BYTES = _HEADER.size

@@ -17,18 +17,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from mosaic_core.machines.peers.peer_events import (
-    ControlReceived as ControlReceived,
-)
-from mosaic_core.machines.peers.peer_events import (
-    Doubted as Doubted,
-)
-from mosaic_core.machines.peers.peer_events import (
-    HelloReceived as HelloReceived,
-)
-from mosaic_core.machines.peers.peer_events import (
-    TransportChanged as TransportChanged,
-)
+from mosaic_core.machines.peers.peer_events import ControlReceived as ControlReceived
+from mosaic_core.machines.peers.peer_events import Doubted as Doubted
+from mosaic_core.machines.peers.peer_events import HelloReceived as HelloReceived
+from mosaic_core.machines.peers.peer_events import TransportChanged as TransportChanged
 from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 from mosaic_core.words.control import HELLO_TIMEOUT_S, PEER_LOST_AFTER_S
 

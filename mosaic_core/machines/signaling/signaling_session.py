@@ -6,13 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from mosaic_core.machines.signaling.signaling_events import (
-    ChangeState,
-    CloseSocket,
-    ReconnectAfter,
-    Report,
-    SendSignal,
-)
+from mosaic_core.machines.signaling.signaling_events import ChangeState, CloseSocket, ReconnectAfter, Report, SendSignal
 from mosaic_core.machines.timing.backoff import Backoff
 from mosaic_core.words import signaling as wire
 from mosaic_core.words.codes import CLOSE_REASONS, RESULT_REASONS, CloseCode, ResultCode, reason

@@ -10,7 +10,6 @@ from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.commands.command_gate import ArrivalBaseline, CommandGate
 from mosaic_core.machines.delivery.framing import (
     HEADER_BYTES,
-    MAX_MESSAGE_BYTES,
     SENT_CHUNK_BYTES,
     SEQ_MODULUS,
     Frame,
@@ -19,7 +18,7 @@ from mosaic_core.machines.delivery.framing import (
     PayloadKind,
     encode_frame,
 )
-from mosaic_core.machines.delivery.reassembly import Partials
+from mosaic_core.machines.delivery.reassembly import MAX_MESSAGE_BYTES, Partials
 from mosaic_core.machines.delivery.send_scheduler import QueuedMessage
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.runtime.transport.transport import Channel

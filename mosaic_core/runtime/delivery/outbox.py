@@ -17,7 +17,7 @@ from typing import Protocol
 
 from mosaic_core.contract.host import Loss, Outgoing
 from mosaic_core.machines.delivery.delivery_terms import DeliveryTerms
-from mosaic_core.machines.delivery.framing import MAX_MESSAGE_BYTES
+from mosaic_core.machines.delivery.reassembly import MAX_MESSAGE_BYTES
 from mosaic_core.machines.delivery.send_scheduler import Offered
 from mosaic_core.machines.timing.pacing import ComplaintPace, NewestThinning, TokenBucket
 from mosaic_core.runtime.observation.counters import ConnectorCounters

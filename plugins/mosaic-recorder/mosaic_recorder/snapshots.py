@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TappedImage, TappedPicture
-from mosaic_core.machines.delivery.framing import MAX_MESSAGE_BYTES
+from mosaic_core.machines.delivery.reassembly import MAX_MESSAGE_BYTES
 from mosaic_recorder.disk_watch import code_of
 from mosaic_recorder.folder import RecordingsFolder, new_file
 from mosaic_recorder.messages import RecorderCommand, SnapshotTaken

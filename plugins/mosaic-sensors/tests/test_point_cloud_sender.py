@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
-from mosaic_core.machines.delivery.framing import MAX_MESSAGE_BYTES
+from mosaic_core.machines.delivery.reassembly import MAX_MESSAGE_BYTES
 from mosaic_core.testing import FakeHost, build, collect, fake_host
 from mosaic_core.words.data_type import Delivery, MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract

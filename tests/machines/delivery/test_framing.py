@@ -9,10 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_core.machines.delivery.framing import (
-    CHUNK_TIMEOUT_S,
     HEADER_BYTES,
-    MAX_CHUNKS,
-    MAX_MESSAGE_BYTES,
     SEQ_MODULUS,
     Frame,
     FrameFlag,
@@ -21,6 +18,7 @@ from mosaic_core.machines.delivery.framing import (
     encode_frame,
     is_newer,
 )
+from mosaic_core.machines.delivery.reassembly import CHUNK_TIMEOUT_S, MAX_CHUNKS, MAX_MESSAGE_BYTES
 from mosaic_core.words.errors import WireError
 
 frames = st.builds(

@@ -9,7 +9,8 @@ from typing import Any
 
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.delivery.delivery_terms import terms_of
-from mosaic_core.machines.delivery.framing import MAX_MESSAGE_BYTES, PayloadKind
+from mosaic_core.machines.delivery.framing import PayloadKind
+from mosaic_core.machines.delivery.reassembly import MAX_MESSAGE_BYTES
 from mosaic_core.machines.delivery.send_scheduler import HIGH_WATER_BYTES, Offered, Priority, QueuedMessage, QueueLimits
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.delivery.send_queue import SendQueue

@@ -13,7 +13,7 @@ from contextlib import closing, nullcontext
 from typing import Any, ClassVar
 
 from mosaic_core.contract.handler import DataChannelSendable, Handler
-from mosaic_core.machines.delivery.framing import MAX_MESSAGE_BYTES
+from mosaic_core.machines.delivery.reassembly import MAX_MESSAGE_BYTES
 from mosaic_core.machines.timing.pacing import GridThinning
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract
