@@ -87,3 +87,9 @@ def test_what_shrinks_is_not_believed() -> None:
     trial.arrived(8000, 0.1)
     trial.arrived(4000, 0.2)
     assert trial.arrived_bytes == 8000
+
+
+def test_it_lasts_so_long_from_its_own_beginning_whatever_the_clock_shows() -> None:
+    trial = PathTrial(100.0)
+    assert not trial.is_over(100.0 + TRIAL_S - 0.001)
+    assert trial.is_over(100.0 + TRIAL_S + 0.001)

@@ -144,3 +144,11 @@ def test_jitter_below_the_delay_is_never_heard(jitters: list[int]) -> None:
     assert gaps * STEP <= DELAY
     numbers = [mark for mark in heard if mark != "-"]
     assert numbers == sorted(numbers)
+
+
+def test_a_gap_of_a_single_sample_is_silence_too() -> None:
+    playout = filled(0, 1)
+    assert taken(playout, 2) == [0, 1]
+    playout.put(2 * STEP + 1, STEP, 2)
+    assert playout.take() == PlaySilence(1)
+    assert taken(playout, 1) == [2]
