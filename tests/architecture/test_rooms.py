@@ -51,7 +51,7 @@ CORE_ROOMS = {
     "cli": ["terminal", "robot", "operator", "configuration", "diagnosis"],
 }
 """Lowest first: a room may import those before it. Files beside the rooms may import all of them, and no room them."""
-SERVER_ROOMS = ["security", "storage", "switchboard", "sockets", "rest", "web"]
+SERVER_ROOMS = ["security", "entrance", "storage", "switchboard", "sockets", "rest", "web"]
 """The same for ``mosaic_server``: what lies beside these rooms (settings, services) may stand between any two."""
 DASHBOARD_ROOMS = {
     "protocol": [],

@@ -15,6 +15,7 @@ from starlette.requests import HTTPConnection
 
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_server.security.access_tokens import AccessTokens
+from mosaic_server.security.hashing_line import HashingLine
 from mosaic_server.security.login_limits import LoginLimits
 from mosaic_server.security.one_time_codes import OneTimeCodes
 from mosaic_server.security.pairing import PinLimits
@@ -35,8 +36,6 @@ from mosaic_server.switchboard.events import ConnectionsVoid, RobotRemembered
 _log = logging.getLogger(__name__)
 
 PRUNE_S = 3600.0
-HASHING_AT_ONCE = 2
-"""Password hashing costs 64 MiB and a core each; more at once would let log-ins slow down everything else."""
 
 
 @dataclass(slots=True)
@@ -55,7 +54,7 @@ class Services:
     pin_limits: PinLimits = field(default_factory=PinLimits)
     pairing: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Attempts to pair that come side by side must see each other's failures."""
-    hashing: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(HASHING_AT_ONCE))
+    hashing: HashingLine = field(default_factory=HashingLine)
 
     async def tick(self) -> None:
         self.exchange.tick()

@@ -13,12 +13,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import uvicorn
+from uvicorn.config import STARTUP_FAILURE
 
 from mosaic_server.app import create_app
+from mosaic_server.entrance.entrance import Entrance
+from mosaic_server.entrance.listener import Listener, bound_sockets
+from mosaic_server.entrance.places import Place
+from mosaic_server.entrance.timed_http import TimedHttp
 from mosaic_server.services import Services
 from mosaic_server.settings import Settings
 from mosaic_server.sockets.link import LinkedProtocol
 
+_log = logging.getLogger(__name__)
 _QUERY = re.compile(r"\?[^\s\"]*")
 
 SHUTDOWN_S = 1
@@ -44,10 +50,12 @@ class Server(uvicorn.Server):
     def __init__(
         self,
         config: uvicorn.Config,
+        entrance: Entrance,
         on_listening: Callable[[Listening], None] | None = None,
         on_ending: Callable[[], object] | None = None,
     ) -> None:
         super().__init__(config)
+        self._entrance = entrance
         self._on_listening = on_listening
         self._on_ending = on_ending
 
@@ -63,10 +71,24 @@ class Server(uvicorn.Server):
         assert isinstance(services, Services)
         return services
 
+    async def on_tick(self, counter: int) -> bool:
+        self._entrance.tick()
+        return await super().on_tick(counter)
+
+    def _protocol(self, place: Place) -> TimedHttp:
+        state = {"server_state": self.server_state, "app_state": self.lifespan.state}
+        return TimedHttp(self._entrance, place, config=self.config, **state)
+
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        await super().startup(sockets)
+        try:
+            listening = bound_sockets(self.config.host, self.config.port)
+        except OSError as error:
+            _log.error("can't listen on port %d of %s: %s", self.config.port, self.config.host, error)
+            sys.exit(STARTUP_FAILURE)
+        await super().startup(sockets=[])  # it listens on none by itself
+        self.servers = [Listener(listening, self._entrance, self._protocol, self.config.ssl)]  # type: ignore[list-item]
         if self._on_listening is not None and not self.should_exit:
-            port: int = self.servers[0].sockets[0].getsockname()[1]
+            port: int = listening[0].getsockname()[1]
             self._on_listening(Listening(self.config.host, port, "https" if self.config.is_ssl else "http"))
 
 
@@ -82,6 +104,7 @@ def make_server(
 ) -> Server:
     """A server ready for ``run()`` (blocks) or ``await serve()``; ``port=0`` takes a free one."""
     _keep_queries_out_of_logs()
+    entrance = Entrance(settings.bounds, settings.trusted_proxies)
     config = uvicorn.Config(
         create_app(settings),
         host=host,
@@ -96,9 +119,11 @@ def make_server(
         ssl_keyfile=ssl_keyfile,
         timeout_graceful_shutdown=SHUTDOWN_S,
         timeout_keep_alive=30,
+        proxy_headers=bool(settings.trusted_proxies),
+        forwarded_allow_ips=list(settings.trusted_proxies),
         h11_max_incomplete_event_size=16 * 1024,
     )
-    return Server(config, on_listening, on_ending)
+    return Server(config, entrance, on_listening, on_ending)
 
 
 def _keep_queries_out_of_logs() -> None:

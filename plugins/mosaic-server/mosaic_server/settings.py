@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mosaic_server.data_dir import default_data_dir
+from mosaic_server.entrance.bounds import Bounds
 from mosaic_server.security.passwords import HashingCost
 from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
 from mosaic_server.sockets.keep_alive import KeepAlivePeriods
@@ -24,6 +25,9 @@ class Settings:
     allow_signup: bool = False
     allowed_hosts: frozenset[str] = frozenset()
     allowed_origins: frozenset[str] = frozenset()
+    trusted_proxies: tuple[str, ...] = ()
+    """Addresses and networks of proxies: what they say in X-Forwarded-For counts, and nobody else's."""
+    bounds: Bounds = field(default_factory=Bounds)
     uses_tls: bool = False
     dashboard_dir: Path = DASHBOARD_DIR
     keep_alive: KeepAlivePeriods = field(default_factory=KeepAlivePeriods)

@@ -180,7 +180,7 @@ def empty_database() -> bytes:
 
 
 @contextmanager
-def running_server(settings: Settings, port: int = 0) -> Iterator[Running]:
+def running_server(settings: Settings, port: int = 0, **tls: Path) -> Iterator[Running]:
     if settings.database_url is None and not settings.data_dir.exists():
         settings.data_dir.mkdir(mode=0o700, parents=True)
         (settings.data_dir / FILE_NAME).write_bytes(empty_database())
@@ -191,7 +191,7 @@ def running_server(settings: Settings, port: int = 0) -> Iterator[Running]:
         listening.append(found)
         heard.set()
 
-    server = make_server(settings, port=port, on_listening=on_listening)
+    server = make_server(settings, port=port, on_listening=on_listening, **tls)
     thread = threading.Thread(target=server.run, name="server")
     thread.start()
     try:

@@ -15,6 +15,8 @@ from sqlalchemy.exc import SQLAlchemyError
 from mosaic_server.cli.logs import configure_logs
 from mosaic_server.cli.options import DatabaseUrl, DataDir, fail
 from mosaic_server.data_dir import default_data_dir
+from mosaic_server.entrance.bounds import DEFAULT_BOUNDS, Bounds
+from mosaic_server.entrance.proxies import proxy_in
 from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
 from mosaic_server.serving import announce, make_server
 from mosaic_server.settings import LOOPBACK_HOSTS, Settings
@@ -39,6 +41,16 @@ def run(
     allow_origin: Annotated[
         list[str] | None, typer.Option(help="Pages from here may connect too, e.g. http://localhost:5173; repeatable.")
     ] = None,
+    trusted_proxy: Annotated[
+        list[str] | None,
+        typer.Option(help="Believe X-Forwarded-For of this proxy, e.g. 127.0.0.1 or 10.0.0.0/8; repeatable."),
+    ] = None,
+    connections_per_address: Annotated[
+        int, typer.Option(min=10, help="Connections that one address may hold.")
+    ] = DEFAULT_BOUNDS.connections_per_address,
+    requests_per_s: Annotated[
+        float, typer.Option("--requests-per-second", min=1, help="Requests of one address; more wait for their turn.")
+    ] = DEFAULT_BOUNDS.requests_per_s,
     audit_days: Annotated[float, typer.Option(min=1, help="How long entries of the audit log are kept.")] = 90.0,
     turn_lifetime: Annotated[
         float,
@@ -62,6 +74,8 @@ def run(
         allow_signup=allow_signup,
         allowed_hosts=frozenset(allow_host or (LOOPBACK_HOSTS if is_local else ())),
         allowed_origins=frozenset(map(_origin, allow_origin or ())),
+        trusted_proxies=tuple(map(_proxy, trusted_proxy or ())),
+        bounds=Bounds(connections_per_address=connections_per_address, requests_per_s=requests_per_s),
         uses_tls=ssl_certfile is not None,
         audit_days=audit_days,
         turn_lifetime_s=turn_lifetime,
@@ -91,6 +105,13 @@ def _origin(text: str) -> str:
         return origin_in(text)
     except ValueError as error:
         fail(f"--allow-origin: {error}", exit_code=2)
+
+
+def _proxy(text: str) -> str:
+    try:
+        return proxy_in(text)
+    except ValueError as error:
+        fail(f"--trusted-proxy: {error}", exit_code=2)
 
 
 def _is_loopback(host: str) -> bool:

@@ -13,6 +13,7 @@ from mosaic_server.rest.envelope import ApiError, DoneMessage, Envelope
 from mosaic_server.rest.password_attempts import address_of, must_not_guess_on, person_with_password
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.rest.texts import EMAIL, NAME, NO_NUL
+from mosaic_server.security.address_prefix import counted_address
 from mosaic_server.security.one_time_codes import OneTimeLogin
 from mosaic_server.security.passwords import MAX_PASSWORD_LENGTH, MIN_PASSWORD_LENGTH
 from mosaic_server.services import Services
@@ -103,12 +104,12 @@ async def issue_code(person: PersonDep, services: ServicesDep) -> Envelope[OneTi
 
 
 @router.post("/signup")
-async def sign_up(signup: Signup, services: ServicesDep) -> Envelope[DoneMessage]:
+async def sign_up(signup: Signup, request: Request, services: ServicesDep) -> Envelope[DoneMessage]:
     """Public; 403 unless the server was started with ``--allow-signup``."""
     if not services.settings.allow_signup:
         raise ApiError(ResultCode.ACCESS_DENIED, "this server takes no sign-ups; ask its administrator")
     try:
-        async with services.hashing:
+        async with services.hashing.turn(counted_address(address_of(request))):
             await services.database.run(add_account, signup.email, signup.password, signup.full_name)
     except AccountExists as error:
         raise ApiError(ResultCode.USER_ALREADY_EXISTS, "this e-mail has an account already", status=409) from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from datetime import UTC, datetime
 from typing import Any, Generic, TypeVar
+from urllib.parse import quote
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -15,6 +16,7 @@ from starlette.responses import JSONResponse
 from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.rest.missed_route import missed_route
+from mosaic_server.security.hashing_line import LineTooLong
 
 T = TypeVar("T")
 _log = logging.getLogger(__name__)
@@ -105,6 +107,12 @@ def install_error_handlers(app: FastAPI) -> None:
     async def _api_error(_: Request, error: ApiError) -> JSONResponse:
         return JSONResponse(failure(error.name, error.code, error.message, error.cure), error.status, error.headers)
 
+    @app.exception_handler(LineTooLong)
+    async def _line_too_long(_: Request, __: LineTooLong) -> JSONResponse:
+        message = "too many log-ins from this address are being checked already; try again in a few seconds"
+        words = failure(ResultCode.AUTHENTICATION_FAILED.name, "rest.bad_request", message, "Wait a few seconds.")
+        return JSONResponse(words, 429, {"Retry-After": "10"})
+
     @app.exception_handler(RequestValidationError)
     async def _invalid(_: Request, error: RequestValidationError) -> JSONResponse:
         problems = "; ".join(f"{_place(problem['loc'])}: {problem['msg']}" for problem in error.errors()[:10])
@@ -121,7 +129,7 @@ def install_error_handlers(app: FastAPI) -> None:
 
     @app.exception_handler(Exception)
     async def _unexpected(request: Request, error: Exception) -> JSONResponse:
-        _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
+        _log.error("%s %s failed", request.method, quote(request.scope["path"]), exc_info=error)
         words = failure(ResultCode.UNKNOWN_EXCEPTION_OCCURRED.name, "rest.server_mistake", "the server made a mistake")
         return JSONResponse(words, 500)
 

@@ -73,7 +73,7 @@ async def create_user(new: NewUser, admin: AdminDep, services: ServicesDep) -> E
     made = None if new.password else new_password()
     password = new.password or made or ""
     try:
-        async with services.hashing:
+        async with services.hashing.turn(admin.id):
             person = await services.database.run(
                 add_member, new.email, password, new.full_name, membership, new.is_program, actor_of(admin)
             )

@@ -10,6 +10,7 @@ from fastapi import Request
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_server.rest.envelope import ApiError
+from mosaic_server.security.address_prefix import counted_address
 from mosaic_server.services import Services
 from mosaic_server.storage.accounts import Person, note_failed_login, person_by_password
 
@@ -25,8 +26,9 @@ async def person_with_password(
     that nobody finds out by it who is where.
     """
     address = address_of(request)
-    async with services.hashing:
-        # only in here: attempts that wait side by side must see each other's failures
+    must_not_guess_on(services, email, address)
+    async with services.hashing.turn(counted_address(address)):
+        # again: attempts that wait side by side must see each other's failures
         must_not_guess_on(services, email, address)
         person = await services.database.run(person_by_password, email, password, organization_name)
         if person is None:

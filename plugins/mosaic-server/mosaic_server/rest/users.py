@@ -57,7 +57,7 @@ async def change_my_password(
     """Ends every log-in of the account, this one included."""
     if await person_with_password(services, request, person.email, change.current_password) is None:
         raise ApiError(ResultCode.INVALID_PASSWORD, "the current password is wrong")
-    async with services.hashing:
+    async with services.hashing.turn(person.id):
         await services.database.run(change_password, person.id, change.new_password)
     await services.revoke()
     return Envelope(resultData=DoneMessage(message="password changed; log in again"))

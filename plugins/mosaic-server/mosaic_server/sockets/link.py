@@ -15,11 +15,15 @@ from typing import Any
 from starlette.types import Scope
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import CloseCode as StandardCloseCode
+from websockets.frames import Frame
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
+from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.words.codes import CLOSE_REASONS, CloseCode
 from mosaic_core.words.signaling import SIZE_BEFORE_AUTHORIZATION
+from mosaic_server.entrance.entrance import Entrance
+from mosaic_server.entrance.places import Place
 
 LINK = "mosaic.link"
 CLOSE_GRACE_S = 1.0
@@ -32,8 +36,28 @@ MAX_UNSENT_BYTES = 2 * 1024 * 1024
 """What may wait for a slow client, beyond the kernel's own buffer; eight of the largest frames."""
 
 
+FRAMES_PER_S = 50.0
+FRAME_BURST = 500.0
+"""A page that opens several robots at once sends some hundred candidates within a second."""
+STRANGERS_SHARE = 0.1
+"""Of both, for a socket that has not logged in yet: it needs one message for that."""
+_BYTES_PER_TOKEN = 16 * 1024
+"""A frame costs one token, and one more for so many bytes."""
+_SLICE_BYTES = 2048
+"""So much is read at a time before the frames are counted: some hundred pings, a few milliseconds."""
+
+
 class _LimitedProtocol(ServerProtocol):
-    """Says that a message was too large with our close code, before any of it is kept."""
+    """Says that a message was too large with our close code, before any of it is kept, and counts all frames: pings,
+    pongs and parts of messages cost as much as messages do."""
+
+    frames_seen = 0
+    bytes_seen = 0
+
+    def recv_frame(self, frame: Frame) -> None:
+        self.frames_seen += 1
+        self.bytes_seen += len(frame.data)
+        super().recv_frame(frame)
 
     def fail(self, code: StandardCloseCode | int, reason: str = "") -> None:
         if code == StandardCloseCode.MESSAGE_TOO_BIG:
@@ -63,7 +87,9 @@ class Link:
         return self._protocol.send_now(text)
 
     def limit_frames(self, size_bytes: int) -> None:
+        """It has logged in: take frames of this size, and as many as a page or a robot sends."""
         self._protocol.conn.max_message_size = size_bytes
+        self._protocol.rate = TokenBucket(FRAMES_PER_S, FRAME_BURST)
 
     def ping(self) -> None:
         """A ping frame; every WebSocket implementation answers it (RFC 6455 §5.5.2), C1 robots included."""
@@ -80,13 +106,43 @@ class LinkedProtocol(WebSocketsSansIOProtocol):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.conn = _LimitedProtocol(max_size=SIZE_BEFORE_AUTHORIZATION, logger=self.logger)
+        self.conn: _LimitedProtocol
         self.heard_at_s = time.monotonic()
+        self.rate = TokenBucket(FRAMES_PER_S * STRANGERS_SHARE, FRAME_BURST * STRANGERS_SHARE)
+        self._entrance: Entrance | None = None
+        self._place: Place | None = None
+        self._talks_too_much = False
+
+    def entered(self, entrance: Entrance, place: Place) -> None:
+        """The connection was an HTTP request until now; it gives its place back when it ends."""
+        self._entrance, self._place = entrance, place
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        if self._entrance is not None and self._place is not None:
+            self._entrance.leave(self._place)
+        super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
         self.heard_at_s = time.monotonic()
-        super().data_received(data)
+        for start in range(0, len(data), _SLICE_BYTES):
+            if self._talks_too_much or self.transport.is_closing():
+                return
+            super().data_received(data[start : start + _SLICE_BYTES])
+            self._count()
         if self.transport.get_write_buffer_size() > 2 * MAX_UNSENT_BYTES:
             self.transport.abort()  # it pings and never reads the pongs, which no send_now counts
+
+    def _count(self) -> None:
+        tokens = self.conn.frames_seen + self.conn.bytes_seen / _BYTES_PER_TOKEN
+        self.conn.frames_seen = self.conn.bytes_seen = 0
+        if not tokens or self.rate.admits(self.heard_at_s, tokens):
+            return
+        self._talks_too_much = True
+        if self._entrance is not None:
+            client = self.scope["client"]
+            address = client[0] if client else ""
+            self._entrance.refusals.note("a WebSocket (it sends more than it may)", address, self.heard_at_s)
+        self.close_with(CloseCode.TOO_SLOW, CLOSE_REASONS[CloseCode.TOO_SLOW])
 
     async def run_asgi(self) -> None:
         scope: Scope = self.scope  # type: ignore[assignment]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import math
 import re
 import time
 from urllib.parse import quote
@@ -12,8 +14,10 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from mosaic_core.words.codes import ResultCode
+from mosaic_server.entrance.request_pace import RequestPace
 from mosaic_server.occupancy_map_files import MAX_PGM_BYTES, MAX_YAML_BYTES
 from mosaic_server.rest.envelope import failure
+from mosaic_server.security.address_prefix import counted_address
 from mosaic_server.settings import Settings
 from mosaic_server.web.origins import host_name, is_address
 
@@ -22,6 +26,9 @@ MAX_MAP_BODY_BYTES = MAX_PGM_BYTES + MAX_YAML_BYTES + 64 * 1024
 """Of the one route that takes files; beside them it carries a name."""
 MAP_ROUTE = "/api/v1/occupancy_map"
 _access = logging.getLogger("mosaic_server.access")
+MOST_WAIT_S = 10.0
+"""Whoever would wait longer for a turn is refused: he would have gone meanwhile."""
+_log = logging.getLogger(__name__)
 _HOST = re.compile(r"[A-Za-z0-9.:\[\]_-]+")
 
 
@@ -31,18 +38,41 @@ class Guards:
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
         self._settings = settings
+        self._pace = RequestPace(settings.bounds.requests_per_s, settings.bounds.request_burst)
+        self._heard_of_proxy = False
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
         headers = Headers(scope=scope)
+        self._note_unnamed_proxy(scope, headers)
+        wait_s = self._pace.wait_s(counted_address(_address(scope)), time.monotonic())
+        if wait_s > MOST_WAIT_S:
+            self._pace.left(counted_address(_address(scope)))
+            await _refuse_hasty(scope, receive, send, wait_s)
+            return
+        if wait_s > 0:
+            await asyncio.sleep(wait_s)
         if not self._knows(headers.get("host", "")):
             await self._refuse_host(scope, receive, send)
         elif scope["type"] == "websocket":
             await self._app(scope, receive, send)
         else:
             await self._http(scope, receive, send, headers)
+
+    def _note_unnamed_proxy(self, scope: Scope, headers: Headers) -> None:
+        """Once: behind a proxy that isn't named, everybody would share one address and its bounds."""
+        if self._heard_of_proxy or self._settings.trusted_proxies or "x-forwarded-for" not in headers:
+            return
+        self._heard_of_proxy = True
+        address = _address(scope)
+        _log.warning(
+            "a request from %s carries X-Forwarded-For, which is ignored: if that is your proxy, name it with "
+            "--trusted-proxy %s, or all who come through it are counted as one",
+            address,
+            address,
+        )
 
     def _knows(self, host: str) -> bool:
         name, settings = host_name(host), self._settings
@@ -92,6 +122,11 @@ class Guards:
             headers.setdefault("Cache-Control", "no-store")
 
 
+def _address(scope: Scope) -> str:
+    client = scope.get("client")
+    return str(client[0]) if client else ""
+
+
 def content_security_policy(host: str) -> str:
     """Only our own files; sockets to this very host are named because older browsers don't count them as 'self'."""
     sockets = f" ws://{host} wss://{host}" if _HOST.fullmatch(host) else ""
@@ -125,4 +160,12 @@ def _bounded(receive: Receive, most_bytes: int) -> Receive:
 async def _too_large(scope: Scope, receive: Receive, send: Send, most_bytes: int) -> None:
     message = f"the body is larger than {most_bytes} bytes"
     answer = JSONResponse(failure(ResultCode.INVALID_FORMAT.name, "signal.too_large", message), status_code=413)
+    await answer(scope, receive, send)
+
+
+async def _refuse_hasty(scope: Scope, receive: Receive, send: Send, wait_s: float) -> None:
+    """Too many of its address wait already. A socket is refused in the handshake."""
+    message = f"too many requests from this address; try again in {math.ceil(wait_s)} s"
+    words = failure(ResultCode.ACCESS_DENIED.name, "rest.bad_request", message, "Ask less often, or wait.")
+    answer = JSONResponse(words, status_code=429, headers={"Retry-After": str(math.ceil(wait_s))})
     await answer(scope, receive, send)

@@ -9,7 +9,6 @@ from fastapi import APIRouter
 from sqlalchemy.exc import SQLAlchemyError
 from starlette.websockets import WebSocket
 
-from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.words.codes import CloseCode
 from mosaic_core.words.signaling import Authorize, ErrorEcho, MalformedSignaling, parse_spelled
 from mosaic_server.services import Services, services_of
@@ -32,13 +31,6 @@ async def operator_socket(websocket: WebSocket) -> None:
     await _serve(websocket, Side.OPERATOR)
 
 
-MESSAGES_PER_S = 50.0
-MESSAGE_BURST = 500.0
-"""A page that opens several robots at once sends some hundred candidates within a second."""
-_BYTES_PER_TOKEN = 16 * 1024
-"""A message costs one token, and one more for so many bytes."""
-
-
 async def _serve(websocket: WebSocket, side: Side) -> None:
     services = services_of(websocket)
     if not origin_is_allowed(websocket.headers, services.settings.allowed_origins):
@@ -56,17 +48,13 @@ async def _serve(websocket: WebSocket, side: Side) -> None:
 
 
 async def _read(websocket: WebSocket, services: Services, number: int, side: Side) -> None:
-    """One message at a time, so that the order of a socket's messages is kept."""
-    rate = TokenBucket(MESSAGES_PER_S, MESSAGE_BURST)
+    """One message at a time, so that the order of a socket's messages is kept. The link counts them."""
     while True:
         frame = await websocket.receive()
         if frame["type"] == "websocket.disconnect":
             return
         text: str | None = frame.get("text")
-        size_bytes = len(text or frame.get("bytes") or b"")
-        if not rate.admits(time.monotonic(), 1 + size_bytes / _BYTES_PER_TOKEN):
-            services.exchange.condemn(number, CloseCode.TOO_SLOW)
-        elif text is None:
+        if text is None:
             services.exchange.handle(MalformedArrived(number, None, time.monotonic()))
         else:
             await _take(services, number, side, text)

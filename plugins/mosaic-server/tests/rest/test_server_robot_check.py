@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+import pytest
+
 from mosaic_server.security.login_limits import PER_ADDRESS
+from mosaic_server.settings import Settings
 from mosaic_server.storage.robots import RobotAuthType
 
 PATH = "/api/v1/robots/auth/check"
+
+
+@pytest.fixture
+def settings(settings: Settings) -> Settings:
+    """The guessers speak through a proxy, for addresses of their own."""
+    return replace(settings, trusted_proxies=("127.0.0.1",))
 
 
 def test_the_right_token_is_taken_and_a_connected_robot_stays(server: Any) -> None:

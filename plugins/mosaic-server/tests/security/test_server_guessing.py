@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from mosaic_server.security.login_limits import PER_ADDRESS, PER_EMAIL_AND_ADDRESS
+from mosaic_server.settings import Settings
 
 PASSWORD = "correct horse battery"  # noqa: S105 - of throw-away accounts
+
+
+@pytest.fixture
+def settings(settings: Settings) -> Settings:
+    """The guessers speak through a proxy, for addresses of their own."""
+    return replace(settings, trusted_proxies=("127.0.0.1",))
 
 
 def test_guesses_side_by_side_count_like_guesses_one_after_another(server: Any) -> None:

@@ -79,7 +79,7 @@ async def change_account(change: ChangedMember, admin: AdminDep, services: Servi
         full_name=change.full_name,
         password=change.password,
     )
-    async with services.hashing:
+    async with services.hashing.turn(admin.id):
         with role_changes():
             await services.database.run(change_member, person.id, wanted, actor_of(admin))
     await services.revoke()

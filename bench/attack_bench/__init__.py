@@ -1,0 +1,1 @@
+"""Parts of `bench/server_attacks.py`: the stranger, and the people beside."""

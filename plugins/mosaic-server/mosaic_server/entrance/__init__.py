@@ -1,0 +1,1 @@
+"""What somebody unknown may take of the server: connections, time and turns, counted by the address they come from."""
