@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import json
 import socket
 from collections.abc import Callable
@@ -61,5 +62,9 @@ def test_a_client_that_pings_and_never_reads_is_cut_off(start_server: Callable[.
         )
         assert client.recv(4096).startswith(b"HTTP/1.1 101")
         pings = (b"\x89\xfd\0\0\0\0" + b"x" * 125) * 1000
-        with pytest.raises(ConnectionError):
-            client.sendall(pings * 300)  # 39 MB; kernel buffers and our limit take less than half of the pongs
+        answered_bytes = 0
+        with contextlib.suppress(ConnectionError):
+            client.sendall(pings * 300)
+            while answer := client.recv(65536):
+                answered_bytes += len(answer)
+        assert answered_bytes < 100_000, "39 MB were sent; beyond its rate nobody gets a pong"
