@@ -17,7 +17,7 @@ from uvicorn.config import STARTUP_FAILURE
 
 from mosaic_server.app import create_app
 from mosaic_server.entrance.entrance import Entrance
-from mosaic_server.entrance.listener import Listener, bound_sockets
+from mosaic_server.entrance.listener import CountingListener, bound_sockets
 from mosaic_server.entrance.places import Place
 from mosaic_server.entrance.timed_http import TimedHttp
 from mosaic_server.services import Services
@@ -86,7 +86,7 @@ class Server(uvicorn.Server):
             _log.error("can't listen on port %d of %s: %s", self.config.port, self.config.host, error)
             sys.exit(STARTUP_FAILURE)
         await super().startup(sockets=[])  # it listens on none by itself
-        self.servers = [Listener(listening, self._entrance, self._protocol, self.config.ssl)]  # type: ignore[list-item]
+        self.servers = [CountingListener(listening, self._entrance, self._protocol, self.config.ssl)]  # type: ignore[list-item]
         if self._on_listening is not None and not self.should_exit:
             port: int = listening[0].getsockname()[1]
             self._on_listening(Listening(self.config.host, port, "https" if self.config.is_ssl else "http"))

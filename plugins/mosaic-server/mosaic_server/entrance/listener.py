@@ -29,7 +29,7 @@ def bound_sockets(host: str, port: int) -> list[socket.socket]:
     return [socket.create_server(address, family=family, backlog=BACKLOG) for family, address in places]
 
 
-class Listener:
+class CountingListener:
     """Accepts on bound sockets from its making until it is closed; what uvicorn asks of an ``asyncio.Server``.
 
     ``make_protocol``: called with the place of each admitted connection. Event-loop thread only.
