@@ -14,6 +14,7 @@ from support.waiting import wait_for
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Playwright
+    from support.people import Tabs
 
 QUIET = [
     "--headless=new",
@@ -98,3 +99,11 @@ def browser(playwright: Playwright, chromium: str) -> Iterator[Browser]:
     running = playwright.chromium.launch(executable_path=chromium, args=QUIET)
     yield running
     running.close()
+
+
+@pytest.fixture(scope="session")
+def tabs(browser: Browser, server: ServerProcess) -> Tabs:
+    """`with tabs.lent() as page`: somebody's tab, who is not signed in yet."""
+    from support.people import Tabs
+
+    return Tabs(browser, server)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess
@@ -18,10 +17,8 @@ from playwright.sync_api import Browser, Page, Playwright
 from support.processes import free_port, is_listening
 from support.waiting import wait_for
 
-SIGN_IN = """([origin, token]) => {
-  if (location.origin === origin) sessionStorage.setItem('mosaic.accessToken', token)
-}"""
-"""What the dashboard does when it was given a password, before it looks for a token."""
+SIGN_IN = "(token) => sessionStorage.setItem('mosaic.accessToken', token)"
+"""What the dashboard does when it was given a password."""
 
 
 def access_token(url: str, email: str, password: str) -> str:
@@ -33,9 +30,14 @@ def access_token(url: str, email: str, password: str) -> str:
 
 @pytest.fixture(scope="module")
 def sign_in(server: Any, seed: Any) -> Callable[[Page], None]:
-    """`sign_in(page)`: whatever the page opens, the person of `seed` is signed in, as after a reload."""
-    words = json.dumps([server.url, access_token(server.url, seed.email, seed.password)])
-    return lambda page: page.context.add_init_script(f"({SIGN_IN})({words})")
+    """`sign_in(page)`: the person of `seed` is signed in on this page, as after a reload."""
+    token = access_token(server.url, seed.email, seed.password)
+
+    def signed_in(page: Page) -> None:
+        page.goto(server.plain_url)
+        page.evaluate(SIGN_IN, token)
+
+    return signed_in
 
 
 @dataclass

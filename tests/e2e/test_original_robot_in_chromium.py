@@ -13,7 +13,8 @@ from typing import Any
 
 import httpx
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Locator, Page, expect
+from support.people import Tabs
 
 sys.path.insert(0, str(Path(__file__).parent))
 from original_robot import READY, OriginalRobot
@@ -57,13 +58,10 @@ def original(server: Any, seed: Any) -> Iterator[OriginalRobot]:
 
 
 @pytest.fixture
-def page(browser: Browser, original: OriginalRobot, sign_in: Callable[[Page], None]) -> Iterator[Page]:
-    context = browser.new_context(viewport={"width": 1280, "height": 900})
-    page = context.new_page()
-    page.set_default_timeout(20_000)
-    sign_in(page)
-    yield page
-    context.close()
+def page(tabs: Tabs, original: OriginalRobot, sign_in: Callable[[Page], None]) -> Iterator[Page]:
+    with tabs.lent() as page:
+        sign_in(page)
+        yield page
 
 
 def card(page: Page, label: str) -> Locator:

@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Page, expect
+from support.people import Driver, Tabs
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
 
@@ -40,21 +41,11 @@ CONNECTOR_CONFIG = {
 
 
 @pytest.fixture
-def person(browser: Any, server: Any, seed: Any) -> Iterator[Page]:
+def person(tabs: Tabs, server: Any, seed: Any) -> Iterator[Page]:
     """Signed in, looking at the list of robots."""
-    context = browser.new_context(viewport={"width": 1280, "height": 1000})
-    errors: list[str] = []
-    page = context.new_page()
-    page.set_default_timeout(20_000)
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(server.url)
-    page.get_by_label("Email").fill(seed.email)
-    page.locator("input[type=password]").fill(seed.password)
-    page.keyboard.press("Enter")
-    page.get_by_role("heading", name="Robots").wait_for()
-    yield page
-    context.close()
-    assert not errors, errors
+    with tabs.lent() as page:
+        Driver(page, server.url, seed).sign_in()
+        yield page
 
 
 @contextmanager

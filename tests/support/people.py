@@ -5,25 +5,62 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from support.server_process import Seed
-from support.waiting import wait_for
+from support.server_process import Seed, ServerProcess
+from support.waiting import PATIENCE_S, wait_for
+
+SIZE = {"width": 1280, "height": 900}
+expect.set_options(timeout=1000 * PATIENCE_S)
 
 
-@contextmanager
-def new_page(browser: Browser) -> Iterator[Page]:
-    context = browser.new_context(viewport={"width": 1280, "height": 900})
-    errors: list[str] = []
-    page = context.new_page()
-    page.set_default_timeout(20_000)
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    yield page
-    context.close()
-    assert not errors, errors
+@dataclass
+class Tab:
+    """A page that nobody has signed in on, and what went wrong in its scripts."""
+
+    page: Page
+    errors: list[str] = field(default_factory=list)
+
+
+class Tabs:
+    """Tabs of one browser at pages of one server, each of another person. They are used again: a process of Chromium
+    that has had the dashboard before shows it for a third of the work."""
+
+    def __init__(self, browser: Browser, server: ServerProcess) -> None:
+        self._browser = browser
+        self._server = server
+        self._free: list[Tab] = []
+
+    @contextmanager
+    def lent(self) -> Iterator[Page]:
+        """A tab that knows nothing of who had it before. It may be closed."""
+        tab = self._free.pop() if self._free else self._new()
+        yield tab.page
+        if not tab.page.is_closed():
+            self._forget(tab.page)
+            self._free.append(tab)
+        else:
+            tab.page.context.close()
+        errors, tab.errors[:] = list(tab.errors), []
+        assert not errors, errors
+
+    def _new(self) -> Tab:
+        tab = Tab(self._browser.new_context(viewport=SIZE).new_page())  # type: ignore[arg-type]
+        tab.page.set_default_timeout(1000 * PATIENCE_S)
+        tab.page.on("pageerror", lambda error: tab.errors.append(str(error)))
+        return tab
+
+    def _forget(self, page: Page) -> None:
+        """Leave the dashboard, let go of what was held, and forget who was signed in and what they chose."""
+        page.goto(self._server.plain_url)
+        page.mouse.up()
+        for key in ("w", "a"):
+            page.keyboard.up(key)
+        page.evaluate("() => { sessionStorage.clear(); localStorage.clear() }")
+        page.context.clear_cookies()
 
 
 @dataclass

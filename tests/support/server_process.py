@@ -34,6 +34,11 @@ class ServerProcess(Process):
     def url(self) -> str:
         return f"http://127.0.0.1:{self.port}"
 
+    @property
+    def plain_url(self) -> str:
+        """A page of the server's own without any script."""
+        return f"{self.url}/healthz"
+
     def seed(self, robot_name: str = "Test robot") -> Seed:
         """A new account in an organization of its own, which has one robot; also while the server runs."""
         from mosaic_server.storage.accounts import add_account

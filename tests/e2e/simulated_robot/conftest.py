@@ -13,8 +13,8 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page
-from support.people import Driver, new_page
+from playwright.sync_api import Page
+from support.people import Driver, Tabs
 from support.robot_process import running_robot
 
 from mosaic_core.operator import MessageInfo, MosaicOperator, RobotConnection
@@ -149,11 +149,11 @@ def driver_of(server: Any, seed: Any, robot: Any, sign_in: Callable[[Page], None
 
 
 @pytest.fixture
-def driver(browser: Browser, driver_of: Any, observer: PoseObserver, wait_for: Any) -> Iterator[Driver]:
+def driver(tabs: Tabs, driver_of: Any, observer: PoseObserver, wait_for: Any) -> Iterator[Driver]:
     """A signed-in person on the robot's page; the robot stands still."""
     wait_for(observer.rests, "the robot rests before the test")
     observer.clear_stop()
-    with new_page(browser) as page:
+    with tabs.lent() as page:
         yield driver_of(page)
 
 
@@ -165,7 +165,7 @@ def ann(driver: Driver) -> Driver:
 
 
 @pytest.fixture
-def bob(ann: Driver, browser: Browser, driver_of: Any) -> Iterator[Driver]:
+def bob(ann: Driver, tabs: Tabs, driver_of: Any) -> Iterator[Driver]:
     """Who comes second."""
-    with new_page(browser) as page:
+    with tabs.lent() as page:
         yield driver_of(page)

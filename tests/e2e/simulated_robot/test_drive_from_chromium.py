@@ -101,7 +101,6 @@ def test_a_browser_that_dies_while_driving_stops_the_robot_and_is_noticed(
     assert time.monotonic() - died_s < 2.0 + 1.0 + LATENESS_S + STOPPED_WITHIN_S, "2 s of silence, a snapshot a second"
 
 
-def test_two_people_see_the_same_robot(driver: Any, driver_of: Any, browser: Any) -> None:
-    second = driver_of(browser.new_context().new_page())
-    assert mean_difference(driver.picture(), second.picture()) < 12
-    second.page.context.close()
+def test_two_people_see_the_same_robot(driver: Any, driver_of: Any, tabs: Any) -> None:
+    with tabs.lent() as page:
+        assert mean_difference(driver.picture(), driver_of(page).picture()) < 12

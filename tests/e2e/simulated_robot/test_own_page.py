@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
+import tarfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -44,8 +46,8 @@ STRICT: dict[str, Any] = {
 }
 """What a page of the strictest kind asks: also the types inside the packages are looked at."""
 FOR_NODE = STRICT | {"types": ["node"], "skipLibCheck": True}
-INSTALL_S = 300.0
-"""A first install fetches; with npm's cache, as after `./dev`, it takes seconds."""
+VITE = ["node", "node_modules/vite/bin/vite.js"]
+BUILD_S = 300.0
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +60,7 @@ def page_url(
     _install(folder)
     _check_and_build(folder)
     port = free_port()
-    words = ["npx", "--no-install", "vite", "preview", "--host", "127.0.0.1", "--strictPort", "--port", str(port)]
+    words = [*VITE, "preview", "--host", "127.0.0.1", "--strictPort", "--port", str(port)]
     node = subprocess.Popen(words, cwd=folder, env=_environment(MOSAIC_SERVER=server.url), start_new_session=True)
     try:
         wait_for(lambda: is_listening(port), "the page is served", alive=node)
@@ -167,21 +169,42 @@ def _write_page(folder: Path) -> None:
 
 
 def _install(folder: Path) -> None:
-    """Only tarballs of ours, and of others the versions that the dashboard's lock names, whatever is released today."""
-    ours = {name: f"file:{path}" for name, path in _packed().items()}
-    locked = _locked()
-    others = {name: locked[f"node_modules/{name}"]["version"] for name in (*THIRD_PARTY, *TYPES)}
-    manifest = {"name": "my-page", "version": "0.0.0", "private": True, "type": "module", "dependencies": ours | others}
-    (folder / "package.json").write_text(json.dumps(manifest))
-    lock = {"lockfileVersion": 3, "packages": {"": {"dependencies": others}} | locked}
-    (folder / "package-lock.json").write_text(json.dumps(lock))
-    _run(["npm", "install", "--prefer-offline", "--no-audit", "--no-fund", "--loglevel=error"], folder)
+    """Our tarballs, unpacked, and beside them what they and the page say that they need, of the dashboard's packages;
+    what somebody needs and does not say is not found."""
+    wanted = {*THIRD_PARTY, *TYPES}
+    for name, tarball in _packed().items():
+        home = folder / "node_modules" / name
+        _unpack(tarball, home)
+        says = json.loads((home / "package.json").read_text())
+        wanted |= {*says.get("dependencies", ()), *says.get("peerDependencies", ())}
+    for name in sorted(one for one in wanted if not one.startswith("@mosaic/")):
+        link = folder / "node_modules" / name
+        link.parent.mkdir(exist_ok=True)
+        link.symlink_to(_in_the_dashboard(name))
+    (folder / "package.json").write_text(json.dumps({"name": "my-page", "private": True, "type": "module"}))
+    said = subprocess.run(["npm", "ls", "--all"], cwd=folder, env=_environment(), capture_output=True, text=True)
+    told = (said.stdout + said.stderr).splitlines()
+    assert [line for line in told if "from node_modules/@mosaic/" in line or "required by @mosaic/" in line] == []
+
+
+def _unpack(tarball: Path, home: Path) -> None:
+    with tarfile.open(tarball) as packed:
+        packed.extractall(home.parent, filter="data")
+    (home.parent / "package").rename(home)
+
+
+def _in_the_dashboard(name: str) -> Path:
+    """Of all workspaces, or of the one that needs it."""
+    places = (DASHBOARD / "node_modules", *(DASHBOARD / "packages").glob("*/node_modules"))
+    found = next((place / name for place in places if (place / name).exists()), None)
+    assert found is not None, f"the dashboard has no {name}: run ./dev setup"
+    return found
 
 
 def _check_and_build(folder: Path) -> None:
-    for project in ("tsconfig.json", "tsconfig.node.json"):
-        _run(["npx", "--no-install", "tsc", "--project", project], folder)
-    _run(["npx", "--no-install", "vite", "build"], folder)
+    shutil.copy(Path(__file__).parent / "check_page.mjs", folder)
+    _run(["node", "check_page.mjs", "tsconfig.json", "tsconfig.node.json"], folder)
+    _run([*VITE, "build"], folder)
 
 
 def _environment(**more: str) -> dict[str, str]:
@@ -190,15 +213,6 @@ def _environment(**more: str) -> dict[str, str]:
     return {**os.environ, "PATH": path, **more}
 
 
-def _locked() -> dict[str, Any]:
-    """What the dashboard's lock says of packages from elsewhere; those of one workspace alone are put with the rest."""
-    lock = json.loads((DASHBOARD / "package-lock.json").read_text())
-    entries = {
-        path: entry for path, entry in lock["packages"].items() if "node_modules/" in path and "link" not in entry
-    }
-    return {re.sub(r"^packages/\w+/", "", path): entry for path, entry in entries.items()}
-
-
 def _run(words: list[str], folder: Path) -> None:
-    done = subprocess.run(words, cwd=folder, env=_environment(), capture_output=True, text=True, timeout=INSTALL_S)
+    done = subprocess.run(words, cwd=folder, env=_environment(), capture_output=True, text=True, timeout=BUILD_S)
     assert done.returncode == 0, f"{' '.join(words)}\n{done.stdout}\n{done.stderr}"

@@ -83,10 +83,13 @@ def test_who_only_watches_stops_the_robot_and_it_stands_until_cleared(
 
 
 def test_an_observer_gets_no_control_but_stops_the_robot(
-    ann: Any, browser: Any, server: Any, seed: Any, observer: Any, wait_for: Callable[..., float]
+    ann: Any, tabs: Any, server: Any, seed: Any, observer: Any, wait_for: Callable[..., float]
 ) -> None:
-    context = browser.new_context(viewport={"width": 1280, "height": 900})
-    watcher = Driver(context.new_page(), server.url, observer_account(server, seed))
+    with tabs.lent() as page:
+        _watches_and_stops(Driver(page, server.url, observer_account(server, seed)), ann, observer, wait_for)
+
+
+def _watches_and_stops(watcher: Driver, ann: Any, observer: Any, wait_for: Callable[..., float]) -> None:
     watcher.sign_in()
     watcher.open_robot()
     expect(watcher.lease).to_have_attribute("aria-disabled", "true")
@@ -98,7 +101,6 @@ def test_an_observer_gets_no_control_but_stops_the_robot(
     expect(banner.get_by_role("button", name="Hold to clear")).to_have_count(0)
     ann.release_keys()
     clear(ann)
-    context.close()
 
 
 def test_escape_twice_stops_wherever_the_focus_is(ann: Any, observer: Any, wait_for: Callable[..., float]) -> None:

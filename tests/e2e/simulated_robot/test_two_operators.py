@@ -20,7 +20,9 @@ LEASE_EXPIRY_S = 2.0
 
 
 def ask(person: Any, button: str) -> None:
-    """Open the form of the lease's button, and press one of its buttons."""
+    """Open the form of the lease's button, and press one of its buttons. To whose page does not know yet that somebody
+    else has control, the same button offers to take it, without a form."""
+    expect(person.lease).to_have_attribute("data-state", "other")
     person.lease.click()
     form = person.page.get_by_role("form", name="Ask for control")
     form.get_by_label("Reason").fill("my turn")
@@ -89,7 +91,7 @@ def test_a_supervisor_takes_over_from_who_is_driving(
 def test_who_freezes_while_driving_stops_and_loses_control_to_who_waits(
     own_browser: Any,
     driver_of: Any,
-    browser: Any,
+    tabs: Any,
     robot: Any,
     observer: Any,
     wait_for: Callable[..., float],
@@ -97,8 +99,13 @@ def test_who_freezes_while_driving_stops_and_loses_control_to_who_waits(
     wait_for(observer.rests, "the robot rests before the test")
     frozen = driver_of(own_browser.browser.contexts[0].pages[0])
     frozen.take_control()
-    context = browser.new_context()
-    waiting = driver_of(context.new_page())
+    with tabs.lent() as page:
+        _waits_and_drives(driver_of(page), frozen, own_browser, observer, wait_for)
+
+
+def _waits_and_drives(
+    waiting: Any, frozen: Any, own_browser: Any, observer: Any, wait_for: Callable[..., float]
+) -> None:
     frozen.drive_off(observer)
     os.killpg(own_browser.process.pid, signal.SIGSTOP)
     froze_s = time.monotonic()
@@ -107,4 +114,3 @@ def test_who_freezes_while_driving_stops_and_loses_control_to_who_waits(
     assert time.monotonic() - froze_s < LEASE_EXPIRY_S + STOPPED_WITHIN_S
     waiting.take_control()
     waiting.drive_off(observer)
-    context.close()
