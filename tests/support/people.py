@@ -84,15 +84,15 @@ class Driver:
         return self.page.get_by_test_id("lease-motion")
 
     def take_control(self) -> None:
-        expect(self.lease).to_have_attribute("data-state", "free", timeout=10_000)
+        expect(self.lease).to_have_attribute("data-state", "free")
         self.lease.click()
         self.expect_control()
 
     def expect_control(self) -> None:
-        expect(self.lease).to_have_attribute("data-state", "mine", timeout=10_000)
+        expect(self.lease).to_have_attribute("data-state", "mine")
 
     def expect_no_control(self) -> None:
-        expect(self.lease).not_to_have_attribute("data-state", "mine", timeout=10_000)
+        expect(self.lease).not_to_have_attribute("data-state", "mine")
 
     def hold_keys(self) -> None:
         """Turning in place at the same time keeps the robot off the walls."""
@@ -107,7 +107,7 @@ class Driver:
         """Hold the keys until the robot moves."""
         start_s = time.monotonic()
         self.hold_keys()
-        wait_for(lambda: observer.way_m(start_s) > 0.05, "the robot moves while the key is held", 10)
+        wait_for(lambda: observer.way_m(start_s) > 0.05, "the robot moves while the key is held")
 
     def open_robot(self) -> None:
         self.page.goto(f"{self.url}/robots/{self.seed.robot_id}")

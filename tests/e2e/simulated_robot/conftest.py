@@ -7,6 +7,7 @@ import json
 import math
 import threading
 import time
+from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -16,6 +17,7 @@ import pytest
 from playwright.sync_api import Page
 from support.people import Driver, Tabs
 from support.robot_process import running_robot
+from support.waiting import wait_for
 
 from mosaic_core.operator import MessageInfo, MosaicOperator, RobotConnection
 
@@ -29,6 +31,16 @@ CONNECTORS = """\
 """
 REST_M = 0.002
 """Less way than this between two looks counts as standing."""
+PAUSE_S = 0.04
+"""Poses come every 0.02 s; what is longer than this is the time that a busy machine did not give to the robot."""
+TIMEOUT_S = 0.3
+"""`safety.timeout_s`."""
+BRAKING_S = 0.5
+"""The simulated base needs this long from full speed to rest."""
+LATENESS_S = 0.4
+"""Of the way from the browser to the robot, and of our own looking."""
+STOPPED_WITHIN_S = TIMEOUT_S + BRAKING_S + LATENESS_S
+"""While the robot has its processor; what it was kept waiting for one is measured, and comes on top."""
 
 
 @pytest.fixture(scope="package")
@@ -102,9 +114,12 @@ class PoseObserver:
     def now(self) -> tuple[float, float, float, float]:
         return self.poses[-1]
 
+    def since(self, since_s: float) -> list[tuple[float, float, float, float]]:
+        return self.poses[bisect_left(self.poses, (since_s,)) :]
+
     def way_m(self, since_s: float) -> float:
         """Length of the path since then."""
-        points = [pose for pose in self.poses if pose[0] >= since_s]
+        points = self.since(since_s)
         return sum(math.dist(a[1:3], b[1:3]) for a, b in pairwise(points))
 
     def rests(self) -> bool:
@@ -113,21 +128,26 @@ class PoseObserver:
         is_fresh = time.monotonic() - newest_s < 0.15
         return is_fresh and self.poses[0][0] < newest_s - 0.2 and self.way_m(newest_s - 0.2) < REST_M
 
-    def stays(self, wait_for: Callable[..., float]) -> bool:
+    def stays(self) -> bool:
         """For 0.8 s: enough for a command to act if it did."""
         start_s = time.monotonic()
         wait_for(lambda: self.now[0] > start_s + 0.8, "time passes")
         return self.way_m(start_s) < 2 * REST_M
 
-    def last_moved_s(self, since_s: float) -> float:
-        """When the robot last moved after `since_s`."""
-        points = [pose for pose in self.poses if pose[0] >= since_s]
-        moved = [b[0] for a, b in pairwise(points) if math.dist(a[1:3], b[1:3]) > 0.0005]
-        return moved[-1] if moved else since_s
+    def expect_rest(self, since_s: float) -> None:
+        """The robot comes to rest, and was quick about it."""
+        wait_for(self.rests, "the robot rests")
+        points = self.since(since_s)
+        moved_s = [b[0] for a, b in pairwise(points) if math.dist(a[1:3], b[1:3]) > 0.0005]
+        assert max(moved_s, default=since_s) - since_s < STOPPED_WITHIN_S + self.kept_waiting_s(since_s)
+
+    def kept_waiting_s(self, since_s: float) -> float:
+        """For how long the robot's process wanted to run since then and could not."""
+        return sum(max(0.0, b[0] - a[0] - PAUSE_S) for a, b in pairwise(self.since(since_s)))
 
 
 @pytest.fixture(scope="package")
-def observer(server: Any, seed: Any, robot: Any, wait_for: Callable[..., float]) -> Iterator[PoseObserver]:
+def observer(server: Any, seed: Any, robot: Any) -> Iterator[PoseObserver]:
     watching = PoseObserver(server.url, seed.email, seed.password, seed.robot_id)
     watching.start()
     wait_for(lambda: watching.is_watching, "the observer sees the pose")
@@ -149,7 +169,7 @@ def driver_of(server: Any, seed: Any, robot: Any, sign_in: Callable[[Page], None
 
 
 @pytest.fixture
-def driver(tabs: Tabs, driver_of: Any, observer: PoseObserver, wait_for: Any) -> Iterator[Driver]:
+def driver(tabs: Tabs, driver_of: Any, observer: PoseObserver) -> Iterator[Driver]:
     """A signed-in person on the robot's page; the robot stands still."""
     wait_for(observer.rests, "the robot rests before the test")
     observer.clear_stop()

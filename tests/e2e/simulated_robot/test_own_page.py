@@ -9,13 +9,14 @@ import shutil
 import subprocess
 import sys
 import tarfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
 from support.processes import free_port, is_listening
+from support.waiting import wait_for
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(600)]
 
@@ -51,9 +52,7 @@ BUILD_S = 300.0
 
 
 @pytest.fixture(scope="module")
-def page_url(
-    tmp_path_factory: pytest.TempPathFactory, server: Any, seed: Any, wait_for: Callable[..., float]
-) -> Iterator[str]:
+def page_url(tmp_path_factory: pytest.TempPathFactory, server: Any, seed: Any) -> Iterator[str]:
     """The page is built, and served the way a developer looks at it."""
     folder = tmp_path_factory.mktemp("my-page")
     _write_page(folder)
@@ -104,7 +103,7 @@ def test_the_documented_page_signs_in_connects_and_shows_a_value_and_a_picture(
 
 
 def test_the_documented_page_takes_control_drives_and_stops(
-    page: Page, page_url: str, seed: Any, robot: Any, observer: Any, wait_for: Callable[..., float]
+    page: Page, page_url: str, seed: Any, robot: Any, observer: Any
 ) -> None:
     page.goto(page_url)
     page.get_by_placeholder("Email").fill(seed.email)
@@ -117,9 +116,9 @@ def test_the_documented_page_takes_control_drives_and_stops(
     start_s = observer.now[0]
     page.get_by_role("button", name="Forward").first.hover()
     page.mouse.down()
-    wait_for(lambda: observer.way_m(start_s) > 0.05, "the robot moves while the button is held", 15)
+    wait_for(lambda: observer.way_m(start_s) > 0.05, "the robot moves while the button is held")
     page.mouse.up()
-    wait_for(observer.rests, "the robot rests", 10)
+    wait_for(observer.rests, "the robot rests")
     page.get_by_role("button", name="Stop", exact=True).first.click()
     page.get_by_role("button", name="Go on").click()
     page.get_by_role("button", name="Stop", exact=True).first.wait_for()

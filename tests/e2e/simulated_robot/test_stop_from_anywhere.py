@@ -19,14 +19,6 @@ from mosaic_core.operator import MosaicOperator
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
 
-STOPPED_WITHIN_S = 1.3
-"""Braking takes 0.5 s; the rest is our own looking on a busy machine."""
-
-
-def expect_rest(observer: Any, wait_for: Callable[..., float], since_s: float) -> None:
-    wait_for(observer.rests, "the robot rests", 10)
-    assert observer.last_moved_s(since_s) - since_s < STOPPED_WITHIN_S
-
 
 def clear(person: Any) -> None:
     """Hold the button as long as it wants to be held."""
@@ -68,34 +60,32 @@ def by_command_line(server: Any, seed: Any) -> None:
     )  # fmt: skip
 
 
-def test_who_only_watches_stops_the_robot_and_it_stands_until_cleared(
-    ann: Any, bob: Any, observer: Any, wait_for: Callable[..., float]
-) -> None:
+def test_who_only_watches_stops_the_robot_and_it_stands_until_cleared(ann: Any, bob: Any, observer: Any) -> None:
     ann.drive_off(observer)
     bob.page.get_by_test_id("stop").click()
-    expect_rest(observer, wait_for, time.monotonic())
+    observer.expect_rest(time.monotonic())
     expect(ann.page.get_by_test_id("stopped-banner")).to_be_visible()
-    assert observer.stays(wait_for)
+    assert observer.stays()
     clear(ann)
-    assert observer.stays(wait_for)
+    assert observer.stays()
     ann.release_keys()
     ann.drive_off(observer)
 
 
 def test_an_observer_gets_no_control_but_stops_the_robot(
-    ann: Any, tabs: Any, server: Any, seed: Any, observer: Any, wait_for: Callable[..., float]
+    ann: Any, tabs: Any, server: Any, seed: Any, observer: Any
 ) -> None:
     with tabs.lent() as page:
-        _watches_and_stops(Driver(page, server.url, observer_account(server, seed)), ann, observer, wait_for)
+        _watches_and_stops(Driver(page, server.url, observer_account(server, seed)), ann, observer)
 
 
-def _watches_and_stops(watcher: Driver, ann: Any, observer: Any, wait_for: Callable[..., float]) -> None:
+def _watches_and_stops(watcher: Driver, ann: Any, observer: Any) -> None:
     watcher.sign_in()
     watcher.open_robot()
     expect(watcher.lease).to_have_attribute("aria-disabled", "true")
     ann.drive_off(observer)
     watcher.page.get_by_test_id("stop").click()
-    expect_rest(observer, wait_for, time.monotonic())
+    observer.expect_rest(time.monotonic())
     banner = watcher.page.get_by_test_id("stopped-banner")
     expect(banner).to_be_visible()
     expect(banner.get_by_role("button", name="Hold to clear")).to_have_count(0)
@@ -103,11 +93,11 @@ def _watches_and_stops(watcher: Driver, ann: Any, observer: Any, wait_for: Calla
     clear(ann)
 
 
-def test_escape_twice_stops_wherever_the_focus_is(ann: Any, observer: Any, wait_for: Callable[..., float]) -> None:
+def test_escape_twice_stops_wherever_the_focus_is(ann: Any, observer: Any) -> None:
     ann.drive_off(observer)
     ann.page.keyboard.press("Escape")
     ann.page.keyboard.press("Escape")
-    expect_rest(observer, wait_for, time.monotonic())
+    observer.expect_rest(time.monotonic())
     expect(ann.page.get_by_test_id("stopped-banner")).to_be_visible()
     ann.release_keys()
     clear(ann)
@@ -120,12 +110,11 @@ def test_a_program_and_the_command_line_stop_who_drives_in_the_browser(
     server: Any,
     seed: Any,
     observer: Any,
-    wait_for: Callable[..., float],
 ) -> None:
     ann.drive_off(observer)
     stop(server, seed)
-    expect_rest(observer, wait_for, time.monotonic())
-    assert observer.stays(wait_for)
+    observer.expect_rest(time.monotonic())
+    assert observer.stays()
     ann.release_keys()
     clear(ann)
     ann.drive_off(observer)
