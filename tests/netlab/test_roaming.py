@@ -14,6 +14,7 @@ from laboratory.forwarding import Lab
 from laboratory.roaming import Roamer, RoamingSite, roaming_site
 
 from mosaic_core.operator import MosaicOperator
+from mosaic_core.testing import until
 
 pytestmark = [pytest.mark.netlab, pytest.mark.timeout(120)]
 
@@ -31,7 +32,7 @@ def roaming(
         yield roaming_site(Lab(stack), folder, stack, wait_for)
 
 
-def play(site: RoamingSite, body: Callable[[Roamer], Coroutine[Any, Any, None]]) -> None:
+def play(site: RoamingSite, body: Callable[[Roamer, MosaicOperator], Coroutine[Any, Any, None]]) -> None:
     """With an operator who drives, reads and writes all the time."""
 
     async def main() -> None:
@@ -41,10 +42,10 @@ def play(site: RoamingSite, body: Callable[[Roamer], Coroutine[Any, Any, None]])
             noted = len(site.noted())
             await roamer.begin()
             try:
-                await body(roamer)
+                await body(roamer, operator)
             finally:
                 await roamer.end()
-            await until_noted(site, noted + len(roamer.written))
+            await until(lambda: len(site.noted()) >= noted + len(roamer.written), "all that was written arrived", 30)
             assert site.noted()[noted:] == roamer.written
             assert roamer.numbers == list(range(roamer.numbers[0], roamer.numbers[-1] + 1))
             assert roamer.gaps == []
@@ -52,15 +53,23 @@ def play(site: RoamingSite, body: Callable[[Roamer], Coroutine[Any, Any, None]])
     site.lab.operator.run(lambda: asyncio.run(main()))
 
 
-async def until_noted(site: RoamingSite, count: int) -> None:
-    async with asyncio.timeout(5):
-        while len(site.noted()) < count:  # noqa: ASYNC110 - a file of another process
-            await asyncio.sleep(0.02)
+async def restart(
+    site: RoamingSite, operator: MosaicOperator, *, after: Callable[[], Coroutine[Any, Any, None]] | None = None
+) -> float:
+    """The server goes, and comes when `after` is done; when both ends, each with its back-off, are at it again."""
+    await asyncio.to_thread(site.server.stop)
+    if after is not None:
+        await after()
+    await until(lambda: not site.robot_is_at_the_server(), "the robot misses the server", 30)
+    await asyncio.to_thread(site.start_server)
+    await until(site.robot_is_at_the_server, "the robot is at the server again", 60)
+    await operator._signaling.wait_ready(60)
+    return time.monotonic()
 
 
 @pytest.mark.parametrize("side", ["operator", "robot"])
 def test_another_address_costs_seconds_and_no_message(roaming: RoamingSite, side: Any) -> None:
-    async def body(roamer: Roamer) -> None:
+    async def body(roamer: Roamer, operator: MosaicOperator) -> None:
         session_id = roamer.connection.session_id
         since_s = await asyncio.to_thread(roaming.cables.move, side)
         data_s, control_s = await roamer.back_after(since_s)
@@ -72,7 +81,7 @@ def test_another_address_costs_seconds_and_no_message(roaming: RoamingSite, side
 
 
 def test_another_cable_of_the_robot_costs_seconds_and_no_message(roaming: RoamingSite) -> None:
-    async def body(roamer: Roamer) -> None:
+    async def body(roamer: Roamer, operator: MosaicOperator) -> None:
         since_s = await asyncio.to_thread(roaming.cables.switch, "robot")
         assert max(await roamer.back_after(since_s)) < BACK_S
 
@@ -80,11 +89,9 @@ def test_another_cable_of_the_robot_costs_seconds_and_no_message(roaming: Roamin
 
 
 def test_a_server_that_restarts_disturbs_no_live_peer_and_serves_the_next_loss(roaming: RoamingSite) -> None:
-    async def body(roamer: Roamer) -> None:
+    async def body(roamer: Roamer, operator: MosaicOperator) -> None:
         peer_id, began_s = roamer.connection.peer_id, time.monotonic()
-        await asyncio.to_thread(roaming.server.stop)
-        await asyncio.to_thread(roaming.start_server)
-        await asyncio.sleep(2.5)  # both ends come back to it with their back-off
+        await restart(roaming, operator)
         assert roamer.connection.peer_id == peer_id
         assert len([at_s for at_s in roamer.at_s if at_s > began_s]) > 20 * (time.monotonic() - began_s) * 0.8
         since_s = await asyncio.to_thread(roaming.cables.move, "operator")
@@ -94,14 +101,15 @@ def test_a_server_that_restarts_disturbs_no_live_peer_and_serves_the_next_loss(r
 
 
 def test_a_loss_while_the_server_is_away_is_over_when_it_is_back(roaming: RoamingSite) -> None:
-    async def body(roamer: Roamer) -> None:
-        await asyncio.to_thread(roaming.server.stop)
-        since_s = await asyncio.to_thread(roaming.cables.move, "operator")
-        await asyncio.sleep(2.0)
-        assert roamer.connection.state == "reconnecting"
-        await asyncio.to_thread(roaming.start_server)
-        started_s = time.monotonic()
-        data_s, control_s = await roamer.back_after(since_s, 30.0)
-        assert since_s + max(data_s, control_s) < started_s + 2 * BACK_S
+    async def body(roamer: Roamer, operator: MosaicOperator) -> None:
+        moved_s: list[float] = []
+
+        async def move() -> None:
+            moved_s.append(await asyncio.to_thread(roaming.cables.move, "operator"))
+            await until(lambda: roamer.connection.state == "reconnecting", "the operator misses the robot", 30)
+
+        there_s = await restart(roaming, operator, after=move)
+        data_s, control_s = await roamer.back_after(moved_s[0], 30.0)
+        assert moved_s[0] + max(data_s, control_s) < there_s + 2 * BACK_S
 
     play(roaming, body)

@@ -91,6 +91,11 @@ class RoamingSite:
         async with await MosaicOperator.login(self.url, self.account["email"], self.account["password"]) as signed_in:
             return signed_in.access_token
 
+    def robot_is_at_the_server(self) -> bool:
+        """As it said within the last second."""
+        said = [line for line in self.robot.log if line.startswith("{")]
+        return bool(said) and json.loads(said[-1])["state"] == "ready"
+
     def noted(self) -> list[int]:
         whole, _, _ = self.notes.read_text().rpartition("\n")
         return [int(line) for line in whole.splitlines()]
