@@ -33,8 +33,8 @@ FRONT_SHAPE, REAR_SHAPE = 640 / 360, 320 / 240
 STRETCHES = 4
 FREEZE_MS = 500
 """Longer than the bench's limit: the machine of a test may be busy."""
-LATE_JOINER_S = 5.0
-"""With loading the page; a key frame that nobody asked for would take longer still."""
+LATE_JOINER_PICTURES = 5 * 24
+"""So many the others are shown meanwhile at most: 5 s of the camera, and more on a machine that has other work."""
 AGE_TOLERANCE_MS = 30
 """The bench has it to the millisecond; here, a text of a busy page is compared that changes four times a second."""
 WATCH = """(label) => {
@@ -192,11 +192,11 @@ def test_several_viewers_cost_one_encoder_and_who_comes_late_sees_a_picture(
             seen(one, "front", 10)
         # While a viewer changes to another rung there are two for a moment.
         wait_for(lambda: camera_robot.encoders == ["front", "rear"], "one encoder for each camera", 30)
-        began_s = time.monotonic()
         late = others[-1]
+        page.evaluate("() => { window.seen.front.length = 0 }")
         late.reload()
         late.wait_for_function("() => [...document.querySelectorAll('video')].filter((v) => v.videoWidth).length === 2")
-        assert time.monotonic() - began_s < LATE_JOINER_S
+        assert page.evaluate("() => window.seen.front.length") < LATE_JOINER_PICTURES
     wait_for(lambda: camera_robot.encoders == ["front", "rear"], "the others' encoders go on", 30)
     assert len(seen(page, "front", 10)) >= 10
 

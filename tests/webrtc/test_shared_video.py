@@ -27,6 +27,8 @@ from mosaic_core.testing import until
 pytestmark = pytest.mark.webrtc
 WAIT_S = 20.0
 FPS = 20
+AT_ONCE = 2 * FPS
+"""Pictures of the camera: a clock that a busy machine holds up with everything else."""
 LOST = 3
 """So many packets have to be lost before a link counts as lossy."""
 
@@ -111,15 +113,11 @@ class Operator:
     def feed(self) -> Any:
         return self.peers.robot_side.stream("front").bind(str(id(self.peers.robot_side)), print)
 
-    async def sees(self, image: np.ndarray[Any, Any], frames: int = 5) -> float:
-        """So many pictures that show ``image``; how long the first one took."""
-        began_s, first_s, seen = time.monotonic(), 0.0, 0
+    async def sees(self, image: np.ndarray[Any, Any], frames: int = 5) -> None:
+        """So many pictures that show ``image``."""
+        seen = 0
         while seen < frames:
-            frame = await asyncio.wait_for(self._track.next(), WAIT_S)
-            if shows(frame, image):
-                seen += 1
-                first_s = first_s or time.monotonic() - began_s
-        return first_s
+            seen += shows(await self.next(), image)
 
     async def next(self) -> Any:
         return await asyncio.wait_for(self._track.next(), WAIT_S)
@@ -168,11 +166,14 @@ async def test_nobody_watching_nothing_is_encoded_and_the_last_one_to_leave_ends
 async def test_a_late_joiner_gets_its_picture_at_once(studio: Any) -> None:
     async with studio() as it:
         first, late = await it.operator(), await it.operator()
-        it.film()
+        filming = it.film()
         first.watch()
         await first.sees(scene(), 20)
         late.watch()
-        assert await late.sees(scene()) < 2.0
+        posted = filming.posted
+        await late.sees(scene(), 1)
+        assert filming.posted < posted + AT_ONCE
+        await late.sees(scene())
         assert len(it.stream.encoders.running) == 1
 
 
@@ -200,6 +201,7 @@ async def test_a_worse_link_gets_a_smaller_picture_without_a_gap_and_others_keep
         good.watch()
         bad.watch()
         await asyncio.gather(good.sees(scene()), bad.sees(scene()))
+        good.feed.rate.limit(700_000, 700_000)  # whatever a busy machine makes of its path
         bad.feed.rate.limit(150_000, 200_000)
         last_pts, width = -1, 640
         while width == 640:
