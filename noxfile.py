@@ -29,8 +29,11 @@ REAL_PEERS = "webrtc or netlab"
 """Tests of real connections."""
 TEST_FILES = sorted(path for place in ("tests", "plugins", "examples") for path in (ROOT / place).rglob("test_*.py"))
 SHARED_OUT = ("--dist", "loadscope", "--no-loadscope-reorder")
-OWN_NETWORKS = ("-n", str(2 * (os.cpu_count() or 1)), *SHARED_OUT, "--own-networks")
+CORES = os.cpu_count() or 1
+PEERS_WORKERS = 2 * CORES
 """More processes than processors, as most of these tests wait for somebody's patience to end."""
+BROWSER_WORKERS = CORES
+"""Each has a Chromium, a server and robots, and is busy all the time."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
 TYPED = ["mosaic_core", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) for plugin in PLUGINS)]
 
@@ -43,18 +46,20 @@ def tests(session: nox.Session) -> None:
         session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
         return
     _test(session, f"not e2e and not ({REAL_PEERS})", "-n", "auto", *SHARED_OUT)
-    apart = OWN_NETWORKS if _may_make_networks() else ()
+    apart = ("-n", str(PEERS_WORKERS), *SHARED_OUT, "--own-networks") if _may_make_networks() else ()
     _test(session, f"not e2e and ({REAL_PEERS})", *apart, files=_with_mark("webrtc", "netlab"))
 
 
 @nox.session
 def e2e(session: nox.Session) -> None:
-    """A real Chromium against the real server and the simulated robot."""
+    """Real Chromiums side by side, each against a real server and simulated robots of its own, and where that can be
+    done in a network of its own."""
     _build_dashboard(session)
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "e2e", *session.posargs, external=True)
         return
-    _test(session, "e2e", files=_with_mark("e2e"))
+    apart = ("--own-networks",) if _may_make_networks() else ()
+    _test(session, "e2e", "-n", str(BROWSER_WORKERS), *SHARED_OUT, *apart, files=_with_mark("e2e"))
 
 
 @nox.session

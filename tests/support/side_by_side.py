@@ -39,6 +39,13 @@ LONGEST_FIRST = (
     "test_overload",
     "test_fuzzed_control",
     "test_shared_video",
+    "test_own_page",
+    "test_stop_from_anywhere",
+    "test_drive_from_chromium",
+    "test_two_operators",
+    "test_check_connection",
+    "test_glass_sessions",
+    "test_video_in_chromium",
 )
 
 
