@@ -164,6 +164,11 @@ def test_limits_that_share_a_field_move_together_in_whatever_order_they_are_writ
         assert message == {"x": pytest.approx(0.05), "y": pytest.approx(0.05)}
 
 
+def test_a_field_that_stays_where_it_is_holds_no_other_back() -> None:
+    envelope = SafetyEnvelope([FieldLimit(("x",), None, None, None, 0.5), FieldLimit(("x", "y"), None, None, 1.0)])
+    assert envelope.shaped({"x": 0.0, "y": 0.5}, 1.0, 0.0).message == {"x": 0.0, "y": 0.5}
+
+
 def test_limits_that_share_no_field_do_not_wait_for_each_other() -> None:
     envelope = SafetyEnvelope(
         [FieldLimit(("slow",), None, None, None, 0.1), FieldLimit(("quick",), None, None, None, 100.0)]
