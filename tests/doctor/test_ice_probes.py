@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 import ssl
+import struct
 import subprocess
 from collections.abc import Coroutine, Iterator
 from pathlib import Path
@@ -138,6 +139,17 @@ def test_a_whole_connection_is_relayed_by_a_server_with_dead_addresses(dual_name
 def test_plain_turn_where_tls_is_expected_is_a_finding_and_no_hang(coturn: Any) -> None:
     answer = run(turn_probe(parse_ice_url(f"turns:127.0.0.1:{coturn.port}"), "me", "pass", SHORT_S))
     assert answer.code in ("ice.turn_tls", "ice.turn_silent")
+
+
+async def test_who_hangs_up_where_tls_begins_does_not_speak_it() -> None:
+    async def hang_up(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        writer.transport.abort()
+
+    async with await asyncio.start_server(hang_up, "127.0.0.1", 0) as server:
+        url = f"turns:127.0.0.1:{server.sockets[0].getsockname()[1]}"
+        answer = await turn_probe(parse_ice_url(url), "me", "pass", SHORT_S)
+    assert (answer.code, answer.problem) == ("ice.turn_tls", "it hangs up where TLS begins")
 
 
 def test_a_certificate_that_nobody_trusts_is_told_with_its_cure(tmp_path: Path) -> None:

@@ -99,6 +99,8 @@ def _cause(error: Exception, url: IceUrl, timeout_s: float, *, has_credentials: 
             return "ice.turn_tls", f"its certificate can't be verified: {error.verify_message}"
         case ssl.SSLError():
             return "ice.turn_tls", f"it does not speak TLS as expected ({error.reason or error})"
+        case ConnectionError() if url.scheme == "turns":
+            return "ice.turn_tls", "it hangs up where TLS begins"
         case _:
             return "ice.turn_failed", str(error) or type(error).__name__
 
