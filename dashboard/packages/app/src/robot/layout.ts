@@ -1,4 +1,4 @@
-/** Where each connector stands on the robot's page: pictures lead, controls stand beside them, the rest follows. */
+/** Where each connector stands on the robot's page: a picture leads, its control beside it, the rest follows. */
 import type { CatalogueEntry } from '@mosaic/client'
 import { chooseWidget, widgetsFor, type WidgetDefinition } from '@mosaic/widgets'
 import type { ViewChoices } from './viewChoices'
@@ -29,7 +29,9 @@ export function placesOf(
     const size = widget?.size ?? NO_WIDGET
     return { entry, widget, alternatives: widgetsFor(widgets, entry), area: widget?.area ?? 'panel', ...size, isLeading: false }
   })
-  return AREAS.flatMap((area) => places.filter((place) => place.area === area).map(leading))
+  const ordered = AREAS.flatMap((area) => places.filter((place) => place.area === area).map(leading))
+  // Nobody shall drive by a picture that further ones pushed away from the control.
+  return [...ordered.filter(({ isLeading }) => isLeading), ...ordered.filter(({ isLeading }) => !isLeading)]
 }
 
 function leading(place: Place, index: number): Place {

@@ -27,9 +27,17 @@ describe('the page', () => {
       entry('battery'),
     ]
     const places = placesOf(entries, widgets, {})
-    expect(places.map((place) => place.entry.label)).toEqual(['front', 'rear', 'cmd_vel', 'host', 'battery'])
+    expect(places.map((place) => place.entry.label)).toEqual(['front', 'cmd_vel', 'rear', 'host', 'battery'])
     expect(places.filter((place) => place.isLeading).map((place) => place.entry.label)).toEqual(['front', 'cmd_vel'])
-    expect(places[1]?.columns).toBeLessThan(places[0]?.columns ?? 0)
+    expect(places[2]?.columns).toBeLessThan(places[0]?.columns ?? 0)
+  })
+
+  test('keeps the leading control beside the leading picture, however many cameras there are', () => {
+    const cameras = ['front', 'left', 'right', 'rear'].map((label) => entry(label, CAMERA))
+    const places = placesOf([...cameras, entry('cmd_vel', { widget: 'drive-pad', dataType: 'json-u2r' })], widgets, {})
+    expect(places.slice(0, 2).map((place) => place.entry.label)).toEqual(['front', 'cmd_vel'])
+    expect((places[0]?.columns ?? 0) + (places[1]?.columns ?? 0)).toBe(12)
+    expect(places[0]?.rows).toBe(places[1]?.rows)
   })
 
   test('shows a connector as a person chose', () => {

@@ -3,6 +3,7 @@ import { act, cleanup, fireEvent, render, screen } from '@testing-library/react'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
 import { ALICE, ALICES, FakeConnection, FREE, ME, MINE, WithRobot } from '../../test/fakeRobot'
 import { StopButton } from '../control/StopButton'
+import { addPicture } from '../frame/picturesInSight'
 import type { AnyStore } from '../stores/storeKinds'
 import { DrivePad } from './DrivePad'
 import { ZERO_TWIST, type Twist } from './driveTwist'
@@ -165,6 +166,29 @@ test('losing control while driving ends the hold, in silence', () => {
   act(() => connection.control.setLease(MINE))
   act(() => void vi.advanceTimersByTime(1000))
   expect(store.sent).toHaveLength(count)
+})
+
+test('a pad whose leading picture leaves the screen stops the robot, and does not drive until it is back', () => {
+  const picture = document.createElement('div')
+  const take = addPicture('r', picture)
+  let uppermost: Element = picture
+  vi.spyOn(document, 'elementFromPoint').mockImplementation(() => uppermost)
+  const { pad } = shownPad()
+  fireEvent.pointerDown(pad, AHEAD)
+  expect(store.sent.at(-1)?.linear.x).toBeCloseTo(1)
+  uppermost = document.body
+  act(() => void vi.advanceTimersByTime(1000))
+  expect(store.sent.at(-1)).toEqual(ZERO_TWIST)
+  expect(statusText()).toContain('not on the screen')
+  act(() => void vi.advanceTimersByTime(2000))
+  const count = store.sent.length
+  fireEvent.pointerDown(pad, AHEAD)
+  expect(store.sent).toHaveLength(count)
+  uppermost = picture
+  act(() => void vi.advanceTimersByTime(1000))
+  fireEvent.pointerDown(pad, AHEAD)
+  expect(store.sent.at(-1)?.linear.x).toBeCloseTo(1)
+  take()
 })
 
 test('an original robot needs no lease', () => {

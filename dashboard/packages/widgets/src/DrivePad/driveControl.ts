@@ -23,7 +23,10 @@ export type StopReason =
   | EndOfPermit
 
 /** The robot takes nothing more from this page: there is no use in a zero, the robot made itself safe. */
-export type EndOfPermit = 'lease-lost' | 'robot-stopped' | 'not-granted'
+type Silenced = 'lease-lost' | 'robot-stopped' | 'not-granted'
+
+/** `out-of-sight`: the page itself ends the hold, and the robot is told. */
+export type EndOfPermit = Silenced | 'out-of-sight'
 
 /** `free`: nobody commands, a touch asks for the lease; `refused`: somebody else commands, or this page may not. */
 export type DrivePermit = 'granted' | 'free' | 'refused'

@@ -12,6 +12,8 @@ export interface DriveAuthority {
   resource: string | null
   /** Of that resource; null while the robot has not told. */
   lease: LeaseView | null
+  /** The picture that leads the page is on the screen, or there is none. */
+  isPictureInSight: boolean
 }
 
 export interface PermitView {
@@ -23,7 +25,15 @@ export interface PermitView {
 
 const GRANTED: PermitView = { permit: 'granted', reason: 'lease-lost', text: '' }
 
+const OUT_OF_SIGHT = 'The leading picture is not on the screen: bring it back to drive'
+
 export function drivePermit(authority: DriveAuthority): PermitView {
+  const view = commandPermit(authority)
+  return authority.isPictureInSight || view.permit === 'refused' ? view : refused('out-of-sight', OUT_OF_SIGHT)
+}
+
+/** What the robot lets this page do. */
+function commandPermit(authority: DriveAuthority): PermitView {
   const { availability, me, isStopped, stoppedBy, resource, lease } = authority
   // An original robot knows none of this; whether the channel is open is told by the store.
   if (availability !== 'available') return GRANTED

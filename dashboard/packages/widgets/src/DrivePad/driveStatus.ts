@@ -25,6 +25,7 @@ const STOPPED: Record<StopReason, string> = {
   'stop-button': 'Stopped by the stop button',
   'lease-lost': 'Stopped: you no longer have control',
   'robot-stopped': 'Stopped: the robot was stopped',
+  'out-of-sight': 'Stopped: the leading picture left the screen',
   'not-granted': 'Nothing was sent: control was not granted',
 }
 

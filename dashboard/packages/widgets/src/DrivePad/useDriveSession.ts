@@ -3,6 +3,7 @@ import { driveOf, resourceOf, type CatalogueEntry, type Ticks } from '@mosaic/cl
 import { useControl, useReadable, useStop } from '@mosaic/react'
 import { useEffect, useEffectEvent, useState } from 'react'
 import { useStopRobot } from '../control/useStopRobot'
+import { usePictureInSight } from '../frame/usePictureInSight'
 import type { AnyStore } from '../stores/storeKinds'
 import { sends } from '../stores/storeKinds'
 import { commandOf } from './driveCommand'
@@ -59,7 +60,8 @@ export function useDriveSession({ robotId, entry, store, limits, ticks }: DriveS
 function useDrivePermit(robotId: string, entry: CatalogueEntry): PermitView {
   const { availability, me, leases } = useControl(robotId)
   const { isStopped, by } = useStop(robotId)
+  const isPictureInSight = usePictureInSight(robotId)
   const resource = resourceOf(entry)
   const lease = resource === null ? null : (leases[resource] ?? null)
-  return drivePermit({ availability, me, isStopped, stoppedBy: by, resource, lease })
+  return drivePermit({ availability, me, isStopped, stoppedBy: by, resource, lease, isPictureInSight })
 }

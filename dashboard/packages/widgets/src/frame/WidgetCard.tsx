@@ -1,7 +1,8 @@
 import { reasonOf, type CatalogueEntry, type Gap, type StoreState } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
-import type { ReactNode } from 'react'
+import { useRef, type ReactNode } from 'react'
 import { DropMark } from '../delivery/DropMark'
+import { useAsPicture } from './usePictureInSight'
 import type { WidgetDefinition } from '../registry/WidgetDefinition'
 import { receives, showsMedia, type AnyStore } from '../stores/storeKinds'
 import { useConnectorStore } from '../stores/useConnectorStore'
@@ -28,6 +29,8 @@ export interface WidgetCardProps {
 export function WidgetCard({ robotId, entry, widget, alternatives, onChoose }: WidgetCardProps) {
   const store = useConnectorStore(robotId, entry.label, entry.dataType)
   const Icon = widget?.icon
+  const body = useRef<HTMLDivElement>(null)
+  useAsPicture(robotId, body, widget?.area === 'picture')
   return (
     <section className={classes.card} aria-label={`${entry.label}: ${widget?.title ?? 'no widget'}`} data-label={entry.label}>
       <header className={classes.header}>
@@ -40,7 +43,7 @@ export function WidgetCard({ robotId, entry, widget, alternatives, onChoose }: W
         {store !== null && receives(store) && <AgeBadge store={store} />}
         <CardMenu {...{ robotId, entry, store, onChoose }} shown={widget} widgets={alternatives} />
       </header>
-      <div className={classes.body}>
+      <div ref={body} className={classes.body}>
         {widget === null ? <NoWidget entry={entry} /> : store !== null && <OpenWidget {...{ robotId, entry, store, widget }} />}
       </div>
     </section>
