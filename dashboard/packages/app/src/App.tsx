@@ -2,7 +2,6 @@ import { Center, Loader } from '@mantine/core'
 import { useMosaicClient, useReadable } from '@mosaic/react'
 import { lazy, Suspense } from 'react'
 import { Navigate, Route, Routes } from 'react-router-dom'
-import { RobotPage } from './robot/RobotPage'
 import { RobotListPage } from './robots/RobotListPage'
 import type { AddressCode } from './session/addressCodes'
 import { failureOf } from './session/errorText'
@@ -10,6 +9,8 @@ import { SignInPage } from './session/SignInPage'
 import { useFirstSignIn } from './session/useFirstSignIn'
 
 const CheckPage = lazy(() => import('./check/CheckPage'))
+// With every widget: whoever signs in or chooses a robot doesn't wait for them.
+const RobotPage = lazy(() => import('./robot/RobotPage').then((page) => ({ default: page.RobotPage })))
 
 export interface AppProps {
   /** The code that the page was opened with. */
@@ -30,18 +31,13 @@ export function App({ code }: AppProps) {
   }
   if (session === null) return <SignInPage firstFailure={failure ?? (ended && failureOf(ended))} />
   return (
-    <Routes>
-      <Route path="/" element={<RobotListPage />} />
-      <Route path="/robots/:robotId" element={<RobotPage />} />
-      <Route
-        path="/check"
-        element={
-          <Suspense>
-            <CheckPage />
-          </Suspense>
-        }
-      />
-      <Route path="*" element={<Navigate to="/" replace />} />
-    </Routes>
+    <Suspense>
+      <Routes>
+        <Route path="/" element={<RobotListPage />} />
+        <Route path="/robots/:robotId" element={<RobotPage />} />
+        <Route path="/check" element={<CheckPage />} />
+        <Route path="*" element={<Navigate to="/" replace />} />
+      </Routes>
+    </Suspense>
   )
 }

@@ -1,10 +1,13 @@
-"""Serves the built dashboard: hashed assets for ever, everything else fresh, unknown pages as ``index.html``."""
+"""Serves the built dashboard, compressed: hashed assets for ever, everything else fresh, unknown pages as
+``index.html``."""
 
 from __future__ import annotations
 
+import re
+from mimetypes import guess_type
 from pathlib import Path
 
-from fastapi import APIRouter, HTTPException
+from fastapi import APIRouter, HTTPException, Request
 from starlette.responses import FileResponse, HTMLResponse, Response
 
 _MISSING = """<!doctype html>
@@ -18,6 +21,8 @@ code{background:#8883;padding:.1em .3em;border-radius:.2em}</style>
 <a href="/openapi.json">/openapi.json</a>.</p>
 </html>
 """
+_ENCODINGS = {"br": ".br", "gzip": ".gz"}
+"""What the build wrote beside each text, the smaller first."""
 
 
 def dashboard_router(directory: Path) -> APIRouter:
@@ -26,7 +31,7 @@ def dashboard_router(directory: Path) -> APIRouter:
     root = directory.resolve()
 
     @router.get("/{path:path}")
-    def file(path: str) -> Response:
+    def file(path: str, request: Request) -> Response:
         if path.startswith(("api/", "ws/")):
             raise HTTPException(404)
         index = root / "index.html"
@@ -34,10 +39,10 @@ def dashboard_router(directory: Path) -> APIRouter:
             return HTMLResponse(_MISSING, status_code=503, headers={"Cache-Control": "no-store"})
         wanted = _file_in(root, path)
         if wanted is not None:
-            return FileResponse(wanted, headers={"Cache-Control": _caching(path)})
+            return _answer(wanted, _caching(path), request)
         if "." in path.rsplit("/", 1)[-1]:
             raise HTTPException(404)  # a missing file, not a page of the application
-        return FileResponse(index, headers={"Cache-Control": "no-cache"})
+        return _answer(index, "no-cache", request)
 
     return router
 
@@ -48,6 +53,27 @@ def _file_in(root: Path, path: str) -> Path | None:
         return wanted if wanted.is_relative_to(root) and wanted.is_file() else None
     except (OSError, ValueError):  # too long, or with a NUL: no file is called that
         return None
+
+
+def _answer(wanted: Path, caching: str, request: Request) -> FileResponse:
+    """The file as it was built, or compressed where the browser takes that; no cache may mix them up."""
+    headers = {"Cache-Control": caching, "Vary": "Accept-Encoding"}
+    accepted = request.headers.get("accept-encoding", "")
+    for encoding, suffix in _ENCODINGS.items():
+        compressed = wanted.with_name(wanted.name + suffix)
+        if _accepts(accepted, encoding) and compressed.is_file():
+            headers["Content-Encoding"] = encoding
+            return FileResponse(compressed, headers=headers, media_type=guess_type(wanted.name)[0])
+    return FileResponse(wanted, headers=headers)
+
+
+def _accepts(accepted: str, encoding: str) -> bool:
+    """Whether the header names the encoding, and not with ``q=0``, which forbids it."""
+    for part in accepted.lower().split(","):
+        name, *parameters = (word.strip() for word in part.split(";"))
+        if name == encoding:
+            return not any(re.fullmatch(r"q\s*=\s*0(\.0*)?", word) for word in parameters)
+    return False
 
 
 def _caching(path: str) -> str:

@@ -298,6 +298,33 @@ def test_the_dashboard_is_served_as_a_single_page_application(
             assert "secret" not in answer.text or missing.endswith("secret.txt")
 
 
+def test_the_dashboard_comes_compressed_as_the_browser_takes_it(
+    settings: Any, start_server: Callable[..., Any], tmp_path: Any
+) -> None:
+    built = tmp_path / "dashboard"
+    (built / "assets").mkdir(parents=True)
+    (built / "index.html").write_text("<title>dashboard</title>")
+    for suffix, content in (("", "as built"), (".br", "br"), (".gz", "gzip")):
+        (built / "assets" / f"app-1a2b.js{suffix}").write_text(content)
+    cases = {
+        "gzip, deflate, br": "br",
+        "gzip": "gzip",
+        "GZIP;q=0.5, br;q=0": "gzip",
+        "identity": None,
+        "br;q=0.0": None,
+        "": None,
+    }
+    with start_server(replace(settings, dashboard_dir=built)) as server:
+        for accepted, encoding in cases.items():
+            with server.http.stream("GET", "/assets/app-1a2b.js", headers={"Accept-Encoding": accepted}) as answer:
+                assert b"".join(answer.iter_raw()).decode() == (encoding or "as built"), accepted
+            assert answer.headers.get("content-encoding") == encoding
+            assert answer.headers["content-type"].startswith("text/javascript")
+            assert answer.headers["vary"] == "Accept-Encoding"
+            assert "immutable" in answer.headers["cache-control"]
+        assert server.http.get("/").headers.get("content-encoding") is None, "nothing compressed lies beside it"
+
+
 def test_a_missing_dashboard_says_what_to_run(server: Any, settings: Any, start_server: Any, tmp_path: Any) -> None:
     bare = replace(settings, dashboard_dir=tmp_path / "none", data_dir=tmp_path / "other")
     with start_server(bare) as without:

@@ -2,14 +2,15 @@ import { Button, Code, Skeleton, Text, TextInput, Title } from '@mantine/core'
 import type { RobotSummary } from '@mosaic/client'
 import { useMosaicClient, useReadable, useRobots } from '@mosaic/react'
 import { IconChevronRight, IconPlus, IconRefresh, IconRobot, IconSearch, IconStethoscope } from '@tabler/icons-react'
-import { useCallback, useEffect, useState } from 'react'
+import { lazy, Suspense, useCallback, useEffect, useState } from 'react'
 import { Link } from 'react-router-dom'
 import { failureOf, type Failure } from '../session/errorText'
 import { Shell } from '../shell/Shell'
 import { useTitle } from '../shell/useTitle'
-import { AddRobotDialog } from './AddRobotDialog'
 import { foundRobots, presenceOf } from './presence'
 import classes from './robots.module.css'
+
+const AddRobotDialog = lazy(() => import('./AddRobotDialog').then((file) => ({ default: file.AddRobotDialog })))
 
 /** All robots of the account with their live status. */
 export function RobotListPage() {
@@ -68,7 +69,7 @@ export function RobotListPage() {
           </ul>
         )}
       </div>
-      <AddRobotDialog isOpen={isAdding} onClose={() => setIsAdding(false)} />
+      <Suspense>{isAdding && <AddRobotDialog isOpen onClose={() => setIsAdding(false)} />}</Suspense>
     </Shell>
   )
 }

@@ -1,5 +1,5 @@
 /** Mantine in the dashboard's tokens. Colours that change with the scheme live in `tokens.css`. */
-import { createTheme, Modal, type CSSVariablesResolver, type MantineColorsTuple } from '@mantine/core'
+import { createTheme, type CSSVariablesResolver, type MantineColorsTuple } from '@mantine/core'
 
 const signal: MantineColorsTuple = [
   '#edf4ff',
@@ -41,7 +41,7 @@ export const theme = createTheme({
   headings: { fontWeight: '600' },
   components: {
     // Between the header of a page and the bar of a phone, where a robot's stop is.
-    Modal: Modal.extend({ defaultProps: { yOffset: 'calc(var(--m-bar) + 8px)' } }),
+    Modal: { defaultProps: { yOffset: 'calc(var(--m-bar) + 8px)' } },
   },
 })
 
