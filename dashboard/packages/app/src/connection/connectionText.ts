@@ -23,10 +23,13 @@ const PHASES: Record<ConnectionPhase, Pick<ConnectionText, 'tone' | 'text' | 'ca
 const BUSY_CODE = 'signal.robot_busy'
 const BUSY_CURE = 'A page that was killed may hold an original robot for up to 45 s.'
 
-export function connectionText(state: ConnectionState): ConnectionText {
+/** A robot that is known to be offline didn't fail. */
+const OFFLINE = { tone: 'idle', text: 'Offline', canRetry: true } as const
+
+export function connectionText(state: ConnectionState, isOnline?: boolean): ConnectionText {
   const known = reasonOf(state.code ?? '')
   return {
-    ...PHASES[state.phase],
+    ...(isOnline === false && state.phase === 'failed' ? OFFLINE : PHASES[state.phase]),
     reason: state.code === undefined ? '' : (state.message ?? known.sentence),
     cure: state.code === undefined ? '' : cureOf(state.code, state.phase),
   }

@@ -7,9 +7,9 @@ import classes from './robot.module.css'
 const ConnectionDetails = lazy(() => import('../connection/ConnectionDetails'))
 
 /** State of the connection and its round trip, whose width stays the same while numbers change; a click tells more. */
-export function ConnectionBadge({ connection }: { connection: RobotConnection }) {
+export function ConnectionBadge({ connection, isOnline }: { connection: RobotConnection; isOnline: boolean | undefined }) {
   const state = useReadable(connection.state)
-  const { tone, text } = connectionText(state)
+  const { tone, text } = connectionText(state, isOnline)
   const [isOpen, setIsOpen] = useState(false)
   return (
     <>

@@ -1,6 +1,6 @@
 import { Button } from '@mantine/core'
 import type { RobotConnection, RobotSummary } from '@mosaic/client'
-import { useReadable } from '@mosaic/react'
+import { useMosaicClient, useReadable } from '@mosaic/react'
 import { IconAlertTriangle } from '@tabler/icons-react'
 import { Link } from 'react-router-dom'
 import { TimelineBars } from '../connection/TimelineBars'
@@ -12,11 +12,16 @@ export interface ConnectionNoticeProps {
   robot: RobotSummary | undefined
 }
 
+const START_ROBOT = 'Start it with `mosaic run`; this page connects by itself when it is back.'
+const START_SERVER = 'The server does not answer: start it with `mosaic server run`, or ask whoever runs it.'
+
 /** Why there is no connection, what to do about it, and a way to try again. */
 export function ConnectionNotice({ connection, robot }: ConnectionNoticeProps) {
   const state = useReadable(connection.state)
   const timeline = useReadable(connection.failedTimeline)
   const { reason, cure, canRetry, text, tone } = connectionText(state)
+  // Without the server nobody knows whether the robot is there.
+  const isServerHere = useReadable(useMosaicClient().server) === 'online'
   const isOffline = robot?.isOnline === false
   if (tone === 'ok' || (reason === '' && !isOffline)) return null
   return (
@@ -24,7 +29,7 @@ export function ConnectionNotice({ connection, robot }: ConnectionNoticeProps) {
       <IconAlertTriangle size={18} aria-hidden />
       <span className={classes.noticeText}>
         <strong>{reason === '' ? `${robot?.name ?? 'The robot'} is offline.` : reason}</strong>{' '}
-        {isOffline ? 'Start it with `mosaic run`; this page connects by itself when it is back.' : cure}
+        {isServerHere ? (isOffline ? START_ROBOT : cure) : START_SERVER}
         {state.code !== undefined && <code className={classes.code}>{state.code}</code>}
         {timeline !== null && !isOffline && (
           <details className={classes.how}>

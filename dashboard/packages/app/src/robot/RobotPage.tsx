@@ -51,7 +51,7 @@ function OneRobot({ robotId }: { robotId: string }) {
     <Shell
       header={
         <>
-          <Heading robot={robot} connection={<ConnectionBadge connection={connection} />} />
+          <Heading robot={robot} connection={<ConnectionBadge connection={connection} isOnline={robot?.isOnline} />} />
           <Presence robotId={robotId} />
           <div className={classes.controls} role="group" aria-label="Control of the robot">
             <LeaseButtons robotId={robotId} />

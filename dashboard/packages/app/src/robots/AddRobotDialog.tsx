@@ -12,19 +12,39 @@ export interface AddRobotDialogProps {
 
 /** Registers a robot and shows its token, once, inside a file that is ready to run. */
 export function AddRobotDialog({ isOpen, onClose }: AddRobotDialogProps) {
+  const [credentials, setCredentials] = useState<RobotCredentials | null>(null)
+  const close = () => {
+    setCredentials(null)
+    onClose()
+  }
+  // The token is shown once: nothing but "Done" takes it away.
+  const isLosable = credentials === null
   return (
-    <Modal opened={isOpen} onClose={onClose} title="Add a robot" size="lg" centered>
-      <AddRobot onDone={onClose} />
+    <Modal
+      opened={isOpen}
+      onClose={close}
+      title="Add a robot"
+      size="lg"
+      centered
+      closeOnClickOutside={isLosable}
+      closeOnEscape={isLosable}
+      withCloseButton={isLosable}
+      closeButtonProps={{ 'aria-label': 'Close' }}
+    >
+      {credentials === null ? <AddRobot onAdded={setCredentials} onCancel={close} /> : <NewRobot credentials={credentials} onDone={close} />}
     </Modal>
   )
 }
 
-function AddRobot({ onDone }: { onDone: () => void }) {
+interface AddRobotProps {
+  onAdded: (credentials: RobotCredentials) => void
+  onCancel: () => void
+}
+
+function AddRobot({ onAdded, onCancel }: AddRobotProps) {
   const client = useMosaicClient()
-  const [credentials, setCredentials] = useState<RobotCredentials | null>(null)
   const [failure, setFailure] = useState<Failure | null>(null)
   const [isBusy, setIsBusy] = useState(false)
-  if (credentials !== null) return <NewRobot credentials={credentials} onDone={onDone} />
 
   const submit = async (event: SubmitEvent<HTMLFormElement>) => {
     event.preventDefault()
@@ -33,7 +53,7 @@ function AddRobot({ onDone }: { onDone: () => void }) {
     setFailure(null)
     try {
       const { id } = await client.api.createRobot({ name: typeof name === 'string' ? name.trim() : '' })
-      setCredentials({ robotId: id, token: await client.api.newRobotToken(id) })
+      onAdded({ robotId: id, token: await client.api.newRobotToken(id) })
       await client.refreshRobots()
     } catch (error) {
       setFailure(failureOf(error))
@@ -51,7 +71,7 @@ function AddRobot({ onDone }: { onDone: () => void }) {
         )}
         <TextInput name="name" label="Name" placeholder="kitchen-bot" required maxLength={100} data-autofocus />
         <Group justify="flex-end">
-          <Button variant="default" onClick={onDone}>
+          <Button variant="default" onClick={onCancel}>
             Cancel
           </Button>
           <Button type="submit" loading={isBusy}>

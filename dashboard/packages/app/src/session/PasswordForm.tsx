@@ -2,7 +2,7 @@ import { Button, PasswordInput, Stack, Text, TextInput, Title } from '@mantine/c
 import { useMosaicClient } from '@mosaic/react'
 import { useState, type SubmitEvent } from 'react'
 import { Brand } from '../shell/Brand'
-import { failureOf, type Failure } from './errorText'
+import { signInFailureOf, type Failure } from './errorText'
 import { FailureAlert } from './FailureAlert'
 
 export function PasswordForm({ firstFailure }: { firstFailure: Failure | null }) {
@@ -18,7 +18,7 @@ export function PasswordForm({ firstFailure }: { firstFailure: Failure | null })
     try {
       await client.login(fieldOf(form, 'email').trim(), fieldOf(form, 'password'))
     } catch (error) {
-      setFailure(failureOf(error))
+      setFailure(signInFailureOf(error))
       setIsBusy(false)
     }
   }

@@ -40,6 +40,7 @@ test('a refusal is shown with its cure, and what was typed stays', async () => {
   await submit()
   const alert = await screen.findByRole('alert')
   expect(alert.textContent).toContain('refused')
+  expect(alert.textContent).toContain('Check the email and the password')
   expect(screen.getByLabelText<HTMLInputElement>(/Email/).value).toBe('me@example.org')
 })
 

@@ -155,6 +155,13 @@ test.each([
   expect([store.sent, connection.control.said]).toEqual([[], []])
 })
 
+test('who may only watch is not told which keys drive', () => {
+  shownPad(LEASED)
+  expect(screen.getByText(/Hold WASD/)).toBeDefined()
+  act(() => connection.control.me.set({ ...ME, role: 'observer' }))
+  expect(screen.queryByText(/Hold WASD/)).toBeNull()
+})
+
 test('losing control while driving ends the hold, in silence', () => {
   connection.control.setLease(MINE)
   const { pad } = shownPad(LEASED)

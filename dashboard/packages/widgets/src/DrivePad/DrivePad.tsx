@@ -1,6 +1,6 @@
 import { ActionIcon, Slider, Tooltip } from '@mantine/core'
 import { driveOf, reasonOf, type DriveCommand, type Refusal } from '@mosaic/client'
-import { useLimits, useReadable } from '@mosaic/react'
+import { useControl, useLimits, useReadable } from '@mosaic/react'
 import { IconAlertTriangle, IconChevronDown, IconChevronLeft, IconChevronRight, IconChevronUp, IconDeviceGamepad2 } from '@tabler/icons-react'
 import { lazy, Suspense, useEffect, useId, useRef, useState, useSyncExternalStore, type PointerEvent, type RefObject } from 'react'
 import { limitText, type LimitText } from '../control/controlText'
@@ -25,6 +25,7 @@ const REFUSAL_SHOWN_MS = 4000
 /** Drives the robot while it is held: by pointer, touch, WASD, arrow keys or gamepad. */
 export function DrivePad({ robotId, entry, store }: WidgetProps) {
   const limits = limitsOf(entry.safety)
+  const isObserver = useControl(robotId).me?.role === 'observer'
   const drive = driveOf(entry)
   const { session, permit } = useDriveSession({ robotId, entry, store, limits })
   const status = driveStatusWith(useDriveStatus(session), permit)
@@ -56,7 +57,7 @@ export function DrivePad({ robotId, entry, store }: WidgetProps) {
             </div>
           )}
           <div className={classes.hint} id={describedBy}>
-            <Hint />
+            {!isObserver && <Hint />}
           </div>
         </div>
       </div>

@@ -45,6 +45,25 @@ test('what is typed is sent', async () => {
   expect(store.sent).toEqual(['home'])
 })
 
+test('a schema that is learned later makes the template, until something is typed', async () => {
+  const entry: CatalogueEntry = { ...ENTRY, dataType: 'json-u2r' }
+  const store = new FakeStore()
+  const page = (shownEntry: CatalogueEntry) => (
+    <WithRobot connection={new FakeConnection()}>
+      <JsonSender robotId="r" entry={shownEntry} store={store as unknown as AnyStore} />
+    </WithRobot>
+  )
+  const { rerender } = render(page(entry))
+  const field = screen.getByLabelText<HTMLTextAreaElement>('Message to arm')
+  expect(field.value).toBe('{}')
+  rerender(page({ ...entry, messageSchema: { properties: { open: { type: 'boolean' } } } }))
+  expect(JSON.parse(field.value)).toEqual({ open: false })
+  await userEvent.clear(field)
+  await userEvent.type(field, '5')
+  rerender(page(entry))
+  expect(field.value).toBe('5')
+})
+
 test('while somebody else commands nothing can be sent, and that is said', () => {
   const store = shown()
   act(() => store.sendBlocked.set({ code: 'lease.not_holder' }))

@@ -22,7 +22,9 @@ const NOTHING = { get: () => null, subscribe: () => () => {} }
 /** Sends what is typed: checked JSON, or plain text where the connector takes text. */
 export function JsonSender({ entry, store }: WidgetProps) {
   const isJson = entry.dataType !== 'string-u2r'
-  const [text, setText] = useState(() => (isJson ? templateOf(entry.messageSchema) : ''))
+  const [typed, setTyped] = useState<string | null>(null)
+  // A fresh page may learn the schema after the connector.
+  const text = typed ?? (isJson ? templateOf(entry.messageSchema) : '')
   const [said, setSaid] = useState<Said | null>(null)
   const refusal = useReadable(refuses(store) ? store.lastRefusal : NOTHING)
   const block = useReadable(isGuarded(store) ? store.sendBlocked : NOTHING)
@@ -48,7 +50,7 @@ export function JsonSender({ entry, store }: WidgetProps) {
         aria-label={`Message to ${entry.label}`}
         value={text}
         spellCheck={false}
-        onChange={(event) => setText(event.currentTarget.value)}
+        onChange={(event) => setTyped(event.currentTarget.value)}
         onKeyDown={(event) => {
           if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) send()
         }}

@@ -5,7 +5,7 @@ const EMPTY: Record<Field['kind'], unknown> = { number: 0, boolean: false, strin
 
 export function templateOf(schema: JsonSchema | undefined): string {
   const message: Record<string, unknown> = {}
-  for (const field of fieldsOf(schema)) place(message, field.path, EMPTY[field.kind])
+  for (const field of fieldsOf(schema)) place(message, field.path, field.initial === undefined ? EMPTY[field.kind] : field.initial)
   return JSON.stringify(message, null, 2)
 }
 

@@ -46,10 +46,10 @@ test('the search finds the first row that is not before', () => {
   expect([0, 1, 1.5, 9].map((timeS) => firstNotBefore([1, 2, 3], timeS))).toEqual([0, 0, 1, 3])
 })
 
-test('one scale per unit, two axes at most, and few lines at first', () => {
+test('one scale and one axis per unit, and few lines at first', () => {
   const fields = [field('a', 'V'), field('b', 'V'), field('c', '%'), field('d', 'A'), field('e', 'A')]
   const options = plotOptions(fields, { line: '#111', muted: '#222', series: ['#333'] }, 30)
-  expect(options.axes).toHaveLength(3)
+  expect(options.axes).toHaveLength(4)
   expect(options.series.slice(1).map(({ scale, show }) => [scale, show])).toEqual([
     ['unit:V', true],
     ['unit:V', true],

@@ -1,5 +1,11 @@
 import { expect, test } from 'vitest'
-import { axisWidthPx } from './plotOptions'
+import { axisWidthPx, plotOptions } from './plotOptions'
+
+test('every unit has an axis of its own', () => {
+  const fields = ['V', 'A', '°C', 'A'].map((unit, index) => ({ path: [`f${index}`], name: `F${index}`, kind: 'number' as const, unit, description: '' }))
+  const { axes } = plotOptions(fields, { line: '#000', muted: '#000', series: [] }, 30)
+  expect(axes?.slice(1).map(({ scale }) => scale)).toEqual(['unit:V', 'unit:A', 'unit:°C'])
+})
 
 test('the axis is as wide as its longest label needs', () => {
   expect(axisWidthPx(['−2.5 rad/s', '0 rad/s'])).toBeGreaterThan(axisWidthPx(['0 rad/s']))

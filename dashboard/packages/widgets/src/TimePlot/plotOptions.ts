@@ -1,4 +1,4 @@
-/** How a plot of several fields looks: one scale per unit, the first two with an axis. */
+/** How a plot of several fields looks: one scale and one axis per unit. */
 import type uPlot from 'uplot'
 import type { Field } from '../schema/jsonSchema'
 import { formatted } from '../schema/messageFields'
@@ -23,7 +23,7 @@ export function plotOptions(fields: readonly Field[], look: PlotLook, windowS: n
     scales: { x: { time: false, range: () => [-windowS, 0] } },
     axes: [
       { ...stroke, grid, ticks: grid, size: 24, values: (_plot, splits) => splits.map((split) => `${Math.round(split)} s`) },
-      ...units.slice(0, 2).map((unit, index): uPlot.Axis => ({
+      ...units.map((unit, index): uPlot.Axis => ({
         ...stroke,
         scale: scaleOf(unit),
         // uPlot's enum has no values at run time: 3 is left, 1 is right.

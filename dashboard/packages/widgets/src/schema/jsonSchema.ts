@@ -9,6 +9,8 @@ export interface Field {
   kind: 'number' | 'boolean' | 'string' | 'array'
   unit: string
   description: string
+  /** What a message starts with, where the schema says: its default, else the one value or the first that it allows. */
+  initial?: unknown
 }
 
 /** How deep messages are followed; a schema may refer to itself. */
@@ -40,8 +42,16 @@ function collect(node: JsonSchema, root: JsonSchema, path: readonly string[], de
     const here = [...path, key]
     const kind = kindOf(child)
     if (kind === null) return collect(child, root, here, depth + 1)
-    return [{ path: here, name: nameOf(key), kind, unit: unitOf(child, key), description: text(child['description']) }]
+    const field = { path: here, name: nameOf(key), kind, unit: unitOf(child, key), description: text(child['description']) }
+    const initial = initialOf(child)
+    return [initial === undefined ? field : { ...field, initial }]
   })
+}
+
+function initialOf(node: JsonSchema): unknown {
+  if (node['default'] !== undefined) return node['default']
+  const allowed = node['enum']
+  return node['const'] ?? (Array.isArray(allowed) ? (allowed[0] as unknown) : undefined)
 }
 
 function kindOf(node: JsonSchema): Field['kind'] | null {
