@@ -45,7 +45,7 @@ def tests(session: nox.Session) -> None:
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
         return
-    _test(session, f"not e2e and not ({REAL_PEERS})", "-n", "auto", *SHARED_OUT)
+    _test(session, f"not e2e and not ({REAL_PEERS})", "-n", str(CORES + 1), *SHARED_OUT)
     apart = ("-n", str(PEERS_WORKERS), *SHARED_OUT, "--own-networks") if _may_make_networks() else ()
     _test(session, f"not e2e and ({REAL_PEERS})", *apart, files=_with_mark("webrtc", "netlab"))
 

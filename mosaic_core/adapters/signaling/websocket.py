@@ -61,7 +61,11 @@ class WebSocket:
             raise SignalingError("The connection to the server is closed.", code="signal.unreachable") from closed
 
     async def close(self, code: int = 1000, reason: str = "") -> None:
-        await self._connection.close(code, reason[:120])
+        """The closing handshake; whoever has no more patience for it and cancels it leaves nothing open."""
+        try:
+            await self._connection.close(code, reason[:120])
+        finally:
+            self._connection.transport.abort()
 
     @property
     def close_code(self) -> int | None:

@@ -143,6 +143,18 @@ def test_closing_tells_the_server_why() -> None:
     assert codes == [4400]
 
 
+async def test_who_has_no_patience_for_the_good_bye_leaves_nothing_open() -> None:
+    async def deafened(connection: ServerConnection) -> None:
+        connection.transport.pause_reading()
+        await connection.wait_closed()
+
+    async with serve(deafened, "127.0.0.1", 0, close_timeout=0) as server:
+        mine = await open_websocket(f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}/ws/robot")
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(mine.close(), 0.05)
+        assert mine._connection.transport.is_closing()
+
+
 def test_a_server_that_is_down_is_named_with_its_port() -> None:
     port = free_port()
     error = failure(f"ws://127.0.0.1:{port}/ws/robot")
