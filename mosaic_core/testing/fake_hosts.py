@@ -77,24 +77,28 @@ class FakeHost:
         self.safety: ReceiverSafety | None = None
         """The receiver's limits in force; ``build`` sets them."""
         self.stop_at_s = float("inf")
-        self.is_stopping = False
+        self._is_stopping = False
 
     def arm(self) -> None:
         """A body begins, as after a restart."""
-        self.is_stopping = False
+        self._is_stopping = False
 
     def stop(self) -> None:
         """End the body, as the runtime does when the robot stops or nobody watches any more."""
-        self.is_stopping = True
+        self._is_stopping = True
+
+    @property
+    def is_stopping(self) -> bool:
+        return self._is_stopping
 
     def monotonic_s(self) -> float:
         return self.clock.now_s
 
     def wait(self, seconds: float) -> bool:
-        if not self.is_stopping:
+        if not self._is_stopping:
             self.clock.advance(min(seconds, self.stop_at_s - self.clock.now_s))
-            self.is_stopping = self.is_stopping or self.clock.now_s >= self.stop_at_s
-        return self.is_stopping
+            self._is_stopping = self._is_stopping or self.clock.now_s >= self.stop_at_s
+        return self._is_stopping
 
     async def wait_async(self, seconds: float) -> bool:
         await asyncio.sleep(0)

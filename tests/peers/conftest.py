@@ -19,9 +19,7 @@ if str(HERE) not in sys.path:
 from independent.aiortc_operator import Page  # noqa: E402
 from independent.aiortc_robot import C1Robot, C2Robot  # noqa: E402
 from independent.javascript import ChromiumHost, NodeHost  # noqa: E402
-from independent.wire import Rest  # noqa: E402
-
-from mosaic_core.testing import until  # noqa: E402
+from independent.wire import Rest, until  # noqa: E402
 
 T = TypeVar("T")
 PACKAGES = HERE.parents[1] / "dashboard"

@@ -17,9 +17,7 @@ from aiortc import (
     RTCSessionDescription,
 )
 from aiortc.sdp import candidate_from_sdp
-from independent.wire import Rest, Wire
-
-from mosaic_core.testing import until
+from independent.wire import Rest, Wire, until
 
 STORES: dict[str, str] = {
     "ConnectionCheckReceiverStore": "data",

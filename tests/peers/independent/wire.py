@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -12,6 +14,15 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 WAIT_S = 20.0
+
+
+async def until(condition: Callable[[], Any], what: str, timeout_s: float = WAIT_S) -> float:
+    """Wait until `condition` holds; returns the seconds it took, fails with `what` otherwise."""
+    start_s = time.monotonic()
+    while not condition():
+        assert time.monotonic() - start_s < timeout_s, f"after {timeout_s} s still not true: {what}"
+        await asyncio.sleep(0.01)
+    return time.monotonic() - start_s
 
 
 class Wire:
