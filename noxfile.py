@@ -32,8 +32,6 @@ SHARED_OUT = ("--dist", "loadscope", "--no-loadscope-reorder")
 CORES = os.cpu_count() or 1
 PEERS_WORKERS = 2 * CORES
 """More processes than processors, as most of these tests wait for somebody's patience to end."""
-BROWSER_WORKERS = CORES
-"""Each has a Chromium, a server and robots, and is busy all the time."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
 TYPED = ["mosaic_core", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) for plugin in PLUGINS)]
 
@@ -52,14 +50,13 @@ def tests(session: nox.Session) -> None:
 
 @nox.session
 def e2e(session: nox.Session) -> None:
-    """Real Chromiums side by side, each against a real server and simulated robots of its own, and where that can be
-    done in a network of its own."""
+    """A real Chromium against the real server and simulated robots: one process, as a browser, its robot and its server
+    keep two processors busy by themselves."""
     _build_dashboard(session)
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "e2e", *session.posargs, external=True)
         return
-    apart = ("--own-networks",) if _may_make_networks() else ()
-    _test(session, "e2e", "-n", str(BROWSER_WORKERS), *SHARED_OUT, *apart, files=_with_mark("e2e"))
+    _test(session, "e2e", files=_with_mark("e2e"))
 
 
 @nox.session
