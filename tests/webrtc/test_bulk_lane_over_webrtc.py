@@ -64,7 +64,7 @@ class DirectNetwork(WebRtcNetwork):
 
     def __init__(self) -> None:
         super().__init__()
-        self._offerer = AiortcOfferer
+        self.offerer = AiortcOfferer
 
 
 def sockets() -> int:
