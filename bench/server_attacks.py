@@ -119,7 +119,7 @@ class People:
     async def ask(self) -> None:
         while True:
             before_s = time.perf_counter()
-            is_answered = False
+            is_answered = True  # who is still waiting at the end counts with the time until then
             try:
                 is_answered = await self._asked()
             finally:
