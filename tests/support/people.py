@@ -38,14 +38,19 @@ class Tabs:
     def lent(self) -> Iterator[Page]:
         """A tab that knows nothing of who had it before. It may be closed."""
         tab = self._free.pop() if self._free else self._new()
-        yield tab.page
-        if not tab.page.is_closed():
-            self._forget(tab.page)
-            self._free.append(tab)
-        else:
-            tab.page.context.close()
+        try:
+            yield tab.page
+        finally:  # who failed holds no key and no lease any more either
+            self._take_back(tab)
         errors, tab.errors[:] = list(tab.errors), []
         assert not errors, errors
+
+    def _take_back(self, tab: Tab) -> None:
+        if tab.page.is_closed():
+            tab.page.context.close()
+            return
+        self._forget(tab.page)
+        self._free.append(tab)
 
     def _new(self) -> Tab:
         tab = Tab(self._browser.new_context(viewport=SIZE).new_page())  # type: ignore[arg-type]

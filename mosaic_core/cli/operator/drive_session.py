@@ -25,6 +25,7 @@ from mosaic_core.operator import LeaseDenied, LeaseLost, MosaicOperator, RobotCo
 from mosaic_core.operator.stores.channel_plan import entry_of, naming, nothing_known, resource_of
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.words.catalogue import CatalogueEntry
+from mosaic_core.words.control import Refusal
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.described import drive_of
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
@@ -107,14 +108,14 @@ class _Driver:
         self._pad = pad
         self._keys = HeldKeys()
         self._note = ""
-        self._refusals: list[str] = []
+        self._refusals, self._last_refusal = 0, ""
         self._tasks = BackgroundTasks()
         self._quit = asyncio.Event()
 
     async def run(self) -> int:
         from mosaic_core.cli.operator.terminal_keys import terminal_keys
 
-        ends = self._connection.on_refusal(lambda refusal: self._refusals.append(refusal.code))
+        ends = self._connection.on_refusal(self._refused)
         typer.echo(ORIGINAL_HELP if self._connection.is_original else HELP, err=True)
         try:
             async with terminal_keys(self._pressed), asyncio.TaskGroup() as group:
@@ -165,6 +166,9 @@ class _Driver:
             self._note = f"not cleared: {error.message}"
         else:
             self._note = "cleared"
+
+    def _refused(self, refusal: Refusal) -> None:
+        self._refusals, self._last_refusal = self._refusals + 1, refusal.code
 
     def _give(self) -> None:
         """Hand over to whoever asks first."""
@@ -217,8 +221,8 @@ class _Driver:
             "speed_factor": 1.0 if limit is None else limit.factor,
             "limited_by": [cause.cause for cause in limit.causes if cause.factor < 1] if limit is not None else [],
             "round_trip_ms": None if round_trip_ms is None else round(round_trip_ms, 1),
-            "refusals": len(self._refusals),
-            "last_refusal": self._refusals[-1] if self._refusals else "",
+            "refusals": self._refusals,
+            "last_refusal": self._last_refusal,
             "note": self._note,
         }
 

@@ -86,8 +86,12 @@ class Server(uvicorn.Server):
             _log.error("can't listen on port %d of %s: %s", self.config.port, self.config.host, error)
             sys.exit(STARTUP_FAILURE)
         await super().startup(sockets=[])  # it listens on none by itself
+        if self.should_exit:
+            for one in listening:
+                one.close()
+            return
         self.servers = [CountingListener(listening, self._entrance, self._protocol, self.config.ssl)]  # type: ignore[list-item]
-        if self._on_listening is not None and not self.should_exit:
+        if self._on_listening is not None:
             port: int = listening[0].getsockname()[1]
             self._on_listening(Listening(self.config.host, port, "https" if self.config.is_ssl else "http"))
 

@@ -2,6 +2,7 @@ import { Center, Loader } from '@mantine/core'
 import { useMosaicClient, useReadable } from '@mosaic/react'
 import { lazy, Suspense } from 'react'
 import { Navigate, Route, Routes } from 'react-router-dom'
+import { PageBoundary } from './PageBoundary'
 import { RobotListPage } from './robots/RobotListPage'
 import type { AddressCode } from './session/addressCodes'
 import { failureOf } from './session/errorText'
@@ -31,13 +32,15 @@ export function App({ code }: AppProps) {
   }
   if (session === null) return <SignInPage firstFailure={failure ?? (ended && failureOf(ended))} />
   return (
-    <Suspense>
-      <Routes>
-        <Route path="/" element={<RobotListPage />} />
-        <Route path="/robots/:robotId" element={<RobotPage />} />
-        <Route path="/check" element={<CheckPage />} />
-        <Route path="*" element={<Navigate to="/" replace />} />
-      </Routes>
-    </Suspense>
+    <PageBoundary>
+      <Suspense>
+        <Routes>
+          <Route path="/" element={<RobotListPage />} />
+          <Route path="/robots/:robotId" element={<RobotPage />} />
+          <Route path="/check" element={<CheckPage />} />
+          <Route path="*" element={<Navigate to="/" replace />} />
+        </Routes>
+      </Suspense>
+    </PageBoundary>
   )
 }

@@ -105,8 +105,7 @@ class LinkedProtocol(WebSocketsSansIOProtocol):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self.conn = _LimitedProtocol(max_size=SIZE_BEFORE_AUTHORIZATION, logger=self.logger)
-        self.conn: _LimitedProtocol
+        self.conn: _LimitedProtocol = _LimitedProtocol(max_size=SIZE_BEFORE_AUTHORIZATION, logger=self.logger)
         self.heard_at_s = time.monotonic()
         self.rate = TokenBucket(FRAMES_PER_S * STRANGERS_SHARE, FRAME_BURST * STRANGERS_SHARE)
         self._entrance: Entrance | None = None
