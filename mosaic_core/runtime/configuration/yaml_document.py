@@ -210,13 +210,12 @@ class _Builder:
     def _merged(self, source: yaml.Node, place: Place, written: Collection[str]) -> dict[str, Any]:
         """``<<: *base``: keys that are written out win. What is looked at counts, also where it adds nothing."""
         document = self._document
-        if not isinstance(source, yaml.MappingNode):
-            document.problems.append(document.problem(place, "'<<' takes mappings", code="config.syntax"))
-            return {}
-        if source in self._open:
-            raise ConfigError([document.problem(place, "'<<' merges a mapping into itself", code="config.syntax")])
-        self._count(1 + len(source.value), place)
-        return self._mapping(source, place, written)
+        if isinstance(source, yaml.MappingNode) and source not in self._open:
+            self._count(1 + len(source.value), place)
+            return self._mapping(source, place, written)
+        message = "merges a mapping into itself" if source in self._open else "takes mappings"
+        document.problems.append(document.problem(place, f"'<<' {message}", code="config.syntax"))
+        return {}
 
     def _scalar(self, node: yaml.ScalarNode, place: Place) -> Any:
         document = self._document
