@@ -561,3 +561,18 @@ async def test_the_same_session_on_a_new_transport_replaces_the_old_one(kit: Any
         await kit.until(lambda: first.is_closed)
         assert control.heard("bye")[0].code == "peer.replaced"
         assert [peer.peer_id for peer in scene.robot.peers] == ["p2"]
+
+
+async def test_an_operator_who_makes_the_robot_keep_too_much_is_sent_away_and_named(
+    kit: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with kit.running(kit.connector_of(Counter("count"))) as scene:
+        await scene.network.ready()
+        operator = await scene.network.offer()
+        control = await operator.greet()
+        operator.listener.bound_exceeded("a message has no end")
+        await kit.until(lambda: operator.is_closed)
+        assert [(bye.code, bye.message) for bye in control.heard("bye")] == [
+            ("channel.too_large", "a message has no end")
+        ]
+    assert "operator p1 (account unknown) is disconnected, it sent too much" in caplog.text

@@ -45,6 +45,9 @@ class Side:
         task = asyncio.create_task(self.other.add_candidate(candidate))
         self._tasks.add(task)
 
+    def bound_exceeded(self, why: str) -> None:
+        raise AssertionError(why)
+
     def state_changed(self, state: str) -> None:
         self.states.put_nowait(state)
 

@@ -53,6 +53,9 @@ class _Side:
         if state in ("failed", "closed"):
             self.failed.set()
 
+    def bound_exceeded(self, why: str) -> None:
+        self.failed.set()
+
     def channel_opened(self, channel: Channel) -> None:
         if not self.channel.done():
             self.channel.set_result(channel)

@@ -131,7 +131,12 @@ class AiortcAnswerer:
         bundle = RTCBundlePolicy.MAX_BUNDLE if offer.is_bundled else RTCBundlePolicy.BALANCED
         listener = self._listener
         peer = AiortcPeer(
-            self._ice_servers, bundle, listener.candidate_found, listener.state_changed, relay_only=self._relay_only
+            self._ice_servers,
+            bundle,
+            listener.candidate_found,
+            listener.state_changed,
+            listener.bound_exceeded,
+            relay_only=self._relay_only,
         )
 
         @peer.pc.on("datachannel")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 
 from aiortc import MediaStreamTrack, RTCBundlePolicy, RTCRtpTransceiver, RTCSessionDescription
@@ -20,6 +21,8 @@ from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
 
+_log = logging.getLogger(__name__)
+
 
 class AiortcOfferer:
     """One peer connection, offered by this side."""
@@ -33,6 +36,7 @@ class AiortcOfferer:
             RTCBundlePolicy.MAX_BUNDLE,
             listener.candidate_found,
             listener.state_changed,
+            self._bound_exceeded,
             relay_only=relay_only,
         )
         self._labels: list[str] = []
@@ -67,6 +71,10 @@ class AiortcOfferer:
         voice = OutgoingVoice(SoundEncoding().bitrate_bps)
         self._add_line("audio", "sendonly", label).sender.replaceTrack(SoundTrack(label, voice.feed))
         return voice
+
+    def _bound_exceeded(self, why: str) -> None:
+        _log.warning("the robot's connection is given up, it sends too much: %s (channel.too_large)", why)
+        self._listener.state_changed("failed")
 
     def _add_line(self, kind: str, direction: str, label: str) -> RTCRtpTransceiver:
         if self._peer.pc.sctp is not None or self._tracks:

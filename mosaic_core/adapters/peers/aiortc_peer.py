@@ -35,7 +35,8 @@ from mosaic_core.words.signaling import IceCandidate
 _log = logging.getLogger(__name__)
 
 PLAIN_SCTP_VARIABLE = "MOSAIC_PLAIN_SCTP"
-"""Set it to ``1`` to run data channels on aiortc's own SCTP, to compare or if ours is under suspicion."""
+"""Set it to ``1`` to run data channels on aiortc's own SCTP, to compare or if ours is under suspicion. Aiortc's
+keeps whatever the other side sends, without any bound: among friends only."""
 CLOSE_TIMEOUT_S = 1.0
 """Saying good-bye to a dead TURN server takes half a minute; after this it goes on without us."""
 _TOLD_STATES = ("connecting", "connected", "failed", "closed")
@@ -56,6 +57,7 @@ class AiortcPeer:
         bundle: RTCBundlePolicy,
         on_candidate: Callable[[IceCandidate], None],
         on_state: Callable[[str], None],
+        on_excess: Callable[[str], None],
         *,
         relay_only: bool = False,
     ) -> None:
@@ -66,6 +68,7 @@ class AiortcPeer:
         self._ice_servers = ice_servers
         self._on_candidate = on_candidate
         self._on_state = on_state
+        self._on_excess = on_excess
         self._relay_only = relay_only
         self._gatherings: list[EarlyGathering] = []
         self._is_described = False
@@ -89,7 +92,7 @@ class AiortcPeer:
             watch_liveness(transport, self._vanished)
             self._gatherings.append(gathering)
         if self.pc.sctp is not None and os.environ.get(PLAIN_SCTP_VARIABLE) != "1":
-            quicken(self.pc.sctp)
+            quicken(self.pc.sctp, self._on_excess)
         await self.pc.setLocalDescription()
         sdp = self.pc.localDescription.sdp
         # What was found meanwhile goes out after the description that it belongs to.

@@ -11,6 +11,7 @@ from collections import OrderedDict, deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from mosaic_core.machines.delivery.shared_budget import Holding, SharedBudget
 from mosaic_core.words.errors import WireError
 
 MAX_MESSAGE_BYTES = 16 * 1024 * 1024
@@ -21,6 +22,8 @@ MAX_PARTIAL = 4
 """Unfinished messages of one channel: an ordered one has one, under ``latest`` a few may overlap."""
 PARTIALS_BYTES = 2 * MAX_MESSAGE_BYTES
 """What all unfinished messages of one peer may hold: the largest one, and as much again for the others."""
+ALL_PARTIALS_BYTES = 2 * PARTIALS_BYTES
+"""What those of all peers of a robot may hold: whose peer holds most is forgotten first."""
 PART_COST_BYTES = 128
 """What a chunk costs beside its payload: a peer that sends crumbs shall not get more memory than one that doesn't."""
 CHUNK_TIMEOUT_S = 5.0
@@ -57,10 +60,12 @@ class _Partial:
 
 
 class Partials:
-    """The unfinished messages of one peer, on all its channels. ``now_s``: any monotonic clock."""
+    """The unfinished messages of one peer, on all its channels. ``now_s``: any monotonic clock; ``budget``: what they
+    share with those of all other peers."""
 
-    def __init__(self, limit_bytes: int = PARTIALS_BYTES) -> None:
+    def __init__(self, limit_bytes: int = PARTIALS_BYTES, budget: SharedBudget | None = None) -> None:
         self._limit_bytes = limit_bytes
+        self._holding = Holding(budget or SharedBudget(limit_bytes), self._forget_stalest)
         self._by_age: OrderedDict[_Partial, None] = OrderedDict()
         self.size_bytes = 0
 
@@ -80,12 +85,17 @@ class Partials:
         self._by_age.move_to_end(partial)
         self.size_bytes += more_bytes
         while self.size_bytes > self._limit_bytes and len(self._by_age) > 1:
-            stalest = next(iter(self._by_age))
-            stalest.collector.forget(stalest.seq)
+            self._forget_stalest()
+        self._holding.add(self.size_bytes - self._holding.size_bytes)
+
+    def _forget_stalest(self) -> None:
+        stalest = next(iter(self._by_age))
+        stalest.collector.forget(stalest.seq)
 
     def gone(self, partial: _Partial) -> None:
         del self._by_age[partial]
         self.size_bytes -= partial.cost_bytes
+        self._holding.add(self.size_bytes - self._holding.size_bytes)
 
 
 class ChunkCollector:
@@ -121,6 +131,8 @@ class ChunkCollector:
             self.drop(seq)
             raise WireError("frame: chunks of one message disagree")
         self._keep(partial, chunk, now_s)
+        if seq not in self._partials:
+            return None  # forgotten: all peers together hold too much, and this one most
         if partial.received_bytes < chunk.total_bytes and len(partial.parts) < chunk.count:
             return None
         self.drop(seq)

@@ -20,6 +20,7 @@ from mosaic_core.machines.delivery.framing import (
 )
 from mosaic_core.machines.delivery.reassembly import MAX_MESSAGE_BYTES, Partials
 from mosaic_core.machines.delivery.send_scheduler import QueuedMessage
+from mosaic_core.machines.delivery.shared_budget import SharedBudget
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL
@@ -94,10 +95,10 @@ _SLACK_S = 0.05
 
 class PeerPartials:
     """Bounds and forgets what one peer has sent in part. Event loop only. ``forgotten(label, seq)``: the rest of this
-    message is not waited for any more."""
+    message is not waited for any more; ``budget``: what all peers of the robot may keep."""
 
-    def __init__(self, forgotten: Callable[[str, int], None]) -> None:
-        self.shared = Partials()
+    def __init__(self, forgotten: Callable[[str, int], None], budget: SharedBudget | None = None) -> None:
+        self.shared = Partials(budget=budget)
         self._readers: dict[str, FrameReader] = {}
         self._forgotten = forgotten
         self._timer = DeadlineTimer(self._expire)

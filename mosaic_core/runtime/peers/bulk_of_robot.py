@@ -28,6 +28,7 @@ class BulkOfRobot(BulkConnection["_AnsweredAttempt"]):
     ) -> None:
         super().__init__(machine.RobotBulkMachine(), operator.answer, operator.peer_id)
         self.channels = channels
+        self.operator = operator
         self.make_answerer = make_answerer
 
     def heard(self, message: LaneMessage) -> None:
@@ -92,6 +93,10 @@ class _AnsweredAttempt(BulkAttempt[Answerer]):
         if state == "connected":
             self._bulk.tell(machine.Connected(self.attempt))
         super().state_changed(state)
+
+    def bound_exceeded(self, why: str) -> None:
+        self._bulk.operator.log_excess(why)
+        self.fail("channel.too_large", why)
 
     def channel_opened(self, channel: Channel) -> None:
         if self.is_closed:

@@ -237,6 +237,10 @@ class Peer:
         self.timeline.transport_changed(state, self._transport.path())
         self._driver.tell(session.TransportChanged(state))
 
+    def bound_exceeded(self, why: str) -> None:
+        self.operator.log_excess(why)
+        self.close("channel.too_large", why)
+
     def channel_opened(self, channel: Channel) -> None:
         if self.phase == "closed":
             return

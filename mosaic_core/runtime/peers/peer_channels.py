@@ -35,7 +35,7 @@ class PeerChannels:
         self._baseline = baseline
         self._links: dict[str, DataPort] = {}
         self._rates: dict[str, TokenBucket] = {}
-        self._partials = PeerPartials(self._forgotten)
+        self._partials = PeerPartials(self._forgotten, site.unfinished)
         self._carriers: dict[str, SendQueue] = {}
         """The queue of every open channel: that of the main connection, or of the one for bulk."""
 

@@ -5,12 +5,15 @@ It is made before every other part of the peer: each of them can name the operat
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.runtime.commands.link_watch import MeasuredLink
 from mosaic_core.runtime.peers.control_channel import ControlChannel, StopChannel
 from mosaic_core.words.control import ControlMessage, Hello
+
+logger = logging.getLogger(__name__)
 
 ORDERED_PINGS_EVERY = 5
 
@@ -63,6 +66,12 @@ class RemoteOperator:
         """Tell it that a message was refused, if it is an operator of ours."""
         if self.control_channel is not None:
             self.control_channel.refuse(label, seq, code, message)
+
+    def log_excess(self, why: str) -> None:
+        """It made the robot keep too much, and is sent away: name the account behind it."""
+        fields = {"peerId": self.peer_id, "operatorId": self.sender.operator_id, "code": "channel.too_large"}
+        text = "operator %s (account %s) is disconnected, it sent too much (channel.too_large): %s"
+        logger.warning(text, self.name, self.sender.operator_id or "unknown", why, extra=fields)
 
     def ping(self) -> None:
         """Often on the stop channel, where a lost ping is just lost; seldom on the ordered one."""

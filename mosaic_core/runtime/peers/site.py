@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.control.lease_events import LegacyPeers
+from mosaic_core.machines.delivery.reassembly import ALL_PARTIALS_BYTES
+from mosaic_core.machines.delivery.shared_budget import SharedBudget
 from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.control.command_desk import CommandDesk
 from mosaic_core.runtime.delivery.outbox import Outbox
@@ -48,3 +50,5 @@ class Site:
     boot_id: str
     software: str
     listener: PeerListener
+    unfinished: SharedBudget = field(default_factory=lambda: SharedBudget(ALL_PARTIALS_BYTES))
+    """Bounds what all peers together have sent in part."""

@@ -102,6 +102,9 @@ class AnswererListener(Protocol):
         """``connecting``, ``securing`` (a path is found, DTLS runs; may be left out), ``connected``, ``failed`` or
         ``closed``."""
 
+    def bound_exceeded(self, why: str) -> None:
+        """The other side made us keep too much; nothing more of it is taken. Close it."""
+
 
 class Answerer(Protocol):
     """A robot-side peer connection."""

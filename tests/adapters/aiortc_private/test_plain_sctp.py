@@ -24,7 +24,7 @@ def test_only_a_one_leaves_the_transport_what_aiortc_made_it(
         monkeypatch.setenv(PLAIN_SCTP_VARIABLE, value)
 
     async def described() -> type:
-        peer = AiortcPeer((), RTCBundlePolicy.MAX_BUNDLE, lambda candidate: None, lambda state: None)
+        peer = AiortcPeer((), RTCBundlePolicy.MAX_BUNDLE, lambda candidate: None, lambda state: None, lambda why: None)
         try:
             peer.pc.createDataChannel("events")
             await peer.describe_locally()

@@ -431,6 +431,7 @@ REWRITTEN = {
     (RTCSctpTransport, "_send_chunk"): "eb2f909e3c2f",
     (RTCSctpTransport, "_get_inbound_stream"): "7bb5d6a0225a",
     (InboundStream, "add_chunk"): "de934faf324b",
+    (InboundStream, "prune_chunks"): "ff5a6cd9b68a",
     (InboundStream, "pop_messages"): "bd29de9aa7c4",
 }
 """Ours do the same and more, or rely on what these do."""
@@ -439,6 +440,9 @@ LEANT_ON = {
     "_receive_sack_chunk": "4b35ccf1372c",  # subtracts send times, flushes, then transmits
     "_update_advanced_peer_ack_point": "b10416e34e18",  # takes from the outbound queue with popleft
     "_receive_forward_tsn_chunk": "a7b72a09e9c4",  # asks for an acknowledgement and does not send it
+    "_receive_data_chunk": "790c2bb8cd0f",  # adds a chunk to its stream, then takes what is whole
+    "_data_channel_receive": "3df88b4b9c66",  # makes a channel for every request
+    "_reset_deferred_streams": "e8a288bf5191",  # takes the streams out that the other side has reset
     "_t3_start": "fa045ec7c5ff",  # a timer under _t3_handle that calls _t3_expired of the instance
 }
 

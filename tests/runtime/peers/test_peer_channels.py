@@ -149,6 +149,7 @@ class Scene:
             links={"p1": SimpleNamespace(command_seen=self._measured, channel_closed=self._measured)},
             listener=SimpleNamespace(command_refused=lambda label, sender, code: self.told.append(code)),
             legacy_peers="observe",
+            unfinished=None,
         )
         self.resume: Any = Resume()
         self.channels = PeerChannels(self.operator, self.site, self.resume, ArrivalBaseline())

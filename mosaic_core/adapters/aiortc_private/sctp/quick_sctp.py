@@ -6,6 +6,8 @@ inside RFC 9260 and changes no byte of the format, so the other side may be anyb
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from aiortc.rtcsctptransport import RTCSctpTransport
 
 from mosaic_core.adapters.aiortc_private.sctp.sctp import MeasuredQueue
@@ -21,11 +23,15 @@ class QuickSctp(QuickSending, QuickReceiving):
     """
 
 
-def quicken(sctp: RTCSctpTransport) -> None:
-    """Turn ``sctp`` into a :class:`QuickSctp`; before the peer connection starts it, doing so twice does nothing."""
+def quicken(sctp: RTCSctpTransport, exceeded: Callable[[str], None] | None = None) -> None:
+    """Turn ``sctp`` into a :class:`QuickSctp`; before the peer connection starts it, doing so twice does nothing.
+
+    ``exceeded`` is told why nothing more is taken, when the other side sends more than the bounds allow."""
     if type(sctp) is not RTCSctpTransport:
         return
     sctp.__class__ = QuickSctp
+    assert isinstance(sctp, QuickSctp)
+    sctp.exceeded = exceeded
     sctp._cwnd = INITIAL_WINDOW_BYTES
     sctp._rto = INITIAL_RTO_S
     waiting, sctp._data_channel_queue = sctp._data_channel_queue, MeasuredQueue(lambda entry: len(entry[2]))
