@@ -11,21 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
 from playwright.sync_api import Browser, Page, Playwright
+from support.people import SIGN_IN, access_token
 from support.processes import free_port, is_listening
 from support.waiting import wait_for
-
-SIGN_IN = "(token) => sessionStorage.setItem('mosaic.accessToken', token)"
-"""What the dashboard does when it was given a password."""
-
-
-def access_token(url: str, email: str, password: str) -> str:
-    login = {"username": email, "password": password}
-    answer = httpx.post(f"{url}/api/v1/account/login/access-token", json=login).raise_for_status()
-    token: str = answer.json()["resultData"]["accessToken"]
-    return token
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import Locator, Page, expect
+from support.accessibility import Examination
 from support.people import Tabs
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -89,13 +90,18 @@ def test_an_original_robot_is_described_by_its_yaml_file_and_then_driven_and_wat
     expect(page.get_by_test_id("stopped-banner")).to_contain_text("nothing was sent")
     assert original.heard == []
 
+    examined = Examination(page)
+    examined.look("not described yet")
     page.get_by_label("The robot’s YAML file").fill(YAML)
     expect(page.get_by_role("list", name="Connectors in the file").get_by_role("listitem")).to_have_count(5)
     shot(page, "yaml-read", tmp_path)
+    examined.look("described by a file")
     page.get_by_role("button", name="Add 5 connectors").click()
     page.get_by_role("application", name="Drive pad").wait_for()
     see_all(page)
     shot(page, "described", tmp_path)
+    examined.look("described")
+    examined.expect_nothing()
 
     page.reload()
     page.get_by_text("Connected", exact=True).wait_for()

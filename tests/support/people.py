@@ -8,13 +8,23 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
+import httpx
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from support.server_process import Seed, ServerProcess
 from support.waiting import PATIENCE_S, wait_for
 
 SIZE = {"width": 1280, "height": 900}
+SIGN_IN = "(token) => sessionStorage.setItem('mosaic.accessToken', token)"
+"""What the dashboard does when it was given a password."""
 expect.set_options(timeout=1000 * PATIENCE_S)
+
+
+def access_token(url: str, email: str, password: str) -> str:
+    login = {"username": email, "password": password}
+    answer = httpx.post(f"{url}/api/v1/account/login/access-token", json=login).raise_for_status()
+    token: str = answer.json()["resultData"]["accessToken"]
+    return token
 
 
 @dataclass
@@ -66,6 +76,7 @@ class Tabs:
             page.keyboard.up(key)
         page.evaluate("() => { sessionStorage.clear(); localStorage.clear() }")
         page.context.clear_cookies()
+        page.unroute_all()
 
 
 @dataclass

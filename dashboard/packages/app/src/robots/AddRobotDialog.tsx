@@ -29,7 +29,6 @@ export function AddRobotDialog({ isOpen, onClose }: AddRobotDialogProps) {
       closeOnClickOutside={isLosable}
       closeOnEscape={isLosable}
       withCloseButton={isLosable}
-      closeButtonProps={{ 'aria-label': 'Close' }}
     >
       {credentials === null ? <AddRobot onAdded={setCredentials} onCancel={close} /> : <NewRobot credentials={credentials} onDone={close} />}
     </Modal>
@@ -91,7 +90,7 @@ function NewRobot({ credentials, onDone }: { credentials: RobotCredentials; onDo
         Save this on the robot as <Code>mosaic_config.yaml</Code> and start it with <Code>mosaic run</Code>. The token is shown
         only now.
       </Text>
-      <Code block>{yaml}</Code>
+      <Code block tabIndex={0} aria-label="mosaic_config.yaml">{yaml}</Code>
       <Group justify="flex-end">
         <CopyButton value={yaml}>
           {({ copied, copy }) => (

@@ -1,4 +1,4 @@
-import { Popover } from '@mantine/core'
+import { Popover, VisuallyHidden } from '@mantine/core'
 import { useControl } from '@mosaic/react'
 import { IconEye, IconRobot, IconSteeringWheel, IconUser, IconUsers } from '@tabler/icons-react'
 import { useMemo } from 'react'
@@ -16,7 +16,8 @@ export function Presence({ robotId }: { robotId: string }) {
   return (
     <Popover position="bottom-end" shadow="lg" width={280}>
       <Popover.Target>
-        <button type="button" className={classes.presence} aria-label={`Who is here. ${presenceSentence(present)}`} data-testid="presence">
+        <button type="button" className={classes.presence} data-testid="presence">
+          <VisuallyHidden>Who is here. {presenceSentence(present)}</VisuallyHidden>
           <span className={classes.chips} aria-hidden>
             {present.slice(0, CHIPS_MAX).map((one) => (
               <Chip key={one.peerId} one={one} />

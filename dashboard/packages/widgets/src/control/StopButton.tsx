@@ -1,4 +1,4 @@
-import { Tooltip } from '@mantine/core'
+import { Tooltip, VisuallyHidden } from '@mantine/core'
 import { useControl, useReadable, useStop } from '@mosaic/react'
 import { IconHandStop } from '@tabler/icons-react'
 import type { PointerEvent } from 'react'
@@ -32,7 +32,6 @@ export function StopButton({ robotId, hasKey = true }: StopButtonProps) {
         className={classes.stop}
         data-state={state}
         data-testid="stop"
-        aria-label="Stop the robot"
         aria-description={availability === 'unavailable' ? what : undefined}
         aria-keyshortcuts="Escape Escape"
         onPointerDown={(event) => isPrimary(event) && stop()}
@@ -42,6 +41,7 @@ export function StopButton({ robotId, hasKey = true }: StopButtonProps) {
       >
         <IconHandStop size={22} stroke={2} aria-hidden />
         <span className={classes.stopWord}>{WORDS[state]}</span>
+        <VisuallyHidden>{state === 'ready' ? ' the robot' : '; stop the robot'}</VisuallyHidden>
         <kbd className={classes.stopKey} aria-hidden>
           {STOP_KEY_TEXT}
         </kbd>

@@ -19,7 +19,8 @@ export interface CardMenuProps {
 export function CardMenu({ robotId, entry, store, shown, widgets, onChoose }: CardMenuProps) {
   const [isDelivery, setDelivery] = useState(false)
   return (
-    <Popover opened={isDelivery} onChange={setDelivery} position="bottom-end" width={330} shadow="lg" withinPortal>
+    // The menu's button keeps its own aria-expanded: what the popover is, its dropdown says.
+    <Popover opened={isDelivery} onChange={setDelivery} position="bottom-end" width={330} shadow="lg" withinPortal withRoles={false}>
       <Popover.Target>
         <span>
           <Menu position="bottom-end" withinPortal shadow="md">
@@ -41,7 +42,9 @@ export function CardMenu({ robotId, entry, store, shown, widgets, onChoose }: Ca
           </Menu>
         </span>
       </Popover.Target>
-      <Popover.Dropdown>{store !== null && <DeliverySheet {...{ robotId, entry, store }} />}</Popover.Dropdown>
+      <Popover.Dropdown role="dialog" aria-label={`Delivery of ${entry.label}`}>
+        {store !== null && <DeliverySheet {...{ robotId, entry, store }} />}
+      </Popover.Dropdown>
     </Popover>
   )
 }

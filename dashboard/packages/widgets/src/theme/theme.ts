@@ -27,9 +27,12 @@ const dark: MantineColorsTuple = [
   '#05070a',
 ]
 
+/** Mantine's own cross says nothing to a screen reader. */
+const CLOSE = { 'aria-label': 'Close' }
+
 export const theme = createTheme({
   primaryColor: 'signal',
-  primaryShade: { light: 7, dark: 5 },
+  primaryShade: { light: 7, dark: 7 },
   colors: { signal, dark },
   autoContrast: true,
   defaultRadius: 'md',
@@ -41,7 +44,10 @@ export const theme = createTheme({
   headings: { fontWeight: '600' },
   components: {
     // Between the header of a page and the bar of a phone, where a robot's stop is.
-    Modal: { defaultProps: { yOffset: 'calc(var(--m-bar) + 8px)' } },
+    Modal: { defaultProps: { yOffset: 'calc(var(--m-bar) + 8px)', closeButtonProps: CLOSE } },
+    // Its placeholder takes the focus inside of the menu, where only items may; without it the first item has it.
+    Menu: { defaultProps: { withInitialFocusPlaceholder: false } },
+    Drawer: { defaultProps: { closeButtonProps: CLOSE } },
   },
 })
 
