@@ -4,10 +4,10 @@
 
 const WAIT_MS = 20_000
 
-async function until(condition, what) {
+async function until(condition, what, seen = () => '') {
   const end = performance.now() + WAIT_MS
   while (!condition()) {
-    if (performance.now() > end) throw new Error(`after ${WAIT_MS} ms still not true: ${what}`)
+    if (performance.now() > end) throw new Error(`after ${WAIT_MS} ms still not true: ${what}${seen()}`)
     await new Promise((resolve) => setTimeout(resolve, 10))
   }
 }
@@ -107,10 +107,17 @@ export class Page extends Wire {
     isOffered = true
     early.forEach(send)
     if (waits) {
-      await until(() => pc.connectionState === 'connected', 'the call is connected')
-      await until(() => Object.values(call.channels).every((it) => it.readyState === 'open'), 'all channels are open')
+      const seen = () => `, but ${JSON.stringify(this.state(call))}`
+      await until(() => pc.connectionState === 'connected', 'the call is connected', seen)
+      await until(() => Object.values(call.channels).every((it) => it.readyState === 'open'), 'all channels are open', seen)
     }
     return id
+  }
+
+  state({ pc, channels, answer, rejected }) {
+    const { connectionState, iceConnectionState, iceGatheringState, signalingState } = pc
+    const labels = Object.entries(channels).map(([label, { readyState }]) => [label, readyState])
+    return { connectionState, iceConnectionState, iceGatheringState, signalingState, labels, rejected, answer }
   }
 
   openChannel(call, label) {
