@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from typer.testing import CliRunner
 
 from mosaic_core import Configurer, DataChannelReceivable
+from mosaic_core.cli.main import app
 from mosaic_core.contract.media_tap import TappedImage
 from mosaic_core.testing import build, collect, fake_host
 
@@ -54,9 +56,8 @@ def test_every_yaml_block_is_valid(page: str, document: dict[str, Any], tmp_path
     document.setdefault("server", {"ws_url": "ws://127.0.0.1:9001", "auth": auth})
     config = tmp_path / "mosaic_config.yaml"
     config.write_text(yaml.safe_dump(document, sort_keys=False))
-    words = [sys.executable, "-m", "mosaic_core.cli.main", "validate", str(config), "--allow-missing-env"]
-    done = subprocess.run(words, capture_output=True, text=True)
-    assert done.returncode == 0, f"{page}: {done.stdout}{done.stderr}"
+    done = CliRunner().invoke(app, ["validate", str(config), "--allow-missing-env"])
+    assert done.exit_code == 0, f"{page}: {done.output}"
 
 
 def test_the_code_of_the_connector_tutorial_runs() -> None:

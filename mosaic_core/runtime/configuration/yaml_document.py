@@ -110,12 +110,12 @@ def parse_yaml(text: str, file: str, environ: Mapping[str, str]) -> YamlDocument
         line = text.count("\n", 0, stray.start()) + 1
         raise ConfigError([Problem(f"character U+{ord(stray[0]):04X} is not allowed", "config.syntax", file, line)])
     try:
-        loader = yaml.SafeLoader(masked(text))
+        loader = _BoundedLoader(masked(text))
         node = loader.get_single_node()
+    except _TooDeepError as error:
+        raise ConfigError([Problem("nested too deeply", "config.syntax", file, error.line)]) from error
     except yaml.YAMLError as error:
         raise ConfigError([_syntax_problem(error, file, text)]) from error
-    except RecursionError as error:
-        raise ConfigError([Problem("nested too deeply", "config.syntax", file)]) from error
     document = YamlDocument(None, file)
     if node is None:
         problem = Problem("is empty", "config.syntax", file, cure="`mosaic config init` writes a file to start from")
@@ -125,6 +125,30 @@ def parse_yaml(text: str, file: str, environ: Mapping[str, str]) -> YamlDocument
         raise ConfigError([Problem("must be a mapping of keys to values", "config.syntax", file, 1, cure=cure)])
     _Builder(loader, document, environ).build_root(node)
     return document
+
+
+class _TooDeepError(Exception):
+    """Says in which line a document goes deeper than is read."""
+
+    def __init__(self, line: int) -> None:
+        super().__init__(line)
+        self.line = line
+
+
+class _BoundedLoader(yaml.SafeLoader):
+    """Reads YAML to a bounded depth: each level costs the library's scanner more than the one before it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._depth = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        if parent is not None and self._depth > MAX_DEPTH:
+            raise _TooDeepError(parent.start_mark.line + 1)
+        self._depth += 1
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
 
 
 def _syntax_problem(error: yaml.YAMLError, file: str, text: str) -> Problem:

@@ -142,7 +142,8 @@ def test_an_alias_to_itself_ends(problems: Problems) -> None:
 @pytest.mark.parametrize("text", ["[" * 5000, "{a: " * 5000, "- " * 20000, "a: " + "[" * 80 + "]" * 80])
 def test_deep_nesting_ends(problems: Problems, text: str) -> None:
     (problem,) = problems(text)
-    assert problem.code == "config.syntax"
+    assert (problem.code, problem.line) == ("config.syntax", 1)
+    assert problem.message == "nested too deeply"
 
 
 def test_aliases_and_merge_keys_work(problems: Problems, robot_yaml: Callable[..., str]) -> None:
