@@ -14,7 +14,7 @@ from mosaic_core.contract.params import Message, NoParams
 from mosaic_core.drill.drill import EXERCISES, drill
 from mosaic_core.drill.findings import DrillFinding
 from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector
-from mosaic_core.machines.commands.command_gate import CommandGate
+from mosaic_core.machines.commands.command_order import CommandGate
 from mosaic_core.machines.commands.watchdog import Watchdog
 from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.runtime.commands.fence import Fence

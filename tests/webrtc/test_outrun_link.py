@@ -14,7 +14,7 @@ from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.laboratory.impaired_answerer import impaired
 from mosaic_core.laboratory.impaired_path import ImpairedPath
-from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.commands.command_order import ArrivalBaseline
 from mosaic_core.machines.delivery.delivery_terms import terms_of
 from mosaic_core.machines.delivery.framing import Frame, PayloadKind
 from mosaic_core.machines.delivery.send_scheduler import HIGH_WATER_BYTES, Offered

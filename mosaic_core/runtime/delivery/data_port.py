@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 
 from mosaic_core.contract.host import Outgoing
-from mosaic_core.machines.commands.command_gate import ArrivalBaseline, CommandGate
+from mosaic_core.machines.commands.command_order import ArrivalBaseline, CommandGate
 from mosaic_core.machines.delivery.framing import (
     HEADER_BYTES,
     SENT_CHUNK_BYTES,

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
-from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.commands.command_order import ArrivalBaseline
 from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.machines.peers import bulk_of_robot as machine
 from mosaic_core.runtime.peers.bulk_connection import BulkAttempt, BulkConnection, LaneMessage

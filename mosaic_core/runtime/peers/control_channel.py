@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from mosaic_core.contract.host import Outgoing
-from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.commands.command_order import ArrivalBaseline
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.runtime.delivery.data_port import DataPort

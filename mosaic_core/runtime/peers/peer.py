@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from mosaic_core.contract.host import Sender
-from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.commands.command_order import ArrivalBaseline
 from mosaic_core.machines.peers import peer_of_robot as session
 from mosaic_core.runtime.peers.bulk_of_robot import BulkOfRobot
 from mosaic_core.runtime.peers.control_channel import ControlChannel, StopChannel

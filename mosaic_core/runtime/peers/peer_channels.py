@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from mosaic_core.contract.host import Outgoing
-from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.commands.command_order import ArrivalBaseline
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag
 from mosaic_core.machines.delivery.send_scheduler import Offered, Priority
 from mosaic_core.machines.timing.pacing import TokenBucket

@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.machines.commands.command_gate import ArrivalBaseline, CommandGate
+from mosaic_core.machines.commands.command_order import ArrivalBaseline, CommandGate
 from mosaic_core.machines.commands.safety_envelope import MAX_RISE_STEP_S, OutOfRange, SafetyEnvelope
 from mosaic_core.machines.commands.watchdog import Watchdog
 from mosaic_core.machines.control.lease_desk import LeaseDesk

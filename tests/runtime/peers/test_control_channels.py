@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.commands.command_order import ArrivalBaseline
 from mosaic_core.machines.delivery.framing import Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.delivery.send_scheduler import Offered, Priority, QueuedMessage
 from mosaic_core.runtime.peers import control_channel

@@ -12,7 +12,7 @@ import pytest
 
 from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSendable
 from mosaic_core.contract.host import Outgoing, Sender
-from mosaic_core.machines.commands.command_gate import ArrivalBaseline
+from mosaic_core.machines.commands.command_order import ArrivalBaseline
 from mosaic_core.machines.delivery.delivery_terms import terms_of
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.delivery.send_scheduler import Offered

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.commands.command_gate import CLOCK_DRIFT, ArrivalBaseline, CommandGate
+from mosaic_core.machines.commands.command_order import CLOCK_DRIFT, ArrivalBaseline, CommandGate
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS
 
 
