@@ -18,6 +18,7 @@ from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract
+from mosaic_core.words.errors import Refused as Refused
 from mosaic_core.words.wire_model import to_json
 
 T = TypeVar("T")
@@ -250,15 +251,6 @@ class DataChannelReceivable(Handler, Generic[T]):
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls.data_type = _data_type_of(cls, "u2r")
-
-
-class Refused(Exception):
-    """The refusal of one message, raised by ``handle_data``; ``code`` and text reach the sender."""
-
-    def __init__(self, code: str, message: str = "") -> None:
-        super().__init__(message or code)
-        self.code = code
-        self.message = message
 
 
 class DataChannelJsonReceivable(DataChannelReceivable[dict[str, Any]]):

@@ -53,8 +53,9 @@ def mosaic_connector_failed(label: str, error: BaseException, restart_in_s: floa
 
 
 @hookspec
-def mosaic_command_received(label: str, sender: Sender, accepted: bool, code: str) -> None:
-    """A message for a receiver arrived; ``code`` says why it was refused, or is empty."""
+def mosaic_command_received(label: str, sender: Sender, accepted: bool, code: str, gate: str) -> None:
+    """A message for a receiver arrived; ``code`` says why it was refused, ``gate`` what on the way of a command refused
+    it; both are empty if nothing did."""
 
 
 @hookspec

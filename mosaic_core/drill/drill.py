@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Collection, Mapping
+from dataclasses import asdict
 
 from mosaic_core.drill import silence, strangers
 from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, NotExercised, Passed
@@ -68,4 +69,4 @@ async def _exercised(rig: Rig, subject: DrilledReceiver, name: str) -> DrillFind
         return DrillFinding(name, subject.label, "failed", why=f"{error.code}: {error.message}")
     except TimeoutError:
         return DrillFinding(name, subject.label, "failed", why=f"it hung for {EXERCISE_S:.0f} s")
-    return DrillFinding(name, subject.label, "passed", passed.limit, passed.measured, passed.why, passed.measured_s)
+    return DrillFinding(name, subject.label, "passed", **asdict(passed))

@@ -12,7 +12,8 @@ TOLERANCE_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class DrillFinding:
-    """``limit`` and ``measured`` are words with units; ``why`` says what was wrong, or why it was not exercised."""
+    """``limit`` and ``measured`` are words with units; ``why`` says what was wrong, or why it was not exercised;
+    ``gate``: what on the way of a command refused it, where something must be refused."""
 
     exercise: str
     label: str
@@ -21,6 +22,7 @@ class DrillFinding:
     measured: str = ""
     why: str = ""
     measured_s: float | None = None
+    gate: str = ""
 
 
 class NotExercised(Exception):
@@ -42,11 +44,12 @@ class Passed:
     measured: str
     why: str = ""
     measured_s: float | None = None
+    gate: str = ""
 
 
-def in_time(measured_s: float, limit_s: float, *, why: str = "") -> Passed:
+def in_time(measured_s: float, limit_s: float, *, why: str = "", gate: str = "") -> Passed:
     """Passed if it took no longer than its limit; else raises :class:`ExerciseFailed`."""
     limit, measured = f"{limit_s * 1e3:.0f} ms", f"{measured_s * 1e3:.0f} ms"
     if measured_s > limit_s + TOLERANCE_S:
         raise ExerciseFailed("too late", limit=limit, measured=measured)
-    return Passed(limit, measured, why, measured_s)
+    return Passed(limit, measured, why, measured_s, gate)

@@ -23,6 +23,7 @@ from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.words.config import AuthConfig, RobotConfig, ServerConfig
+from mosaic_core.words.control import Refusal
 from mosaic_core.words.data_type import Delivery
 
 _NO_SERVER = ServerConfig(
@@ -56,7 +57,13 @@ class DrillOperator:
         self.connection = connection
         self.link = link
         self.refusals: list[str] = []
-        connection.on_refusal(lambda refusal: self.refusals.append(refusal.code))
+        self.gates: dict[str, str] = {}
+        """Which gate refused with a code."""
+        connection.on_refusal(self._refused)
+
+    def _refused(self, refusal: Refusal) -> None:
+        self.refusals.append(refusal.code)
+        self.gates[refusal.code] = refusal.gate or ""
 
     @property
     def control(self) -> Any:

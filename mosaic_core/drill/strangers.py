@@ -12,6 +12,7 @@ from mosaic_core.drill.commands import at
 from mosaic_core.drill.findings import ExerciseFailed, NotExercised, Passed, in_time
 from mosaic_core.drill.rig import DrilledReceiver, Rig, until
 from mosaic_core.drill.silence import AT_ONCE_S, WAIT_S, safe_act
+from mosaic_core.machines.commands.gates import Gate
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.operator import LeaseDenied
 from mosaic_core.words.control import CONTROL_LABEL, STOP_LABEL
@@ -48,7 +49,7 @@ async def _stopped(rig: Rig, subject: DrilledReceiver, *, lost_lane: str) -> Pas
             await asyncio.sleep(SETTLE_S)
             if any(stream.moves(act) for act in subject.recorder.commands_since(safe.at_s)):
                 raise ExerciseFailed("it took commands while it was stopped")
-            return in_time(safe.at_s - began_s, AT_ONCE_S)
+            return in_time(safe.at_s - began_s, AT_ONCE_S, gate=stream.who.gates.get("safety.stopped", ""))
     finally:
         await rig.dismiss(observer)  # first: a stop that was not heard is said again and again
         await supervisor.control.clear_stop()
@@ -83,7 +84,7 @@ async def stranger(rig: Rig, subject: DrilledReceiver) -> Passed:
     """Somebody else commands while the holder looks on."""
     _resource(subject)
     async with opened(rig, subject), opened(rig, subject, holds=False) as stream:
-        return await _refused(stream, "lease.not_holder", stream.say)
+        return await _refused(stream, Gate.LEASE, "lease.not_holder", stream.say)
 
 
 async def observer(rig: Rig, subject: DrilledReceiver) -> Passed:
@@ -91,7 +92,7 @@ async def observer(rig: Rig, subject: DrilledReceiver) -> Passed:
     if subject.safety.takes_observers:
         raise NotExercised("it takes messages of observers (`takes_observers`)")
     async with opened(rig, subject, "observer", holds=False) as stream:
-        return await _refused(stream, "lease.forbidden", stream.say)
+        return await _refused(stream, Gate.ROLE, "lease.forbidden", stream.say)
 
 
 async def old_epoch(rig: Rig, subject: DrilledReceiver) -> Passed:
@@ -101,13 +102,13 @@ async def old_epoch(rig: Rig, subject: DrilledReceiver) -> Passed:
         before = stream.epoch
         stream.who.control.release(resource)
         await stream.who.control.take(resource)
-        return await _refused(stream, "lease.old_epoch", lambda: stream.say(epoch=before))
+        return await _refused(stream, Gate.LEASE, "lease.old_epoch", lambda: stream.say(epoch=before))
 
 
 async def replay(rig: Rig, subject: DrilledReceiver) -> Passed:
     """A command that was carried out is said again."""
     async with moving(rig, subject) as stream:
-        return await _refused(stream, "safety.out_of_order", lambda: stream.say(seq=stream.seq))
+        return await _refused(stream, Gate.SEQUENCE, "safety.out_of_order", lambda: stream.say(seq=stream.seq))
 
 
 async def reordered(rig: Rig, subject: DrilledReceiver) -> Passed:
@@ -115,7 +116,7 @@ async def reordered(rig: Rig, subject: DrilledReceiver) -> Passed:
     async with moving(rig, subject) as stream:
         stream.seq += 1
         stream.say()
-        return await _refused(stream, "safety.out_of_order", lambda: stream.say(seq=stream.seq - 1))
+        return await _refused(stream, Gate.SEQUENCE, "safety.out_of_order", lambda: stream.say(seq=stream.seq - 1))
 
 
 async def not_a_number(rig: Rig, subject: DrilledReceiver) -> Passed:
@@ -125,7 +126,7 @@ async def not_a_number(rig: Rig, subject: DrilledReceiver) -> Passed:
     moved = subject.command.moved
     payload = subject.command.with_value(moved, "NaN") if moved else b'{"drill":NaN}'
     async with moving(rig, subject) as stream:
-        return await _refused(stream, "safety.not_finite", lambda: stream.say(payload))
+        return await _refused(stream, Gate.SHAPE, "safety.not_finite", lambda: stream.say(payload))
 
 
 async def out_of_range(rig: Rig, subject: DrilledReceiver) -> Passed:
@@ -148,7 +149,8 @@ async def out_of_range(rig: Rig, subject: DrilledReceiver) -> Passed:
             raise ExerciseFailed("the command was neither carried out nor refused", limit=words)
         if reached > most * (1 + 1e-9):
             raise ExerciseFailed("more than the limit reached the connector", limit=words, measured=f"{reached:g}")
-        return Passed(words, f"{reached:g}" if acts else stream.who.refusals[-1])
+        told = "" if acts else stream.who.refusals[-1]
+        return Passed(words, told or f"{reached:g}", gate=stream.who.gates.get(told, Gate.ENVELOPE))
 
 
 async def too_fast(rig: Rig, subject: DrilledReceiver) -> Passed:
@@ -161,11 +163,11 @@ async def too_fast(rig: Rig, subject: DrilledReceiver) -> Passed:
             stream.say()
         if not await stream.who.until_refused("safety.too_fast"):
             raise ExerciseFailed("a burst was taken whole", limit=f"{most_hz:g} Hz")
-        return Passed(f"{most_hz:g} Hz", "safety.too_fast")
+        return Passed(f"{most_hz:g} Hz", "safety.too_fast", gate=stream.who.gates["safety.too_fast"])
 
 
-async def _refused(stream: CommandStream, code: str, say: Callable[[], None]) -> Passed:
-    """What ``say()`` sends must be refused with ``code`` and not be carried out."""
+async def _refused(stream: CommandStream, gate: Gate, code: str, say: Callable[[], None]) -> Passed:
+    """What ``say()`` sends must be refused at ``gate`` with ``code`` and not be carried out."""
     await asyncio.sleep(SETTLE_S)
     began_s = time.monotonic()
     say()
@@ -177,7 +179,10 @@ async def _refused(stream: CommandStream, code: str, say: Callable[[], None]) ->
         raise ExerciseFailed("it was carried out", limit=code, measured="carried out")
     if not was_told:
         raise ExerciseFailed("the sender was not told why", limit=code, measured=told)
-    return Passed(code, code)
+    named = stream.who.gates[code]
+    if named != gate:
+        raise ExerciseFailed("another gate refused it", limit=f"{code} at {gate}", measured=f"{code} at {named}")
+    return Passed(code, code, gate=named)
 
 
 def _resource(subject: DrilledReceiver) -> str:

@@ -11,6 +11,7 @@ import pluggy
 
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.host import Sender
+from mosaic_core.machines.commands.gates import GateRefusal
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.hook_calls import call_hook
 from mosaic_core.runtime.handlers.receiver import Outcome
@@ -162,20 +163,23 @@ class Robot:
     def stop_changed(self, is_stopped: bool, by: str, reason: str) -> None:
         call_hook(self._plugins, "mosaic_stop_changed", is_stopped=is_stopped, by=by, reason=reason)
 
-    def command_refused(self, label: str, sender: Sender, code: str) -> None:
-        self._running.control.journal.refused(label, sender, code)
-        call_hook(self._plugins, "mosaic_command_received", label=label, sender=sender, accepted=False, code=code)
+    def command_refused(self, label: str, sender: Sender, refusal: GateRefusal) -> None:
+        self._running.control.journal.refused(label, sender, refusal)
+        self._tell_command(label, sender, refusal)
 
     # -- what handlers tell --------------------------------------------------------------------------------------
 
     def command_done(self, outcome: Outcome) -> None:
-        item = outcome.item
-        if outcome.code:
-            peer = self._running.peers.get(item.sender.peer_id)
-            if peer is not None:
-                peer.operator.refuse(item.channel, item.seq, outcome.code, outcome.message)
+        item, refusal = outcome.item, outcome.refusal
+        peer = self._running.peers.get(item.sender.peer_id) if refusal is not None else None
+        if peer is not None and refusal is not None:
+            peer.operator.refuse(item.channel, item.seq, refusal.code, refusal.message, refusal.gate)
         self._running.control.command_done(outcome)
-        arguments = {"label": item.channel, "sender": item.sender, "accepted": not outcome.code, "code": outcome.code}
+        self._tell_command(item.channel, item.sender, refusal)
+
+    def _tell_command(self, label: str, sender: Sender, refusal: GateRefusal | None) -> None:
+        code, gate = ("", "") if refusal is None else (refusal.code, str(refusal.gate))
+        arguments = {"label": label, "sender": sender, "accepted": refusal is None, "code": code, "gate": gate}
         call_hook(self._plugins, "mosaic_command_received", **arguments)
 
     def connector_failed(self, label: str, error: BaseException, restart_in_s: float) -> None:

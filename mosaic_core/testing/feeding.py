@@ -14,9 +14,17 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
+from mosaic_core.machines.commands.admission import (
+    ArrivedCommand,
+    CommandChannel,
+    refusal_on_acting,
+    refusal_on_arrival,
+)
+from mosaic_core.machines.commands.slow_down import Measures
 from mosaic_core.machines.commands.watchdog import Watchdog
 from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.commands.command_shaper import CommandShaper, ShapedCommand
+from mosaic_core.runtime.commands.command_turn import CommandTurn
 from mosaic_core.runtime.commands.safety_watch import ZEROS_FOR_S
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.handlers.receiver import ZERO_PERIOD_S, _takes_sender
@@ -86,13 +94,11 @@ class _Feeder:
         self._handler = handler
         self._safety = host.safety or ReceiverSafety.of(SafetyConfig(), handler)
         self._watchdog = Watchdog(self._safety.timeout_s)
-        self._shaper = CommandShaper(
-            handler, self._safety, lambda: len(self.fed.made_safe), lambda _: self._factor, lambda: host.clock.now_s
-        )
+        self._shaper = CommandShaper(handler, self._safety, lambda: len(self.fed.made_safe), lambda: host.clock.now_s)
         self._takes_sender = _takes_sender(handler)
         self._start_s = host.clock.now_s
         self._factor = 1.0
-        self._is_stopped = False
+        self.is_stopped = False
         self._mover: Sender | None = None
         self._without_lease: set[str] = set()
         self._rates: dict[str, TokenBucket] = {}
@@ -125,11 +131,11 @@ class _Feeder:
                     self._follow(self._safety.on_loss, "safety.peer_left")
                 self._handler.peer_left(sender)
             case Stopped():
-                if self._safety.is_motion and not self._is_stopped:
+                if self._safety.is_motion and not self.is_stopped:
                     self._make_safe("safety.stop")
-                self._is_stopped = True
+                self.is_stopped = True
             case Cleared():
-                self._is_stopped = False
+                self.is_stopped = False
             case LosesLease(sender):
                 self._lease_lost(sender)
             case SlowedTo(factor):
@@ -144,18 +150,16 @@ class _Feeder:
         if self._safety.resource and self._mover is not None and self._mover.peer_id == sender.peer_id:
             self._make_safe("safety.lease_lost")
 
-    def _refusal(self, sender: Sender) -> str | None:
-        """As the robot's fence refuses, but for epochs."""
-        safety = self._safety
-        if sender.role not in ("operator", "supervisor") and not safety.takes_observers:
-            return "lease.forbidden"
-        if safety.max_rate_hz is not None:
-            rate = self._rates.setdefault(sender.peer_id, TokenBucket.of_rate(safety.max_rate_hz))
-            if not rate.admits(self.host.clock.now_s):
-                return "safety.too_fast"
-        if safety.is_motion and self._is_stopped:
-            return "safety.stopped"
-        return "lease.required" if safety.resource and sender.peer_id in self._without_lease else None
+    def refusal(self, peer_id: str, resource: str, epoch: int | None, now_s: float) -> str | None:
+        """Implements ``Leases``: everybody holds the lease but who has lost it."""
+        return "lease.required" if peer_id in self._without_lease else None
+
+    def _arrival(self, sender: Sender) -> ArrivedCommand:
+        rate = self._rates.get(sender.peer_id)
+        if rate is None and self._safety.max_rate_hz is not None:
+            rate = self._rates[sender.peer_id] = TokenBucket.of_rate(self._safety.max_rate_hz)
+        channel = CommandChannel(self._safety, self, self, rate=rate)
+        return ArrivedCommand(channel, sender.peer_id, sender.role, not sender.is_original, 0, self.host.clock.now_s)
 
     def _message(self, sender: Sender, data: Any) -> Generator[Any, None, None]:
         try:
@@ -184,10 +188,13 @@ class _Feeder:
             self._make_safe(self._overtaken_cause)
 
     def _admitted(self, sender: Sender, data: Any) -> ShapedCommand:
-        code = self._refusal(sender)
-        if code is not None:
-            raise Refused(code)
-        return self._shaper.read(_payload(data), sender.peer_id)
+        """Through the same gates as on a robot."""
+        turn = _Turn(_payload(data), self._shaper, self._safety, lambda: _GOOD, lambda command: None)
+        turn.share = self._factor if self._safety.is_slowed else 1.0
+        refusal = refusal_on_arrival(self._arrival(sender)) or refusal_on_acting(turn)
+        if refusal is not None:
+            raise Refused(refusal.code, refusal.message)
+        return turn.command
 
     def _follow(self, policy: SafePolicy, cause: str) -> None:
         if policy == "hold":
@@ -209,6 +216,19 @@ class _Feeder:
     def _elapsed_s(self) -> float:
         """To the microsecond, so that a test can write ``0.3`` and mean it."""
         return round(self.host.clock.now_s - self._start_s, 6)
+
+
+_GOOD = Measures(rtt_ms=0.0, loss=0.0, picture_ms=0.0)
+
+
+class _Turn(CommandTurn):
+    """A command whose sender's link is as bad as the script says; ``share`` is what that leaves of the speed."""
+
+    share = 1.0
+
+    def limit(self) -> None:
+        self.factor *= self.share
+        super().limit()
 
 
 def _payload(data: Any) -> bytes:

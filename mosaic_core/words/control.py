@@ -135,12 +135,16 @@ class MediaTalking(ControlMessage):
 
 
 class Refusal(ControlMessage):
-    """Robot → operator: a message on a connector was not accepted. ``seq`` is that of its frame."""
+    """Robot → operator: a message on a connector was not accepted. ``seq`` is that of its frame; ``gate``: what on the
+    way of a command refused it. ``count``: how many of this label and code it speaks for, ``seq`` being the last one's;
+    one where it says nothing."""
 
     type = "refusal"
     label: str
     seq: int | None = None
     code: str
+    gate: str | None = None
+    count: Annotated[int, Field(ge=1)] | None = None
     message: str | None = None
 
 
@@ -348,6 +352,7 @@ class JournalEntry(WireModel):
     who: str = ""
     subject: str = ""
     code: str = ""
+    gate: str | None = Field(default=None, description="What on the way of a command refused it.")
     message: str = ""
 
 

@@ -9,6 +9,7 @@
     ├── SignalingError          the server can't be reached, or said no
     ├── ConnectionFailed        a peer connection could not be made or was lost
     └── WireError               bytes from the other side that make no sense
+    Refused                     one message that is not carried out; no error
 """
 
 from __future__ import annotations
@@ -98,3 +99,12 @@ class WireError(MosaicError):
 
     def __init__(self, message: str, *, code: str = "signal.bad_message") -> None:
         super().__init__(message, code=code)
+
+
+class Refused(Exception):
+    """The refusal of one message, raised by ``handle_data``; ``code`` and text reach the sender."""
+
+    def __init__(self, code: str, message: str = "") -> None:
+        super().__init__(message or code)
+        self.code = code
+        self.message = message

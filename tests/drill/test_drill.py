@@ -14,7 +14,7 @@ from mosaic_core.contract.params import Message, NoParams
 from mosaic_core.drill.drill import EXERCISES, drill
 from mosaic_core.drill.findings import DrillFinding
 from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector
-from mosaic_core.machines.commands.command_order import CommandGate
+from mosaic_core.machines.commands.command_order import CommandOrder
 from mosaic_core.machines.commands.watchdog import Watchdog
 from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.runtime.commands.fence import Fence
@@ -167,7 +167,7 @@ def test_a_safe_action_that_raises_fails_with_its_error_when_it_is_live() -> Non
     [
         (LeaseDesk, "refusal", None, "stranger"),
         (LeaseDesk, "refusal", None, "old-epoch"),
-        (CommandGate, "refusal", None, "replay"),
+        (CommandOrder, "arrived", (0.0, True), "replay"),
         (Watchdog, "expire", False, "silence"),
     ],
 )
@@ -211,6 +211,7 @@ def test_each_lane_of_the_stop_is_exercised_alone(
 
 def test_a_stop_that_does_not_hold_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Fence, "refusal", lambda *asked: None)
+    monkeypatch.setattr(Fence, "refusal_on_arrival", lambda *asked: None)
     found = findings(sled(Sled), only=("stop",))["stop"]
     assert (found.verdict, found.why) == ("failed", "it took commands while it was stopped")
 

@@ -50,7 +50,7 @@ class RobotEnd:
         """The events that have to arrive."""
         self.outbox = Outbox(asyncio.get_running_loop(), lambda channel, on: None)
         self._queue = SendQueue(lambda label: self.outbox.has_room(label, "p"))
-        self._links = {label: DataPort(channel, ArrivalBaseline(), None) for label, channel in channels.items()}
+        self._links = {label: DataPort(channel, ArrivalBaseline()) for label, channel in channels.items()}
         self.counters = {label: ConnectorCounters() for label in channels}
         for label, channel in channels.items():
             terms = terms_of(CONTRACTS[label])

@@ -99,11 +99,13 @@ def _show(found: list[DrillFinding], console: Console, *, live: bool) -> None:
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     is_wide = console.width >= _TABLE_WIDTH
-    for name in ("what", "connector", "limit", "measured", "", *(["why"] if is_wide else [])):
+    for name in ("what", "connector", "limit", "measured", "gate", "", *(["why"] if is_wide else [])):
         table.add_column(name, no_wrap=name != "why", overflow="fold")
     for one in found:
         verdict = Text(one.verdict, style=_STYLES[one.verdict])
-        table.add_row(one.exercise, one.label, one.limit, one.measured, verdict, *([one.why] if is_wide else []))
+        table.add_row(
+            one.exercise, one.label, one.limit, one.measured, one.gate, verdict, *([one.why] if is_wide else [])
+        )
     console.print(table if found else "no connector takes commands: nothing to exercise")
     for one in found:
         if one.why and not is_wide:

@@ -168,7 +168,8 @@ class _Driver:
             self._note = "cleared"
 
     def _refused(self, refusal: Refusal) -> None:
-        self._refusals, self._last_refusal = self._refusals + 1, refusal.code
+        self._refusals += refusal.count or 1
+        self._last_refusal = f"{refusal.gate}: {refusal.code}" if refusal.gate else refusal.code
 
     def _give(self) -> None:
         """Hand over to whoever asks first."""

@@ -16,6 +16,7 @@ from mosaic_core.cli.terminal.error_report import FAILED, FINE
 from mosaic_core.operator import MosaicOperator, RobotConnection, SendableStore
 from mosaic_core.operator.control.original_drives import command_of, is_zero, leave_at_zero
 from mosaic_core.operator.stores.channel_plan import entry_of, naming, resource_of
+from mosaic_core.words.codes import REASONS
 from mosaic_core.words.control import Refusal
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed
@@ -114,11 +115,23 @@ class SendAction:
 
     def _report(self, sent: int, refusals: list[Refusal]) -> int:
         for refusal in refusals[:3]:
-            reason = f"{refusal.code}: {refusal.message}" if refusal.message else refusal.code
-            typer.secho(f"refused: {reason}", err=True, fg=typer.colors.RED)
-        line = {"sent": sent, "refused": len(refusals), "codes": sorted({refusal.code for refusal in refusals})}
-        typer.echo(json.dumps(line) if self.as_json else f"{sent} sent, {len(refusals)} refused")
+            typer.secho(f"refused{refusal_text(refusal)}", err=True, fg=typer.colors.RED)
+        count = sum(refusal.count or 1 for refusal in refusals)
+        codes = sorted({refusal.code for refusal in refusals})
+        gates = sorted({refusal.gate for refusal in refusals if refusal.gate})
+        line = {"sent": sent, "refused": count, "codes": codes, "gates": gates}
+        typer.echo(json.dumps(line) if self.as_json else f"{sent} sent, {count} refused")
         return FAILED if refusals or not sent else FINE
+
+
+def refusal_text(refusal: Refusal) -> str:
+    """`` at the gate age (safety.stale): The command took too long …``, and how many it speaks for."""
+    gate = f" at the gate {refusal.gate}" if refusal.gate else ""
+    reason = REASONS.get(refusal.code)
+    sentence = refusal.message or (reason.sentence if reason else "")
+    cure = f" {reason.cure}" if reason and reason.cure else ""
+    more = f" (and {refusal.count - 1} more)" if refusal.count and refusal.count > 1 else ""
+    return f"{gate}: {refusal.code}: {sentence}{cure}{more}"
 
 
 def _how(arrived: bool) -> str:

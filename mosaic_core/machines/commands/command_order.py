@@ -1,4 +1,5 @@
-"""May this command still act? Refuses what was overtaken, repeated, or too old on arrival.
+"""Tells how old a command is on arrival, and whether it is newer than all before it: facts for the gates of age and
+sequence in ``admission.py``.
 
 Age is measured against the fastest message seen from the same sender: ``arrival - stamp`` holds the unknown offset of
 the two clocks plus the delay, and its minimum is the offset plus the shortest delay. So no wall clock and no skew
@@ -34,20 +35,18 @@ class ArrivalBaseline:
         return offset_s - self._offset_s
 
 
-class CommandGate:
-    """The gate of one channel of one peer. ``max_age_s`` ``None``: order only."""
+class CommandOrder:
+    """The order of the commands on one channel of one peer."""
 
-    def __init__(self, baseline: ArrivalBaseline, max_age_s: float | None) -> None:
+    def __init__(self, baseline: ArrivalBaseline) -> None:
         self._baseline = baseline
-        self._max_age_s = max_age_s
         self._newest_seq: int | None = None
 
-    def refusal(self, seq: int, stamp_us: int, now_s: float) -> str | None:
-        """The reason code if the message must not act, ``None`` if it may."""
+    def arrived(self, seq: int, stamp_us: int, now_s: float) -> tuple[float, bool]:
+        """The age of a message, and whether it is newer than every one before. Its number counts as seen whatever
+        becomes of it: what another gate refuses must not let an older one pass later."""
         age_s = self._baseline.age_s(stamp_us, now_s)
-        if self._newest_seq is not None and not is_newer(seq, self._newest_seq):
-            return "safety.out_of_order"
-        self._newest_seq = seq
-        if self._max_age_s is not None and age_s > self._max_age_s:
-            return "safety.stale"
-        return None
+        is_newest = self._newest_seq is None or is_newer(seq, self._newest_seq)
+        if is_newest:
+            self._newest_seq = seq
+        return age_s, is_newest

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mosaic_core.machines.commands.slew import MAX_RISE_STEP_S, clamped, reach
+from mosaic_core.words.errors import Refused
 from mosaic_core.words.limits import FieldLimit
 
 __all__ = ["IDLE_AFTER_S", "MAX_RISE_STEP_S", "OutOfRange", "SafetyEnvelope", "Shaped"]
@@ -23,10 +24,11 @@ HUGE = 1e100
 """No command means this; below it no length overflows."""
 
 
-class OutOfRange(ValueError):
+class OutOfRange(Refused):
     """A field that is limited holds no finite number. The text names it."""
 
-    code = "safety.out_of_range"
+    def __init__(self, message: str) -> None:
+        super().__init__("safety.out_of_range", message)
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,26 +35,36 @@ class Cause:
 
 def slow_down(curves: SlowDownCurves, measures: Measures) -> tuple[float, tuple[Cause, ...]]:
     """The factor (0 to 1) for commands, and everything that makes it less than 1, worst first."""
-    measured: list[tuple[CauseName, Curve | None, float | None]] = [
-        ("rtt", curves.rtt_ms, measures.rtt_ms),
-        ("loss", curves.loss, measures.loss),
+    measured: tuple[tuple[CauseName, float, float | None], ...] = (
+        ("rtt", _left(curves.rtt_ms, measures.rtt_ms), measures.rtt_ms),
+        ("loss", _left(curves.loss, measures.loss), measures.loss),
+        ("picture", picture_factor(curves, measures), measures.picture_ms),
+    )
+    causes = [
+        Cause(name, value if value is not None and math.isfinite(value) else None, factor)
+        for name, factor, value in measured
+        if factor < 1.0
     ]
-    if curves.picture != "off":
-        measured.append(("picture", curves.picture_ms, measures.picture_ms))
-    causes: list[Cause] = []
-    for name, curve, value in measured:
-        if curve is None:
-            continue
-        if value is not None:
-            factor = on_curve(curve, value)
-        elif name == "picture" and curves.picture == "required":
-            factor = 0.0
-        else:
-            continue
-        if factor < 1.0:
-            causes.append(Cause(name, value if value is not None and math.isfinite(value) else None, factor))
     causes.sort(key=lambda cause: cause.factor)
     return (causes[0].factor if causes else 1.0), tuple(causes)
+
+
+def link_factor(curves: SlowDownCurves, measures: Measures) -> float:
+    """What round trip and loss leave."""
+    return min(_left(curves.rtt_ms, measures.rtt_ms), _left(curves.loss, measures.loss))
+
+
+def picture_factor(curves: SlowDownCurves, measures: Measures) -> float:
+    """What the age of the picture leaves; nothing where one is required and there is none."""
+    if curves.picture == "off" or curves.picture_ms is None:
+        return 1.0
+    if measures.picture_ms is None:
+        return 0.0 if curves.picture == "required" else 1.0
+    return on_curve(curves.picture_ms, measures.picture_ms)
+
+
+def _left(curve: Curve | None, value: float | None) -> float:
+    return 1.0 if curve is None or value is None else on_curve(curve, value)
 
 
 def on_curve(curve: Curve, value: float) -> float:

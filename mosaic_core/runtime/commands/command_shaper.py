@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
-from mosaic_core.machines.commands.safety_envelope import EnvelopeState, OutOfRange, SafetyEnvelope
+from mosaic_core.machines.commands.safety_envelope import EnvelopeState, SafetyEnvelope
 from mosaic_core.runtime.commands.payload import PayloadReader
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
@@ -26,8 +26,7 @@ class ShapedCommand:
 class CommandShaper:
     """Shapes the commands of one receiver, on its one thread or task.
 
-    ``fired`` counts the safe actions: after one, speeds rise from zero again. ``factor`` is what is left of a peer's
-    speed.
+    ``fired`` counts the safe actions: after one, speeds rise from zero again.
     """
 
     def __init__(
@@ -35,43 +34,44 @@ class CommandShaper:
         handler: DataChannelReceivable[Any],
         safety: ReceiverSafety,
         fired: Callable[[], int],
-        factor: Callable[[str], float],
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._reader = PayloadReader(handler)
         has_fields = bool(safety.limits or safety.motion_fields)
         self._envelope = SafetyEnvelope(safety.limits, safety.motion_fields) if has_fields else None
         self._defaults = MotionDefaults(self._reader.schema(), self._envelope.fields) if self._envelope else None
-        self._is_slowed = safety.is_slowed
         self._fired = fired
         self._shaped_after = fired()
-        self._factor = factor
         self._now_s = now_s
         self._before: EnvelopeState | None = None
         self._last: dict[str, Any] | None = None
         self._last_before: dict[str, Any] | None = None
 
-    def read(self, payload: bytes, peer_id: str) -> ShapedCommand:
-        """The command as it may act now; raises :class:`Refused`, or whatever a validator of the plugin raises.
+    def parsed(self, payload: bytes) -> Any:
+        """What the bytes say, with what moves by default; raises :class:`Refused`."""
+        value = self._reader.parsed(payload)
+        if self._defaults is not None:
+            if not isinstance(value, dict):
+                raise Refused("channel.invalid", "a JSON object is wanted")
+            self._defaults.complete(value)
+        return value
+
+    def limited(self, value: Any, factor: float) -> ShapedCommand:
+        """What :meth:`parsed` gave, as it may act now with ``factor`` of its speed; raises :class:`Refused`, or
+        whatever a validator of the plugin raises.
 
         Say :meth:`undone` if it does not act after all.
         """
-        fired, value = self._fired(), self._reader.parsed(payload)
-        if self._envelope is None or self._defaults is None:
+        fired = self._fired()
+        if self._envelope is None:
             return ShapedCommand(self._reader.validated(value), False, fired)
-        if not isinstance(value, dict):
-            raise Refused("channel.invalid", "a JSON object is wanted")
-        self._defaults.complete(value)
         if fired != self._shaped_after:
             self._envelope.stand_still()
             self._shaped_after = fired
         self._before, self._last_before = self._envelope.state, self._last
-        factor = self._factor(peer_id) if self._is_slowed else 1.0
         try:
             shaped = self._envelope.shaped(value, factor, self._now_s())
             command = ShapedCommand(self._reader.validated(shaped.message), shaped.is_idle, fired)
-        except OutOfRange as error:
-            raise Refused(error.code, str(error)) from None
         except BaseException:
             self.undone()
             raise

@@ -9,9 +9,25 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from mosaic_core.machines.commands.admission import (
+    ArrivedCommand,
+    CommandChannel,
+    lease_code,
+    refusal_on_arrival,
+    stop_code,
+)
+from mosaic_core.machines.commands.gates import GateRefusal
 from mosaic_core.machines.control.lease_desk import LeaseDesk
-from mosaic_core.machines.control.lease_events import Commanded, DeadlinePassed, Effect, Event, LeaseChanged
+from mosaic_core.machines.control.lease_events import (
+    Commanded,
+    DeadlinePassed,
+    Effect,
+    Event,
+    LeaseChanged,
+    LegacyPeers,
+)
 from mosaic_core.machines.control.stop_latch import StopLatch, StopTimes
+from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.commands.safety_watch import SafetyWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
@@ -48,11 +64,19 @@ class Fence:
         if not safety.is_motion:
             return None
         with self.lock:
-            if self.latch.is_stopped:
-                return "safety.stopped"
-            if safety.resource is None:
-                return None
-            return self.desk.refusal(peer_id, safety.resource, epoch, time.monotonic() if now_s is None else now_s)
+            at_s = time.monotonic() if now_s is None else now_s
+            return lease_code(safety, self.desk, peer_id, epoch, at_s) or stop_code(safety, self.latch)
+
+    def channel(
+        self, safety: ReceiverSafety, legacy: LegacyPeers, max_age_s: float | None, rate: TokenBucket | None
+    ) -> CommandChannel:
+        """What commands on one channel to such a receiver are measured by."""
+        return CommandChannel(safety, self.desk, self.latch, legacy, max_age_s, rate)
+
+    def refusal_on_arrival(self, arrival: ArrivedCommand) -> GateRefusal | None:
+        """Why a command that has just arrived need not wait for its turn."""
+        with self.lock:
+            return refusal_on_arrival(arrival)
 
     def commanded(self, safety: ReceiverSafety, peer_id: str, now_s: float) -> None:
         """A command acts: a sign of life of the holder, and how an original peer takes a free lease. ``now_s``: when

@@ -14,6 +14,7 @@ from mosaic_core.machines.commands.slow_down import Cause, Measures, slow_down
 from mosaic_core.words.control import Ping
 from mosaic_core.words.limits import SlowDownCurves
 
+_UNMEASURED = Measures()
 _LAST_US = 2**63
 """No clock goes that far; a number of hundreds of digits would not fit a float."""
 
@@ -52,11 +53,14 @@ class MeasuredLink:
         with self._lock:
             self._quality.picture_unwatched(label)
 
+    def measures(self) -> Measures:
+        """How good it is now."""
+        with self._lock:
+            return self._quality.measures(time.monotonic())
+
     def speed(self, curves: SlowDownCurves) -> tuple[float, tuple[Cause, ...]]:
         """The factor for commands that act now, and what makes it less than 1."""
-        with self._lock:
-            measures = self._quality.measures(time.monotonic())
-        return slow_down(curves, measures)
+        return slow_down(curves, self.measures())
 
 
 class LinkWatch:
@@ -83,13 +87,7 @@ class LinkWatch:
     def get(self, peer_id: str) -> MeasuredLink | None:
         return self._links.get(peer_id)
 
-    def factor_for(self, curves: SlowDownCurves) -> Callable[[str], float]:
-        """How much of the speed is left for a peer: all of it for an original one, which can't be measured, but none
-        where a picture is required."""
-        unmeasured, _ = slow_down(curves, Measures())
-
-        def factor(peer_id: str) -> float:
-            link = self._links.get(peer_id)
-            return unmeasured if link is None else link.speed(curves)[0]
-
-        return factor
+    def measures_of(self, peer_id: str) -> Measures:
+        """How good the link of this peer is; of an original one, which can't be measured, nothing is known."""
+        link = self._links.get(peer_id)
+        return _UNMEASURED if link is None else link.measures()

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from mosaic_core.contract.host import Sender
+from mosaic_core.machines.commands.admission import OVERTAKEN
 from mosaic_core.machines.commands.watchdog import Feeding, Watchdog
 from mosaic_core.runtime.commands.inbox import Incoming
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
@@ -20,8 +21,6 @@ ZEROS_FOR_S = 1.0
 """How long the policy ``zero`` repeats zeros: long enough for any controller, short enough for the next driver."""
 GONE = "gone"
 """Its sender has left, or opened the channel anew since: it must not act, and nobody is there to be told."""
-OVERTAKEN = "overtaken"
-"""A safe action has run since the command was shaped: shape it anew, from a standstill."""
 _FRAMEWORK = ""
 """Who acts when the framework sends zeros."""
 MAX_FAREWELLS = 256

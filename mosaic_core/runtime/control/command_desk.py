@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from mosaic_core.contract.host import Sender
+from mosaic_core.machines.commands.gates import Gate, GateRefusal
 from mosaic_core.machines.control import lease_events as lease
 from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.commands.fence import SAFE, Fence
@@ -185,7 +186,7 @@ class CommandDesk:
             code = self.fence.latch.clear(party, self.fence.desk.holds_any(party.peer_id, now_s))
         if code is not None:
             peer.answer(control.Refusal(label=STOP_LABEL, code=code))
-            self._journal.refused(STOP_LABEL, peer.sender, code)
+            self._journal.refused(STOP_LABEL, peer.sender, GateRefusal(Gate.ROLE, code))
             return
         if not was_stopped:
             with self.fence.lock:

@@ -20,8 +20,11 @@ from pathlib import Path
 from typing import cast
 
 from mosaic_core.contract.host import Sender
+from mosaic_core.machines.commands.gates import GateRefusal
 from mosaic_core.words.control import JournalEntry
 from mosaic_core.words.wire_model import to_json
+
+logger = logging.getLogger(__name__)
 
 MAX_ENTRIES = 2000
 MERGE_S = 5.0
@@ -36,7 +39,7 @@ class _Merged:
     since_s: float
     count: int
     subject: str
-    code: str
+    refusal: GateRefusal
     who: str
 
 
@@ -49,29 +52,38 @@ class RobotJournal:
         self._texts: deque[str] = deque(maxlen=MAX_ENTRIES)
         self._number = 0
         self._written = written
-        self._refused: dict[tuple[str, str, str], _Merged] = {}
+        self._refused: dict[tuple[str, str, str, str], _Merged] = {}
         self._commanded: dict[str, tuple[str, float]] = {}
 
-    def note(self, what: str, *, who: str = "", subject: str = "", code: str = "", message: str = "") -> None:
+    def note(
+        self, what: str, *, who: str = "", subject: str = "", code: str = "", gate: str = "", message: str = ""
+    ) -> None:
         self._number += 1
         at = datetime.now(UTC).isoformat(timespec="milliseconds")
         entry = JournalEntry(
-            number=self._number, at=at, what=what, who=who, subject=subject, code=code, message=message[:200]
+            number=self._number,
+            at=at,
+            what=what,
+            who=who,
+            subject=subject,
+            code=code,
+            gate=gate or None,
+            message=message[:200],
         )
         self._texts.append(entry.model_dump_json())
         self._written(entry)
 
-    def refused(self, label: str, sender: Sender, code: str) -> None:
-        """A message was refused. Many alike make few entries."""
-        now_s, key = time.monotonic(), (sender.peer_id, label, code)
+    def refused(self, label: str, sender: Sender, refusal: GateRefusal) -> None:
+        """A message was refused. Many alike make few entries, and few lines of the log."""
+        now_s, key = time.monotonic(), (sender.peer_id, label, refusal.gate, refusal.code)
         merged = self._refused.get(key)
         if merged is not None:
             merged.count += 1
             return
         self.flush(now_s)
         if len(self._refused) < MAX_MERGED:
-            self._refused[key] = _Merged(now_s, 0, label, code, name_of(sender))
-            self.note("command.refused", who=name_of(sender), subject=label, code=code)
+            self._refused[key] = merged = _Merged(now_s, 0, label, refusal, name_of(sender))
+            self._note_refused(merged)
 
     def accepted(self, label: str, sender: Sender) -> None:
         """A command was accepted: the first one of a peer, or after a pause, is written."""
@@ -93,9 +105,14 @@ class RobotJournal:
             if merged.count == 0:
                 del self._refused[key]
                 continue
-            message = f"{merged.count} more"
-            self.note("command.refused", who=merged.who, subject=merged.subject, code=merged.code, message=message)
+            self._note_refused(merged, f"{merged.count} more")
             merged.since_s, merged.count = now_s, 0
+
+    def _note_refused(self, merged: _Merged, message: str = "") -> None:
+        who, label, gate, code = merged.who, merged.subject, str(merged.refusal.gate), merged.refusal.code
+        # as literals: names and labels come from outside, and a line break would forge a line of the log
+        logger.info("%r: refused a message of %r at the gate %s (%s) %s", label, who, gate, code, message)
+        self.note("command.refused", who=who, subject=label, code=code, gate=gate, message=message)
 
     def newest(self, limit: int, before: int | None = None) -> tuple[JournalEntry, ...]:
         """At most ``limit`` entries older than number ``before``, newest first."""
@@ -108,8 +125,6 @@ def name_of(sender: Sender) -> str:
     """What people call an operator."""
     return sender.name or sender.peer_id
 
-
-logger = logging.getLogger(__name__)
 
 MAX_BYTES = 5 * 1024 * 1024
 KEPT_FILES = 3

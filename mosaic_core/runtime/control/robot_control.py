@@ -66,8 +66,8 @@ class RobotControl:
 
     def command_done(self, outcome: Outcome) -> None:
         item = outcome.item
-        if outcome.code:
-            self.journal.refused(item.channel, item.sender, outcome.code)
+        if outcome.refusal is not None:
+            self.journal.refused(item.channel, item.sender, outcome.refusal)
         elif self._routes[item.channel].safety.is_motion:  # what moves nothing would fill the journal by itself
             self.journal.accepted(item.channel, item.sender)
 

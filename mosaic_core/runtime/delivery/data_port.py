@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 
 from mosaic_core.contract.host import Outgoing
-from mosaic_core.machines.commands.command_order import ArrivalBaseline, CommandGate
+from mosaic_core.machines.commands.command_order import ArrivalBaseline, CommandOrder
 from mosaic_core.machines.delivery.framing import (
     HEADER_BYTES,
     SENT_CHUNK_BYTES,
@@ -42,7 +42,6 @@ class DataPort:
         self,
         channel: Channel,
         baseline: ArrivalBaseline,
-        max_age_s: float | None,
         max_message_bytes: int = MAX_MESSAGE_BYTES,
         partials: Partials | None = None,
     ) -> None:
@@ -50,7 +49,7 @@ class DataPort:
         self.is_framed = channel.protocol == CHANNEL_PROTOCOL
         self.reader = FrameReader(max_message_bytes, is_lossy=not channel.is_reliable, partials=partials)
         self._baseline = baseline
-        self._gate = CommandGate(baseline, max_age_s) if self.is_framed else None
+        self._order = CommandOrder(baseline)
         self._seq = 0
 
     def outgoing(self, message: Outgoing, flags: FrameFlag = FrameFlag.NONE, seq: int | None = None) -> QueuedMessage:
@@ -77,11 +76,10 @@ class DataPort:
             raise WireError("frame: text on a framed channel")
         return self.reader.read(data, time.monotonic())
 
-    def refusal(self, frame: Frame) -> str | None:
-        """The code if the command gate keeps this message out."""
-        if self._gate is None:
-            return None
-        return self._gate.refusal(frame.seq, frame.stamp_us, time.monotonic())
+    def order_of(self, frame: Frame, now_s: float) -> tuple[float, bool]:
+        """The age of a message that has arrived, and whether it is newer than all before it. Of what came without a
+        frame nothing is known."""
+        return self._order.arrived(frame.seq, frame.stamp_us, now_s) if self.is_framed else (0.0, True)
 
     def observe(self, frame: Frame) -> None:
         """A message that isn't gated still tells how fast messages of this peer can be."""

@@ -122,7 +122,7 @@ class HandlerRuns:
             newest_only=route.is_latest,
             limits=route.connector.terms.limits,
             max_age_s=route.max_age_s,
-            factor=self._links.factor_for(route.safety.curves),
+            measures_of=self._links.measures_of,
         )
 
     # -- life ----------------------------------------------------------------------------------------------------
@@ -168,8 +168,8 @@ class HandlerRuns:
 
     def _command_done(self, outcome: Outcome) -> None:
         counters = self.routes[outcome.item.channel].counters
-        if outcome.code:
-            counters.refused += 1
+        if outcome.refusal is not None:
+            counters.refuse(outcome.refusal.gate)
         else:
             counters.count(len(outcome.item.payload), time.monotonic())
         self._listener.command_done(outcome)
@@ -206,6 +206,7 @@ class HandlerRuns:
             queue_messages=queue_messages,
             queue_bytes=queue_bytes,
             **lost,
+            refused_by=dict(counters.refused_by),
             resent=counters.resent,
             failures=sum(failures.count for failures in failing),
             last_error=next((failures.last_error for failures in failing if failures.last_error), ""),

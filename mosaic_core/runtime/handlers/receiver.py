@@ -15,10 +15,14 @@ from typing import Any
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
 from mosaic_core.contract.host import Sender
+from mosaic_core.machines.commands.admission import refusal_on_acting
+from mosaic_core.machines.commands.gates import Gate, GateRefusal
+from mosaic_core.machines.commands.slow_down import Measures
 from mosaic_core.machines.delivery.send_scheduler import QueueLimits
-from mosaic_core.runtime.commands.command_shaper import CommandShaper
+from mosaic_core.runtime.commands.command_shaper import CommandShaper, ShapedCommand
+from mosaic_core.runtime.commands.command_turn import CommandTurn
 from mosaic_core.runtime.commands.inbox import Inbox, Incoming
-from mosaic_core.runtime.commands.safety_watch import GONE, OVERTAKEN, SafetyWatch
+from mosaic_core.runtime.commands.safety_watch import GONE, SafetyWatch
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, HandlerThread
 
@@ -30,11 +34,10 @@ ZERO_PERIOD_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one message; ``code`` is empty if it was accepted."""
+    """What became of one message; without a ``refusal`` it was accepted."""
 
     item: Incoming
-    code: str = ""
-    message: str = ""
+    refusal: GateRefusal | None = None
 
 
 class Receiver:
@@ -50,7 +53,7 @@ class Receiver:
         newest_only: bool,
         limits: QueueLimits,
         max_age_s: float | None,
-        factor: Callable[[str], float] = lambda peer_id: 1.0,
+        measures_of: Callable[[str], Measures] = lambda peer_id: Measures(),
     ) -> None:
         self.label = handler.label
         self.max_age_s = max_age_s
@@ -58,7 +61,8 @@ class Receiver:
         self._handle = handler.handle_data
         self._is_async = inspect.iscoroutinefunction(handler.handle_data)
         self._takes_sender = _takes_sender(handler)
-        self._shaper = CommandShaper(handler, watch.safety, lambda: watch.fired, factor)
+        self._shaper = CommandShaper(handler, watch.safety, lambda: watch.fired)
+        self._measures_of = measures_of
         self._last_sender: Sender | None = None
         self._failures = failures
         self._tell = tell
@@ -83,7 +87,7 @@ class Receiver:
         if self.inbox.put(item):
             self._arrived.set()
         else:
-            self._tell(Outcome(item, "channel.queue_full"))
+            self._tell(Outcome(item, GateRefusal(Gate.QUEUE, "channel.queue_full")))
 
     def channel_opened(self, sender: Sender) -> int:
         """A peer may command from now on; what its messages must carry as ``opening``."""
@@ -154,38 +158,38 @@ class Receiver:
 
     def _admitted(self, item: Incoming) -> tuple[Any, ...] | None:
         """The arguments of ``handle_data``, with the watchdog fed; ``None`` if the message must not act."""
-        now_s = time.monotonic()
-        if now_s < self._resting_until_s:
-            self._tell(Outcome(item, "plugin.failed", self._failures.last_error))
-            return None
-        if self.max_age_s is not None and now_s - item.arrived_at_s > self.max_age_s:
-            self._tell(Outcome(item, "safety.stale", "it waited behind a slow handle_data"))
-            return None
+        turn = self._turn_of(item)
         try:
-            return self._begun(item)
-        except Refused as refused:
-            self._tell(Outcome(item, refused.code, refused.message))
+            refusal = refusal_on_acting(turn)
         except (Exception, SystemExit) as error:  # noqa: BLE001 (a model's validator may raise anything)
             self._failed(item, error)
-        return None
-
-    def _begun(self, item: Incoming) -> tuple[Any, ...] | None:
-        """Shape the command and pass the fence; a safe action between the two means shaping it anew."""
-        refusal: str | None = OVERTAKEN
-        while refusal == OVERTAKEN:
-            command = self._shaper.read(item.payload, item.sender.peer_id)
-            refusal = self.watch.begin(item, fired=command.fired, is_idle=command.is_idle)
-            if refusal is not None:
-                self._shaper.undone()
+            return None
         if refusal is not None:
-            if refusal != GONE:
+            if refusal.code != GONE:
                 self._tell(Outcome(item, refusal))
             return None
-        if command.is_idle:
+        if turn.command.is_idle:
             self._tell(Outcome(item))
             return None
         self._last_sender = item.sender
-        return (command.value, item.sender) if self._takes_sender else (command.value,)
+        value = turn.command.value
+        return (value, item.sender) if self._takes_sender else (value,)
+
+    def _turn_of(self, item: Incoming) -> CommandTurn:
+        def begin(command: ShapedCommand) -> str | None:
+            return self.watch.begin(item, fired=command.fired, is_idle=command.is_idle)
+
+        now_s = time.monotonic()
+        return CommandTurn(
+            item.payload,
+            self._shaper,
+            self.watch.safety,
+            lambda: self._measures_of(item.sender.peer_id),
+            begin,
+            waited_s=now_s - item.arrived_at_s,
+            max_age_s=self.max_age_s,
+            is_resting=now_s < self._resting_until_s,
+        )
 
     def _pause_s(self) -> float | None:
         return None if self.watch.zeros_until_s is None else ZERO_PERIOD_S
@@ -214,19 +218,19 @@ class Receiver:
         if item is not None:  # also what broke half-way: a zero that did not arrive is no second of standing
             self._shaper.undone()
         if isinstance(error, Refused):
-            self._tell_of(item, error.code, error.message)
+            self._tell_of(item, GateRefusal(Gate.HANDLER, error.code, error.message))
         else:
             self._failed(item, error)
 
     def _failed(self, item: Incoming | None, error: BaseException) -> None:
         now_s = time.monotonic()
         self._resting_until_s = now_s + self._failures.failed(error, now_s - self._resting_until_s)
-        self._tell_of(item, "plugin.failed", self._failures.last_error)
+        self._tell_of(item, GateRefusal(Gate.HANDLER, "plugin.failed", self._failures.last_error))
 
-    def _tell_of(self, item: Incoming | None, code: str = "", message: str = "") -> None:
+    def _tell_of(self, item: Incoming | None, refusal: GateRefusal | None = None) -> None:
         """What became of it; nobody waits for news of the framework's own zeros (``None``)."""
         if item is not None:
-            self._tell(Outcome(item, code, message))
+            self._tell(Outcome(item, refusal))
 
 
 def _takes_sender(handler: DataChannelReceivable[Any]) -> bool:

@@ -47,7 +47,8 @@ class Route:
 
     @property
     def max_age_s(self) -> float | None:
-        """How late a framed message may be; ``None``: it is not judged by age."""
+        """How late a framed message may be; ``None``: it is not judged by age. A late command must not act, whoever
+        promised to deliver it in order; a late request may."""
         if not isinstance(self.handler, DataChannelReceivable):
             return None
         if self.safety.timeout_s is not None:

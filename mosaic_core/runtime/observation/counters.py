@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections import deque
+from collections import Counter, deque
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mosaic_core.contract.host import Loss
@@ -54,6 +55,8 @@ class ConnectorCounters:
     """Held back by a rate limit."""
     refused: int = 0
     """Messages of operators that were not accepted."""
+    refused_by: Counter[str] = field(default_factory=Counter)
+    """The same by the gate that refused."""
     lost: int = 0
     """Accepted, but never delivered: the connection was gone for longer than the queue could keep them."""
     resent: int = 0
@@ -66,6 +69,10 @@ class ConnectorCounters:
         self.size_bytes += size_bytes
         self.last_at_s = now_s
         self.meter.add(size_bytes, now_s)
+
+    def refuse(self, gate: str) -> None:
+        self.refused += 1
+        self.refused_by[gate] += 1
 
     def lose(self, reason: Loss, messages: int = 1) -> None:
         setattr(self, reason, getattr(self, reason) + messages)
@@ -117,6 +124,8 @@ class ConnectorSnapshot:
     """Seconds since the last message; ``None``: there was none."""
     limit_factor: float | None = None
     """What is left of the speed of whoever commands, 0 to 1; ``None``: nobody does, or nothing limits it here."""
+    refused_by: Mapping[str, int] = field(default_factory=dict)
+    """Operators' messages that were refused, by gate."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,6 +38,7 @@ METRICS: dict[str, tuple[str, str]] = {
         "Messages that did not arrive: replaced by a newer one, queue_full, too_large, thinned by a rate limit, "
         "refused, or lost on the way.",
     ),
+    "mosaic_connector_refused_total": ("counter", "Commands of operators that were refused, by the gate that did."),
     "mosaic_connector_resent_total": ("counter", "Messages repeated after a connection was lost."),
     "mosaic_connector_failures_total": ("counter", "How often its code failed and was started again."),
     "mosaic_connector_queue_messages": ("gauge", "Messages in the longest queue toward any operator."),
@@ -100,6 +101,10 @@ def _connectors(rows: tuple[ConnectorSnapshot, ...]) -> Iterator[tuple[str, Samp
     yield (
         "mosaic_connector_dropped_total",
         [({"connector": row.label, "reason": reason}, count) for row in rows for reason, count in _drops(row)],
+    )
+    yield (
+        "mosaic_connector_refused_total",
+        [({"connector": row.label, "gate": gate}, n) for row in rows for gate, n in sorted(row.refused_by.items())],
     )
     yield "mosaic_connector_resent_total", each("resent")
     yield "mosaic_connector_failures_total", each("failures")

@@ -53,7 +53,7 @@ class ControlChannel:
         heard: Callable[[ControlMessage | None], None],
         lane: Priority = Priority.CONTROL,
     ) -> None:
-        self._link = DataPort(channel, baseline, None, MAX_CONTROL_BYTES)
+        self._link = DataPort(channel, baseline, MAX_CONTROL_BYTES)
         self._queue = queue
         self._heard = heard
         self._told_at_s: dict[tuple[str, str], float] = {}
@@ -73,7 +73,7 @@ class ControlChannel:
         outgoing = Outgoing(CONTROL_LABEL, PayloadKind.JSON, text, _now_us())
         self._queue.offer(self._link.outgoing(outgoing))
 
-    def refuse(self, label: str, seq: int | None, code: str, message: str = "") -> None:
+    def refuse(self, label: str, seq: int | None, code: str, message: str = "", gate: str = "") -> None:
         """Tell the operator, rate-limited."""
         now_s, key = time.monotonic(), (label, code)
         if now_s - self._told_at_s.get(key, -_REFUSAL_PERIOD_S) < _REFUSAL_PERIOD_S:
@@ -81,7 +81,7 @@ class ControlChannel:
         if len(self._told_at_s) >= 256:  # labels come from the other side: never let them fill our memory
             self._told_at_s.clear()
         self._told_at_s[key] = now_s
-        self.send(Refusal(label=label, seq=seq, code=code, message=message or None))
+        self.send(Refusal(label=label, seq=seq, code=code, gate=gate or None, message=message or None))
 
     def _received(self, data: bytes | str) -> None:
         arrived_us = _now_us()

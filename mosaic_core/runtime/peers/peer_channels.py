@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 
 from mosaic_core.contract.host import Outgoing
+from mosaic_core.machines.commands.admission import ArrivedCommand, CommandChannel
 from mosaic_core.machines.commands.command_order import ArrivalBaseline
+from mosaic_core.machines.commands.gates import Gate, GateRefusal
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag
 from mosaic_core.machines.delivery.send_scheduler import Offered, Priority
 from mosaic_core.machines.timing.pacing import TokenBucket
@@ -20,6 +22,8 @@ from mosaic_core.runtime.peers.site import Site
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import WireError
+
+_TAKES_NONE = GateRefusal(Gate.MESSAGE, "channel.invalid", "this connector takes no messages")
 
 
 class PeerChannels:
@@ -52,7 +56,7 @@ class PeerChannels:
         if route is None or (route.lane is Priority.BULK and channel.protocol == CHANNEL_PROTOCOL):
             self.channel_opened(channel, queue)
             return
-        self._operator.refuse(channel.label, None, "channel.wrong_lane", "")
+        self._operator.refuse(channel.label, None, "channel.wrong_lane", gate=Gate.MESSAGE)
         channel.close()
 
     def channel_opened(self, channel: Channel, queue: SendQueue | None = None) -> None:
@@ -61,26 +65,30 @@ class PeerChannels:
         if route is None:
             # an original dashboard's channel stays open, unread (UPSTREAM §3.1); ours is told, and wants it closed
             if channel.protocol == CHANNEL_PROTOCOL:
-                self._operator.refuse(channel.label, None, "channel.unknown_label", "")
+                self._operator.refuse(channel.label, None, "channel.unknown_label", gate=Gate.MESSAGE)
                 channel.close()
             return
         self._detach(channel.label)
-        # a late command must not act, whoever promised to deliver it in order; a late request may
-        link = DataPort(channel, self._baseline, route.max_age_s, partials=self._partials.shared)
+        link = DataPort(channel, self._baseline, partials=self._partials.shared)
         self._partials.opened(channel.label, link.reader)
         self._links[channel.label] = link
         self._carriers[channel.label] = queue or self.queue
-        opening = 0
-        if route.receiver is not None:
-            opening = route.receiver.channel_opened(self._operator.sender)
-            if route.safety.max_rate_hz is not None:
-                self._rates.setdefault(route.label, TokenBucket.of_rate(route.safety.max_rate_hz))
-        channel.on_message = lambda data: self._received(route, link, opening, data)
+        gates = self._gates_of(route)
+        opening = route.receiver.channel_opened(self._operator.sender) if route.receiver is not None else 0
+        channel.on_message = lambda data: self._received(route, link, gates, opening, data)
         channel.on_close = lambda: self._channel_closed(link)
         if channel.is_open:
             self._ready(route, link)
         else:
             channel.on_open = lambda: self._ready(route, link)
+
+    def _gates_of(self, route: Route) -> CommandChannel:
+        """What all commands on this channel are measured by; a channel that is opened anew begins no new rate."""
+        rate = self._rates.get(route.label)
+        if rate is None and route.safety.max_rate_hz is not None:
+            rate = self._rates[route.label] = TokenBucket.of_rate(route.safety.max_rate_hz)
+        fence, legacy = self._site.desk.fence, self._site.legacy_peers
+        return fence.channel(route.safety, legacy, route.max_age_s, rate)
 
     def _ready(self, route: Route, link: DataPort) -> None:
         self._resume.when_known(route, link.is_framed, lambda: self._join(route, link))
@@ -146,17 +154,17 @@ class PeerChannels:
         if measured is not None:
             measured.channel_closed(label)
 
-    def _received(self, route: Route, link: DataPort, opening: int, data: bytes | str) -> None:
+    def _received(self, route: Route, link: DataPort, gates: CommandChannel, opening: int, data: bytes | str) -> None:
         try:
             frame = link.incoming(data)
         except WireError as error:
-            self._reject(route, None, error.code, error.message)
+            self._reject(route, None, GateRefusal(Gate.MESSAGE, error.code, error.message))
             return
         if frame is None:
             self._partials.arrived()
             return
         if route.receiver is None:
-            self._reject(route, frame.seq, "channel.invalid", "this connector takes no messages")
+            self._reject(route, frame.seq, _TAKES_NONE)
             return
         if link.is_framed and route.safety.is_slowed:
             measured = self._site.links.get(self._peer_id)
@@ -165,14 +173,14 @@ class PeerChannels:
         if link.is_framed and not self._resume.arrived(route, frame.seq):
             return
         item = self._incoming(route.receiver, link, frame, opening)
-        code = link.refusal(frame) or self._refusal(route, item)
-        if code is not None:
-            self._reject(route, frame.seq, code, "")
+        refusal = self._site.desk.fence.refusal_on_arrival(self._arrival(gates, link, frame, item))
+        if refusal is not None:
+            self._reject(route, frame.seq, refusal)
             return
         route.receiver.accept(item)
 
     def _forgotten(self, label: str, seq: int) -> None:
-        self._reject(self._site.routes[label], seq, "channel.incomplete", "")
+        self._reject(self._site.routes[label], seq, GateRefusal(Gate.MESSAGE, "channel.incomplete"))
 
     def _incoming(self, receiver: Receiver, link: DataPort, frame: Frame, opening: int) -> Incoming:
         return Incoming(
@@ -186,21 +194,14 @@ class PeerChannels:
             receiver.watch.generation,
         )
 
-    def _refusal(self, route: Route, item: Incoming) -> str | None:
-        """Whether it may wait at all: what is refused here costs no place in the inbox. Its thread asks again."""
-        safety, sender = route.safety, item.sender
-        if not safety.takes_observers:
-            if sender.role not in ("operator", "supervisor"):
-                return "lease.forbidden"
-            is_ours = not sender.is_original and self._site.desk.knows(sender.peer_id)
-            if not is_ours and self._site.legacy_peers != "allow":  # nor one that has not said hello yet
-                return "lease.original_observes"
-        rate = self._rates.get(route.label)
-        if rate is not None and not rate.admits(item.arrived_at_s):
-            return "safety.too_fast"
-        return self._site.desk.fence.refusal(safety, sender.peer_id, item.epoch)
+    def _arrival(self, gates: CommandChannel, link: DataPort, frame: Frame, item: Incoming) -> ArrivedCommand:
+        """What the gates are told of a message."""
+        sender, now_s = item.sender, item.arrived_at_s
+        is_ours = not sender.is_original and self._site.desk.knows(sender.peer_id)  # nobody is before its hello
+        age_s, is_newest = link.order_of(frame, now_s)
+        return ArrivedCommand(gates, sender.peer_id, sender.role, is_ours, item.epoch, now_s, age_s, is_newest)
 
-    def _reject(self, route: Route, seq: int | None, code: str, message: str) -> None:
-        route.counters.refused += 1
-        self._operator.refuse(route.label, seq, code, message)
-        self._site.listener.command_refused(route.label, self._operator.sender, code)
+    def _reject(self, route: Route, seq: int | None, refusal: GateRefusal) -> None:
+        route.counters.refuse(refusal.gate)
+        self._operator.refuse(route.label, seq, refusal.code, refusal.message, refusal.gate)
+        self._site.listener.command_refused(route.label, self._operator.sender, refusal)

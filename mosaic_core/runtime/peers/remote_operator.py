@@ -62,10 +62,10 @@ class RemoteOperator:
         if self.knows_leases:
             self.answer(message)
 
-    def refuse(self, label: str, seq: int | None, code: str, message: str = "") -> None:
+    def refuse(self, label: str, seq: int | None, code: str, message: str = "", gate: str = "") -> None:
         """Tell it that a message was refused, if it is an operator of ours."""
         if self.control_channel is not None:
-            self.control_channel.refuse(label, seq, code, message)
+            self.control_channel.refuse(label, seq, code, message, gate)
 
     def log_excess(self, why: str) -> None:
         """It made the robot keep too much, and is sent away: name the account behind it."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from mosaic_core.contract.host import Sender
+from mosaic_core.machines.commands.gates import GateRefusal
 from mosaic_core.machines.control.lease_events import LegacyPeers
 from mosaic_core.machines.delivery.reassembly import ALL_PARTIALS_BYTES
 from mosaic_core.machines.delivery.shared_budget import SharedBudget
@@ -28,7 +29,7 @@ class PeerListener(Protocol):
     def peer_closed(self, sender: Sender, code: str, message: str) -> None:
         """One that was connected is gone."""
 
-    def command_refused(self, label: str, sender: Sender, code: str) -> None:
+    def command_refused(self, label: str, sender: Sender, refusal: GateRefusal) -> None:
         """A message for a connector was refused before its receiver saw it."""
 
 

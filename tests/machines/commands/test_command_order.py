@@ -1,4 +1,4 @@
-"""The gate lets through what is new and young, whatever the clocks say."""
+"""What is new and young passes the gates of age and sequence, whatever the clocks say."""
 
 from __future__ import annotations
 
@@ -6,12 +6,29 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.commands.command_order import CLOCK_DRIFT, ArrivalBaseline, CommandGate
+from mosaic_core.machines.commands.admission import ArrivedCommand, CommandChannel, refusal_on_arrival
+from mosaic_core.machines.commands.command_order import CLOCK_DRIFT, ArrivalBaseline, CommandOrder
+from mosaic_core.machines.control.lease_desk import LeaseDesk
+from mosaic_core.machines.control.stop_latch import StopLatch
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
 
-def gate(max_age_s: float | None = 0.3) -> CommandGate:
-    return CommandGate(ArrivalBaseline(), max_age_s)
+class Gates:
+    """Both gates of one channel."""
+
+    def __init__(self, max_age_s: float | None, baseline: ArrivalBaseline) -> None:
+        self._order = CommandOrder(baseline)
+        self._channel = CommandChannel(ReceiverSafety(), LeaseDesk(()), StopLatch(), max_age_s=max_age_s)
+
+    def refusal(self, seq: int, stamp_us: int, now_s: float) -> str | None:
+        age_s, is_newest = self._order.arrived(seq, stamp_us, now_s)
+        refused = refusal_on_arrival(ArrivedCommand(self._channel, "p", "operator", True, 0, now_s, age_s, is_newest))
+        return refused.code if refused is not None else None
+
+
+def gate(max_age_s: float | None = 0.3) -> Gates:
+    return Gates(max_age_s, ArrivalBaseline())
 
 
 def us(seconds: float) -> int:
@@ -41,6 +58,13 @@ def test_a_message_that_took_too_long_is_stale() -> None:
     assert it.refusal(4, us(100.6), 1.7) is None
 
 
+def test_a_number_counts_as_seen_also_where_its_command_was_refused() -> None:
+    it = gate()
+    assert it.refusal(1, us(100.0), 1.0) is None
+    assert it.refusal(5, us(100.1), 2.0) == "safety.stale"
+    assert it.refusal(4, us(101.0), 2.0) == "safety.out_of_order", "an older one may not act either"
+
+
 def test_without_an_age_limit_only_the_order_counts() -> None:
     it = gate(None)
     assert it.refusal(1, us(1.0), 1.0) is None
@@ -56,7 +80,7 @@ def test_an_unknown_stamp_is_not_judged_by_age() -> None:
 def test_the_first_command_is_measured_against_what_other_channels_showed() -> None:
     baseline = ArrivalBaseline()
     baseline.age_s(us(10.0), 1.0)
-    assert CommandGate(baseline, 0.3).refusal(1, us(10.0), 2.0) == "safety.stale"
+    assert Gates(0.3, baseline).refusal(1, us(10.0), 2.0) == "safety.stale"
 
 
 def test_hours_of_drift_between_two_clocks_refuse_nothing() -> None:

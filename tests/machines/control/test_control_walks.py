@@ -13,12 +13,21 @@ import random
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import pytest
 
-from mosaic_core.machines.commands.command_order import ArrivalBaseline, CommandGate
-from mosaic_core.machines.commands.safety_envelope import MAX_RISE_STEP_S, OutOfRange, SafetyEnvelope
+from mosaic_core.machines.commands import admission
+from mosaic_core.machines.commands.admission import (
+    ArrivedCommand,
+    CommandChannel,
+    refusal_on_acting,
+    refusal_on_arrival,
+)
+from mosaic_core.machines.commands.command_order import ArrivalBaseline, CommandOrder
+from mosaic_core.machines.commands.gates import Gate, GateRefusal
+from mosaic_core.machines.commands.safety_envelope import MAX_RISE_STEP_S, SafetyEnvelope, Shaped
+from mosaic_core.machines.commands.slow_down import Measures
 from mosaic_core.machines.commands.watchdog import Watchdog
 from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.machines.control.lease_events import (
@@ -43,7 +52,7 @@ from mosaic_core.machines.control.stop_latch import StopLatch
 from mosaic_core.machines.timing.pacing import BURST_S, TokenBucket
 from mosaic_core.words.codes import REASONS
 from mosaic_core.words.control import Role
-from mosaic_core.words.limits import FieldLimit
+from mosaic_core.words.limits import FieldLimit, SlowDownCurves
 
 TIMEOUT_S = 0.3
 EXPIRY_S = 2.0
@@ -52,6 +61,7 @@ MAX_RATE_HZ = 15.0
 TOP_SPEED, RISE, FALL = 1.0, 2.0, 4.0
 RESOURCES = ("motion", "arm")
 ROUNDING = 1e-9
+Verdict: TypeAlias = "GateRefusal | list[Effect]"
 
 
 class Broken(AssertionError):
@@ -63,11 +73,62 @@ def demand(is_true: bool, promise: str) -> None:
         raise Broken(promise)
 
 
+CURVES = SlowDownCurves(rtt_ms=((100.0, 1.0), (1100.0, 0.0)), picture_ms=((100.0, 1.0), (600.0, 0.0)))
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What holds for the commands of a base, or an arm."""
+
+    resource: str
+    takes_observers = False
+    is_motion = True
+    curves = CURVES
+
+
+class Turn:
+    """A command whose turn has come, as a receiver makes it."""
+
+    max_age_s: float | None = MAX_AGE_S
+
+    def __init__(self, robot: Robot, receiver: Receiver, peer_id: str, packet: Packet, link: Measures, now_s: float):
+        self.terms = receiver.terms
+        self.waited_s = 0.0
+        self.is_resting = False
+        self.factor = 1.0
+        self.measured = Measures()
+        self.shaped: Shaped | None = None
+        self.effects: list[Effect] = []
+        self._robot, self._receiver, self._peer_id = robot, receiver, peer_id
+        self._packet, self._link, self._now_s = packet, link, now_s
+
+    def measure(self) -> Measures:
+        return self._link
+
+    def parse(self) -> None: ...
+
+    def limit(self) -> None:
+        self._before = self._receiver.envelope.state
+        self.shaped = self._receiver.envelope.shaped(self._packet.message, self.factor, self._now_s)
+
+    def begin(self) -> str | None:
+        robot, resource, now_s = self._robot, self.terms.resource, self._now_s
+        code = admission.lease_code(self.terms, robot.desk, self._peer_id, self._packet.epoch, now_s)
+        code = code or admission.stop_code(self.terms, robot.latch)
+        if code is not None:
+            self._receiver.envelope.restore(self._before)
+        else:
+            self.effects = robot.handle(Commanded(self._peer_id, resource), now_s)
+            self._receiver.watchdog.feed(self._peer_id, now_s)
+        return code
+
+
 class Receiver:
     """A base, or an arm: it moves with its velocity until told otherwise."""
 
     def __init__(self, resource: str) -> None:
         self.resource = resource
+        self.terms = Terms(resource)
         self.watchdog = Watchdog(TIMEOUT_S)
         self.envelope = SafetyEnvelope([FieldLimit(("v.x", "v.y"), None, None, TOP_SPEED, RISE, FALL)])
         self.velocity = (0.0, 0.0)
@@ -94,8 +155,13 @@ class Robot:
         self.desk = LeaseDesk(RESOURCES, expiry_s=EXPIRY_S, first_epoch=first_epoch, legacy=legacy)
         self.latch = StopLatch()
         self.receivers = {resource: Receiver(resource) for resource in RESOURCES}
-        self.rates = {resource: TokenBucket.of_rate(MAX_RATE_HZ) for resource in RESOURCES}
-        self.gates: dict[tuple[str, str], CommandGate] = {}
+        self.orders: dict[tuple[str, str], CommandOrder] = {}
+        self.channels = {
+            resource: CommandChannel(
+                receiver.terms, self.desk, self.latch, legacy, MAX_AGE_S, TokenBucket.of_rate(MAX_RATE_HZ)
+            )
+            for resource, receiver in self.receivers.items()
+        }
 
     def handle(self, event: Event, now_s: float) -> list[Effect]:
         effects = self.desk.handle(event, now_s)
@@ -109,12 +175,12 @@ class Robot:
     def join(self, party: Party, now_s: float) -> list[Effect]:
         baseline = ArrivalBaseline()
         for resource in RESOURCES:
-            self.gates[party.peer_id, resource] = CommandGate(baseline, MAX_AGE_S)
+            self.orders[party.peer_id, resource] = CommandOrder(baseline)
         return self.handle(PartyJoined(party), now_s)
 
     def leave(self, peer_id: str, on_purpose: bool, now_s: float) -> list[Effect]:
         for resource, receiver in self.receivers.items():
-            self.gates.pop((peer_id, resource), None)
+            self.orders.pop((peer_id, resource), None)
             if receiver.watchdog.peer_left(peer_id):
                 receiver.make_safe()
         return self.handle(PartyLeft(peer_id, on_purpose), now_s)
@@ -123,30 +189,29 @@ class Robot:
         if receiver.watchdog.expire(now_s):
             receiver.make_safe()
 
-    def command(self, peer_id: str, resource: str, packet: Packet, factor: float, now_s: float) -> str | list[Effect]:
-        """The code of its refusal, or what follows from accepting it."""
+    def arrives(self, party: Party, resource: str, packet: Packet, now_s: float) -> GateRefusal | None:
+        age_s, is_newest = 0.0, True
+        if packet.epoch is not None:
+            order = self.orders[party.peer_id, resource]
+            age_s, is_newest = order.arrived(packet.seq, packet.stamp_us, now_s)
+        channel, is_ours = self.channels[resource], not party.is_original
+        arrival = ArrivedCommand(channel, party.peer_id, party.role, is_ours, packet.epoch, now_s, age_s, is_newest)
+        return refusal_on_arrival(arrival)
+
+    def acts(self, party: Party, resource: str, packet: Packet, link: Measures, now_s: float) -> Verdict:
+        """Why it was refused, or what follows from its acting."""
         receiver = self.receivers[resource]
-        gate = self.gates[peer_id, resource]
-        code = gate.refusal(packet.seq, packet.stamp_us, now_s) if packet.epoch is not None else None
-        code = code or self.desk.refusal(peer_id, resource, packet.epoch, now_s)
-        if code is None and self.latch.is_stopped:
-            code = "safety.stopped"
-        if code is None and not self.rates[resource].admits(now_s):
-            code = "safety.too_fast"
-        if code is not None:
-            return code
-        try:
-            shaped = receiver.envelope.shaped(packet.message, factor, now_s)
-        except OutOfRange as error:
-            return error.code
-        effects = self.handle(Commanded(peer_id, resource), now_s)
-        receiver.watchdog.feed(peer_id, now_s)
-        if shaped.is_idle:
+        turn = Turn(self, receiver, party.peer_id, packet, link, now_s)
+        refusal = refusal_on_acting(turn)
+        if refusal is not None:
+            return refusal
+        assert turn.shaped is not None
+        if turn.shaped.is_idle:
             receiver.watchdog.disarm()
         else:
-            velocity = shaped.message.get("v", {})
-            receiver.set_velocity(velocity.get("x", 0.0), velocity.get("y", 0.0), peer_id, now_s)
-        return effects
+            velocity = turn.shaped.message.get("v", {})
+            receiver.set_velocity(velocity.get("x", 0.0), velocity.get("y", 0.0), party.peer_id, now_s)
+        return turn.effects
 
     def stop(self, by: str, id: str, now_s: float) -> None:
         if self.latch.stop(by, "", id, now_s):
@@ -212,9 +277,11 @@ class Walk:
         self.recent = deque([Party("", "")], maxlen=8)
         self.valid_at_s = dict.fromkeys(RESOURCES, -math.inf)
         self.last_motion = dict.fromkeys(RESOURCES, (0.0, -math.inf))
+        self.rated_at_s = dict.fromkeys(RESOURCES, -math.inf)
         self.recent_s = {resource: deque([-math.inf] * int(MAX_RATE_HZ * (1 + BURST_S))) for resource in RESOURCES}
         self.accepted = self.refused = self.born = 0
         self.codes: set[str] = set()
+        self.gates: set[Gate] = set()
         for _ in range(4):
             self.join()
 
@@ -291,19 +358,45 @@ class Walk:
         if operator is None:
             return
         packet = self.packet(operator, resource)
-        factor = self.factor
-        verdict = self.robot.command(operator.party.peer_id, resource, packet, factor, self.now_s)
-        if isinstance(verdict, str):
+        party, factor = operator.party, self.factor
+        verdict: Verdict | None = self.robot.arrives(party, resource, packet, self.now_s)
+        if verdict is None:
+            self.while_it_waits()
+            verdict = self.robot.acts(party, resource, packet, self.link(), self.now_s)
+        if isinstance(verdict, GateRefusal):
             self.refused += 1
-            self.codes.add(verdict)
+            self.codes.add(verdict.code)
+            self.gates.add(verdict.gate)
             self.judge_refusal(verdict, operator, resource, packet)
+            if verdict.gate in (Gate.STOP, Gate.ENVELOPE, Gate.ACT):
+                self.rated_at_s[resource] = self.now_s
         else:
             self.accepted += 1
+            self.rated_at_s[resource] = self.now_s
             self.judge(operator, resource, packet, verdict)
             self.judge_motion(resource, packet, factor)
         if packet.epoch is not None:
             operator.least_delay_s = min(operator.least_delay_s, self.now_s - packet.sent_s)
             operator.heard[resource] = max(operator.heard.get(resource, 0), packet.number)
+
+    def while_it_waits(self) -> None:
+        """Seldom something changes between a command's arrival and its turn."""
+        chance = self.rng.random()
+        if chance < 0.002:
+            self.stop()
+        elif chance < 0.01:
+            self.request()
+        elif chance < 0.013:
+            self.release()
+        else:
+            return
+        self.check()
+
+    def link(self) -> Measures:
+        """A link, or a picture, that leaves the share of the speed that the walk wants."""
+        if self.rng.random() < 0.5:
+            return Measures(rtt_ms=1100.0 - 1000.0 * self.factor)
+        return Measures(rtt_ms=0.0, picture_ms=600.0 - 500.0 * self.factor)
 
     def packet(self, operator: Operator, resource: str) -> Packet:
         """A new command, mostly within 20 ms, or one that was overtaken, or one that was there before."""
@@ -563,8 +656,9 @@ class Walk:
         demand(now_s - recent_s.popleft() >= 1.0 - ROUNDING, "never more commands a second than allowed")
         recent_s.append(now_s)
 
-    def judge_refusal(self, code: str, operator: Operator, resource: str, packet: Packet) -> None:
+    def judge_refusal(self, refusal: GateRefusal, operator: Operator, resource: str, packet: Packet) -> None:
         """A command was refused: is that the reason?"""
+        code = refusal.code
         party, claim = operator.party, self.claims.get(resource)
         is_holder = claim is not None and claim.party.peer_id == party.peer_id
         is_current = claim is not None and self.now_s < claim.alive_s + EXPIRY_S
@@ -572,7 +666,7 @@ class Walk:
             "safety.out_of_order": packet.number <= operator.heard.get(resource, 0),
             "safety.stale": self.now_s - packet.sent_s - operator.least_delay_s > MAX_AGE_S - ROUNDING,
             "safety.stopped": self.is_stopped,
-            "safety.too_fast": self.now_s - self.recent_s[resource][-1] < 1.0,
+            "safety.too_fast": self.now_s - self.rated_at_s[resource] < 1.0,
             "safety.out_of_range": "v" in packet.message,
             "lease.forbidden": party.role == "observer",
             "lease.original_observes": party.is_original and self.legacy == "observe",
@@ -630,6 +724,7 @@ def test_no_random_walk_breaks_a_promise(seed: int) -> None:
     assert walk.refused > 10_000, "it was refused"
     missing = EVERYTHING - walk.codes
     assert not missing, "it came everywhere"
+    assert walk.gates >= {Gate.ROLE, Gate.LEASE, Gate.AGE, Gate.SEQUENCE, Gate.RATE, Gate.STOP, Gate.ENVELOPE, Gate.ACT}
 
 
 # -- the same walk with one rule broken ------------------------------------------------------------------------------
@@ -649,6 +744,27 @@ def unless(owner: type, code: str) -> Patch:
             return None if verdict == code else verdict
 
         monkeypatch.setattr(owner, "refusal", refusal)
+
+    return patch
+
+
+def without(*gates: Gate) -> Patch:
+    """Nobody asks at these gates."""
+
+    def patch(monkeypatch: pytest.MonkeyPatch) -> None:
+        for name in ("_ARRIVAL_ASKS", "_ACTING_ASKS"):
+            asks = getattr(admission, name)
+            monkeypatch.setattr(admission, name, tuple(one for one in asks if one[0] not in gates))
+
+    return patch
+
+
+def both(*patches: Patch) -> Patch:
+    """What two gates see to, one behind the other."""
+
+    def patch(monkeypatch: pytest.MonkeyPatch) -> None:
+        for one in patches:
+            one(monkeypatch)
 
     return patch
 
@@ -733,6 +849,13 @@ def without_numbers(message: Any, path: tuple[str, ...], field: str) -> float | 
     return None if value is None else value if isinstance(value, float) else 1.0
 
 
+def begin_unasked(right: Callable[..., str | None], self: Turn) -> str | None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(admission, "lease_code", lambda *_: None)
+        patch.setattr(admission, "stop_code", lambda *_: None)
+        return right(self)
+
+
 def far_too_far(last: Any, target: Any, limit: FieldLimit, places: Any, elapsed_s: float) -> float:
     return 1.0
 
@@ -745,8 +868,8 @@ GUARDS: dict[str, Patch] = {
     "an observer may not command": instead(
         LeaseDesk, "_may_command", lambda self, party: not party.is_original or self._legacy == "allow"
     ),
-    "an original peer may not command where it only observes": instead(
-        LeaseDesk, "_may_command", lambda self, party: party.role != "observer"
+    "an original peer may not command where it only observes": both(
+        without(Gate.ORIGIN), instead(LeaseDesk, "_may_command", lambda self, party: party.role != "observer")
     ),
     "a lease expires": instead(LeaseDesk, "_expired", lambda self, now_s: []),
     "a keep-alive names the epoch": around(LeaseDesk, "_kept", keep_without_epoch),
@@ -775,25 +898,29 @@ GUARDS: dict[str, Patch] = {
     "silence stops": instead(Watchdog, "expire", lambda self, now_s: False),
     "silence is counted from the last command": instead(Watchdog, "due_at_s", property(lambda self: None)),
     "the commander's leaving stops": instead(Watchdog, "peer_left", lambda self, peer_id: False),
-    "order": unless(CommandGate, "safety.out_of_order"),
-    "age": unless(CommandGate, "safety.stale"),
+    "order": without(Gate.SEQUENCE),
+    "age": without(Gate.AGE),
     "age is measured from the fastest, whatever the clocks say": instead(
         ArrivalBaseline, "age_s", lambda self, stamp_us, now_s: now_s - stamp_us / 1e6
     ),
-    "rate": instead(TokenBucket, "admits", lambda self, now_s: True),
+    "rate": without(Gate.RATE),
     "only finite numbers move": in_module("mosaic_core.machines.commands.safety_envelope._number", without_numbers),
     "clamp": in_module("mosaic_core.machines.commands.safety_envelope.clamped", lambda *_: None),
     "slew": in_module("mosaic_core.machines.commands.safety_envelope.reach", far_too_far),
     "slew for as long as it was": in_module("mosaic_core.machines.commands.slew.MAX_RISE_STEP_S", 10.0),
-    "the link's factor": around(
-        SafetyEnvelope, "shaped", lambda right, self, message, factor, now_s: right(self, message, 1.0, now_s)
+    "the link": without(Gate.LINK),
+    "the picture": without(Gate.PICTURE),
+    "a stop": in_module("mosaic_core.machines.commands.admission.stop_code", lambda *_: None),
+    "the lease when it arrives or when it acts": in_module(
+        "mosaic_core.machines.commands.admission.lease_code", lambda *_: None
     ),
+    "the lease and the stop once more when it acts": around(Turn, "begin", begin_unasked),
     "after a safe action everything begins at zero": instead(SafetyEnvelope, "stand_still", lambda self: None),
 }
 
 
 def first_steps() -> None:
-    for seed in range(6):
+    for seed in range(12):
         Walk(seed).run(10_000)
 
 

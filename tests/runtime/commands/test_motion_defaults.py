@@ -76,15 +76,15 @@ class Roller(DataChannelReceivable[Roll]):
 
 def test_a_message_that_leaves_its_speed_out_is_slowed_and_limited() -> None:
     safety = ReceiverSafety(limits=(FieldLimit(("speed",), -0.5, 0.5),), motion_fields=("speed",))
-    shaper = CommandShaper(Roller("roller"), safety, lambda: 0, lambda peer_id: 1.0)
-    assert shaper.read(b"{}", "p").value == Roll(speed=0.5)
-    assert shaper.read(b'{"light": true}', "p").value == Roll(speed=0.5, light=True)
+    shaper = CommandShaper(Roller("roller"), safety, lambda: 0)
+    assert shaper.limited(shaper.parsed(b"{}"), 1.0).value == Roll(speed=0.5)
+    assert shaper.limited(shaper.parsed(b'{"light": true}'), 1.0).value == Roll(speed=0.5, light=True)
 
 
 def test_zeros_repeat_what_the_last_command_that_acted_said_besides_its_motion() -> None:
     safety = ReceiverSafety(limits=(FieldLimit(("speed",), -0.5, 0.5),), motion_fields=("speed",))
-    shaper = CommandShaper(Roller("roller"), safety, lambda: 0, lambda peer_id: 1.0)
-    shaper.read(b'{"light": true}', "p")
-    shaper.read(b'{"light": false}', "p")
+    shaper = CommandShaper(Roller("roller"), safety, lambda: 0)
+    shaper.limited(shaper.parsed(b'{"light": true}'), 1.0)
+    shaper.limited(shaper.parsed(b'{"light": false}'), 1.0)
     shaper.undone()
     assert shaper.zeros() == Roll(speed=0.0, light=True)

@@ -10,10 +10,12 @@ from pathlib import Path
 import pytest
 
 from mosaic_core import Sender
+from mosaic_core.machines.commands.gates import Gate, GateRefusal
 from mosaic_core.runtime.control import journal as module
 from mosaic_core.runtime.control.journal import MAX_ENTRIES, JournalFile, RobotJournal
 from mosaic_core.words.control import JournalEntry
 
+NO_LEASE = GateRefusal(Gate.LEASE, "lease.required")
 ANN, BOB = Sender("ann", "a", name="Ann"), Sender("bob", "b")
 
 
@@ -73,13 +75,13 @@ def test_a_full_journal_takes_at_most_a_megabyte() -> None:
 def test_the_same_refusal_is_written_at_once_and_then_counted(clock: Clock) -> None:
     journal = RobotJournal()
     for _ in range(4):
-        journal.refused("drive", ANN, "lease.required")
-    journal.refused("drive", BOB, "lease.required")
+        journal.refused("drive", ANN, NO_LEASE)
+    journal.refused("drive", BOB, NO_LEASE)
     clock.now_s += 6
     journal.flush(clock.now_s)
     clock.now_s += 6
     journal.flush(clock.now_s)
-    journal.refused("drive", ANN, "lease.required")
+    journal.refused("drive", ANN, NO_LEASE)
     assert whats(journal) == [
         ("command.refused", "Ann", ""),
         ("command.refused", "bob", ""),
@@ -91,7 +93,7 @@ def test_the_same_refusal_is_written_at_once_and_then_counted(clock: Clock) -> N
 def test_refusals_of_many_kinds_stay_bounded(clock: Clock) -> None:
     journal = RobotJournal()
     for number in range(5000):
-        journal.refused(f"label {number}", ANN, "channel.invalid")
+        journal.refused(f"label {number}", ANN, GateRefusal(Gate.SHAPE, "channel.invalid"))
     assert len(journal.newest(5000)) == module.MAX_MERGED
 
 

@@ -175,7 +175,7 @@ async def test_a_command_is_counted_and_told_whether_it_acted_or_was_refused(kit
         scene.command(b'{"v": 2}')
         await scene.until(lambda: len(scene.listener.outcomes) == 2)
         row = scene.row("drive", drive=0.25, other=0.1)
-    assert [bool(outcome.code) for outcome in scene.listener.outcomes] == [False, True]
+    assert [outcome.refusal is not None for outcome in scene.listener.outcomes] == [False, True]
     assert (row.messages, row.size_bytes, row.refused, row.limit_factor) == (1, len(b'{"v": 1}'), 1, 0.25)
     assert row.age_s is not None
     assert motor.log[0] == 1

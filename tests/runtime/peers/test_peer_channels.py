@@ -12,7 +12,9 @@ import pytest
 
 from mosaic_core.contract.handler import DataChannelReceivable, DataChannelSendable
 from mosaic_core.contract.host import Outgoing, Sender
+from mosaic_core.machines.commands.admission import CommandChannel, refusal_on_arrival
 from mosaic_core.machines.commands.command_order import ArrivalBaseline
+from mosaic_core.machines.control.stop_latch import StopLatch
 from mosaic_core.machines.delivery.delivery_terms import terms_of
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.delivery.send_scheduler import Offered
@@ -127,7 +129,8 @@ class Scene:
     def __init__(self, role: Any = "operator", **safety: Any) -> None:
         self.operator: Any = SimpleNamespace(sender=Sender("p1", "s1", "ann", role=role), peer_id="p1")
         self.refused: list[tuple[str, int | None, str]] = []
-        self.operator.refuse = lambda label, seq, code, message: self.refused.append((label, seq, code))
+        self.gates: list[str] = []
+        self.operator.refuse = self._refuse
         self.receiver = Receiver("drive")
         drive = self.route("drive", Orders, Delivery.LATEST, ReceiverSafety(**safety), self.receiver)
         sending = [self.route(label, Events) for label in ("events", "state")]
@@ -137,17 +140,18 @@ class Scene:
         self.outbox = Outbox(asyncio.get_running_loop(), lambda label, on: self.heard.append((label, on)))
         for route in self.routes.values():
             self.outbox.add_channel(route.label, route.connector.terms, route.counters)
-        self.fence: list[tuple[Any, ...]] = []
-        self.fence_says: str | None = None
+        self.leases = SimpleNamespace(asked=[], refusal=self._lease)
+        self.latch = StopLatch()
         self.measured: list[tuple[Any, ...]] = []
         self.told: list[str] = []
         self.known = {"p1"}
+        fence = SimpleNamespace(channel=self._gates_of, refusal_on_arrival=refusal_on_arrival)
         self.site: Any = SimpleNamespace(
             routes=self.routes,
             outbox=self.outbox,
-            desk=SimpleNamespace(knows=self.known.__contains__, fence=SimpleNamespace(refusal=self._refusal)),
+            desk=SimpleNamespace(knows=self.known.__contains__, fence=fence),
             links={"p1": SimpleNamespace(command_seen=self._measured, channel_closed=self._measured)},
-            listener=SimpleNamespace(command_refused=lambda label, sender, code: self.told.append(code)),
+            listener=SimpleNamespace(command_refused=lambda label, sender, refusal: self.told.append(refusal.code)),
             legacy_peers="observe",
             unfinished=None,
         )
@@ -159,9 +163,16 @@ class Scene:
         connector: Any = SimpleNamespace(terms=terms_of(delivery), delivery=delivery)
         return Route(label, connector, kind(label), ConnectorCounters(), *(more or (ReceiverSafety(),)))
 
-    def _refusal(self, *asked: Any) -> str | None:
-        self.fence.append(asked[1:])
-        return self.fence_says
+    def _gates_of(self, safety: Any, legacy: Any, *more: Any) -> CommandChannel:
+        return CommandChannel(safety, self.leases, self.latch, legacy, *more)
+
+    def _lease(self, *asked: Any) -> str | None:
+        self.leases.asked.append(asked[:3])
+        return None
+
+    def _refuse(self, label: str, seq: int | None, code: str, message: str = "", gate: str = "") -> None:
+        self.refused.append((label, seq, code))
+        self.gates.append(gate)
 
     def _measured(self, *seen: Any) -> None:
         self.measured.append(seen)
@@ -319,7 +330,7 @@ async def test_a_command_of_ours_carries_its_number_its_epoch_and_when_it_arrive
     [item] = scene.accepted
     assert (item.channel, item.payload, item.sender) == ("drive", b"{}", scene.operator.sender)
     assert (item.seq, item.epoch, item.opening, item.generation) == (3, 12, 7, 4)
-    assert scene.fence == [("p1", 12)]
+    assert scene.leases.asked == [("p1", "motion", 12)]
 
 
 async def test_a_bare_command_carries_neither_number_nor_epoch() -> None:
@@ -329,14 +340,15 @@ async def test_a_bare_command_carries_neither_number_nor_epoch() -> None:
     assert (item.payload, item.seq, item.epoch) == (b"{}", None, None)
 
 
-async def test_what_the_fence_refuses_is_counted_and_told_to_both_sides() -> None:
-    scene = Scene()
-    scene.fence_says = "safety.stopped"
+async def test_what_a_gate_refuses_is_counted_and_told_to_both_sides_with_its_name() -> None:
+    scene = Scene(timeout_s=0.3)
+    scene.latch.stop("ann", "", "1", 0.0)
     scene.opens("drive").says(3)
     assert scene.accepted == []
     assert scene.refused == [("drive", 3, "safety.stopped")]
-    assert scene.told == ["safety.stopped"]
-    assert scene.routes["drive"].counters.refused == 1
+    assert (scene.told, scene.gates) == (["safety.stopped"], ["stop"])
+    counters = scene.routes["drive"].counters
+    assert (counters.refused, counters.refused_by) == (1, {"stop": 1})
 
 
 async def test_an_observer_commands_nothing_that_does_not_take_observers() -> None:

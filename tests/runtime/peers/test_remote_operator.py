@@ -52,7 +52,7 @@ def test_before_it_listens_what_is_said_goes_nowhere() -> None:
     it.answer(MESSAGE)
     it.refuse("arm", 4, "safety.too_fast", "why")
     assert channel.sent == [MESSAGE]
-    assert channel.refused == [("arm", 4, "safety.too_fast", "why")]
+    assert channel.refused == [("arm", 4, "safety.too_fast", "why", "")]
 
 
 def test_only_who_knows_leases_is_told_of_them_and_who_asks_is_answered() -> None:

@@ -197,6 +197,8 @@ export interface JournalEntry {
   who: string
   subject: string
   code: string
+  /** What on the way of a command refused it. */
+  gate?: string
   message: string
 }
 
@@ -355,11 +357,17 @@ export interface MediaTalking {
   name: string
 }
 
-/** Robot → operator: a message on a connector was not accepted. `seq` is that of its frame. */
+/**
+ * Robot → operator: a message on a connector was not accepted. `seq` is that of its frame; `gate`: what on the
+ * way of a command refused it. `count`: how many of this label and code it speaks for, `seq` being the last one's;
+ * one where it says nothing.
+ */
 export interface Refusal {
   label: string
   seq?: number
   code: string
+  gate?: string
+  count?: number
   message?: string
 }
 
@@ -724,9 +732,9 @@ export const REASONS = {
   'channel.timeout': { sentence: 'The data channel did not open in time.', cure: 'Large packets may get lost on the way (VPN, MTU); try again, and run `mosaic doctor`.' },
   'channel.unknown_label': { sentence: 'The robot has no connector with this label.', cure: "Compare it with the labels in the robot's configuration." },
   'channel.unknown_data_type': { sentence: 'There is no such data type.', cure: 'Use json-r2u, json-u2r, json-bi, string-r2u, string-u2r, byte-r2u, byte-u2r or media.' },
-  'channel.queue_full': { sentence: 'Data was produced faster than the link takes it.', cure: '' },
-  'channel.too_large': { sentence: 'A message was larger than the channel takes.', cure: '' },
-  'channel.invalid': { sentence: "A message does not fit the connector's schema.", cure: '' },
+  'channel.queue_full': { sentence: 'Data was produced faster than the link takes it.', cure: 'Send more slowly, or with delivery `latest`.' },
+  'channel.too_large': { sentence: 'A message was larger than the channel takes.', cure: 'Send less at once, or let the connector take bulk.' },
+  'channel.invalid': { sentence: "A message does not fit the connector's schema.", cure: "Compare it with the connector's message schema in the catalogue." },
   'channel.incomplete': { sentence: 'Parts of a large message did not arrive in time, so that it was forgotten.', cure: 'Send it again; send large messages with delivery `bulk` or `reliable`, or make them smaller.' },
   'channel.wrong_lane': { sentence: 'The second connection carries connectors with delivery bulk only.', cure: 'Set `delivery: bulk` for this connector.' },
   'lane.refused': { sentence: 'The robot makes no second connection for bulk data now; it goes over the main one.', cure: '' },
@@ -744,34 +752,34 @@ export const REASONS = {
   'peer.replaced': { sentence: 'The same session connected again.', cure: '' },
   'peer.shutdown': { sentence: 'The robot is shutting down.', cure: '' },
   'peer.not_allowed': { sentence: 'The robot does not take this operator.', cure: '' },
-  'safety.stale': { sentence: 'The command was too old when it arrived.', cure: '' },
-  'safety.out_of_order': { sentence: 'A newer command had arrived before this one.', cure: '' },
-  'safety.not_finite': { sentence: 'The command holds a value that is not a number.', cure: '' },
-  'safety.timeout': { sentence: 'No command arrived in time; the safe action ran.', cure: '' },
-  'safety.peer_left': { sentence: 'The commanding operator left; the safe action ran.', cure: '' },
+  'safety.stale': { sentence: 'The command was too old when it arrived.', cure: 'Look at the link; old commands are not worth repeating, so send a new one.' },
+  'safety.out_of_order': { sentence: 'A newer command had arrived before this one.', cure: 'Number each message anew, and repeat none.' },
+  'safety.not_finite': { sentence: 'The command holds a value that is not a number.', cure: 'Send finite numbers.' },
+  'safety.timeout': { sentence: 'No command arrived in time; the safe action ran.', cure: 'Command anew, and keep sending.' },
+  'safety.peer_left': { sentence: 'The commanding operator left; the safe action ran.', cure: 'Command anew.' },
   'safety.shutdown': { sentence: 'The robot is stopping; the safe action ran.', cure: '' },
-  'safety.lease_lost': { sentence: 'The commanding operator lost the lease; the safe action ran.', cure: '' },
-  'safety.stop': { sentence: 'An operator said stop; the safe action ran.', cure: '' },
+  'safety.lease_lost': { sentence: 'The commanding operator lost the lease; the safe action ran.', cure: 'Take control again, if whoever has it agrees.' },
+  'safety.stop': { sentence: 'An operator said stop; the safe action ran.', cure: 'Clear the stop, let go, and command anew.' },
   'safety.stopped': { sentence: 'The robot was stopped and takes no commands until that is cleared.', cure: 'Look at the robot, then clear the stop: the lease holder or a supervisor can.' },
   'safety.no_stop': { sentence: 'This robot has no stop: it runs an original MOSAIC.', cure: 'Use the switch on the robot; `mosaic operator stop --drive LABEL` sends zeros to what drives it.' },
-  'safety.too_fast': { sentence: 'Commands came faster than this connector takes them.', cure: '' },
-  'safety.out_of_range': { sentence: "A value of the command can't be limited: it is no number where one belongs.", cure: '' },
+  'safety.too_fast': { sentence: 'Commands came faster than this connector takes them.', cure: 'Send no faster than `max_rate_hz` of the connector.' },
+  'safety.out_of_range': { sentence: "A value of the command can't be limited: it is no number where one belongs.", cure: 'Put a number into the field that it names.' },
   'lease.required': { sentence: 'This connector takes commands only from the holder of its lease.', cure: 'Take control.' },
   'lease.not_holder': { sentence: 'Somebody else commands this robot.', cure: 'Ask for the lease and wait for the answer.' },
-  'lease.old_epoch': { sentence: 'The command belongs to a lease that has ended.', cure: '' },
+  'lease.old_epoch': { sentence: 'The command belongs to a lease that has ended.', cure: 'Send with the epoch of the present lease; whoever lost it takes control again.' },
   'lease.queued': { sentence: 'Somebody else commands; the request waits for an answer.', cure: '' },
   'lease.denied': { sentence: 'The operator who commands did not hand over.', cure: '' },
   'lease.forbidden': { sentence: 'This role may not command.', cure: 'An administrator can grant another role.' },
   'lease.force_forbidden': { sentence: 'Only a supervisor who gives a reason may take over by force.', cure: '' },
   'lease.person_commands': { sentence: 'A person commands; a program waits until the lease is free.', cure: '' },
-  'lease.unknown_resource': { sentence: 'The robot has no resource of this name.', cure: '' },
-  'lease.expired': { sentence: 'The holder fell silent, so the lease ended.', cure: '' },
+  'lease.unknown_resource': { sentence: 'The robot has no resource of this name.', cure: "Use one of the resources in the robot's catalogue." },
+  'lease.expired': { sentence: 'The holder fell silent, so the lease ended.', cure: 'Take control again, and keep sending.' },
   'lease.released': { sentence: 'The lease was given back.', cure: '' },
   'lease.handed_over': { sentence: 'The holder handed the lease to somebody else.', cure: '' },
   'lease.taken_over': { sentence: 'A supervisor took the lease over.', cure: '' },
   'lease.preempted': { sentence: 'A person took the lease from a program.', cure: '' },
   'lease.peer_left': { sentence: "The holder's connection ended, and with it the lease.", cure: '' },
-  'lease.original_observes': { sentence: 'This robot lets original dashboards watch, but not command.', cure: '' },
+  'lease.original_observes': { sentence: 'This robot lets original dashboards watch, but not command.', cure: 'Use a dashboard that knows leases, or set `control: { legacy_peers: allow }` on the robot.' },
   'check.ok': { sentence: 'It works.', cure: '' },
   'check.skipped': { sentence: 'It was not looked at.', cure: '' },
   'check.failed': { sentence: 'The check itself failed.', cure: 'Please report it with the text of the error.' },
@@ -792,7 +800,7 @@ export const REASONS = {
   'check.no_gamepad': { sentence: 'This browser gives no gamepads to this page.', cure: 'Open it over https or from localhost, in a current browser; or drive with keys, or the pad on the screen.' },
   'check.no_decoder': { sentence: "This browser can't decode one of the codecs that robots send.", cure: "Use a current Chrome, Edge or Safari, or let the cameras' `codec` be one that this browser decodes." },
   'check.far_server': { sentence: 'The server is far away: setting up takes longer than it must.', cure: 'Use a server that is nearer, or see what slows the way to it; once connected it no longer matters.' },
-  'plugin.failed': { sentence: "The connector's handler ended with an error; it will be restarted.", cure: '' },
+  'plugin.failed': { sentence: "The connector's handler ended with an error; it will be restarted.", cure: "Look into the robot's log, which has the error; send again in a moment." },
   'plugin.no_device': { sentence: "The connector's device isn't available; it is being tried again.", cure: 'Plug it in, and see whether another program holds it.' },
   'plugin.no_permission': { sentence: 'This account may not use a device that the configuration names.', cure: 'Add it to the group that owns the device, e.g. `sudo usermod -aG video,dialout $USER`, and log in again.' },
   'plugin.ignored_stop': { sentence: 'The handler did not stop in time and was abandoned.', cure: '' },
@@ -968,7 +976,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   IceCandidate: {"properties": {"candidate": {"type": "string"}, "sdpMid": {"type": "string"}, "sdpMLineIndex": {"default": 0, "type": "integer"}}, "required": ["candidate", "sdpMid"], "type": "object"},
   IceServer: {"properties": {"urls": {"items": {"type": "string"}, "type": "array"}, "username": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "credential": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["urls"], "type": "object"},
   Journal: {"properties": {"entries": {"default": [], "items": {"$ref": "JournalEntry"}, "type": "array"}}, "type": "object"},
-  JournalEntry: {"properties": {"number": {"type": "integer"}, "at": {"type": "string"}, "what": {"type": "string"}, "who": {"default": "", "type": "string"}, "subject": {"default": "", "type": "string"}, "code": {"default": "", "type": "string"}, "message": {"default": "", "type": "string"}}, "required": ["number", "at", "what"], "type": "object"},
+  JournalEntry: {"properties": {"number": {"type": "integer"}, "at": {"type": "string"}, "what": {"type": "string"}, "who": {"default": "", "type": "string"}, "subject": {"default": "", "type": "string"}, "code": {"default": "", "type": "string"}, "gate": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "message": {"default": "", "type": "string"}}, "required": ["number", "at", "what"], "type": "object"},
   JournalRead: {"properties": {"limit": {"default": 100, "maximum": 200, "minimum": 1, "type": "integer"}, "before": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "type": "object"},
   Kind: {"enum": ["data", "video", "audio"], "type": "string"},
   LaneAnswer: {"properties": {"lane": {"const": "bulk", "default": "bulk", "type": "string"}, "attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"maxLength": 16384, "type": "string"}}, "required": ["attempt", "sdp"], "type": "object"},
@@ -997,7 +1005,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   PingPong: {"properties": {"pingId": {"type": "string"}}, "required": ["pingId"], "type": "object"},
   Pong: {"properties": {"t0": {"type": "integer"}, "t1": {"type": "integer"}, "t2": {"type": "integer"}}, "required": ["t0", "t1", "t2"], "type": "object"},
   PrepareConnection: {"properties": {"rtcConnectionId": {"type": "string"}, "sessionId": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "operator": {"anyOf": [{"$ref": "OperatorIdentity"}, {"type": "null"}], "default": null}, "ticket": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "iceServers": {"anyOf": [{"items": {"$ref": "IceServer"}, "type": "array"}, {"type": "null"}], "default": null}}, "required": ["rtcConnectionId"], "type": "object"},
-  Refusal: {"properties": {"label": {"type": "string"}, "seq": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}, "code": {"type": "string"}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["label", "code"], "type": "object"},
+  Refusal: {"properties": {"label": {"type": "string"}, "seq": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}, "code": {"type": "string"}, "gate": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "count": {"anyOf": [{"minimum": 1, "type": "integer"}, {"type": "null"}], "default": null}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["label", "code"], "type": "object"},
   RenegotiateAnswer: {"properties": {"attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"anyOf": [{"maxLength": 204800, "type": "string"}, {"type": "null"}], "default": null}, "code": {"default": "", "type": "string"}, "message": {"anyOf": [{"maxLength": 500, "type": "string"}, {"type": "null"}], "default": null}}, "required": ["attempt"], "type": "object"},
   RenegotiateOffer: {"properties": {"attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"maxLength": 204800, "type": "string"}, "tracks": {"additionalProperties": {"type": "string"}, "maxProperties": 256, "type": "object"}}, "required": ["attempt", "sdp"], "type": "object"},
   Resume: {"properties": {"bootId": {"default": "", "type": "string"}, "isNew": {"default": false, "type": "boolean"}, "received": {"additionalProperties": {"maximum": 4294967295, "minimum": 0, "type": "integer"}, "maxProperties": 1024, "type": "object"}, "upcoming": {"additionalProperties": {"maximum": 4294967295, "minimum": 0, "type": "integer"}, "maxProperties": 1024, "type": "object"}}, "type": "object"},

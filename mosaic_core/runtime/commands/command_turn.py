@@ -1,0 +1,60 @@
+"""Takes one command through the gates of its turn (``machines/commands/admission.py``): what they ask about it is asked
+here, of its shaper, its link and its watch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from mosaic_core.machines.commands.admission import CommandTerms
+from mosaic_core.machines.commands.slow_down import Measures
+from mosaic_core.runtime.commands.command_shaper import CommandShaper, ShapedCommand
+
+
+class CommandTurn:
+    """A command whose turn has come; implements ``Acting``. On the receiver's one thread or task."""
+
+    def __init__(
+        self,
+        payload: bytes,
+        shaper: CommandShaper,
+        terms: CommandTerms,
+        measure: Callable[[], Measures],
+        begin: Callable[[ShapedCommand], str | None],
+        *,
+        waited_s: float = 0.0,
+        max_age_s: float | None = None,
+        is_resting: bool = False,
+    ) -> None:
+        """``begin`` lets a shaped command act; the code why it must not."""
+        self.terms = terms
+        self.waited_s = waited_s
+        self.max_age_s = max_age_s
+        self.is_resting = is_resting
+        self.factor = 1.0
+        self.measured = Measures()
+        self.measure = measure
+        self._payload = payload
+        self._shaper = shaper
+        self._begin = begin
+        self._value: Any = None
+        self._shaped: ShapedCommand | None = None
+
+    @property
+    def command(self) -> ShapedCommand:
+        """What may act, once every gate has been passed."""
+        assert self._shaped is not None
+        return self._shaped
+
+    def parse(self) -> None:
+        self._value = self._shaper.parsed(self._payload)
+
+    def limit(self) -> None:
+        self._shaped = self._shaper.limited(self._value, self.factor)
+
+    def begin(self) -> str | None:
+        code = self._begin(self.command)
+        if code is not None:
+            self._shaper.undone()
+        return code
