@@ -128,7 +128,7 @@ def refusal_text(refusal: Refusal) -> str:
     """`` at the gate age (safety.stale): The command took too long …``, and how many it speaks for."""
     gate = f" at the gate {refusal.gate}" if refusal.gate else ""
     reason = REASONS.get(refusal.code)
-    sentence = refusal.message or (reason.sentence if reason else "")
+    sentence = (refusal.message or (reason.sentence if reason else "")).removesuffix(".") + "."
     cure = f" {reason.cure}" if reason and reason.cure else ""
     more = f" (and {refusal.count - 1} more)" if refusal.count and refusal.count > 1 else ""
     return f"{gate}: {refusal.code}: {sentence}{cure}{more}"

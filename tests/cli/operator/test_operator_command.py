@@ -94,7 +94,7 @@ class TestWithARobot:
         assert "holding the lease of 'motion'" in done.stderr
         done = operator("send", seed.robot_id, "cmd_vel", '{"linear": {"x": "fast"}}')
         assert (done.returncode, done.stdout) == (1, "1 sent, 1 refused\n")
-        assert "refused: safety.out_of_range: linear.x" in done.stderr
+        assert "refused at the gate envelope: safety.out_of_range: linear.x" in done.stderr
 
     def test_a_stop_holds_until_it_is_cleared(self, operator: Run, seed: Any) -> None:
         done = operator("stop", seed.robot_id, "--reason", "a test", "--json")
@@ -104,7 +104,7 @@ class TestWithARobot:
         assert 0 < report["acknowledged_s"] < 5
         done = operator("send", seed.robot_id, "cmd_vel", '{"linear": {"x": 0.1}}')
         assert done.returncode == 1
-        assert "refused: safety.stopped" in done.stderr
+        assert "refused at the gate stop: safety.stopped" in done.stderr
         assert "stopped by" in operator("lease", seed.robot_id).stdout
         done = operator("clear", seed.robot_id)
         assert (done.returncode, done.stdout) == (0, "cleared: commands act again\n"), done.stderr
