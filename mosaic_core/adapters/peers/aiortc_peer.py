@@ -37,6 +37,8 @@ _log = logging.getLogger(__name__)
 PLAIN_SCTP_VARIABLE = "MOSAIC_PLAIN_SCTP"
 """Set it to ``1`` to run data channels on aiortc's own SCTP, to compare or if ours is under suspicion. Aiortc's
 keeps whatever the other side sends, without any bound: among friends only."""
+MAX_REMOTE_CANDIDATES = 64
+"""A browser has about ten. Each is paired with all of ours, and its name is looked up."""
 CLOSE_TIMEOUT_S = 1.0
 """Saying good-bye to a dead TURN server takes half a minute; after this it goes on without us."""
 _TOLD_STATES = ("connecting", "connected", "failed", "closed")
@@ -77,6 +79,7 @@ class AiortcPeer:
         self._lines: dict[RTCIceTransport, tuple[str, int]] = {}
         self._adding, self._ending = BackgroundTasks(), BackgroundTasks()
         self._has_all_remote = False
+        self._remote_candidates = 0
         self._closing: asyncio.Task[None] | None = None
         self.pc.on("connectionstatechange", self._state_changed)
         self.pc.on("iceconnectionstatechange", self._path_changed)
@@ -118,7 +121,11 @@ class AiortcPeer:
         if self._closing is not None or not candidate.candidate:
             return
         if not self._is_described:
-            self._early.append(candidate)
+            if len(self._early) < MAX_REMOTE_CANDIDATES:
+                self._early.append(candidate)
+            return
+        self._remote_candidates += 1
+        if self._remote_candidates > MAX_REMOTE_CANDIDATES:
             return
         try:
             parsed = candidate_from_sdp(candidate.candidate.removeprefix("candidate:"))

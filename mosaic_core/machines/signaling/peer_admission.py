@@ -1,12 +1,14 @@
 """Which operators a robot takes: matches what the server prepared with the offers that come, checks tickets,
-keeps early candidates, and counts peers.
+keeps early candidates, and gives places.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
+from mosaic_core.machines.signaling.robot_places import Comer, NoPlace, RobotPlaces
 from mosaic_core.words import signaling as wire
 from mosaic_core.words.control import Role
 from mosaic_core.words.errors import AuthError
@@ -16,7 +18,7 @@ from mosaic_core.words.session_description import fingerprints
 PREPARED_FOR_S = 60.0
 """An offer follows its preparation within a second; after a minute nobody is coming."""
 MAX_PREPARED = 64
-MAX_EARLY_CANDIDATES = 64
+MAX_CANDIDATES = 64
 """A browser has about ten; more is somebody filling our memory."""
 
 
@@ -89,9 +91,9 @@ class PeerAdmission:
     """The robot's list of prepared and running peers. ``now_s`` is any monotonic clock."""
 
     def __init__(self, max_peers: int) -> None:
-        self._max_peers = max_peers
         self._prepared: dict[str, _Prepared] = {}
-        self._peers: dict[str, str] = {}  # id -> "connecting" or "connected"
+        self._places = RobotPlaces(max_peers)
+        self._candidates: Counter[str] = Counter()
         self._identities: dict[str, PeerIdentity] = {}
         self._certificates: dict[str, frozenset[str]] = {}
 
@@ -105,12 +107,14 @@ class PeerAdmission:
     def candidate(self, message: wire.ExchangeIceCandidate, now_s: float) -> Iterator[AddCandidate]:
         """A candidate for a running peer goes on, one before its offer waits, one for nobody is dropped."""
         peer_id = message.rtc_connection_id
-        if peer_id in self._peers:
-            yield AddCandidate(peer_id, message.ice_candidate)
+        if peer_id in self._places:
+            self._candidates[peer_id] += 1
+            if self._candidates[peer_id] <= MAX_CANDIDATES:
+                yield AddCandidate(peer_id, message.ice_candidate)
             return
         self._forget_old(now_s)
         prepared = self._prepared.get(peer_id)
-        if prepared is not None and len(prepared.candidates) < MAX_EARLY_CANDIDATES:
+        if prepared is not None and len(prepared.candidates) < MAX_CANDIDATES:
             prepared.candidates.append(message.ice_candidate)
 
     def decide(
@@ -135,7 +139,7 @@ class PeerAdmission:
             self._prepared.pop(peer_id, None)
             yield RenegotiatePeer(peer_id, offer.sdp_offer, offer.tracks)
             return
-        if several and peer_id in self._peers:
+        if several and peer_id in self._places:
             yield RefusePeer(
                 peer_id, "signal.bad_message", "this connection has its offer; a new one needs an id", True
             )
@@ -154,19 +158,26 @@ class PeerAdmission:
             yield RefusePeer(peer_id, "peer.not_allowed", "this session belongs to another operator")
             return
         if not several:  # the original robot has one peer, and the newest offer wins (UPSTREAM §3.5)
-            for old_id, phase in list(self._peers.items()):
-                self.forget(old_id)
-                yield StopPeer(old_id, "peer.replaced", was_connected=phase == "connected")
-        elif len(self._peers) >= self._max_peers:
-            yield RefusePeer(peer_id, "signal.robot_busy", f"the robot already has {len(self._peers)} operators")
+            yield from self._stopped(self._places.phases, "peer.replaced")
+        phases = self._places.phases
+        try:
+            leavers = self._places.take(Comer(peer_id, identity.operator_id, identity.session_id, identity.role), now_s)
+        except NoPlace as error:
+            yield RefusePeer(peer_id, error.code, error.message)
             return
+        yield from self._stopped({leaver: phases[leaver] for leaver in leavers}, "signal.robot_busy")
         fresh = prepared.message.ice_servers if prepared else None
         servers = (*configured, *(welcomed if fresh is None else fresh))
-        self._peers[peer_id] = "connecting"
         self._identities[peer_id] = identity
         self._certificates[peer_id] = certificates
         early = tuple(prepared.candidates) if prepared else ()
+        self._candidates[peer_id] = len(early)
         yield StartPeer(peer_id, identity, offer.sdp_offer, offer.tracks, servers, early)
+
+    def _stopped(self, phases: Mapping[str, str], code: str) -> Iterator[StopPeer]:
+        for peer_id, phase in phases.items():
+            self.forget(peer_id)
+            yield StopPeer(peer_id, code, was_connected=phase == "connected")
 
     @staticmethod
     def _identity(peer_id: str, prepared: _Prepared | None, tickets: Ticketed | None) -> PeerIdentity:
@@ -177,24 +188,24 @@ class PeerAdmission:
         return tickets(prepared.message.ticket, prepared.message)
 
     def connected(self, peer_id: str) -> None:
-        if peer_id in self._peers:
-            self._peers[peer_id] = "connected"
+        self._places.connected(peer_id)
 
     def forget(self, peer_id: str) -> str | None:
         """The peer is over; its phase (``connecting`` or ``connected``), or ``None`` if it was unknown."""
         self._prepared.pop(peer_id, None)
+        self._candidates.pop(peer_id, None)
         self._identities.pop(peer_id, None)
         self._certificates.pop(peer_id, None)
-        return self._peers.pop(peer_id, None)
+        return self._places.leave(peer_id)
 
     def status(self, *, several: bool) -> wire.RobotStatus:
         """What the robot says of itself (numbers of the original server)."""
         if several:
-            full = len(self._peers) >= self._max_peers
-            return wire.RobotStatus.RTC_CONNECTED if full else wire.RobotStatus.READY_TO_CONNECT
-        if "connected" in self._peers.values():
+            is_full = self._places.is_full
+            return wire.RobotStatus.RTC_CONNECTED if is_full else wire.RobotStatus.READY_TO_CONNECT
+        if "connected" in self._places.phases.values():
             return wire.RobotStatus.RTC_CONNECTED
-        return wire.RobotStatus.RTC_CONNECTING if self._peers else wire.RobotStatus.READY_TO_CONNECT
+        return wire.RobotStatus.RTC_CONNECTING if self._places else wire.RobotStatus.READY_TO_CONNECT
 
     def _forget_old(self, now_s: float) -> None:
         for peer_id in [key for key, entry in self._prepared.items() if now_s - entry.at_s > PREPARED_FOR_S]:

@@ -211,7 +211,7 @@ class RobotSignaling(SignalingSession):
             if isinstance(effect, RefusePeer) and not effect.is_live:
                 effects += self._told(peer_id, effect.code, effect.message)
             if isinstance(effect, StopPeer):
-                effects += [effect, *self._farewell(effect)]
+                effects += [effect, *self._told(effect.peer_id, effect.code, ""), *self._farewell(effect)]
             else:
                 effects.append(effect)
                 effects += self._status_effects()

@@ -16,6 +16,7 @@ from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.commands.command_order import ArrivalBaseline
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.delivery.send_scheduler import Priority
+from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.delivery.data_port import DataPort
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.transport.transport import Channel
@@ -36,6 +37,11 @@ logger = logging.getLogger(__name__)
 
 MAX_CONTROL_BYTES = 256 * 1024
 """As on the server's socket: an offer with many media lines is this large."""
+MAX_PINGS_HZ = 20.0
+"""Ours come every half a second; whoever sends more than this gets no answer to them."""
+MAX_UNSENT_BYTES = 1024 * 1024
+"""What the robot says past every queue is left out while so much waits for a peer that takes nothing: it is said
+again, when the question comes again."""
 _REFUSAL_PERIOD_S = 0.5
 """The same refusal of the same connector is told at most this often; the robot counts every one."""
 
@@ -57,6 +63,7 @@ class ControlChannel:
         self._queue = queue
         self._heard = heard
         self._told_at_s: dict[tuple[str, str], float] = {}
+        self._pings = TokenBucket.of_rate(MAX_PINGS_HZ)
         queue.open(channel, lane)
         channel.on_message = self._received
 
@@ -99,7 +106,8 @@ class ControlChannel:
             self.refuse(CONTROL_LABEL, None, code, str(error))
             return
         if isinstance(message, Ping):
-            self.send(Pong(t0=message.t0, t1=arrived_us, t2=_now_us()))
+            if self._pings.admits(time.monotonic()):
+                self.send(Pong(t0=message.t0, t1=arrived_us, t2=_now_us()))
             message = None
         self._heard(message)
 
@@ -132,6 +140,8 @@ class StopChannel:
 
     def send(self, message: ControlMessage) -> None:
         """At once, past the send queue: an answer that waits behind bulk would be repeated for nothing."""
+        if self._channel.buffered_bytes > MAX_UNSENT_BYTES:
+            return
         self._seq = (self._seq + 1) % SEQ_MODULUS
         stamp_us = int(time.monotonic() * 1e6)
         frame = Frame(PayloadKind.JSON, message.to_text().encode(), seq=self._seq, stamp_us=stamp_us)

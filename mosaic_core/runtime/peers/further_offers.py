@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Awaitable, Callable, Mapping
 
-from mosaic_core.machines.timing.pacing import TokenBucket
+from mosaic_core.machines.timing.pacing import ComplaintPace, TokenBucket
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.words.control import RenegotiateAnswer, RenegotiateOffer
 from mosaic_core.words.errors import ConnectionFailed, MosaicError
@@ -26,6 +26,7 @@ class FurtherOffers:
         self._operator = operator
         self._answer = answer
         self._rate = TokenBucket.of_rate(MAX_OFFERS_HZ)
+        self._complaints = ComplaintPace()
         self._is_busy = False
 
     async def take(self, offer: RenegotiateOffer) -> None:
@@ -43,7 +44,8 @@ class FurtherOffers:
         except MosaicError as error:
             fields = {"peerId": self._operator.peer_id, "code": error.code}
             text = "a further offer of operator %s is refused, its connection goes on: %s (%s)"
-            logger.warning(text, self._operator.peer_id, error.message, error.code, extra=fields)
+            level = logging.WARNING if self._complaints.is_due(error.code, time.monotonic()) else logging.DEBUG
+            logger.log(level, text, self._operator.peer_id, error.message, error.code, extra=fields)
             return None
 
     async def _answered(self, sdp: str, tracks: Mapping[str, str] | None) -> str:

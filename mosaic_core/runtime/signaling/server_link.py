@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import random
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -18,6 +19,7 @@ from mosaic_core.machines.peers.network_change import NetworkChange
 from mosaic_core.machines.signaling import signaling_events as session
 from mosaic_core.machines.signaling.peer_admission import AddCandidate, RefusePeer, RenegotiatePeer, StartPeer, StopPeer
 from mosaic_core.machines.signaling.robot_signaling import RobotSignaling
+from mosaic_core.machines.timing.pacing import ComplaintPace
 from mosaic_core.runtime.observation.counters import ServerSnapshot
 from mosaic_core.runtime.signaling.signaling_socket import SignalingSocket
 from mosaic_core.runtime.signaling.tickets import TicketVerifier
@@ -30,6 +32,8 @@ from mosaic_core.words.signaling import IceCandidate, SignalingMessage
 
 logger = logging.getLogger(__name__)
 
+REFUSALS_TOLD_S = 10.0
+"""Refused operators come again: the log tells of each kind of refusal at most this often."""
 FLEET = "fleet"
 LAN = "lan"
 
@@ -95,6 +99,7 @@ class ServerLink:
         self._starter = peers
         self._state_changed = state_changed
         self._peers: dict[str, IntroducedPeer] = {}
+        self._refusals = ComplaintPace(REFUSALS_TOLD_S)
         machine = RobotSignaling(_facts(server, catalogue), TicketVerifier(server.robot_id), random.random)
         url = f"{server.config.ws_url.rstrip('/')}/ws/robot"
         self._socket = SignalingSocket(url, machine, server.connect, self._carry_out)
@@ -147,7 +152,8 @@ class ServerLink:
                     peer.close(code)
             case RefusePeer(peer_id, code, message):
                 fields = {"peerId": self._scope + peer_id, "code": code}
-                logger.warning("operator refused (%s): %s", code, message or reason(code).sentence, extra=fields)
+                level = logging.WARNING if self._refusals.is_due(code, time.monotonic()) else logging.DEBUG
+                logger.log(level, "operator refused (%s): %s", code, message or reason(code).sentence, extra=fields)
             case session.ChangeState(state):
                 self.state = state
                 self._state_changed()

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from mosaic_core.machines.signaling.peer_admission import (
-    MAX_EARLY_CANDIDATES,
+    MAX_CANDIDATES,
     MAX_PREPARED,
     PREPARED_FOR_S,
     AddCandidate,
@@ -74,6 +74,8 @@ def test_nobody_enters_the_session_of_another_operator() -> None:
 def test_more_than_fits_is_told_so() -> None:
     admission = PeerAdmission(1)
     offered(admission, "p1", "a/alice")
+    assert offered(admission, "p2", "b/bob")[0].code == "signal.robot_busy"
+    admission.connected("p1")
     assert admission.status(several=True) is RobotStatus.RTC_CONNECTED
     assert offered(admission, "p2", "b/bob")[0].code == "signal.robot_busy"
     admission.forget("p1")
@@ -137,11 +139,19 @@ def test_candidates_wait_for_their_offer_and_not_for_ever() -> None:
     admission = PeerAdmission(4)
     admission.prepare(PrepareConnection(rtc_connection_id="p1", ticket="a/alice"), 0.0)
     message = ExchangeIceCandidate(rtc_connection_id="p1", ice_candidate=CANDIDATE)
-    for _ in range(MAX_EARLY_CANDIDATES + 5):
+    for _ in range(MAX_CANDIDATES + 5):
         assert not list(admission.candidate(message, 0.0))
     (start,) = offered(admission, "p1", None, 1.0)
-    assert start.candidates == (CANDIDATE,) * MAX_EARLY_CANDIDATES
-    assert list(admission.candidate(message, 1.0)) == [AddCandidate("p1", CANDIDATE)]
+    assert start.candidates == (CANDIDATE,) * MAX_CANDIDATES
+    assert not list(admission.candidate(message, 1.0)), "those that came early count"
+
+
+def test_a_running_peer_has_so_many_candidates_and_no_more() -> None:
+    admission = PeerAdmission(4)
+    decided(admission, "p1")
+    message = ExchangeIceCandidate(rtc_connection_id="p1", ice_candidate=CANDIDATE)
+    passed = [effect for _ in range(1000) for effect in admission.candidate(message, 1.0)]
+    assert passed == [AddCandidate("p1", CANDIDATE)] * MAX_CANDIDATES
 
 
 def test_candidates_for_nobody_are_dropped() -> None:
@@ -256,7 +266,7 @@ def test_a_preparation_without_a_ticket_is_no_preparation_where_tickets_count() 
 def test_of_too_many_preparations_the_oldest_is_forgotten() -> None:
     admission = PeerAdmission(MAX_PREPARED + 1)
     for number in range(MAX_PREPARED + 1):
-        admission.prepare(PrepareConnection(rtc_connection_id=f"p{number}", ticket=f"s{number}/alice"), 0.0)
+        admission.prepare(PrepareConnection(rtc_connection_id=f"p{number}", ticket=f"s{number}/alice{number}"), 0.0)
     found = [decided(admission, f"p{number}", tickets=ticketed)[0] for number in range(MAX_PREPARED + 1)]
     assert [isinstance(one, StartPeer) for one in found] == [False] + [True] * MAX_PREPARED
 
@@ -307,4 +317,7 @@ def test_an_operator_has_room_until_the_last_place_is_taken() -> None:
     offered(admission, "p1", "a/alice")
     assert admission.status(several=True) is RobotStatus.READY_TO_CONNECT
     assert isinstance(offered(admission, "p2", "b/bob")[0], StartPeer)
+    assert admission.status(several=True) is RobotStatus.READY_TO_CONNECT, "who is not connected yet may have to leave"
+    admission.connected("p1")
+    admission.connected("p2")
     assert admission.status(several=True) is RobotStatus.RTC_CONNECTED

@@ -289,7 +289,7 @@ def good(peer_id: str) -> list[FrameReceived]:
 def test_several_operators_with_tickets_fill_the_robot() -> None:
     it, effects = ours(max_peers=2), []
     for peer_id in ("p1", "p2", "p3"):
-        for event in good(peer_id):
+        for event in (*good(peer_id), PeerConnected(peer_id)):
             effects += it.handle(event, 0.0)
     started = [effect for effect in effects if isinstance(effect, StartPeer)]
     assert [start.identity.session_id for start in started] == ["s-p1", "s-p2"]
@@ -301,6 +301,14 @@ def test_several_operators_with_tickets_fill_the_robot() -> None:
     assert statuses(effects) == [2], "0 while there is capacity"
     assert sent(effects)[-1]["type"] == "signaling.close_peer_connection"
     assert statuses(it.handle(PeerEnded("p1", "peer.closed"), 1.0)) == [0]
+
+
+def test_whose_place_another_takes_is_told_so_while_it_is_still_being_connected() -> None:
+    it = ours(max_peers=2)
+    effects = [effect for peer_id in ("p1", "p2", "p3") for event in good(peer_id) for effect in it.handle(event, 0.0)]
+    assert [effect.peer_id for effect in effects if isinstance(effect, StopPeer)] == ["p1"]
+    [close] = [message for message in sent(effects) if message["type"] == "signaling.close_peer_connection"]
+    assert (close["data"]["rtcConnectionId"], close["data"]["code"]) == ("p1", "signal.robot_busy")
 
 
 @pytest.mark.parametrize("fresh", [(TURN,), ()])

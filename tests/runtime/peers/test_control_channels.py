@@ -34,6 +34,7 @@ class Wire:
 
     def __init__(self) -> None:
         self.is_open = True
+        self.buffered_bytes = 0
         self.on_open: Any = None
         self.on_message: Any = None
         self._reader = FrameReader(MAX_CONTROL_BYTES)
@@ -117,6 +118,15 @@ def test_a_ping_is_answered_with_both_times_and_counts_as_a_sign_of_life(clock: 
     assert desk.wire.told == [Pong(t0=7, t1=1_000_000_000, t2=1_000_000_000)]
     assert desk.heard == [None]
     assert desk.wire.frames[0].stamp_us == 1_000_000_000
+
+
+def test_pings_without_end_are_answered_at_a_bounded_rate(clock: Clock) -> None:
+    desk = Desk()
+    for number in range(10_000):
+        clock.now_s += 0.0001
+        desk.wire.says(Ping(t0=number), seq=number + 1)
+    assert 1 <= len(desk.wire.frames) <= control_channel.MAX_PINGS_HZ * 1.5
+    assert desk.heard == [None] * 10_000, "it is alive all the same"
 
 
 def test_every_other_word_is_handed_on(clock: Clock) -> None:
@@ -218,6 +228,16 @@ def test_nothing_but_stops_and_pongs_is_heard_there(clock: Clock) -> None:
     assert lane.heard == []
     lane.wire.says(Stop(id="a"))
     assert lane.heard == [Stop(id="a")], "and none of it did harm"
+
+
+def test_a_stop_repeated_without_end_fills_no_queue_of_one_who_takes_no_answer(clock: Clock) -> None:
+    lane = Lane()
+    lane.wire.buffered_bytes = control_channel.MAX_UNSENT_BYTES + 1
+    lane.wire.says(Stop(id="a"))
+    assert (len(lane.heard), lane.wire.told) == (1, [])
+    lane.wire.buffered_bytes = 0
+    lane.wire.says(Stop(id="a"), seq=2)
+    assert lane.wire.told == [StopAck(id="a", received_us=5)]
 
 
 def test_a_closed_stop_channel_swallows_what_is_said(clock: Clock) -> None:

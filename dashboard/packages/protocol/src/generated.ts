@@ -689,7 +689,7 @@ export const REASONS = {
   'signal.too_slow': { sentence: 'The receiver did not keep up, or sent too much.', cure: 'Check the network between the two: it is slow, or loses much.' },
   'signal.unreachable': { sentence: "The server can't be reached.", cure: "Check the server's address and the network." },
   'signal.robot_offline': { sentence: "The robot isn't connected to the server.", cure: 'Start it with `mosaic run`, or run `mosaic doctor mosaic_config.yaml` on it.' },
-  'signal.robot_busy': { sentence: 'The robot takes one operator at a time and has one.', cure: 'Wait until the other operator has left.' },
+  'signal.robot_busy': { sentence: 'The robot has no free place for this operator.', cure: 'Wait until the other operator has left.' },
   'signal.unknown_connection': { sentence: "No such connection, or it isn't yours.", cure: 'See which robots this account has, and connect anew.' },
   'signal.no_user_socket': { sentence: 'This account has no open and authorized /ws/user, over which its offer has to go.', cure: 'Open /ws/user and authorize first, and keep it open while the connection is made.' },
   'signal.unknown_tab': { sentence: 'The organization has no such tab.', cure: 'Load the list of tabs again.' },
