@@ -27,14 +27,6 @@ from mosaic_core.words.signaling import RobotStatus
 WAIT_S = 5.0
 
 
-def run(scenario: Any) -> None:
-    async def bounded() -> None:
-        async with asyncio.timeout(30):
-            await scenario()
-
-    asyncio.run(bounded())
-
-
 def subscriptions(world: Any) -> int:
     return sum(isinstance(m, signaling.StatusSubscribe) for m in world.server.received)
 

@@ -37,14 +37,6 @@ ROWS = [
 ]
 
 
-def run(scenario: Any) -> None:
-    async def bounded() -> None:
-        async with asyncio.timeout(30):
-            await scenario()
-
-    asyncio.run(bounded())
-
-
 @pytest.fixture(autouse=True)
 def quickly(monkeypatch: pytest.MonkeyPatch) -> None:
     """In memory a hello needs no two seconds to come, or not to."""

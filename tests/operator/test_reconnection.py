@@ -4,32 +4,31 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
 
-from mosaic_core.operator import LeaseLost, MosaicOperator, RobotConnection
+from mosaic_core.operator import LeaseLost
 from mosaic_core.testing import until
 from mosaic_core.words import control, signaling
 
 WAIT_S = 8.0
 
 
-def with_kept(world: Any, scenario: Callable[[MosaicOperator, RobotConnection], Any]) -> None:
-    async def main() -> None:
-        async with asyncio.timeout(40), world.operator() as operator:
-            await scenario(operator, await operator.connect(world.robot_id, timeout_s=WAIT_S, reconnect=True))
-
-    asyncio.run(main())
+@asynccontextmanager
+async def with_kept(world: Any) -> AsyncIterator[Any]:
+    async with asyncio.timeout(40), world.operator() as operator:
+        yield await operator.connect(world.robot_id, timeout_s=WAIT_S, reconnect=True)
 
 
 def offers(world: Any) -> int:
     return sum(isinstance(message, signaling.SdpOffer) for message in world.server.received)
 
 
-def test_stores_and_a_lease_come_back_in_the_same_session(world: Any) -> None:
-    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
+async def test_stores_and_a_lease_come_back_in_the_same_session(world: Any) -> None:
+    async with with_kept(world) as connection:
         pad = connection.sendable("cmd_vel")
         await pad.wait_open(WAIT_S)
         lease = await connection.control.take()
@@ -48,11 +47,9 @@ def test_stores_and_a_lease_come_back_in_the_same_session(world: Any) -> None:
         body = json.loads([r for r in world.server.requests if r.url.path.endswith("/connection")][-1].content)
         assert body["sessionId"] == "session-1"
 
-    with_kept(world, scenario)
 
-
-def test_a_lease_that_comes_back_again_and_again_is_asked_for_once_each_time(world: Any) -> None:
-    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
+async def test_a_lease_that_comes_back_again_and_again_is_asked_for_once_each_time(world: Any) -> None:
+    async with with_kept(world) as connection:
         lease = await connection.control.take()
         for losses in range(1, 5):
             world.robot.say(control.Bye(code="peer.shutdown"))
@@ -60,11 +57,10 @@ def test_a_lease_that_comes_back_again_and_again_is_asked_for_once_each_time(wor
             await asyncio.sleep(0)
             assert len(world.robot.said(control.LeaseRequest)) == 1 + losses
 
-    with_kept(world, scenario)
 
+async def test_a_lease_of_a_block_is_lost_for_good_and_not_asked_for_again(world: Any) -> None:
+    async with with_kept(world) as connection:
 
-def test_a_lease_of_a_block_is_lost_for_good_and_not_asked_for_again(world: Any) -> None:
-    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
         async def drive() -> None:
             async with await connection.control.take():
                 world.robot.say(control.Bye(code="peer.shutdown"))
@@ -77,11 +73,9 @@ def test_a_lease_of_a_block_is_lost_for_good_and_not_asked_for_again(world: Any)
         await asyncio.sleep(0.05)
         assert len(world.robot.said(control.LeaseRequest)) == asked
 
-    with_kept(world, scenario)
 
-
-def test_it_goes_on_trying_while_the_robot_is_away(world: Any) -> None:
-    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
+async def test_it_goes_on_trying_while_the_robot_is_away(world: Any) -> None:
+    async with with_kept(world) as connection:
         world.server.refusal = (404, {"resultCode": "ROBOT_WS_SESSION_NOT_EXIST"})
         requests = len(world.server.requests)
         world.robot.say(control.Bye(code="peer.shutdown"))
@@ -91,12 +85,10 @@ def test_it_goes_on_trying_while_the_robot_is_away(world: Any) -> None:
         await until(lambda: connection.state == "connected")
         assert connection.error is None
 
-    with_kept(world, scenario)
-
 
 @pytest.mark.parametrize("code", ["peer.not_allowed", "peer.replaced", "auth.expired"])
-def test_an_end_that_trying_again_would_not_help_is_an_end(world: Any, code: str) -> None:
-    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
+async def test_an_end_that_trying_again_would_not_help_is_an_end(world: Any, code: str) -> None:
+    async with with_kept(world) as connection:
         world.robot.say(control.Bye(code=code))
         assert connection.state == "closed"
         assert (await connection.wait_closed()).code == code
@@ -104,11 +96,9 @@ def test_an_end_that_trying_again_would_not_help_is_an_end(world: Any, code: str
         await asyncio.sleep(0.5)
         assert offers(world) == before
 
-    with_kept(world, scenario)
 
-
-def test_closing_while_it_tries_ends_the_trying(world: Any) -> None:
-    async def scenario(operator: MosaicOperator, connection: RobotConnection) -> None:
+async def test_closing_while_it_tries_ends_the_trying(world: Any) -> None:
+    async with with_kept(world) as connection:
         world.robot.say(control.Bye(code="peer.shutdown"))
         assert connection.state == "reconnecting"
         before = offers(world)
@@ -116,8 +106,6 @@ def test_closing_while_it_tries_ends_the_trying(world: Any) -> None:
         assert (await connection.wait_closed()).code == "peer.closed"
         await asyncio.sleep(0.5)
         assert offers(world) == before
-
-    with_kept(world, scenario)
 
 
 async def test_without_being_asked_it_does_not_come_back(world: Any) -> None:

@@ -6,7 +6,8 @@ import asyncio
 import contextlib
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
 from typing import Any
 
 import httpx
@@ -94,6 +95,8 @@ class ScriptedRobot:
     # the answerer's listener
     def candidate_found(self, candidate: IceCandidate) -> None:
         self.push(signaling.ExchangeIceCandidate(rtc_connection_id=PEER_ID, ice_candidate=candidate))
+
+    def bound_exceeded(self, why: str) -> None: ...
 
     def state_changed(self, state: str) -> None:
         self.states.append(state)
@@ -187,24 +190,22 @@ def respond(request: httpx.Request) -> httpx.Response:
     return httpx.Response(200, json={"resultCode": 100, "resultData": {"sessions": [session]}})
 
 
-def run(scenario: Any) -> None:
-    async def main() -> None:
-        robot = ScriptedRobot()
-        operator = MosaicOperator(
-            "http://127.0.0.1:9001", "jwt", open_socket=robot.connect, http=httpx.MockTransport(respond)
-        )
-        try:
-            async with operator, asyncio.timeout(60):
-                await scenario(robot, operator)
-        finally:
-            await robot.answerer.close()
-            robot.camera.close()
-
-    asyncio.run(main())
+@asynccontextmanager
+async def run() -> AsyncIterator[Any]:
+    robot = ScriptedRobot()
+    operator = MosaicOperator(
+        "http://127.0.0.1:9001", "jwt", open_socket=robot.connect, http=httpx.MockTransport(respond)
+    )
+    try:
+        async with operator, asyncio.timeout(60):
+            yield robot, operator
+    finally:
+        await robot.answerer.close()
+        robot.camera.close()
 
 
-def test_pictures_data_and_commands_flow() -> None:
-    async def scenario(robot: ScriptedRobot, operator: MosaicOperator) -> None:
+async def test_pictures_data_and_commands_flow() -> None:
+    async with run() as (robot, operator):
         started_s = time.monotonic()
         connection = await operator.connect(ROBOT_ID, timeout_s=WAIT_S)
         assert time.monotonic() - started_s < 5
@@ -235,11 +236,9 @@ def test_pictures_data_and_commands_flow() -> None:
         assert connection.round_trip_ms is not None
         assert abs(connection.clock_offset_us or 0) < 100_000  # the same machine, the same clock
 
-    run(scenario)
 
-
-def test_a_robot_that_hangs_is_lost_in_two_seconds_though_ice_still_lives() -> None:
-    async def scenario(robot: ScriptedRobot, operator: MosaicOperator) -> None:
+async def test_a_robot_that_hangs_is_lost_in_two_seconds_though_ice_still_lives() -> None:
+    async with run() as (robot, operator):
         connection = await operator.connect(ROBOT_ID, timeout_s=WAIT_S)
         robot.is_answering = False
         since_s = time.monotonic()
@@ -248,11 +247,9 @@ def test_a_robot_that_hangs_is_lost_in_two_seconds_though_ice_still_lives() -> N
         assert error.code == "peer.lost"
         assert time.monotonic() - since_s < 3.5
 
-    run(scenario)
 
-
-def test_closing_is_told_to_the_robot_at_once() -> None:
-    async def scenario(robot: ScriptedRobot, operator: MosaicOperator) -> None:
+async def test_closing_is_told_to_the_robot_at_once() -> None:
+    async with run() as (robot, operator):
         connection = await operator.connect(ROBOT_ID, timeout_s=WAIT_S)
         byes: asyncio.Queue[Any] = asyncio.Queue()
         heard = robot.heard
@@ -268,11 +265,9 @@ def test_closing_is_told_to_the_robot_at_once() -> None:
         async with asyncio.timeout(WAIT_S):
             await byes.get()
 
-    run(scenario)
 
-
-def test_the_robot_hears_when_the_picture_was_captured_that_a_program_looks_at() -> None:
-    async def scenario(robot: ScriptedRobot, operator: MosaicOperator) -> None:
+async def test_the_robot_hears_when_the_picture_was_captured_that_a_program_looks_at() -> None:
+    async with run() as (robot, operator):
         connection = await operator.connect(ROBOT_ID, timeout_s=WAIT_S)
         await connection.media("front").next_image(WAIT_S)
         async with asyncio.timeout(WAIT_S):
@@ -280,15 +275,11 @@ def test_the_robot_hears_when_the_picture_was_captured_that_a_program_looks_at()
         assert seen.capture_us is not None
         assert 0 <= time.monotonic() - seen.capture_us / 1e6 < 3.0
 
-    run(scenario)
 
-
-def test_a_stop_travels_on_its_own_channel_over_real_peers() -> None:
-    async def scenario(robot: ScriptedRobot, operator: MosaicOperator) -> None:
+async def test_a_stop_travels_on_its_own_channel_over_real_peers() -> None:
+    async with run() as (robot, operator):
         connection = await operator.connect(ROBOT_ID, timeout_s=WAIT_S)
         report = await connection.control.stop("a test")
         assert report.is_safe
         assert not robot.channels["_stop"].is_reliable
         assert robot.stops[0] == ("_stop", "a test")
-
-    run(scenario)

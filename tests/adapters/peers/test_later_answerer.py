@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
@@ -57,23 +58,21 @@ class Loading:
         return self.made[-1]
 
 
-def over(work: Callable[[Loading, LaterAnswererFactory], Awaitable[None]]) -> None:
-    async def run() -> None:
-        loading = Loading()
-        try:
-            await work(loading, LaterAnswererFactory(loading))
-        finally:
-            loading.may_end.set()
-
-    asyncio.run(run())
+@asynccontextmanager
+async def over() -> AsyncIterator[Any]:
+    loading = Loading()
+    try:
+        yield loading, LaterAnswererFactory(loading)
+    finally:
+        loading.may_end.set()
 
 
 def answerer_of(factory: LaterAnswererFactory) -> Any:
     return factory(None, ())  # type: ignore[arg-type]
 
 
-def test_the_event_loop_goes_on_while_it_is_loaded_and_early_candidates_are_kept() -> None:
-    async def work(loading: Loading, factory: LaterAnswererFactory) -> None:
+async def test_the_event_loop_goes_on_while_it_is_loaded_and_early_candidates_are_kept() -> None:
+    async with over() as (loading, factory):
         answerer = answerer_of(factory)
         assert isinstance(answerer, LaterAnswerer)
         answering = asyncio.create_task(answerer.answer("offer", [], None))
@@ -91,21 +90,17 @@ def test_the_event_loop_goes_on_while_it_is_loaded_and_early_candidates_are_kept
         await answerer.close()
         assert (real.candidates, real.is_closed) == ([CANDIDATE] * 2, True)
 
-    over(work)
 
-
-def test_it_is_loaded_once_and_who_comes_later_gets_the_real_one() -> None:
-    async def work(loading: Loading, factory: LaterAnswererFactory) -> None:
+async def test_it_is_loaded_once_and_who_comes_later_gets_the_real_one() -> None:
+    async with over() as (loading, factory):
         loading.may_end.set()
         await answerer_of(factory).answer("offer", [], None)
         assert isinstance(answerer_of(factory), Real)
         assert len(loading.threads) == 1
 
-    over(work)
 
-
-def test_who_leaves_meanwhile_is_not_answered() -> None:
-    async def work(loading: Loading, factory: LaterAnswererFactory) -> None:
+async def test_who_leaves_meanwhile_is_not_answered() -> None:
+    async with over() as (loading, factory):
         answerer = answerer_of(factory)
         answering = asyncio.create_task(answerer.answer("offer", [], None))
         await asyncio.to_thread(loading.began.wait, 10)
@@ -114,5 +109,3 @@ def test_who_leaves_meanwhile_is_not_answered() -> None:
         with pytest.raises(ConnectionFailed, match="closed"):
             await answering
         assert not loading.made
-
-    over(work)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from typing import Any, ClassVar
 
 import pytest
@@ -64,14 +65,12 @@ class Place:
         return pad
 
 
-def at_a_robot(scenario: Callable[[Place], Any], **control: Any) -> None:
-    async def main() -> None:
-        entry = connector(SledConfigurer, label="sled")
-        async with asyncio.timeout(60), joined(entry, takes_leases=False, control=control) as link:
-            await link.connection.control.wait_for(lambda: link.connection.control.leases, WAIT_S)
-            await scenario(Place(link))
-
-    asyncio.run(main())
+@asynccontextmanager
+async def at_a_robot(**control: Any) -> AsyncIterator[Any]:
+    entry = connector(SledConfigurer, label="sled")
+    async with asyncio.timeout(60), joined(entry, takes_leases=False, control=control) as link:
+        await link.connection.control.wait_for(lambda: link.connection.control.leases, WAIT_S)
+        yield Place(link)
 
 
 async def drive_until(place: Place, pad: SendableStore, condition: Callable[[], object]) -> None:
@@ -82,8 +81,8 @@ async def drive_until(place: Place, pad: SendableStore, condition: Callable[[], 
             await asyncio.sleep(0.05)
 
 
-def test_only_the_holder_moves_the_robot_and_others_are_told_why() -> None:
-    async def scenario(place: Place) -> None:
+async def test_only_the_holder_moves_the_robot_and_others_are_told_why() -> None:
+    async with at_a_robot() as place:
         bob = await place.link.another_operator("Bob")
         told: list[str] = []
         bob.on_refusal(lambda refusal: told.append(refusal.code))
@@ -95,11 +94,9 @@ def test_only_the_holder_moves_the_robot_and_others_are_told_why() -> None:
             await drive_until(place, his, lambda: "lease.not_holder" in told)
         await until(lambda: place.acts[-1] == "safety.lease_lost")
 
-    at_a_robot(scenario)
 
-
-def test_a_person_who_asks_waits_for_the_holders_answer_and_gets_the_lease() -> None:
-    async def scenario(place: Place) -> None:
+async def test_a_person_who_asks_waits_for_the_holders_answer_and_gets_the_lease() -> None:
+    async with at_a_robot() as place:
         bob = await place.link.another_operator("Bob")
         lease = await place.alice.control.take()
         asking = asyncio.create_task(bob.control.take(reason="my turn", wait_s=WAIT_S))
@@ -115,11 +112,9 @@ def test_a_person_who_asks_waits_for_the_holders_answer_and_gets_the_lease() -> 
         assert bob.control.leases["motion"].is_mine
         assert not place.alice.control.leases["motion"].is_mine
 
-    at_a_robot(scenario)
 
-
-def test_a_holder_may_say_no() -> None:
-    async def scenario(place: Place) -> None:
+async def test_a_holder_may_say_no() -> None:
+    async with at_a_robot() as place:
         bob = await place.link.another_operator("Bob")
         lease = await place.alice.control.take()
         asking = asyncio.create_task(bob.control.take(wait_s=WAIT_S))
@@ -130,11 +125,9 @@ def test_a_holder_may_say_no() -> None:
         assert denied.value.code == "lease.denied"
         assert lease.is_held
 
-    at_a_robot(scenario)
 
-
-def test_a_supervisor_takes_over_with_a_reason_and_nobody_else_does() -> None:
-    async def scenario(place: Place) -> None:
+async def test_a_supervisor_takes_over_with_a_reason_and_nobody_else_does() -> None:
+    async with at_a_robot() as place:
         bob = await place.link.another_operator("Bob")
         dana = await place.link.another_operator("Dana", role="supervisor")
         lease = await place.alice.control.take()
@@ -153,11 +146,9 @@ def test_a_supervisor_takes_over_with_a_reason_and_nobody_else_does() -> None:
             await bob.control.journal()
         assert forbidden.value.code == "auth.forbidden"
 
-    at_a_robot(scenario)
 
-
-def test_a_program_gives_way_to_a_person_in_the_middle_of_its_drive() -> None:
-    async def scenario(place: Place) -> None:
+async def test_a_program_gives_way_to_a_person_in_the_middle_of_its_drive() -> None:
+    async with at_a_robot() as place:
         program = await place.link.another_operator("patrol", is_person=False)
         pad = await place.pad(program)
 
@@ -176,11 +167,9 @@ def test_a_program_gives_way_to_a_person_in_the_middle_of_its_drive() -> None:
                 await program.control.take()
             assert denied.value.code == "lease.person_commands"
 
-    at_a_robot(scenario)
 
-
-def test_a_lease_outlives_silence_by_its_keep_alive_and_dies_with_it() -> None:
-    async def scenario(place: Place) -> None:
+async def test_a_lease_outlives_silence_by_its_keep_alive_and_dies_with_it() -> None:
+    async with at_a_robot(lease_expiry_s=1.0) as place:
         bob = await place.link.another_operator("Bob")
         lease = await place.alice.control.take()
         await asyncio.sleep(1.5)
@@ -193,11 +182,9 @@ def test_a_lease_outlives_silence_by_its_keep_alive_and_dies_with_it() -> None:
         assert time.monotonic() - since_s < 5.0
         assert (await bob.control.take()).is_held
 
-    at_a_robot(scenario, lease_expiry_s=1.0)
 
-
-def test_anybody_stops_the_robot_and_only_a_holder_or_supervisor_clears_it() -> None:
-    async def scenario(place: Place) -> None:
+async def test_anybody_stops_the_robot_and_only_a_holder_or_supervisor_clears_it() -> None:
+    async with at_a_robot() as place:
         watcher = await place.link.another_operator("Wanda", role="observer")
         pad = await place.pad(place.alice)
         told: list[str] = []
@@ -222,11 +209,9 @@ def test_anybody_stops_the_robot_and_only_a_holder_or_supervisor_clears_it() -> 
             await place.alice.control.clear_stop()
             await drive_until(place, pad, lambda: place.acts[-1] == 0.5)
 
-    at_a_robot(scenario)
 
-
-def test_an_observer_is_refused_the_lease_and_the_robot() -> None:
-    async def scenario(place: Place) -> None:
+async def test_an_observer_is_refused_the_lease_and_the_robot() -> None:
+    async with at_a_robot() as place:
         watcher = await place.link.another_operator("Wanda", role="observer")
         told: list[str] = []
         watcher.on_refusal(lambda refusal: told.append(refusal.code))
@@ -237,23 +222,19 @@ def test_an_observer_is_refused_the_lease_and_the_robot() -> None:
         assert told == ["lease.forbidden"]
         assert place.acts == []
 
-    at_a_robot(scenario)
 
-
-def test_everybody_sees_who_is_there() -> None:
-    async def scenario(place: Place) -> None:
+async def test_everybody_sees_who_is_there() -> None:
+    async with at_a_robot() as place:
         await place.link.another_operator("patrol", is_person=False)
         await place.link.another_operator("Wanda", role="observer")
         await place.alice.control.wait_for(lambda: len(place.alice.control.peers) == 3, WAIT_S)
         seen = {peer.name: (peer.role, peer.is_person) for peer in place.alice.control.peers}
         assert seen == {"Alice": ("operator", True), "patrol": ("operator", False), "Wanda": ("observer", True)}
 
-    at_a_robot(scenario)
-
 
 @pytest.mark.parametrize("skew_us", [HOUR_US, -time.monotonic_ns() // 1000], ids=["an hour ahead", "just begun"])
-def test_another_time_on_the_operators_clock_changes_nothing(skew_us: int) -> None:
-    async def scenario(place: Place) -> None:
+async def test_another_time_on_the_operators_clock_changes_nothing(skew_us: int) -> None:
+    async with at_a_robot() as place:
         link = place.link
         async with MosaicOperator(
             BASE_URL, "Tom", open_socket=link._server.connect, make_offerer=link.network.offerer,
@@ -282,11 +263,9 @@ def test_another_time_on_the_operators_clock_changes_nothing(skew_us: int) -> No
                 await until(lambda: place.acts[-1] == "safety.timeout")
                 assert time.monotonic() - silent_s < 5.0
 
-    at_a_robot(scenario)
 
-
-def test_a_connection_that_is_cut_comes_back_with_its_lease_before_anybody_else_gets_it() -> None:
-    async def scenario(place: Place) -> None:
+async def test_a_connection_that_is_cut_comes_back_with_its_lease_before_anybody_else_gets_it() -> None:
+    async with at_a_robot(lease_expiry_s=20.0) as place:
         link = place.link
         async with MosaicOperator(
             BASE_URL, "Tom", open_socket=link._server.connect, make_offerer=link.network.offerer,
@@ -302,8 +281,6 @@ def test_a_connection_that_is_cut_comes_back_with_its_lease_before_anybody_else_
             await until(lambda: tom.state == "connected" and lease.is_held and lease.epoch != first_epoch)
             await pad.wait_open(WAIT_S)
             await drive_until(place, pad, lambda: place.acts[-1] == 0.5)
-
-    at_a_robot(scenario, lease_expiry_s=20.0)
 
 
 class Note(DataChannelReceivable[str]):

@@ -13,14 +13,6 @@ from mosaic_core.words import control
 WAIT_S = 5.0
 
 
-def run(scenario: Any) -> None:
-    async def bounded() -> None:
-        async with asyncio.timeout(20):
-            await scenario()
-
-    asyncio.run(bounded())
-
-
 def report(messages: int) -> control.DeliveryReport:
     return control.DeliveryReport(connectors=(control.DeliveryRow(label="chat", messages=messages, dropped=2),))
 

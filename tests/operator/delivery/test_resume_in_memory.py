@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
@@ -109,18 +111,16 @@ async def listening(link: Joined) -> tuple[Heard, Any]:
     return heard, events
 
 
-def play(scenario: Any) -> None:
-    async def main() -> None:
-        async with asyncio.timeout(20), joined(*CONNECTORS, takes_leases=False) as link:
-            link.connection = await link.operator.connect(link.connection.robot_id, reconnect=True)
-            await link.connection.control.take()
-            await scenario(link)
-
-    asyncio.run(main())
+@asynccontextmanager
+async def play() -> AsyncIterator[Any]:
+    async with asyncio.timeout(20), joined(*CONNECTORS, takes_leases=False) as link:
+        link.connection = await link.operator.connect(link.connection.robot_id, reconnect=True)
+        await link.connection.control.take()
+        yield link
 
 
-def test_events_of_a_robot_arrive_once_and_in_order_across_a_lost_connection() -> None:
-    async def scenario(link: Joined) -> None:
+async def test_events_of_a_robot_arrive_once_and_in_order_across_a_lost_connection() -> None:
+    async with play() as link:
         heard, events = await listening(link)
         link.cut()
         for number in range(1, 40):
@@ -137,11 +137,9 @@ def test_events_of_a_robot_arrive_once_and_in_order_across_a_lost_connection() -
         assert counters(link, "events").resent > 0
         assert counters(link, "events").lost == 0
 
-    play(scenario)
 
-
-def test_what_an_operator_sends_meanwhile_arrives_afterwards_once_and_in_order() -> None:
-    async def scenario(link: Joined) -> None:
+async def test_what_an_operator_sends_meanwhile_arrives_afterwards_once_and_in_order() -> None:
+    async with play() as link:
         store = link.connection.sendable("notes")
         await store.wait_open()
         notes = handler(link, "notes")
@@ -157,11 +155,9 @@ def test_what_an_operator_sends_meanwhile_arrives_afterwards_once_and_in_order()
         await until(lambda: notes.heard[-1] == 30)
         assert notes.heard == list(range(31))
 
-    play(scenario)
 
-
-def test_a_message_that_arrived_but_was_not_confirmed_acts_once() -> None:
-    async def scenario(link: Joined) -> None:
+async def test_a_message_that_arrived_but_was_not_confirmed_acts_once() -> None:
+    async with play() as link:
         store = link.connection.sendable("notes")
         await store.wait_open()
         notes = handler(link, "notes")
@@ -173,11 +169,9 @@ def test_a_message_that_arrived_but_was_not_confirmed_acts_once() -> None:
         await until(lambda: notes.heard[-1] == 2)
         assert notes.heard == [1, 2]
 
-    play(scenario)
 
-
-def test_what_moves_something_is_refused_while_there_is_no_connection_and_never_repeated() -> None:
-    async def scenario(link: Joined) -> None:
+async def test_what_moves_something_is_refused_while_there_is_no_connection_and_never_repeated() -> None:
+    async with play() as link:
         store = link.connection.sendable("moves")
         await store.wait_open()
         moves = handler(link, "moves")
@@ -191,11 +185,9 @@ def test_what_moves_something_is_refused_while_there_is_no_connection_and_never_
         await until(lambda: store.send_json({"n": 4}) and 4 in moves.heard)
         assert set(moves.heard) == {1, 4}
 
-    play(scenario)
 
-
-def test_of_what_was_accepted_nothing_is_lost_however_much_it_was() -> None:
-    async def scenario(link: Joined) -> None:
+async def test_of_what_was_accepted_nothing_is_lost_however_much_it_was() -> None:
+    async with play() as link:
         heard, events = await listening(link)
         link.cut()
         for number in range(1, MORE_THAN_IS_KEPT):
@@ -210,15 +202,15 @@ def test_of_what_was_accepted_nothing_is_lost_however_much_it_was() -> None:
         assert heard.gaps == []
         assert counters(link, "events").lost == 0
 
-    play(scenario)
 
-
-def test_who_got_too_far_ahead_of_a_slow_confirmation_sends_again_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_who_got_too_far_ahead_of_a_slow_confirmation_sends_again_after_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     few = ResumeLimits(messages=5, in_flight_messages=5)
     monkeypatch.setattr(sessions, "ResumeLimits", lambda messages, size_bytes, age_s: few)
     monkeypatch.setattr(resumed_stream, "TELL_AFTER", 1_000_000)
 
-    async def scenario(link: Joined) -> None:
+    async with play() as link:
         heard = Heard(link, "events")
         await heard.store.wait_open()
         events, number = handler(link, "events"), 0
@@ -231,13 +223,11 @@ def test_who_got_too_far_ahead_of_a_slow_confirmation_sends_again_after_it(monke
         assert heard.numbers == sorted(set(heard.numbers))
         assert heard.gaps == []
 
-    play(scenario)
 
-
-def test_what_was_kept_too_long_is_lost_and_told_on_both_sides(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_what_was_kept_too_long_is_lost_and_told_on_both_sides(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sessions, "ResumeLimits", lambda messages, size_bytes, age_s: ResumeLimits(age_s=0.0))
 
-    async def scenario(link: Joined) -> None:
+    async with play() as link:
         heard, events = await listening(link)
         link.cut()
         for number in range(1, 10):
@@ -251,11 +241,9 @@ def test_what_was_kept_too_long_is_lost_and_told_on_both_sides(monkeypatch: pyte
         assert [gap.lost for gap in heard.gaps] == [9]
         assert counters(link, "events").lost == 9
 
-    play(scenario)
 
-
-def test_an_answer_to_somebody_who_came_back_meanwhile_reaches_them() -> None:
-    async def scenario(link: Joined) -> None:
+async def test_an_answer_to_somebody_who_came_back_meanwhile_reaches_them() -> None:
+    async with play() as link:
         store = link.connection.bidirectional("questions")
         answers: list[Any] = []
         store.subscribe(lambda data: answers.append(json.loads(data)))
@@ -268,11 +256,9 @@ def test_an_answer_to_somebody_who_came_back_meanwhile_reaches_them() -> None:
         assert questions.send_json({"n": 2}, to=questions.askers[0])
         await until(lambda: answers == [{"n": 2}])
 
-    play(scenario)
 
-
-def test_a_good_bye_ends_the_session_and_a_new_one_begins_with_the_latched_value() -> None:
-    async def scenario(link: Joined) -> None:
+async def test_a_good_bye_ends_the_session_and_a_new_one_begins_with_the_latched_value() -> None:
+    async with play() as link:
         heard = Heard(link, "events")
         await heard.store.wait_open()
         events = handler(link, "events")
@@ -287,11 +273,9 @@ def test_a_good_bye_ends_the_session_and_a_new_one_begins_with_the_latched_value
         await until(lambda: again.latest is not None and again.latest.json() == {"n": 3})
         assert heard.gaps == []
 
-    play(scenario)
 
-
-def test_a_store_that_is_made_anew_on_the_same_connection_misses_nothing_of_before() -> None:
-    async def scenario(link: Joined) -> None:
+async def test_a_store_that_is_made_anew_on_the_same_connection_misses_nothing_of_before() -> None:
+    async with play() as link:
         heard, events = await listening(link)
         link.operator.stores.release_store(heard.store.robot_connector)
         await until(lambda: heard.store.state.phase == "closed")
@@ -302,5 +286,3 @@ def test_a_store_that_is_made_anew_on_the_same_connection_misses_nothing_of_befo
         await until(lambda: events.send_json({"n": 9}) and again.numbers[-1:] == [9])
         assert again.gaps == []
         assert again.numbers[0] in (4, 9)
-
-    play(scenario)

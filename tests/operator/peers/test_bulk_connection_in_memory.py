@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -14,14 +14,6 @@ from mosaic_core.operator import ReceivableStore
 from mosaic_core.testing import Joined, connector, joined, until
 
 TIMEOUT_S = 20.0
-
-
-def run(main: Coroutine[Any, Any, None]) -> None:
-    async def limited() -> None:
-        async with asyncio.timeout(TIMEOUT_S):
-            await main
-
-    asyncio.run(limited())
 
 
 class Piece(Message):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -15,14 +15,6 @@ from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.errors import ConnectionFailed
 
 TIMEOUT_S = 20.0
-
-
-def run(main: Coroutine[Any, Any, None]) -> None:
-    async def limited() -> None:
-        async with asyncio.timeout(TIMEOUT_S):
-            await main
-
-    asyncio.run(limited())
 
 
 class LabelCamera(MediaTrackHandler):

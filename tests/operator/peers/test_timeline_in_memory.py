@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
 import pytest
 
 from mosaic_core.words.errors import ConnectionFailed
-
-
-def run(scenario: Any) -> None:
-    async def bounded() -> None:
-        async with asyncio.timeout(20):
-            await scenario()
-
-    asyncio.run(bounded())
 
 
 async def test_a_connection_tells_its_moments_up_to_the_first_value(world: Any) -> None:

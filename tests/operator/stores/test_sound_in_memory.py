@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any, ClassVar
 
 import numpy as np
@@ -81,28 +82,24 @@ ROBOT = (
 )
 
 
-def with_robot(talk: Callable[[Any], Any]) -> None:
-    async def run() -> None:
-        Loudspeaker.heard.clear()
-        async with joined(*ROBOT) as link:
-            await talk(link)
-
-    asyncio.run(run())
+@asynccontextmanager
+async def with_robot() -> AsyncIterator[Any]:
+    Loudspeaker.heard.clear()
+    async with joined(*ROBOT) as link:
+        yield link
 
 
-def test_the_catalogue_says_sound_and_which_way() -> None:
-    async def look(link: Any) -> None:
+async def test_the_catalogue_says_sound_and_which_way() -> None:
+    async with with_robot() as link:
         entries = {one.label: one for one in link.connection.catalogue.entries}
         assert (entries["cabin"].kind, entries["cabin"].direction) == (Kind.AUDIO, Direction.TO_OPERATOR)
         assert (entries["horn"].kind, entries["horn"].direction) == (Kind.AUDIO, Direction.TO_ROBOT)
         assert {one.data_type for one in entries.values()} == {MosaicDataType.MEDIA}
         assert entries["cabin"].channels == entries["horn"].channels == ()
 
-    with_robot(look)
 
-
-def test_the_microphone_runs_while_its_store_exists() -> None:
-    async def listen(link: Any) -> None:
+async def test_the_microphone_runs_while_its_store_exists() -> None:
+    async with with_robot() as link:
         assert Microphone.runs_now == 0
         store = link.connection.microphone("cabin")
         heard = [sound async for sound in take(store, 3)]
@@ -110,8 +107,6 @@ def test_the_microphone_runs_while_its_store_exists() -> None:
         assert store.received_sounds >= 3
         link.operator.stores.release_store(store.robot_connector)
         await until(lambda: Microphone.runs_now == 0)
-
-    with_robot(listen)
 
 
 async def take(store: SoundStore, count: int) -> AsyncIterator[Sound]:
@@ -122,8 +117,8 @@ async def take(store: SoundStore, count: int) -> AsyncIterator[Sound]:
             return
 
 
-def test_what_is_said_comes_out_and_everybody_hears_who_talks() -> None:
-    async def talk(link: Any) -> None:
+async def test_what_is_said_comes_out_and_everybody_hears_who_talks() -> None:
+    async with with_robot() as link:
         store = link.connection.speaker("horn")
         await store.wait_open()
         for _ in range(5):
@@ -136,11 +131,9 @@ def test_what_is_said_comes_out_and_everybody_hears_who_talks() -> None:
         assert set(played) == {(2000, name)}
         await until(lambda: store.talker is None)
 
-    with_robot(talk)
 
-
-def test_the_stores_of_sound_are_of_their_own_kind() -> None:
-    async def look(link: Any) -> None:
+async def test_the_stores_of_sound_are_of_their_own_kind() -> None:
+    async with with_robot() as link:
         with pytest.raises(ConnectionFailed, match="'cabin' has a SoundStore, not a MediaStreamStore"):
             link.connection.media("cabin")
         with pytest.raises(ConnectionFailed, match="'horn' has a VoiceStore, not a SoundStore"):
@@ -148,17 +141,13 @@ def test_the_stores_of_sound_are_of_their_own_kind() -> None:
         with pytest.raises(ConnectionFailed, match="'front' has a MediaStreamStore, not a VoiceStore"):
             link.connection.speaker("front")
 
-    with_robot(look)
 
-
-def test_a_picture_store_made_blindly_for_sound_says_what_to_do() -> None:
-    async def look(link: Any) -> None:
+async def test_a_picture_store_made_blindly_for_sound_says_what_to_do() -> None:
+    async with with_robot() as link:
         connector = RobotConnector(link.connection.robot_id, "cabin", MosaicDataType.MEDIA)
         store = link.operator.stores.get_or_create_store(connector, MediaStreamStore)
         assert store.state.phase == "mismatch"
         assert "sound" in store.state.message
-
-    with_robot(look)
 
 
 async def test_a_voice_without_a_connection_is_told_that_it_is_not_heard() -> None:
@@ -179,8 +168,8 @@ async def test_who_listens_too_slowly_loses_the_oldest() -> None:
     await sounds.aclose()  # type: ignore[attr-defined]
 
 
-def test_a_connection_that_ends_in_the_middle_of_a_word_is_silent_at_once() -> None:
-    async def leave(link: Any) -> None:
+async def test_a_connection_that_ends_in_the_middle_of_a_word_is_silent_at_once() -> None:
+    async with with_robot() as link:
         store = link.connection.speaker("horn")
         await store.wait_open()
         for _ in range(8):
@@ -194,5 +183,3 @@ def test_a_connection_that_ends_in_the_middle_of_a_word_is_silent_at_once() -> N
         )  # the rest of what was said, and the half second of silence, are not played
         assert store.talker is None
         assert not store.send_sound(piece())
-
-    with_robot(leave)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
 import pytest
@@ -14,14 +13,6 @@ from mosaic_core.words.errors import ConnectionFailed
 
 WAIT_S = 5.0
 MOMENTS = ("before_connected", "after_connected", "after_disconnected", "after_connection_failed")
-
-
-def run(scenario: Any) -> None:
-    async def bounded() -> None:
-        async with asyncio.timeout(30):
-            await scenario()
-
-    asyncio.run(bounded())
 
 
 def go_through(store: MosaicStore) -> None:

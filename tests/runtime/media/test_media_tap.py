@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
@@ -52,28 +53,24 @@ class Bench:
                 await asyncio.sleep(0)
 
 
-def on_a_bench(scenario: Callable[[Bench], Awaitable[None]]) -> None:
-    async def run() -> None:
-        await scenario(Bench())
-
-    asyncio.run(run())
+@asynccontextmanager
+async def on_a_bench() -> AsyncIterator[Any]:
+    yield Bench()
 
 
 async def next_of(tap: RuntimeTap, timeout_s: float = 5.0) -> TappedPicture | None:
     return await asyncio.to_thread(tap.next, timeout_s)
 
 
-def test_the_camera_runs_for_the_tap_alone_and_rests_when_it_is_closed() -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_the_camera_runs_for_the_tap_alone_and_rests_when_it_is_closed() -> None:
+    async with on_a_bench() as bench:
         with bench.tap():
             await until(lambda: bench.watched == [("front", True)])
         await until(lambda: bench.watched == [("front", True), ("front", False)])
 
-    on_a_bench(scenario)
 
-
-def test_it_starts_with_a_key_frame_and_tells_the_time_of_capture() -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_it_starts_with_a_key_frame_and_tells_the_time_of_capture() -> None:
+    async with on_a_bench() as bench:
         with bench.tap() as tap:
             await until(lambda: bench.watched)
             await bench.show(Encoded(1), Encoded(2, is_key=True), Encoded(3))
@@ -83,13 +80,11 @@ def test_it_starts_with_a_key_frame_and_tells_the_time_of_capture() -> None:
             assert (second.data, second.is_key) == (b"\x03" * 10, False)
             assert tap.dropped == 1
 
-    on_a_bench(scenario)
 
-
-def test_a_reader_that_is_too_slow_goes_on_at_a_key_frame_and_knows_what_it_missed(monkeypatch: Any) -> None:
+async def test_a_reader_that_is_too_slow_goes_on_at_a_key_frame_and_knows_what_it_missed(monkeypatch: Any) -> None:
     monkeypatch.setattr(media_tap, "MAX_WAITING_BYTES", 25)
 
-    async def scenario(bench: Bench) -> None:
+    async with on_a_bench() as bench:
         with bench.tap() as tap:
             await until(lambda: bench.watched)
             await bench.show(Encoded(1, is_key=True), Encoded(2), Encoded(3), Encoded(4))
@@ -98,8 +93,6 @@ def test_a_reader_that_is_too_slow_goes_on_at_a_key_frame_and_knows_what_it_miss
             picture = await next_of(tap)
             assert picture is not None
             assert (picture.data[0], tap.dropped) == (6, 3)
-
-    on_a_bench(scenario)
 
 
 def heard_by(bench: Bench, monkeypatch: Any) -> list[object]:
@@ -116,8 +109,8 @@ def heard_by(bench: Bench, monkeypatch: Any) -> list[object]:
     return heard
 
 
-def test_its_reader_may_ask_for_a_key_frame_while_it_is_open(monkeypatch: Any) -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_its_reader_may_ask_for_a_key_frame_while_it_is_open(monkeypatch: Any) -> None:
+    async with on_a_bench() as bench:
         heard = heard_by(bench, monkeypatch)
         with bench.tap() as tap:
             await until(lambda: bench.watched)
@@ -127,13 +120,11 @@ def test_its_reader_may_ask_for_a_key_frame_while_it_is_open(monkeypatch: Any) -
         await until(lambda: bench.watched[-1] == ("front", False))
         assert heard == [PictureLost()]
 
-    on_a_bench(scenario)
 
-
-def test_a_tap_that_dropped_asks_for_a_key_frame_as_soon_as_there_is_room(monkeypatch: Any) -> None:
+async def test_a_tap_that_dropped_asks_for_a_key_frame_as_soon_as_there_is_room(monkeypatch: Any) -> None:
     monkeypatch.setattr(media_tap, "MAX_WAITING_BYTES", 25)
 
-    async def scenario(bench: Bench) -> None:
+    async with on_a_bench() as bench:
         heard = heard_by(bench, monkeypatch)
         with bench.tap() as tap:
             await until(lambda: bench.watched)
@@ -143,26 +134,20 @@ def test_a_tap_that_dropped_asks_for_a_key_frame_as_soon_as_there_is_room(monkey
             await bench.show(Encoded(4))
             assert heard == [PictureLost()]
 
-    on_a_bench(scenario)
 
-
-def test_an_unknown_label_is_said_at_once() -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_an_unknown_label_is_said_at_once() -> None:
+    async with on_a_bench() as bench:
         with bench.tap("frnt") as tap:
             assert await next_of(tap) is None
             assert tap.failure == "channel.unknown_label"
         assert bench.watched == []
 
-    on_a_bench(scenario)
 
-
-def test_nothing_for_a_while_is_none() -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_nothing_for_a_while_is_none() -> None:
+    async with on_a_bench() as bench:
         with bench.tap() as tap:
             assert await next_of(tap, 0.01) is None
             assert tap.failure == ""
-
-    on_a_bench(scenario)
 
 
 def test_a_tap_of_a_robot_that_has_stopped_says_so() -> None:
