@@ -175,7 +175,7 @@ def test_send_takes_the_lease_only_where_one_is_wanted_and_says_so(world: Any, r
     assert robot.channels["cmd_vel"].frames()[0].epoch == 7
     assert len(robot.said(control.LeaseRelease)) == 1
     assert do(world, SendAction(ROBOT, "lamp", "{}", 0.1, 0, as_json=True)) == 0
-    assert json.loads(capsys.readouterr().out.splitlines()[-1]) == {"sent": 1, "refused": 0, "codes": []}
+    assert json.loads(capsys.readouterr().out.splitlines()[-1]) == {"sent": 1, "refused": 0, "codes": [], "gates": []}
 
 
 @pytest.fixture
