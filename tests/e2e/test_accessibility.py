@@ -207,6 +207,7 @@ DIALOGS: dict[str, Callable[[Page], None]] = {
     "connection details": lambda page: page.get_by_role("button", name="Connection details").click(),
     "journal": lambda page: of_robot(page, "Journal"),
     "roles": lambda page: of_robot(page, "Roles"),
+    "new token": lambda page: of_robot(page, "New token"),
     "gamepad": lambda page: page.get_by_role("button", name="Set up a gamepad").click(),
     "recordings": lambda page: page.get_by_role("button", name="Files").click(),
 }

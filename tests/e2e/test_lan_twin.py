@@ -99,6 +99,17 @@ def drive(page: Page, robot: LanRobot, wait_for: Callable[..., float]) -> None:
     wait_for(lambda: robot.commands() > 5, "the commands are counted", 10)
 
 
+def copy_from_plain_http(page: Page) -> None:
+    """Where browsers give no clipboard to a page."""
+    assert not page.evaluate("isSecureContext")
+    page.get_by_role("button", name="Connection details").click()
+    page.get_by_role("button", name="Copy as JSON").click()
+    page.get_by_role("button", name="Copied").wait_for()
+    page.evaluate("() => document.body.appendChild(document.createElement('textarea')).focus()")
+    page.keyboard.press("Control+V")
+    assert json.loads(page.evaluate("() => document.activeElement.value"))
+
+
 def test_the_pin_pairs_a_browser_which_drives_and_stays_paired_until_it_is_revoked(
     robot: LanRobot, page: Page, wait_for: Callable[..., float]
 ) -> None:
@@ -116,6 +127,7 @@ def test_the_pin_pairs_a_browser_which_drives_and_stays_paired_until_it_is_revok
     page.get_by_text("Rover").first.click()
     drive(page, robot, wait_for)
     shot(page, "lan-driving")
+    copy_from_plain_http(page)
     page.reload()
     page.get_by_text("Connected", exact=True).wait_for()
     [device] = json.loads(robot.lan("devices", "list", "--json"))

@@ -1,6 +1,7 @@
-import { Button, CopyButton, Loader, Title } from '@mantine/core'
+import { Button, Loader, Title } from '@mantine/core'
 import type { Finding } from '@mosaic/client'
-import { IconAlertTriangle, IconCheck, IconCopy, IconMinus, IconRefresh, IconX } from '@tabler/icons-react'
+import { IconAlertTriangle, IconCheck, IconMinus, IconRefresh, IconX } from '@tabler/icons-react'
+import { CopyButton } from '../shell/CopyButton'
 import { Shell } from '../shell/Shell'
 import { useTitle } from '../shell/useTitle'
 import classes from './check.module.css'
@@ -19,12 +20,8 @@ export default function CheckPage() {
             Check connection
           </Title>
           <span className={classes.spacer} />
-          <CopyButton value={findingsJson(findings)}>
-            {({ copied, copy }) => (
-              <Button variant="default" leftSection={<IconCopy size={16} aria-hidden />} disabled={isRunning} onClick={copy}>
-                {copied ? 'Copied' : 'Copy as JSON'}
-              </Button>
-            )}
+          <CopyButton text={findingsJson(findings)} disabled={isRunning}>
+            Copy as JSON
           </CopyButton>
           <Button leftSection={<IconRefresh size={16} aria-hidden />} loading={isRunning} onClick={again}>
             Check again

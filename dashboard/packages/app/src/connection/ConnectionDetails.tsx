@@ -1,8 +1,9 @@
-import { Button, CopyButton, Drawer, Group } from '@mantine/core'
+import { Button, Drawer, Group } from '@mantine/core'
 import { timelineJson, type RobotConnection } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
-import { IconCopy, IconStethoscope } from '@tabler/icons-react'
+import { IconStethoscope } from '@tabler/icons-react'
 import { Link } from 'react-router-dom'
+import { CopyButton } from '../shell/CopyButton'
 import { bulkLaneText, connectionText } from './connectionText'
 import classes from './connection.module.css'
 import { TimelineBars } from './TimelineBars'
@@ -35,12 +36,8 @@ export default function ConnectionDetails({ connection, onClose }: ConnectionDet
         {timeline === null ? <p className={classes.facts}>Nothing was tried yet.</p> : <TimelineBars timeline={timeline} />}
         <Group gap="sm">
           {timeline !== null && (
-            <CopyButton value={timelineJson(timeline)}>
-              {({ copied, copy }) => (
-                <Button size="compact-sm" variant="default" leftSection={<IconCopy size={14} aria-hidden />} onClick={copy}>
-                  {copied ? 'Copied' : 'Copy as JSON'}
-                </Button>
-              )}
+            <CopyButton size="compact-sm" text={timelineJson(timeline)}>
+              Copy as JSON
             </CopyButton>
           )}
           <Button size="compact-sm" variant="default" leftSection={<IconStethoscope size={14} aria-hidden />} component={Link} to="/check">

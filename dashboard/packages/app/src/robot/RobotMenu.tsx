@@ -1,15 +1,18 @@
 import { ActionIcon, Menu } from '@mantine/core'
 import type { RobotSummary } from '@mosaic/client'
 import { useControl, useMosaicClient, useReadable } from '@mosaic/react'
-import { IconDotsVertical, IconListDetails, IconUserShield } from '@tabler/icons-react'
+import { IconDotsVertical, IconKey, IconListDetails, IconUserShield } from '@tabler/icons-react'
 import { lazy, Suspense, useState } from 'react'
 
+/** The other robots sign in without one. */
+const SIMPLE_TOKEN = 1
 const JournalDrawer = lazy(() => import('../journal/JournalDrawer'))
+const NewTokenDialog = lazy(() => import('../robots/NewTokenDialog'))
 const GrantsDialog = lazy(() => import('../grants/GrantsDialog'))
 
-/** What only some may see of a robot: the journal for supervisors, who may do what for administrators. */
+/** What only some may see of a robot: the journal for supervisors, roles and its token for administrators. */
 export function RobotMenu({ robotId, robot }: { robotId: string; robot: RobotSummary | undefined }) {
-  const [open, setOpen] = useState<'journal' | 'grants' | null>(null)
+  const [open, setOpen] = useState<'journal' | 'grants' | 'token' | null>(null)
   const { me } = useControl(robotId)
   const session = useReadable(useMosaicClient().session)
   const seesJournal = me?.role === 'supervisor'
@@ -35,10 +38,16 @@ export function RobotMenu({ robotId, robot }: { robotId: string; robot: RobotSum
               Roles: who may do what
             </Menu.Item>
           )}
+          {isAdmin && robot?.authType === SIMPLE_TOKEN && (
+            <Menu.Item leftSection={<IconKey size={16} stroke={1.6} />} onClick={() => setOpen('token')}>
+              New token
+            </Menu.Item>
+          )}
         </Menu.Dropdown>
       </Menu>
       <Suspense>
         {open === 'journal' && <JournalDrawer robotId={robotId} name={robot?.name ?? 'robot'} onClose={close} />}
+        {open === 'token' && <NewTokenDialog robotId={robotId} name={robot?.name ?? 'robot'} onClose={close} />}
         {open === 'grants' && <GrantsDialog robotId={robotId} name={robot?.name ?? 'robot'} onClose={close} />}
       </Suspense>
     </>

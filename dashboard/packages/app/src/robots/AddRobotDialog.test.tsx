@@ -17,7 +17,7 @@ function shown() {
   render(
     <MantineProvider env="test">
       <MosaicProvider client={client as unknown as MosaicClient}>
-        <AddRobotDialog isOpen onClose={onClose} />
+        <AddRobotDialog onClose={onClose} />
       </MosaicProvider>
     </MantineProvider>,
   )

@@ -1,37 +1,20 @@
-import { Alert, Button, Code, CopyButton, Group, Modal, Stack, Text, TextInput } from '@mantine/core'
+import { Alert, Button, Group, Stack, TextInput } from '@mantine/core'
 import { useMosaicClient } from '@mosaic/react'
-import { IconCheck, IconCopy } from '@tabler/icons-react'
 import { useState, type SubmitEvent } from 'react'
 import { failureOf, type Failure } from '../session/errorText'
-import { robotYaml, type RobotCredentials } from './robotYaml'
+import type { RobotCredentials } from './robotYaml'
+import { TokenDialog } from './TokenDialog'
 
 export interface AddRobotDialogProps {
-  isOpen: boolean
   onClose: () => void
 }
 
 /** Registers a robot and shows its token, once, inside a file that is ready to run. */
-export function AddRobotDialog({ isOpen, onClose }: AddRobotDialogProps) {
-  const [credentials, setCredentials] = useState<RobotCredentials | null>(null)
-  const close = () => {
-    setCredentials(null)
-    onClose()
-  }
-  // The token is shown once: nothing but "Done" takes it away.
-  const isLosable = credentials === null
+export function AddRobotDialog({ onClose }: AddRobotDialogProps) {
   return (
-    <Modal
-      opened={isOpen}
-      onClose={close}
-      title="Add a robot"
-      size="lg"
-      centered
-      closeOnClickOutside={isLosable}
-      closeOnEscape={isLosable}
-      withCloseButton={isLosable}
-    >
-      {credentials === null ? <AddRobot onAdded={setCredentials} onCancel={close} /> : <NewRobot credentials={credentials} onDone={close} />}
-    </Modal>
+    <TokenDialog title="Add a robot" onClose={onClose}>
+      {(show) => <AddRobot onAdded={show} onCancel={onClose} />}
+    </TokenDialog>
   )
 }
 
@@ -79,32 +62,5 @@ function AddRobot({ onAdded, onCancel }: AddRobotProps) {
         </Group>
       </Stack>
     </form>
-  )
-}
-
-function NewRobot({ credentials, onDone }: { credentials: RobotCredentials; onDone: () => void }) {
-  const yaml = robotYaml(window.location.origin, credentials)
-  return (
-    <Stack>
-      <Text size="sm">
-        Save this on the robot as <Code>mosaic_config.yaml</Code> and start it with <Code>mosaic run</Code>. The token is shown
-        only now.
-      </Text>
-      <Code block tabIndex={0} aria-label="mosaic_config.yaml">{yaml}</Code>
-      <Group justify="flex-end">
-        <CopyButton value={yaml}>
-          {({ copied, copy }) => (
-            <Button
-              variant="default"
-              leftSection={copied ? <IconCheck size={16} /> : <IconCopy size={16} />}
-              onClick={copy}
-            >
-              {copied ? 'Copied' : 'Copy'}
-            </Button>
-          )}
-        </CopyButton>
-        <Button onClick={onDone}>Done</Button>
-      </Group>
-    </Stack>
   )
 }

@@ -69,7 +69,7 @@ export function RobotListPage() {
           </ul>
         )}
       </div>
-      <Suspense>{isAdding && <AddRobotDialog isOpen onClose={() => setIsAdding(false)} />}</Suspense>
+      <Suspense>{isAdding && <AddRobotDialog onClose={() => setIsAdding(false)} />}</Suspense>
     </Shell>
   )
 }
