@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import inspect
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from fractions import Fraction
 from importlib.metadata import version
 from types import SimpleNamespace
@@ -54,15 +55,13 @@ REPORT = bytes.fromhex("8fcd0005 00000001 00000002 0001 0001 000001 00 2001 04 0
 """Packet 1 arrived a millisecond after 64 ms."""
 
 
-def with_peer(check: Callable[[RTCPeerConnection], Coroutine[Any, Any, None]]) -> None:
-    async def run() -> None:
-        pc = RTCPeerConnection(RTCConfiguration(iceServers=[]))
-        try:
-            await check(pc)
-        finally:
-            await pc.close()
-
-    asyncio.run(run())
+@asynccontextmanager
+async def with_peer() -> AsyncIterator[Any]:
+    pc = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+    try:
+        yield pc
+    finally:
+        await pc.close()
 
 
 def source_of(thing: Any) -> str:
@@ -74,15 +73,13 @@ def test_the_versions_are_those_that_were_read() -> None:
     assert version("aioice").startswith("0.13.")
 
 
-def test_an_ice_transport_has_its_connection_under_connection() -> None:
-    async def check(pc: RTCPeerConnection) -> None:
+async def test_an_ice_transport_has_its_connection_under_connection() -> None:
+    async with with_peer() as pc:
         pc.createDataChannel("x")
         assert pc.sctp is not None
         transport = pc.sctp.transport.transport
         assert isinstance(transport._connection, aioice.Connection)
         assert transport.iceGatherer._connection is transport._connection
-
-    with_peer(check)
 
 
 def test_the_selected_pair_of_a_component_is_under_nominated() -> None:
@@ -187,10 +184,10 @@ def test_common_codecs_are_found_by_the_function_that_set_remote_description_use
     assert not find_common_codecs(CODECS["video"], [])
 
 
-def test_the_first_codec_of_a_transceiver_is_the_one_that_is_sent() -> None:
+async def test_the_first_codec_of_a_transceiver_is_the_one_that_is_sent() -> None:
     assert "self._run_rtp(parameters.codecs[0])" in source_of(RTCRtpSender.send)
 
-    async def check(pc: RTCPeerConnection) -> None:
+    async with with_peer() as pc:
         transceiver = pc.addTransceiver("video")
         await pc.createOffer()
         prefer_codecs(transceiver, ["video/H264"])
@@ -202,8 +199,6 @@ def test_the_first_codec_of_a_transceiver_is_the_one_that_is_sent() -> None:
             if following.name == "rtx":
                 assert following.parameters["apt"] == codec.payloadType
 
-    with_peer(check)
-
 
 def test_the_codecs_and_extensions_of_every_line_are_set_anew_by_each_remote_description() -> None:
     source = source_of(RTCPeerConnection.setRemoteDescription)
@@ -211,10 +206,10 @@ def test_the_codecs_and_extensions_of_every_line_are_set_anew_by_each_remote_des
     assert "transceiver._headerExtensions = find_common_header_extensions(" in source
 
 
-def test_a_receiver_counts_time_from_its_first_picture_and_keeps_that_ones_timestamp() -> None:
+async def test_a_receiver_counts_time_from_its_first_picture_and_keeps_that_ones_timestamp() -> None:
     assert "encoded_frame.timestamp = self.__timestamp_mapper.map(" in source_of(RTCRtpReceiver)
 
-    async def check(pc: RTCPeerConnection) -> None:
+    async with with_peer() as pc:
         receiver, frame = pc.addTransceiver("video").receiver, av.VideoFrame(16, 16, "yuv420p")
         frame.pts = 0
         assert rtp_timestamp_of(receiver, frame) is None
@@ -224,35 +219,29 @@ def test_a_receiver_counts_time_from_its_first_picture_and_keeps_that_ones_times
             frame.pts = mapper.map(on_the_wire)
             assert rtp_timestamp_of(receiver, frame) == on_the_wire
 
-    with_peer(check)
-
 
 def test_msid_is_made_of_the_senders_stream_and_track_ids() -> None:
     module = inspect.getmodule(RTCPeerConnection)
     assert "{transceiver.sender._stream_id} {transceiver.sender._track_id}" in source_of(module)
 
 
-def test_a_sender_has_its_ssrc_under_ssrc() -> None:
-    async def check(pc: RTCPeerConnection) -> None:
+async def test_a_sender_has_its_ssrc_under_ssrc() -> None:
+    async with with_peer() as pc:
         assert isinstance(pc.addTransceiver("video").sender._ssrc, int)
 
-    with_peer(check)
 
-
-def test_a_sender_keeps_the_timestamp_of_its_last_packet() -> None:
-    async def check(pc: RTCPeerConnection) -> None:
+async def test_a_sender_keeps_the_timestamp_of_its_last_packet() -> None:
+    async with with_peer() as pc:
         assert pc.addTransceiver("video").sender._RTCRtpSender__rtp_timestamp == 0  # type: ignore[attr-defined]
-
-    with_peer(check)
     assert "timestamp = uint32_add(timestamp_origin, enc_frame.timestamp)" in source_of(RTCRtpSender._run_rtp)
 
 
-def test_a_sender_is_asked_for_key_frames_and_given_reports_through_the_instance() -> None:
+async def test_a_sender_is_asked_for_key_frames_and_given_reports_through_the_instance() -> None:
     assert "recipient._handle_rtcp_packet(packet)" in source_of(RTCDtlsTransport._handle_rtcp_data)
     assert "self._send_keyframe()" in source_of(RTCRtpSender._handle_rtcp_packet)
     assert "await self._retransmit(seq)" in source_of(RTCRtpSender._handle_rtcp_packet)
 
-    async def check(pc: RTCPeerConnection) -> None:
+    async with with_peer() as pc:
         sender, heard = pc.addTransceiver("video").sender, []
         feed: Any = SimpleNamespace(heard=heard.append)
         SenderFeedback(sender, feed, lambda sequence_numbers: None)
@@ -261,14 +250,10 @@ def test_a_sender_is_asked_for_key_frames_and_given_reports_through_the_instance
         await sender._handle_rtcp_packet(RtcpPsfbPacket(fmt=RTCP_PSFB_APP, ssrc=1, media_ssrc=0, fci=fci))
         assert [type(feedback) for feedback in heard] == [PictureLost, BandwidthEstimate]
 
-    with_peer(check)
 
-
-def test_a_sender_remembers_its_last_report_and_when_it_left() -> None:
-    async def check(pc: RTCPeerConnection) -> None:
+async def test_a_sender_remembers_its_last_report_and_when_it_left() -> None:
+    async with with_peer() as pc:
         assert pc.addTransceiver("video").sender._RTCRtpSender__lsr is None  # type: ignore[attr-defined]
-
-    with_peer(check)
     source = source_of(RTCRtpSender._handle_rtcp_packet)
     assert "rtt = time.time() - self.__lsr_time - (report.dlsr / 65536)" in source
 
@@ -303,11 +288,11 @@ def packet_of(sequence_number: int, *, is_last: bool = False) -> RtpPacket:
     return packet
 
 
-def test_a_sender_sends_its_pictures_through_its_transport_from_a_task_of_its_own() -> None:
+async def test_a_sender_sends_its_pictures_through_its_transport_from_a_task_of_its_own() -> None:
     assert "await self.transport._send_rtp(packet_bytes)" in source_of(RTCRtpSender._run_rtp)
     assert "self.__rtp_task = asyncio.ensure_future(self._run_rtp(" in source_of(RTCRtpSender.send)
 
-    async def check(pc: RTCPeerConnection) -> None:
+    async with with_peer() as pc:
         sender, sizes, sent, real = pc.addTransceiver("video").sender, [], [], RecordingTransport()
         sender.setTransport(real)  # type: ignore[arg-type]
         picture = packet_of(7).serialize()
@@ -322,11 +307,9 @@ def test_a_sender_sends_its_pictures_through_its_transport_from_a_task_of_its_ow
         assert sizes == [len(picture)]
         assert sent == [picture, picture]
 
-    with_peer(check)
 
-
-def test_packets_that_shall_be_copied_are_sent_again_after_their_picture() -> None:
-    async def check(pc: RTCPeerConnection) -> None:
+async def test_packets_that_shall_be_copied_are_sent_again_after_their_picture() -> None:
+    async with with_peer() as pc:
         sender = pc.addTransceiver("video").sender
         sender.setTransport(RecordingTransport())  # type: ignore[arg-type]
         again: asyncio.Queue[int] = asyncio.Queue()
@@ -339,8 +322,6 @@ def test_packets_that_shall_be_copied_are_sent_again_after_their_picture() -> No
             await sender.transport._send_rtp(packet_of(number, is_last=number == 9).serialize())
         sender._RTCRtpSender__rtp_task = None  # type: ignore[attr-defined]
         assert [await asyncio.wait_for(again.get(), 5) for _ in range(2)] == [7, 9]
-
-    with_peer(check)
 
 
 def arrival_offer(*, with_rtx: bool = True, with_feedback: bool = True) -> str:
@@ -357,10 +338,10 @@ def arrival_offer(*, with_rtx: bool = True, with_feedback: bool = True) -> str:
 @pytest.mark.parametrize(
     ("lacking", "is_agreed"), [({}, True), ({"with_rtx": False}, False), ({"with_feedback": False}, False)]
 )
-def test_reports_of_arrivals_are_agreed_on_only_with_repeats_of_their_own(
+async def test_reports_of_arrivals_are_agreed_on_only_with_repeats_of_their_own(
     lacking: dict[str, bool], is_agreed: bool
 ) -> None:
-    async def check(pc: RTCPeerConnection) -> None:
+    async with with_peer() as pc:
         offer = arrival_offer(**lacking)
         await pc.setRemoteDescription(RTCSessionDescription(offer, "offer"))
         (transceiver,) = pc.getTransceivers()
@@ -370,16 +351,14 @@ def test_reports_of_arrivals_are_agreed_on_only_with_repeats_of_their_own(
         assert (f"a=extmap:4 {NUMBER_URI}" in answer.sdp) is is_agreed
         assert ("a=rtcp-fb:96 transport-cc" in answer.sdp) is is_agreed
 
-    with_peer(check)
 
-
-def test_a_packet_is_made_of_its_fields_each_time_that_it_is_sent() -> None:
+async def test_a_packet_is_made_of_its_fields_each_time_that_it_is_sent() -> None:
     assert "extensions_map.set(self.extensions)" in source_of(RtpPacket.serialize)
     for sends in (RTCRtpSender._run_rtp, RTCRtpSender._retransmit):
         assert "packet_bytes = packet.serialize(self.__rtp_header_extensions_map)" in source_of(sends)
     assert "await self._handle_rtcp_data(data)" in source_of(RTCDtlsTransport)
 
-    async def check(pc: RTCPeerConnection) -> None:
+    async with with_peer() as pc:
         senders = [pc.addTransceiver("video").sender for _ in range(2)]
         transport, arrived = RecordingTransport(), []
         for sender in senders:
@@ -395,8 +374,6 @@ def test_a_packet_is_made_of_its_fields_each_time_that_it_is_sent() -> None:
         assert numbers[0].take() is None
         await transport._handle_rtcp_data(REPORT)
         assert [report.first_number for report in arrived] == [1, 1]
-
-    with_peer(check)
 
 
 @pytest.mark.parametrize("extensions", [HeaderExtensions(), HeaderExtensions(mid="0", transport_sequence_number=3)])
@@ -416,8 +393,8 @@ def test_a_repeat_tells_what_it_repeats(extensions: HeaderExtensions) -> None:
     assert [sequence_number_of(one.serialize(ids), 5) for one in (packet, repeat)] == [65_000, 65_000]
 
 
-def test_an_association_has_the_queues_that_we_measure() -> None:
-    async def check(pc: RTCPeerConnection) -> None:
+async def test_an_association_has_the_queues_that_we_measure() -> None:
+    async with with_peer() as pc:
         channel = pc.createDataChannel("x")
         assert pc.sctp is not None
         ((queued, _protocol, data),) = pc.sctp._data_channel_queue
@@ -425,8 +402,6 @@ def test_an_association_has_the_queues_that_we_measure() -> None:
         assert isinstance(data, bytes)
         assert len(pc.sctp._outbound_queue) == 0
         assert DataChunk().user_data == b""
-
-    with_peer(check)
 
 
 def test_a_selective_acknowledgement_flushes_the_channels_of_the_instance() -> None:

@@ -8,7 +8,8 @@ import hashlib
 import inspect
 import random
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
@@ -86,62 +87,55 @@ def always() -> int:
     return 1
 
 
-def associated(
-    scenario: Callable[[Association], Coroutine[Any, Any, None]],
-    *,
-    fate: Callable[[], int] = always,
-    quick: tuple[bool, bool] = (True, True),
-) -> None:
-    async def run() -> None:
-        wires = (Wire("client", always), Wire("server", always))
-        wires[0].other, wires[1].other = wires[1], wires[0]
-        ends = tuple(RTCSctpTransport(wire) for wire in wires)  # type: ignore[arg-type] # in place of DTLS
-        for end, is_quick in zip(ends, quick, strict=True):
-            if is_quick:
-                quicken(end)
-        association = Association(wires, (ends[0], ends[1]))
+@asynccontextmanager
+async def associated(
+    *, fate: Callable[[], int] = always, quick: tuple[bool, bool] = (True, True)
+) -> AsyncIterator[Any]:
+    wires = (Wire("client", always), Wire("server", always))
+    wires[0].other, wires[1].other = wires[1], wires[0]
+    ends = tuple(RTCSctpTransport(wire) for wire in wires)  # type: ignore[arg-type] # in place of DTLS
+    for end, is_quick in zip(ends, quick, strict=True):
+        if is_quick:
+            quicken(end)
+    association = Association(wires, (ends[0], ends[1]))
+    for end in ends:
+        await end.start(RTCSctpCapabilities(maxMessageSize=262144), 5000)
+    try:
+        opener = await association.channel()
+        opener.send("established")
+        assert await association.next() == "established"
+        wires[0].fate = wires[1].fate = fate
+        yield association
+    finally:
+        for wire in wires:
+            wire.fate = always
         for end in ends:
-            await end.start(RTCSctpCapabilities(maxMessageSize=262144), 5000)
-        try:
-            opener = await association.channel()
-            opener.send("established")
-            assert await association.next() == "established"
-            wires[0].fate = wires[1].fate = fate
-            await scenario(association)
-        finally:
-            for wire in wires:
-                wire.fate = always
-            for end in ends:
-                await end.stop()
-            for wire in wires:
-                await wire.stop()
-
-    asyncio.run(asyncio.wait_for(run(), 3 * WAIT_S))
+            await end.stop()
+        for wire in wires:
+            await wire.stop()
 
 
 BOTH_WAYS = pytest.mark.parametrize("quick", [(True, True), (True, False), (False, True)], ids=str)
 
 
 @BOTH_WAYS
-def test_messages_of_all_sizes_arrive_in_order_and_whole(quick: tuple[bool, bool]) -> None:
+async def test_messages_of_all_sizes_arrive_in_order_and_whole(quick: tuple[bool, bool]) -> None:
     sizes = [1, 1000, 1160, 1161, 16_384, 200_000, 3, 65_536] * 3
 
-    async def scenario(link: Association) -> None:
+    async with associated(quick=quick) as link:
         channel = await link.channel()
         for number, size in enumerate(sizes):
             channel.send(bytes([number]) * size)
         for number, size in enumerate(sizes):
             assert await link.next() == bytes([number]) * size
 
-    associated(scenario, quick=quick)
-
 
 @pytest.mark.parametrize("seed", range(4))
 @BOTH_WAYS
-def test_loss_and_doubling_cost_time_but_no_message(quick: tuple[bool, bool], seed: int) -> None:
+async def test_loss_and_doubling_cost_time_but_no_message(quick: tuple[bool, bool], seed: int) -> None:
     chance = random.Random(seed)
 
-    async def scenario(link: Association) -> None:
+    async with associated(fate=lambda: chance.choices((0, 1, 2), (3, 95, 2))[0], quick=quick) as link:
         channel = await link.channel()
         for number in range(60):
             channel.send(b"%d" % number + b"." * chance.randrange(4000))
@@ -149,15 +143,13 @@ def test_loss_and_doubling_cost_time_but_no_message(quick: tuple[bool, bool], se
         assert received == [b"%d" % number for number in range(60)]
         assert link.came.empty()
 
-    associated(scenario, fate=lambda: chance.choices((0, 1, 2), (3, 95, 2))[0], quick=quick)
-
 
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 2**32), loss=st.floats(0, 0.3))
-def test_what_is_never_retransmitted_is_lost_or_right(seed: int, loss: float) -> None:
+async def test_what_is_never_retransmitted_is_lost_or_right(seed: int, loss: float) -> None:
     chance = random.Random(seed)
 
-    async def scenario(link: Association) -> None:
+    async with associated(fate=lambda: int(chance.random() >= loss)) as link:
         channel = await link.channel(ordered=False, maxRetransmits=0)
         for number in range(80):
             channel.send(b"%d" % number * 30)
@@ -172,14 +164,12 @@ def test_what_is_never_retransmitted_is_lost_or_right(seed: int, loss: float) ->
         assert set(received) <= set(sent)
         assert len(received) == len(set(received))
 
-    associated(scenario, fate=lambda: int(chance.random() >= loss))
-
 
 @pytest.mark.parametrize("loss", [0.0, 0.1])
-def test_what_gives_way_arrives_all_the_same(loss: float) -> None:
+async def test_what_gives_way_arrives_all_the_same(loss: float) -> None:
     chance = random.Random(5)
 
-    async def scenario(link: Association) -> None:
+    async with associated(fate=lambda: int(chance.random() >= loss)) as link:
         link.ends[0].gives_way = True  # type: ignore[attr-defined] # quicken() made it one that knows
         channel = await link.channel()
         for number in range(40):
@@ -187,13 +177,11 @@ def test_what_gives_way_arrives_all_the_same(loss: float) -> None:
         received = [(await link.next()).split(b".")[0] for _ in range(40)]  # type: ignore[arg-type] # bytes were sent
         assert received == [b"%d" % number for number in range(40)]
 
-    associated(scenario, fate=lambda: int(chance.random() >= loss))
 
-
-def test_what_gives_way_leaves_the_event_loop_its_time() -> None:
+async def test_what_gives_way_leaves_the_event_loop_its_time() -> None:
     packet_s, messages = 0.002, 100
 
-    async def scenario(link: Association) -> None:
+    async with associated() as link:
         link.ends[0].gives_way = True  # type: ignore[attr-defined] # quicken() made it one that knows
         channel = await link.channel()
         send = link.wires[0]._send_data
@@ -213,8 +201,6 @@ def test_what_gives_way_leaves_the_event_loop_its_time() -> None:
         last_burst_s = sctp_sending.BURST_BYTES / 1100 * packet_s
         assert time.monotonic() - began_s > messages * packet_s / sctp_sending.BACKGROUND_SHARE - 3 * last_burst_s
 
-    associated(scenario)
-
 
 @pytest.mark.parametrize(
     ("round_trip_s", "flight_packets", "waiting_packets", "waits"),
@@ -227,10 +213,10 @@ def test_what_gives_way_leaves_the_event_loop_its_time() -> None:
     ],
     ids=["fast and full", "little on its way", "all that waits has room", "slow", "unknown round trip"],
 )
-def test_only_a_fast_flow_waits_until_a_batch_is_worth_a_turn(
+async def test_only_a_fast_flow_waits_until_a_batch_is_worth_a_turn(
     round_trip_s: float | None, flight_packets: int, waiting_packets: int, waits: bool
 ) -> None:
-    async def scenario(link: Association) -> None:
+    async with associated() as link:
         sctp = link.ends[0]
         assert isinstance(sctp, QuickSctp)
         size = sctp_sending.USERDATA_MAX_LENGTH
@@ -246,11 +232,9 @@ def test_only_a_fast_flow_waits_until_a_batch_is_worth_a_turn(
             sctp._outbound_queue.clear()
             sctp._fast_recovery_exit, sctp._flight_size = None, 0
 
-    associated(scenario)
 
-
-def test_half_of_the_packets_are_acknowledged_and_the_last_one_within_the_delay() -> None:
-    async def scenario(link: Association) -> None:
+async def test_half_of_the_packets_are_acknowledged_and_the_last_one_within_the_delay() -> None:
+    async with associated() as link:
         channel = await link.channel()
         before = [wire.sent for wire in link.wires]
         channel.send(b"x" * 1160 * 200)
@@ -260,11 +244,9 @@ def test_half_of_the_packets_are_acknowledged_and_the_last_one_within_the_delay(
         assert data >= 200
         assert acknowledgements <= data * 0.6
 
-    associated(scenario)
 
-
-def test_a_path_that_was_dead_for_a_while_is_used_again_without_losing_anything() -> None:
-    async def scenario(link: Association) -> None:
+async def test_a_path_that_was_dead_for_a_while_is_used_again_without_losing_anything() -> None:
+    async with associated() as link:
         channel = await link.channel()
         link.wires[0].fate, before = lambda: 0, link.wires[0].sent
         for number in range(20):
@@ -274,8 +256,6 @@ def test_a_path_that_was_dead_for_a_while_is_used_again_without_losing_anything(
             await asyncio.wait_for(link.came.get(), 0.1)
         link.wires[0].fate = always
         assert [await link.next() for _ in range(20)] == [b"%d" % number for number in range(20)]
-
-    associated(scenario)
 
 
 async def test_a_transport_is_quickened_once_and_only_when_it_is_aiortcs_own() -> None:
@@ -294,8 +274,8 @@ async def test_a_transport_is_quickened_once_and_only_when_it_is_aiortcs_own() -
 
 
 @BOTH_WAYS
-def test_small_messages_sent_together_share_packets(quick: tuple[bool, bool]) -> None:
-    async def scenario(link: Association) -> None:
+async def test_small_messages_sent_together_share_packets(quick: tuple[bool, bool]) -> None:
+    async with associated(quick=quick) as link:
         channel = await link.channel()
         await until(lambda: not link.ends[0]._sent_queue)
         before = link.wires[0].sent
@@ -305,33 +285,27 @@ def test_small_messages_sent_together_share_packets(quick: tuple[bool, bool]) ->
         packets = link.wires[0].sent - before
         assert packets <= 25 if quick[0] else packets >= 100
 
-    associated(scenario, quick=quick)
 
-
-def test_empty_messages_and_text_stay_what_they_are() -> None:
+async def test_empty_messages_and_text_stay_what_they_are() -> None:
     messages: list[bytes | str] = [b"", "", "grüße", b"\0", "x", b"", ""]
 
-    async def scenario(link: Association) -> None:
+    async with associated() as link:
         channel = await link.channel()
         for message in messages:
             channel.send(message)
         assert [await link.next() for _ in messages] == messages
 
-    associated(scenario)
 
-
-def test_a_message_that_the_other_side_does_not_take_is_refused_with_both_sizes() -> None:
-    async def scenario(link: Association) -> None:
+async def test_a_message_that_the_other_side_does_not_take_is_refused_with_both_sizes() -> None:
+    async with associated() as link:
         channel = await link.channel()
         with pytest.raises(ValueError, match="262145 bytes are too many: the other side takes messages of 262144"):
             channel.send(bytes(262_145))
         assert channel.bufferedAmount == 0
 
-    associated(scenario)
 
-
-def test_a_clock_that_is_set_does_not_change_how_long_a_lost_packet_is_waited_for(monkeypatch: Any) -> None:
-    async def scenario(link: Association) -> None:
+async def test_a_clock_that_is_set_does_not_change_how_long_a_lost_packet_is_waited_for(monkeypatch: Any) -> None:
+    async with associated() as link:
         channel = await link.channel()
         real = time.time
         for hours in (1, -1, 1000):
@@ -341,8 +315,6 @@ def test_a_clock_that_is_set_does_not_change_how_long_a_lost_packet_is_waited_fo
             await until(lambda: not link.ends[0]._sent_queue)
         assert link.ends[0]._rto == sctp_retransmitting.LEAST_RTO_S
         assert 0 < (link.ends[0]._srtt or 0) < WAIT_S
-
-    associated(scenario)
 
 
 def test_packets_of_a_dense_flow_are_acknowledged_many_at_a_time_and_the_rest_soon_after() -> None:
@@ -372,10 +344,13 @@ def test_packets_of_a_dense_flow_are_acknowledged_many_at_a_time_and_the_rest_so
 
 
 @pytest.mark.parametrize("error", [ConnectionError(), SSL.Error([("SSL routines", "", "protocol is shutdown")])])
-def test_what_is_sent_while_the_transport_closes_hurts_nobody(error: Exception) -> None:
+async def test_what_is_sent_while_the_transport_closes_hurts_nobody(error: Exception) -> None:
     complaints: list[dict[str, Any]] = []
 
-    async def scenario(link: Association) -> None:
+    async def refuse(data: bytes) -> None:
+        raise error
+
+    async with associated() as link:
         asyncio.get_running_loop().set_exception_handler(lambda loop, context: complaints.append(context))
         channel = await link.channel()
         link.wires[0].fate = lambda: 0
@@ -389,11 +364,6 @@ def test_what_is_sent_while_the_transport_closes_hurts_nobody(error: Exception) 
         await asyncio.sleep(0)
         gc.collect()  # a task whose error nobody took complains when it goes
         del link.wires[0]._send_data
-
-    async def refuse(data: bytes) -> None:
-        raise error
-
-    associated(scenario)
     assert complaints == []
 
 

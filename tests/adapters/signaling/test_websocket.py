@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 import socket
 import ssl
-from collections.abc import Awaitable, Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import ExitStack, asynccontextmanager, contextmanager
+from typing import Any
 
 import pytest
 import uvloop
@@ -21,14 +22,12 @@ from mosaic_core.words.errors import SignalingError
 from mosaic_core.words.signaling import SIZE_AFTER_AUTHORIZATION
 
 
-def against(handler: Callable[[ServerConnection], Awaitable[None]], use: Callable[[str], Awaitable[None]]) -> None:
-    async def run() -> None:
-        async with serve(handler, "127.0.0.1", 0, compression=None) as server:
-            port = server.sockets[0].getsockname()[1]
-            async with asyncio.timeout(10):
-                await use(f"ws://127.0.0.1:{port}/ws/robot")
-
-    asyncio.run(run())
+@asynccontextmanager
+async def against(handler: Callable[[ServerConnection], Awaitable[None]]) -> AsyncIterator[Any]:
+    async with serve(handler, "127.0.0.1", 0, compression=None) as server:
+        port = server.sockets[0].getsockname()[1]
+        async with asyncio.timeout(10):
+            yield f"ws://127.0.0.1:{port}/ws/robot"
 
 
 def free_port() -> int:
@@ -59,13 +58,13 @@ def failure(url: str) -> SignalingError:
     return failed.value
 
 
-def test_text_goes_both_ways_binary_is_passed_over_and_the_close_code_is_known() -> None:
+async def test_text_goes_both_ways_binary_is_passed_over_and_the_close_code_is_known() -> None:
     async def handler(server: ServerConnection) -> None:
         await server.send(b"\x00")
         await server.send("hello " + str(await server.recv()))
         await server.close(4409, "replaced")
 
-    async def use(url: str) -> None:
+    async with against(handler) as url:
         opened = await open_websocket(url)
         assert opened.close_code is None
         await opened.send("robot")
@@ -73,8 +72,6 @@ def test_text_goes_both_ways_binary_is_passed_over_and_the_close_code_is_known()
         assert opened.close_code == 4409
         with pytest.raises(SignalingError):
             await opened.send("too late")
-
-    against(handler, use)
 
 
 @pytest.mark.parametrize("loop_factory", [None, uvloop.new_event_loop], ids=["asyncio", "uvloop"])
@@ -116,30 +113,26 @@ def test_a_server_that_sends_on_to_another_address_is_named_with_it() -> None:
     assert "server.ws_url" in (error.cure or "")
 
 
-def test_nothing_is_compressed_and_a_frame_beyond_the_limit_closes_the_socket() -> None:
+async def test_nothing_is_compressed_and_a_frame_beyond_the_limit_closes_the_socket() -> None:
     async def handler(server: ServerConnection) -> None:
         assert "Sec-WebSocket-Extensions" not in (server.request.headers if server.request else {})
         await server.send("x" * (SIZE_AFTER_AUTHORIZATION + 1))
         await server.wait_closed()
 
-    async def use(url: str) -> None:
+    async with against(handler) as url:
         opened = await open_websocket(url)
         assert [frame async for frame in opened] == []
 
-    against(handler, use)
 
-
-def test_closing_tells_the_server_why() -> None:
+async def test_closing_tells_the_server_why() -> None:
     codes: list[int | None] = []
 
     async def handler(server: ServerConnection) -> None:
         await server.wait_closed()
         codes.append(server.close_code)
 
-    async def use(url: str) -> None:
+    async with against(handler) as url:
         await (await open_websocket(url)).close(4400, "bad message")
-
-    against(handler, use)
     assert codes == [4400]
 
 
@@ -183,16 +176,14 @@ async def test_an_http_status_is_told() -> None:
             await open_websocket(f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}/")
 
 
-def test_a_plain_server_behind_wss_is_told_apart() -> None:
+async def test_a_plain_server_behind_wss_is_told_apart() -> None:
     async def handler(server: ServerConnection) -> None:
         await server.wait_closed()
 
-    async def use(url: str) -> None:
+    async with against(handler) as url:
         with pytest.raises(SignalingError, match=r"hung up|TLS") as failed:
             await open_websocket(url.replace("ws://", "wss://"))
         assert "ws://" in failed.value.cure
-
-    against(handler, use)
 
 
 def test_an_untrusted_certificate_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

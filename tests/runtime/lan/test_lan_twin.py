@@ -8,8 +8,10 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -47,16 +49,14 @@ class Twin:
         await asyncio.wait_for(self.running, 5)
 
 
-def play(program: str, body: Callable[[Twin], object]) -> None:
-    async def whole() -> None:
-        async with asyncio.timeout(30):
-            twin = Twin(program)
-            try:
-                await body(twin)  # type: ignore[misc]
-            finally:
-                await twin.end()
-
-    asyncio.run(whole())
+@asynccontextmanager
+async def play(program: str) -> AsyncIterator[Any]:
+    async with asyncio.timeout(30):
+        twin = Twin(program)
+        try:
+            yield twin
+        finally:
+            await twin.end()
 
 
 @pytest.fixture
@@ -64,18 +64,16 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lan_twin, "_POLICY", BackoffPolicy(first_s=0.01, max_s=0.02))
 
 
-def test_its_news_are_told_and_the_robot_connects_once_it_listens() -> None:
-    async def body(twin: Twin) -> None:
+async def test_its_news_are_told_and_the_robot_connects_once_it_listens() -> None:
+    async with play(SERVES + UNTIL_THE_ROBOT_ENDS) as twin:
         connecting = asyncio.create_task(twin.twin.connect("ws://127.0.0.1:9/ws/robot"))
         await connecting
         assert [one.devices for one in twin.news] == [1]
         assert twin.opened == ["ws://127.0.0.1:9/ws/robot"]
 
-    play(SERVES + UNTIL_THE_ROBOT_ENDS, body)
 
-
-def test_before_it_listens_the_robot_waits_and_its_end_does_not() -> None:
-    async def body(twin: Twin) -> None:
+async def test_before_it_listens_the_robot_waits_and_its_end_does_not() -> None:
+    async with play("import sys; " + UNTIL_THE_ROBOT_ENDS) as twin:
         connecting = asyncio.create_task(twin.twin.connect("ws://127.0.0.1:9/ws/robot"))
         await until(lambda: twin.twin.pid)
         assert not connecting.done()
@@ -84,40 +82,36 @@ def test_before_it_listens_the_robot_waits_and_its_end_does_not() -> None:
             await connecting
         assert twin.opened == []
 
-    play("import sys; " + UNTIL_THE_ROBOT_ENDS, body)
-
 
 @pytest.mark.usefixtures("quick")
-def test_killed_it_comes_back_and_the_robot_can_connect_again(caplog: pytest.LogCaptureFixture) -> None:
-    async def body(twin: Twin) -> None:
-        await until(lambda: len(twin.news) == 1)
-        assert twin.twin.pid is not None
-        os.kill(twin.twin.pid, signal.SIGKILL)
-        await until(lambda: len(twin.news) == 2)
-        await twin.twin.connect("ws://127.0.0.1:9/ws/robot")
-
+async def test_killed_it_comes_back_and_the_robot_can_connect_again(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.INFO):
-        play(SERVES + UNTIL_THE_ROBOT_ENDS, body)
+        async with play(SERVES + UNTIL_THE_ROBOT_ENDS) as twin:
+            await until(lambda: len(twin.news) == 1)
+            assert twin.twin.pid is not None
+            os.kill(twin.twin.pid, signal.SIGKILL)
+            await until(lambda: len(twin.news) == 2)
+            await twin.twin.connect("ws://127.0.0.1:9/ws/robot")
     assert caplog.text.count("lan server: it ended with exit code -9; it starts again in") == 1
     assert caplog.text.count("lan server: it is there again") == 1
 
 
 @pytest.mark.usefixtures("quick")
-def test_one_that_never_starts_is_tried_again_and_its_last_words_are_told(caplog: pytest.LogCaptureFixture) -> None:
-    async def body(twin: Twin) -> None:
+async def test_one_that_never_starts_is_tried_again_and_its_last_words_are_told(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    async with play("raise SystemExit('the disk is full')"):
         await until(lambda: caplog.text.count("exit code 1") >= 3)
-
-    play("raise SystemExit('the disk is full')", body)
     assert "lan server: the disk is full" in caplog.text
 
 
-def test_a_program_that_is_not_there_is_told(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_program_that_is_not_there_is_told(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(sys, "executable", "/nowhere/python")
 
-    async def body(twin: Twin) -> None:
+    async with play(""):
         await until(lambda: "can't be started" in caplog.text)
-
-    play("", body)
 
 
 LOG = r"""
@@ -131,12 +125,10 @@ print("no news", flush=True)
 """
 
 
-def test_its_log_lines_become_ours_with_their_levels(caplog: pytest.LogCaptureFixture) -> None:
-    async def body(twin: Twin) -> None:
-        await until(lambda: twin.news)
-
+async def test_its_log_lines_become_ours_with_their_levels(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.INFO):
-        play(LOG + SERVES + UNTIL_THE_ROBOT_ENDS, body)
+        async with play(LOG + SERVES + UNTIL_THE_ROBOT_ENDS) as twin:
+            await until(lambda: twin.news)
     told = {(one.levelname, one.getMessage()) for one in caplog.records}
     assert ("WARNING", "lan server: a PIN was wrong") in told
     assert ("ERROR", "lan server: broken\nTraceback") in told
@@ -145,23 +137,21 @@ def test_its_log_lines_become_ours_with_their_levels(caplog: pytest.LogCaptureFi
     assert any(getattr(one, "code", "") == "auth.pairing" for one in caplog.records)
 
 
-def test_one_that_is_deaf_is_killed_in_time() -> None:
+async def test_one_that_is_deaf_is_killed_in_time() -> None:
     deaf = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); " + SERVES + "time.sleep(60)"
 
-    async def body(twin: Twin) -> None:
+    async with play(deaf) as twin:
         await until(lambda: twin.news)
         began_s = time.monotonic()
         await asyncio.to_thread(twin.twin.end, began_s + 0.3)
         assert time.monotonic() - began_s < 2.0
 
-    play(deaf, body)
 
-
-def test_it_hears_of_the_robots_sudden_death_by_its_standard_input(tmp_path: Path) -> None:
+async def test_it_hears_of_the_robots_sudden_death_by_its_standard_input(tmp_path: Path) -> None:
     gone = tmp_path / "gone"
     program = SERVES + f"{UNTIL_THE_ROBOT_ENDS}; open({str(gone)!r}, 'w').close()"
 
-    async def body(twin: Twin) -> None:
+    async with play(program) as twin:
         await until(lambda: twin.news)
         process = twin.twin._process
         assert process is not None
@@ -169,5 +159,3 @@ def test_it_hears_of_the_robots_sudden_death_by_its_standard_input(tmp_path: Pat
         twin.twin.begin_end()
         process.process.stdin.close()
         await until(gone.exists)
-
-    play(program, body)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
@@ -14,18 +15,16 @@ from mosaic_core.words.control import CONTROL_EXTENSIONS, CONTROL_LABEL, Hello
 CAUSE = "The operator offers VP9 on this video line; the robot sends VP8 and H.264."
 
 
-def played(kit: Any, body: Callable[[Any], Coroutine[Any, Any, None]]) -> None:
-    async def play() -> None:
-        async with kit.running(kit.connector_of(Camera("front")), kit.connector_of(Camera("rear"))) as scene:
-            await body(scene)
-
-    kit.play(play)
+@asynccontextmanager
+async def played(kit: Any) -> AsyncIterator[Any]:
+    async with kit.running(kit.connector_of(Camera("front")), kit.connector_of(Camera("rear"))) as scene:
+        yield scene
 
 
-def test_an_operator_of_ours_hears_it_after_its_hello_and_again_when_it_looks(
+async def test_an_operator_of_ours_hears_it_after_its_hello_and_again_when_it_looks(
     kit: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
-    async def body(scene: Any) -> None:
+    async with played(kit) as scene:
         end = await scene.connects("ann", offer="offer:0")
         end.listener.media.track_refused("front", CAUSE)
         channel = end.open(CONTROL_LABEL)
@@ -42,21 +41,17 @@ def test_an_operator_of_ours_hears_it_after_its_hello_and_again_when_it_looks(
         [line] = [record.message for record in caplog.records if "VP9" in record.message]
         assert line.startswith("front can't be sent to operator ann")
 
-    played(kit, body)
 
-
-def test_a_line_that_is_refused_in_a_further_offer_is_told_at_once(kit: Any) -> None:
-    async def body(scene: Any) -> None:
+async def test_a_line_that_is_refused_in_a_further_offer_is_told_at_once(kit: Any) -> None:
+    async with played(kit) as scene:
         ann = await scene.enters("ann")
         ann.end.listener.media.track_refused("rear", CAUSE)
         told = await ann.hears("media.unavailable")
         assert told == control.MediaUnavailable(label="rear", code="sdp.no_common_codec", message=CAUSE)
 
-    played(kit, body)
 
-
-def test_a_camera_that_gets_a_line_after_all_is_refused_no_more(kit: Any) -> None:
-    async def body(scene: Any) -> None:
+async def test_a_camera_that_gets_a_line_after_all_is_refused_no_more(kit: Any) -> None:
+    async with played(kit) as scene:
         ann = await scene.enters("ann")
         ann.end.listener.media.track_refused("front", CAUSE)
         await ann.hears("media.unavailable")
@@ -64,5 +59,3 @@ def test_a_camera_that_gets_a_line_after_all_is_refused_no_more(kit: Any) -> Non
         ann.say(control.MediaWatch(label="front", on=True))
         await kit.until(lambda: scene.robot.snapshot().peers[0].watches == ("front",))
         assert len(ann.heard("media.unavailable")) == 1
-
-    played(kit, body)

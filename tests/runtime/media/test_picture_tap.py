@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import av
@@ -39,19 +40,17 @@ class Bench:
         return reading
 
 
-def on_a_bench(scenario: Callable[[Bench], Awaitable[None]]) -> None:
-    async def run() -> None:
-        await scenario(Bench())
-
-    asyncio.run(run())
+@asynccontextmanager
+async def on_a_bench() -> AsyncIterator[Any]:
+    yield Bench()
 
 
 def image(value: int) -> Any:
     return np.full((4, 6, 3), value, np.uint8)
 
 
-def test_the_camera_runs_for_the_tap_alone_and_rests_when_it_is_closed() -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_the_camera_runs_for_the_tap_alone_and_rests_when_it_is_closed() -> None:
+    async with on_a_bench() as bench:
         assert not bench.hub.offer("front", image(1))
         with bench.tap():
             await until(lambda: bench.watched == [("front", True)])
@@ -59,11 +58,9 @@ def test_the_camera_runs_for_the_tap_alone_and_rests_when_it_is_closed() -> None
         await until(lambda: bench.watched == [("front", True), ("front", False)])
         assert not bench.hub.offer("front", image(1))
 
-    on_a_bench(scenario)
 
-
-def test_it_gets_the_next_picture_after_it_asked_and_nothing_older() -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_it_gets_the_next_picture_after_it_asked_and_nothing_older() -> None:
+    async with on_a_bench() as bench:
         with bench.tap() as tap:
             await until(lambda: bench.watched)
             bench.hub.offer("front", image(1))
@@ -75,11 +72,9 @@ def test_it_gets_the_next_picture_after_it_asked_and_nothing_older() -> None:
             assert (got.image[0, 0, 0], got.captured_at_s) == (2, 77.5)
             assert tap.next(0.0) is None
 
-    on_a_bench(scenario)
 
-
-def test_what_it_gets_is_its_own_when_the_camera_fills_its_buffer_again() -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_what_it_gets_is_its_own_when_the_camera_fills_its_buffer_again() -> None:
+    async with on_a_bench() as bench:
         with bench.tap() as tap:
             await until(lambda: bench.watched)
             reading = await bench.asked(tap)
@@ -90,11 +85,9 @@ def test_what_it_gets_is_its_own_when_the_camera_fills_its_buffer_again() -> Non
             assert got is not None
             assert np.array_equal(got.image, image(5))
 
-    on_a_bench(scenario)
 
-
-def test_two_taps_of_one_camera_do_not_disturb_each_other() -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_two_taps_of_one_camera_do_not_disturb_each_other() -> None:
+    async with on_a_bench() as bench:
         with bench.tap() as one:
             with bench.tap() as other:
                 await until(lambda: bench.hub.viewers("front") == 2)
@@ -106,11 +99,9 @@ def test_two_taps_of_one_camera_do_not_disturb_each_other() -> None:
             bench.hub.offer("front", image(6))
             assert await reading is not None
 
-    on_a_bench(scenario)
 
-
-def test_a_frame_of_libav_comes_as_an_array() -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_a_frame_of_libav_comes_as_an_array() -> None:
+    async with on_a_bench() as bench:
         with bench.tap() as tap:
             await until(lambda: bench.watched)
             reading = await bench.asked(tap)
@@ -119,11 +110,9 @@ def test_a_frame_of_libav_comes_as_an_array() -> None:
             assert got is not None
             assert np.array_equal(got.image, image(9))
 
-    on_a_bench(scenario)
 
-
-def test_a_camera_that_encodes_by_itself_is_said_so_until_it_yields_something_else() -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_a_camera_that_encodes_by_itself_is_said_so_until_it_yields_something_else() -> None:
+    async with on_a_bench() as bench:
         with bench.tap() as tap:
             await until(lambda: bench.watched)
             reading = await bench.asked(tap)
@@ -135,28 +124,24 @@ def test_a_camera_that_encodes_by_itself_is_said_so_until_it_yields_something_el
             assert await reading is not None
             assert tap.failure == ""
 
-    on_a_bench(scenario)
 
-
-def test_a_label_that_is_no_camera_and_a_stopped_robot_are_said_so() -> None:
-    async def scenario(bench: Bench) -> None:
+async def test_a_label_that_is_no_camera_is_said_so() -> None:
+    async with on_a_bench() as bench:
         with bench.tap("frnt") as tap:
             assert await asyncio.to_thread(tap.next, 20.0) is None
             assert tap.failure == "channel.unknown_label"
 
-    on_a_bench(scenario)
-    taps: list[RuntimePictureTap] = []
 
-    async def ended(bench: Bench) -> None:
-        taps.append(bench.tap())
+def test_a_stopped_robot_is_said_so() -> None:
+    async def made() -> RuntimePictureTap:
+        return Bench().tap()
 
-    on_a_bench(ended)
-    with taps[0] as tap:
+    with asyncio.run(made()) as tap:
         assert tap.next(20.0) is None
         assert tap.failure == "peer.shutdown"
 
 
-def test_nobody_asks_nothing_is_copied() -> None:
+async def test_nobody_asks_nothing_is_copied() -> None:
     class Uncopyable:
         """Stands for a large picture."""
 
@@ -165,10 +150,8 @@ def test_nobody_asks_nothing_is_copied() -> None:
         def copy(self) -> None:
             raise AssertionError("copied")
 
-    async def scenario(bench: Bench) -> None:
+    async with on_a_bench() as bench:
         with bench.tap() as tap:
             await until(lambda: bench.watched)
             assert bench.hub.offer("front", Uncopyable())  # type: ignore[arg-type]
             assert tap.failure == ""
-
-    on_a_bench(scenario)

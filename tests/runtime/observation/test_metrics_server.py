@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from typing import Any
 
 import pytest
 
@@ -14,31 +16,29 @@ from mosaic_core.words.errors import MosaicError
 Ask = Callable[[bytes], Awaitable[tuple[str, str]]]
 
 
-def served(body: Callable[[Ask], Awaitable[None]], host: str = "127.0.0.1") -> None:
-    async def play() -> None:
-        server = MetricsServer(host, 0, lambda: "mosaic_robot_peers 1\n")
-        await server.open()
-        port = int(server.url.rpartition(":")[2].partition("/")[0])
+@asynccontextmanager
+async def served(host: str = "127.0.0.1") -> AsyncIterator[Any]:
+    server = MetricsServer(host, 0, lambda: "mosaic_robot_peers 1\n")
+    await server.open()
+    port = int(server.url.rpartition(":")[2].partition("/")[0])
 
-        async def ask(request: bytes) -> tuple[str, str]:
-            reader, writer = await asyncio.open_connection("127.0.0.1", port)
-            writer.write(request)
-            if not request.endswith(b"\r\n\r\n"):
-                writer.write_eof()
-            head, _, text = (await reader.read()).decode().partition("\r\n\r\n")
-            writer.close()
-            return head.splitlines()[0].partition(" ")[2], text
+    async def ask(request: bytes) -> tuple[str, str]:
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        writer.write(request)
+        if not request.endswith(b"\r\n\r\n"):
+            writer.write_eof()
+        head, _, text = (await reader.read()).decode().partition("\r\n\r\n")
+        writer.close()
+        return head.splitlines()[0].partition(" ")[2], text
 
-        try:
-            await body(ask)
-        finally:
-            server.close()
-
-    asyncio.run(asyncio.wait_for(play(), 20))
+    try:
+        yield ask
+    finally:
+        server.close()
 
 
-def test_the_page_is_served_and_nothing_else() -> None:
-    async def body(ask: Ask) -> None:
+async def test_the_page_is_served_and_nothing_else() -> None:
+    async with served() as ask:
         assert await ask(b"GET /metrics HTTP/1.1\r\nHost: localhost:1\r\n\r\n") == ("200 OK", "mosaic_robot_peers 1\n")
         assert (await ask(b"GET /metrics?x=1 HTTP/1.0\r\n\r\n"))[0] == "200 OK"
         assert (await ask(b"GET / HTTP/1.1\r\nHost: [::1]:1\r\n\r\n"))[0] == "404 Not Found"
@@ -46,20 +46,14 @@ def test_the_page_is_served_and_nothing_else() -> None:
         for nonsense in (b"\r\n\r\n", b"GET /metrics\r\n\r\n", b"\x16\x03\x01", b"x" * 100_000):
             assert (await ask(nonsense))[0] == "400 Bad Request"
 
-    served(body)
 
-
-def test_a_web_site_whose_name_leads_here_reads_nothing() -> None:
-    async def body(ask: Ask) -> None:
+async def test_a_web_site_whose_name_leads_here_reads_nothing() -> None:
+    async with served() as ask:
         request = b"GET /metrics HTTP/1.1\r\nHost: evil.example:9464\r\n\r\n"
         assert await ask(request) == ("421 Misdirected Request", "")
 
-    served(body)
-
-    async def public(ask: Ask) -> None:
+    async with served("0.0.0.0") as ask:  # noqa: S104
         assert (await ask(b"GET /metrics HTTP/1.1\r\nHost: robot.example\r\n\r\n"))[0] == "200 OK"
-
-    served(public, "0.0.0.0")  # noqa: S104
 
 
 async def test_a_port_that_is_taken_is_told_with_a_code() -> None:

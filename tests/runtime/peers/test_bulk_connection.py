@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
@@ -49,14 +50,12 @@ class Place:
         await self.kit.until(lambda: value in channel.values())
 
 
-def played(kit: Any, body: Callable[[Place], Coroutine[Any, Any, None]]) -> None:
-    async def play() -> None:
-        map_, upload, pose = Map(), Upload(), Map("pose")
-        bulk = (kit.connector_of(one, delivery=Delivery.BULK) for one in (map_, upload))
-        async with kit.running(*bulk, kit.connector_of(pose)) as scene:
-            await body(Place(kit, scene, await scene.enters("ann"), map_, upload))
-
-    kit.play(play)
+@asynccontextmanager
+async def played(kit: Any) -> AsyncIterator[Any]:
+    map_, upload, pose = Map(), Upload(), Map("pose")
+    bulk = (kit.connector_of(one, delivery=Delivery.BULK) for one in (map_, upload))
+    async with kit.running(*bulk, kit.connector_of(pose)) as scene:
+        yield Place(kit, scene, await scene.enters("ann"), map_, upload)
 
 
 @pytest.fixture
@@ -65,8 +64,8 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bulk_of_robot, "MAX_OFFERS_HZ", 1000.0)
 
 
-def test_an_offer_is_answered_with_its_number_and_candidates_follow(kit: Any) -> None:
-    async def body(place: Place) -> None:
+async def test_an_offer_is_answered_with_its_number_and_candidates_follow(kit: Any) -> None:
+    async with played(kit) as place:
         lane = await place.offers()
         assert place.ann.heard("lane.answer")[0] == control.LaneAnswer(attempt=1, sdp="answer")
         found = await place.ann.hears("lane.candidate")
@@ -76,11 +75,9 @@ def test_an_offer_is_answered_with_its_number_and_candidates_follow(kit: Any) ->
         await kit.until(lambda: lane.candidates)
         assert lane.candidates[0].candidate == "candidate:5"
 
-    played(kit, body)
 
-
-def test_bulk_travels_on_the_lane_both_ways(kit: Any) -> None:
-    async def body(place: Place) -> None:
+async def test_bulk_travels_on_the_lane_both_ways(kit: Any) -> None:
+    async with played(kit) as place:
         lane = await place.offers()
         lane.listener.state_changed("connected")
         lane.open("_lane")
@@ -88,18 +85,14 @@ def test_bulk_travels_on_the_lane_both_ways(kit: Any) -> None:
         lane.open("upload").say({"part": 1})
         await kit.until(lambda: place.upload.got == [{"part": 1}])
 
-    played(kit, body)
 
-
-def test_the_lane_answers_pings(kit: Any) -> None:
-    async def body(place: Place) -> None:
+async def test_the_lane_answers_pings(kit: Any) -> None:
+    async with played(kit) as place:
         channel = (await place.offers()).open("_lane")
         channel.say({"type": "ping", "data": {"t0": 7}})
         await kit.until(lambda: channel.values())
         assert channel.values()[0]["type"] == "pong"
         assert channel.values()[0]["data"]["t0"] == 7
-
-    played(kit, body)
 
 
 @pytest.mark.parametrize(
@@ -112,19 +105,17 @@ def test_the_lane_answers_pings(kit: Any) -> None:
         ("_stop", "mosaic.1", "channel.unknown_label"),
     ],
 )
-def test_nothing_but_framed_bulk_travels_there(kit: Any, label: str, protocol: str, code: str) -> None:
-    async def body(place: Place) -> None:
+async def test_nothing_but_framed_bulk_travels_there(kit: Any, label: str, protocol: str, code: str) -> None:
+    async with played(kit) as place:
         channel = (await place.offers()).open(label, protocol)
         await place.ann.hears("refusal")
         assert place.ann.codes() == [code]
         assert not channel.is_open
         assert channel.on_message is None
 
-    played(kit, body)
 
-
-def test_bulk_goes_over_the_main_connection_when_the_lane_is_gone(kit: Any) -> None:
-    async def body(place: Place) -> None:
+async def test_bulk_goes_over_the_main_connection_when_the_lane_is_gone(kit: Any) -> None:
+    async with played(kit) as place:
         lane = await place.offers()
         lane.listener.state_changed("connected")
         await place.sends(lane.open("map"), {"cells": 1})
@@ -134,11 +125,9 @@ def test_bulk_goes_over_the_main_connection_when_the_lane_is_gone(kit: Any) -> N
         await place.sends(place.ann.open("map"), {"cells": 2})
         assert place.scene.robot.peers
 
-    played(kit, body)
 
-
-def test_a_channel_opened_anew_on_the_other_connection_takes_the_place_of_the_old_one(kit: Any) -> None:
-    async def body(place: Place) -> None:
+async def test_a_channel_opened_anew_on_the_other_connection_takes_the_place_of_the_old_one(kit: Any) -> None:
+    async with played(kit) as place:
         main = place.ann.open("map")
         await place.sends(main, {"cells": 1})
         lane = await place.offers()
@@ -147,31 +136,25 @@ def test_a_channel_opened_anew_on_the_other_connection_takes_the_place_of_the_ol
         lane.listener.state_changed("failed")
         await kit.until(lambda: lane.is_closed)
 
-    played(kit, body)
 
-
-def test_an_operator_who_closes_the_lane_hears_nothing_more_of_it(kit: Any) -> None:
-    async def body(place: Place) -> None:
+async def test_an_operator_who_closes_the_lane_hears_nothing_more_of_it(kit: Any) -> None:
+    async with played(kit) as place:
         lane = await place.offers()
         place.ann.say(control.LaneClose(attempt=1))
         await kit.until(lambda: lane.is_closed)
         assert place.ann.heard("lane.close") == []
 
-    played(kit, body)
 
-
-def test_a_bad_offer_and_one_with_media_are_refused_with_a_code(kit: Any, patient: None) -> None:
-    async def body(place: Place) -> None:
+async def test_a_bad_offer_and_one_with_media_are_refused_with_a_code(kit: Any, patient: None) -> None:
+    async with played(kit) as place:
         place.ann.say(control.LaneOffer(attempt=1, sdp="bad"))
         assert (await place.ann.hears("lane.close")).code == "sdp.no_common_codec"
         place.ann.say(control.LaneOffer(attempt=2, sdp="m=video 9 UDP/TLS/RTP/SAVPF 96"))
         assert (await place.ann.hears("lane.close", 2)).code == "sdp.invalid"
 
-    played(kit, body)
 
-
-def test_offers_in_quick_succession_are_refused(kit: Any) -> None:
-    async def body(place: Place) -> None:
+async def test_offers_in_quick_succession_are_refused(kit: Any) -> None:
+    async with played(kit) as place:
         for attempt in range(1, 9):
             place.ann.say(control.LaneOffer(attempt=attempt, sdp="offer"))
         await place.ann.hears("lane.close", 6)
@@ -179,29 +162,23 @@ def test_offers_in_quick_succession_are_refused(kit: Any) -> None:
         assert len(place.scene.network.order) <= 3
         await kit.until(lambda: all(end.is_closed for end in place.scene.network.order[1:]))
 
-    played(kit, body)
 
-
-def test_an_oversized_offer_never_reaches_the_transport(kit: Any) -> None:
-    async def body(place: Place) -> None:
+async def test_an_oversized_offer_never_reaches_the_transport(kit: Any) -> None:
+    async with played(kit) as place:
         big = {"type": "lane.offer", "data": {"lane": "bulk", "attempt": 1, "sdp": "x" * 20_000}}
         place.ann.control.channel.say(big)
         await place.ann.hears("refusal")
         assert len(place.scene.network.order) == 1
 
-    played(kit, body)
 
-
-def test_the_lane_takes_the_youngest_ice_servers_of_the_robot(kit: Any) -> None:
-    async def body(place: Place) -> None:
+async def test_the_lane_takes_the_youngest_ice_servers_of_the_robot(kit: Any) -> None:
+    async with played(kit) as place:
         lane = await place.offers()
         assert lane.ice_servers == place.scene.robot._running.peers.newest_ice_servers()
 
-    played(kit, body)
 
-
-def test_the_lane_ends_with_its_main_connection(kit: Any) -> None:
-    async def body(place: Place) -> None:
+async def test_the_lane_ends_with_its_main_connection(kit: Any) -> None:
+    async with played(kit) as place:
         lane = await place.offers()
         channel = lane.open("map")
         await place.sends(channel, {"cells": 1})
@@ -210,11 +187,9 @@ def test_the_lane_ends_with_its_main_connection(kit: Any) -> None:
         late = lane.open("map")
         assert late.on_message is None
 
-    played(kit, body)
 
-
-def test_a_lane_that_is_still_being_answered_ends_too(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    async def body(place: Place) -> None:
+async def test_a_lane_that_is_still_being_answered_ends_too(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    async with played(kit) as place:
         go_on = asyncio.Event()
         peer = next(iter(place.scene.robot._running.peers))
         made = peer._bulk.make_answerer
@@ -239,11 +214,9 @@ def test_a_lane_that_is_still_being_answered_ends_too(kit: Any, monkeypatch: pyt
         assert place.scene.network.order[1].is_closed
         assert place.ann.heard("lane.answer") == []
 
-    played(kit, body)
 
-
-def test_a_hundred_lanes_leave_no_task_behind(kit: Any, patient: None) -> None:
-    async def body(place: Place) -> None:
+async def test_a_hundred_lanes_leave_no_task_behind(kit: Any, patient: None) -> None:
+    async with played(kit) as place:
         tasks = len(asyncio.all_tasks())
         for attempt in range(1, 101):
             lane = await place.offers(attempt)
@@ -256,5 +229,3 @@ def test_a_hundred_lanes_leave_no_task_behind(kit: Any, patient: None) -> None:
         peer = next(iter(place.scene.robot._running.peers))
         assert peer.channels == ()
         assert peer._bulk._attempt is None
-
-    played(kit, body)

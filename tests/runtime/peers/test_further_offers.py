@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
@@ -11,16 +12,14 @@ from support.connectors import Camera
 from mosaic_core.words import control
 
 
-def played(kit: Any, body: Callable[[Any, Any], Coroutine[Any, Any, None]]) -> None:
-    async def play() -> None:
-        async with kit.running(kit.connector_of(Camera("front")), kit.connector_of(Camera("rear"))) as scene:
-            await body(scene, await scene.enters("ann"))
-
-    kit.play(play)
+@asynccontextmanager
+async def played(kit: Any) -> AsyncIterator[Any]:
+    async with kit.running(kit.connector_of(Camera("front")), kit.connector_of(Camera("rear"))) as scene:
+        yield scene, await scene.enters("ann")
 
 
-def test_a_further_offer_is_answered_with_its_number(kit: Any) -> None:
-    async def body(scene: Any, ann: Any) -> None:
+async def test_a_further_offer_is_answered_with_its_number(kit: Any) -> None:
+    async with played(kit) as (scene, ann):
         ann.say(control.RenegotiateOffer(attempt=4, sdp="offer:2", tracks={"0": "front", "1": "rear"}))
         assert await ann.hears("renegotiate.answer") == control.RenegotiateAnswer(attempt=4, sdp="answer")
         assert len(scene.network.order) == 1
@@ -28,21 +27,18 @@ def test_a_further_offer_is_answered_with_its_number(kit: Any) -> None:
         ann.say(control.MediaWatch(label="nothing", on=True))
         assert (await ann.hears("media.unavailable")).label == "nothing"
 
-    played(kit, body)
 
-
-def test_one_that_can_not_be_answered_changes_nothing(kit: Any) -> None:
-    async def body(scene: Any, ann: Any) -> None:
+async def test_one_that_can_not_be_answered_changes_nothing(kit: Any) -> None:
+    async with played(kit) as (scene, ann):
         ann.say(control.RenegotiateOffer(attempt=1, sdp="bad"))
         answer = await ann.hears("renegotiate.answer")
         assert (answer.sdp, answer.code) == (None, "sdp.no_common_codec")
         assert scene.robot.peers
 
-    played(kit, body)
 
+async def test_whatever_an_offer_breaks_the_connection_goes_on(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    async with played(kit) as (scene, ann):
 
-def test_whatever_an_offer_breaks_the_connection_goes_on(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    async def body(scene: Any, ann: Any) -> None:
         async def broken(*_: Any) -> str:
             raise RuntimeError("from somewhere deep inside")
 
@@ -51,26 +47,20 @@ def test_whatever_an_offer_breaks_the_connection_goes_on(kit: Any, monkeypatch: 
         assert (await ann.hears("renegotiate.answer")).code == "sdp.invalid"
         assert scene.robot.peers
 
-    played(kit, body)
 
-
-def test_offers_in_quick_succession_are_refused(kit: Any) -> None:
-    async def body(scene: Any, ann: Any) -> None:
+async def test_offers_in_quick_succession_are_refused(kit: Any) -> None:
+    async with played(kit) as (_scene, ann):
         for attempt in range(1, 6):
             ann.say(control.RenegotiateOffer(attempt=attempt, sdp="offer"))
         await ann.hears("renegotiate.answer", 5)
         codes = [answer.code for answer in ann.heard("renegotiate.answer")]
         assert codes.count("signal.too_slow") >= 3
 
-    played(kit, body)
 
-
-def test_an_offer_of_eighty_kilobytes_is_taken(kit: Any) -> None:
-    async def body(scene: Any, ann: Any) -> None:
+async def test_an_offer_of_eighty_kilobytes_is_taken(kit: Any) -> None:
+    async with played(kit) as (_scene, ann):
         ann.say(control.RenegotiateOffer(attempt=1, sdp="offer:2", tracks={str(n): "x" * 400 for n in range(200)}))
         assert (await ann.hears("renegotiate.answer")).sdp == "answer"
-
-    played(kit, body)
 
 
 FIRST = "offer\r\na=fingerprint:sha-256 AB:CD"
