@@ -28,6 +28,8 @@ from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, HandlerT
 
 logger = logging.getLogger(__name__)
 
+FORGIVEN_S = 60.0
+"""So long after its rest a peer's next error counts as a first one."""
 ZERO_PERIOD_S = 0.1
 """Between two zeros of the policy ``zero``: the rate of the slowest usual command loop."""
 
@@ -67,7 +69,8 @@ class Receiver:
         self._failures = failures
         self._tell = tell
         self.inbox = Inbox(newest_only=newest_only, limits=limits)
-        self._resting_until_s = 0.0
+        self._resting_until_s: dict[str, float] = {}
+        """By peer: whose command broke the handler waits, the others' are taken."""
         self._loop = asyncio.get_running_loop()
         self._arrived = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -188,7 +191,7 @@ class Receiver:
             begin,
             waited_s=now_s - item.arrived_at_s,
             max_age_s=self.max_age_s,
-            is_resting=now_s < self._resting_until_s,
+            is_resting=now_s < self._resting_until_s.get(item.sender.peer_id, 0.0),
         )
 
     def _pause_s(self) -> float | None:
@@ -223,9 +226,13 @@ class Receiver:
             self._failed(item, error)
 
     def _failed(self, item: Incoming | None, error: BaseException) -> None:
-        now_s = time.monotonic()
-        self._resting_until_s = now_s + self._failures.failed(error, now_s - self._resting_until_s)
-        self._tell_of(item, GateRefusal(Gate.HANDLER, "plugin.failed", self._failures.last_error))
+        now_s, peer_id = time.monotonic(), item.sender.peer_id if item is not None else ""
+        rests = {peer: until_s for peer, until_s in self._resting_until_s.items() if until_s > now_s - FORGIVEN_S}
+        rests[peer_id] = now_s + self._failures.failed(error, now_s - rests.get(peer_id, 0.0))
+        self._resting_until_s = rests
+        # what the plugin raised is for the robot's log: it may name files, addresses, passwords
+        text = f"{self.label!r} could not carry it out; the robot's log says why"
+        self._tell_of(item, GateRefusal(Gate.HANDLER, "plugin.failed", text))
 
     def _tell_of(self, item: Incoming | None, refusal: GateRefusal | None = None) -> None:
         """What became of it; nobody waits for news of the framework's own zeros (``None``)."""

@@ -52,7 +52,7 @@ class SpeakerRun:
         """Code and text while it rests after an error; ``None``: it plays."""
         with self._changed:
             is_resting = time.monotonic() < self._resting_until_s
-        return (self._failures.last_code, self._failures.last_error) if is_resting else None
+        return (self._failures.last_code, "") if is_resting else None
 
     def silence(self) -> None:
         """Whoever talked has no floor any more: not one more sound of it."""

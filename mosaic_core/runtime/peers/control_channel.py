@@ -14,11 +14,13 @@ from typing import TypeAlias
 
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.commands.command_order import ArrivalBaseline
+from mosaic_core.machines.commands.refusal_news import RefusalNews
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.delivery.data_port import DataPort
 from mosaic_core.runtime.delivery.send_queue import SendQueue
+from mosaic_core.runtime.timing.machine_driver import MachineDriver
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import (
     CONTROL_EXTENSIONS,
@@ -42,8 +44,6 @@ MAX_PINGS_HZ = 20.0
 MAX_UNSENT_BYTES = 1024 * 1024
 """What the robot says past every queue is left out while so much waits for a peer that takes nothing: it is said
 again, when the question comes again."""
-_REFUSAL_PERIOD_S = 0.5
-"""The same refusal of the same connector is told at most this often; the robot counts every one."""
 
 
 class ControlChannel:
@@ -62,8 +62,8 @@ class ControlChannel:
         self._link = DataPort(channel, baseline, MAX_CONTROL_BYTES)
         self._queue = queue
         self._heard = heard
-        self._told_at_s: dict[tuple[str, str], float] = {}
         self._pings = TokenBucket.of_rate(MAX_PINGS_HZ)
+        self._refusals: MachineDriver[Refusal, Refusal] = MachineDriver(RefusalNews(), self.send)
         queue.open(channel, lane)
         channel.on_message = self._received
 
@@ -81,14 +81,8 @@ class ControlChannel:
         self._queue.offer(self._link.outgoing(outgoing))
 
     def refuse(self, label: str, seq: int | None, code: str, message: str = "", gate: str = "") -> None:
-        """Tell the operator, rate-limited."""
-        now_s, key = time.monotonic(), (label, code)
-        if now_s - self._told_at_s.get(key, -_REFUSAL_PERIOD_S) < _REFUSAL_PERIOD_S:
-            return
-        if len(self._told_at_s) >= 256:  # labels come from the other side: never let them fill our memory
-            self._told_at_s.clear()
-        self._told_at_s[key] = now_s
-        self.send(Refusal(label=label, seq=seq, code=code, gate=gate or None, message=message or None))
+        """Tell the operator; of a flood alike, the next one that is told says how many there were."""
+        self._refusals.tell(Refusal(label=label, seq=seq, code=code, gate=gate or None, message=message or None))
 
     def _received(self, data: bytes | str) -> None:
         arrived_us = _now_us()

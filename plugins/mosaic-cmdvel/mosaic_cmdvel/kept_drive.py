@@ -84,7 +84,7 @@ class KeptDrive:
         """
         with self._changed:
             if not self._is_open:
-                raise Refused("plugin.no_device", f"the drive isn't open: {self._failure}; trying again")
+                raise Refused("plugin.no_device", "the drive isn't open; trying again")
             self._applying_at = self._stops
         try:
             self._drive.apply(twist)
@@ -93,7 +93,7 @@ class KeptDrive:
             raise
         except Exception as error:
             self._lose(error)
-            raise Refused("plugin.no_device", f"the drive failed: {self._failure}; opening it again") from error
+            raise Refused("plugin.no_device", "the drive failed; opening it again") from error
         finally:
             overtaken = self._applied()
         if overtaken:

@@ -52,7 +52,7 @@ def test_the_device_opens_with_a_stop_and_closes_with_one(kept: KeptDrive, drive
 
 
 def test_commands_are_refused_before_the_robot_starts_and_after_it_ended(kept: KeptDrive) -> None:
-    with pytest.raises(Refused, match="not been opened yet"):
+    with pytest.raises(Refused, match="isn't open; trying again"):
         kept.apply(FORWARD)
     with kept:
         assert kept.wait_until_open(IN_TIME_S)
@@ -72,7 +72,7 @@ def test_a_device_that_cannot_be_opened_is_told_once_and_tried_again(
     drive.open_error = FileNotFoundError("no /dev/ttyACM0")
     with caplog.at_level(logging.INFO), kept:
         assert drive.wait_for(lambda: drive.opened >= 3)
-        with pytest.raises(Refused, match="no /dev/ttyACM0") as caught:
+        with pytest.raises(Refused, match="isn't open") as caught:
             kept.apply(FORWARD)
         assert caught.value.code == "plugin.no_device"
         drive.open_error = None
@@ -91,7 +91,7 @@ def test_a_device_lost_while_driving_is_opened_again_and_starts_with_a_stop(
     with kept:
         assert kept.wait_until_open(IN_TIME_S)
         drive.apply_error = OSError("unplugged")
-        with pytest.raises(Refused, match="the drive failed: OSError: unplugged"):
+        with pytest.raises(Refused, match="the drive failed; opening it again"):
             kept.apply(FORWARD)
         assert drive.wait_for(lambda: drive.opened == 2 and drive.stops == 3)
         assert kept.wait_until_open(IN_TIME_S)
@@ -196,11 +196,11 @@ def test_a_device_lost_by_a_failing_command_is_stopped_before_it_is_closed(drive
         assert kept.wait_until_open(IN_TIME_S)
         kept.apply(FORWARD)
         drive.apply_error = OSError("one wheel does not answer")
-        with pytest.raises(Refused, match="one wheel does not answer"):
+        with pytest.raises(Refused, match="the drive failed"):
             kept.apply(LEFT)
         assert drive.wait_for(lambda: drive.closed == 1)
         assert drive.velocity == STANDSTILL, "long before it is opened again"
-        with pytest.raises(Refused, match="one wheel does not answer"):
+        with pytest.raises(Refused, match="the drive isn't open"):
             kept.apply(LEFT)
 
 

@@ -11,6 +11,7 @@ from mosaic_core.machines.delivery.framing import Frame, FrameReader, PayloadKin
 from mosaic_core.machines.delivery.send_scheduler import Offered, Priority, QueuedMessage
 from mosaic_core.runtime.peers import control_channel
 from mosaic_core.runtime.peers.control_channel import MAX_CONTROL_BYTES, MAX_STOP_BYTES, ControlChannel, StopChannel
+from mosaic_core.testing import until
 from mosaic_core.words.control import (
     CHANNEL_PROTOCOL,
     CONTROL_EXTENSIONS,
@@ -136,31 +137,20 @@ def test_every_other_word_is_handed_on(clock: Clock) -> None:
     assert desk.wire.told == []
 
 
-def test_the_same_refusal_of_the_same_connector_is_told_twice_a_second_at_most(clock: Clock) -> None:
+async def test_ten_requests_that_are_refused_are_told_ten_times() -> None:
     desk = Desk()
-    for label, code in (("arm", "safety.too_fast"), ("arm", "safety.too_fast"), ("arm", "lease.required")):
-        desk.channel.refuse(label, 1, code)
-    desk.channel.refuse("base", 2, "safety.too_fast", "why")
-    clock.now_s += 0.5
-    desk.channel.refuse("arm", 3, "safety.too_fast")
-    clock.now_s += 0.499
-    desk.channel.refuse("arm", 4, "safety.too_fast")
-    assert desk.wire.told == [
-        Refusal(label="arm", seq=1, code="safety.too_fast"),
-        Refusal(label="arm", seq=1, code="lease.required"),
-        Refusal(label="base", seq=2, code="safety.too_fast", message="why"),
-        Refusal(label="arm", seq=3, code="safety.too_fast"),
-    ]
+    for seq in range(10):
+        desk.channel.refuse("arm", seq, "lease.required", gate="lease")
+    assert desk.wire.told == [Refusal(label="arm", seq=seq, code="lease.required", gate="lease") for seq in range(10)]
 
 
-def test_refusals_of_thousands_of_labels_are_not_remembered_for_ever(clock: Clock) -> None:
+async def test_a_flood_of_refusals_is_counted_in_the_next_that_is_told() -> None:
     desk = Desk()
-    for number in range(257):
-        desk.channel.refuse(f"label {number}", None, "channel.unknown_label")
-    desk.channel.refuse("label 256", None, "channel.unknown_label")
-    assert len(desk.wire.told) == 257
-    desk.channel.refuse("label 0", None, "channel.unknown_label")
-    assert len(desk.wire.told) == 258, "the oldest are forgotten, and told again"
+    for seq in range(100):
+        desk.channel.refuse("arm", seq, "safety.too_fast")
+    assert len(desk.wire.told) == 10
+    await until(lambda: len(desk.wire.told) > 10)
+    assert desk.wire.told[10:] == [Refusal(label="arm", seq=99, code="safety.too_fast", count=90)]
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,9 @@
 import { ActionIcon, Slider, Tooltip } from '@mantine/core'
-import { driveOf, reasonOf, type DriveCommand, type Refusal } from '@mosaic/client'
+import { driveOf, type DriveCommand, type Refusal } from '@mosaic/client'
 import { useControl, useLimits, useReadable } from '@mosaic/react'
 import { IconAlertTriangle, IconChevronDown, IconChevronLeft, IconChevronRight, IconChevronUp, IconDeviceGamepad2 } from '@tabler/icons-react'
 import { lazy, Suspense, useEffect, useId, useRef, useState, useSyncExternalStore, type PointerEvent, type RefObject } from 'react'
-import { limitText, type LimitText } from '../control/controlText'
+import { limitText, refusalText, type LimitText } from '../control/controlText'
 import { gamepadHint } from '../gamepad/gamepadHint'
 import { pageGamepads } from '../gamepad/GamepadSource'
 import type { WidgetProps } from '../registry/WidgetDefinition'
@@ -233,7 +233,3 @@ function useRecentRefusal(store: WidgetProps['store']): Refusal | null {
 
 const NO_REFUSAL = { get: () => null, subscribe: NOBODY }
 
-function refusalText(refusal: Refusal): string {
-  const reason = reasonOf(refusal.code)
-  return `Refused: ${refusal.message ?? reason.sentence} ${reason.cure}`.trim()
-}

@@ -3,6 +3,7 @@ import { reasonOf, type Refusal, type SendBlock } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { IconSend } from '@tabler/icons-react'
 import { useState } from 'react'
+import { refusalText } from '../control/controlText'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { prettyJson } from '../RawJson/prettyJson'
 import { isGuarded, refuses, sends, type AnyStore } from '../stores/storeKinds'
@@ -81,7 +82,7 @@ function blockedText({ code }: SendBlock): string {
 }
 
 function refusedText(refusal: Refusal): Said {
-  return { tone: 'bad', text: `Refused: ${refusal.message ?? reasonOf(refusal.code).sentence}`, after: null }
+  return { tone: 'bad', text: refusalText(refusal), after: null }
 }
 
 function sentText(isAccepted: boolean, isAway: boolean): string {

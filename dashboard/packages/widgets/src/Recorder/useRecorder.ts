@@ -1,6 +1,7 @@
 import { randomId, reasonOf } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { useRef, useState } from 'react'
+import { refusalText } from '../control/controlText'
 import { download } from '../frame/download'
 import { refuses, sends, type AnyStore } from '../stores/storeKinds'
 import { useEveryJson } from '../stores/useReceived'
@@ -28,7 +29,7 @@ export function useRecorder(store: AnyStore): RecorderControl {
   const [seen, setSeen] = useState(refusal)
   if (refusal !== seen) {
     setSeen(refusal)
-    if (refusal !== null) setSaid(refusedText(refusal))
+    if (refusal !== null) setSaid(refusalText(refusal))
   }
   useEveryJson(store, (value) => {
     const message = recorderMessage(value)
@@ -54,11 +55,6 @@ export function useRecorder(store: AnyStore): RecorderControl {
 }
 
 const NOTHING = { get: () => null, subscribe: () => () => {} }
-
-function refusedText({ code, message }: { code: string; message?: string | undefined }): string {
-  const { sentence, cure } = reasonOf(code)
-  return [`Refused: ${sentence}`, message === undefined || message === sentence ? '' : `(${message})`, cure].filter(Boolean).join(' ')
-}
 
 /** The still lies on the robot; here it goes to the downloads as well. */
 function kept({ label, file, code, pngBase64 }: SnapshotTaken): string {

@@ -2,7 +2,7 @@ import type { SafetyLimit, StopReport } from '@mosaic/client'
 import { describe, expect, test } from 'vitest'
 import { ALICE, ALICES, FREE, ME, MINE, PATROL, SAFE, SENDING } from '../../test/fakeRobot'
 import { noticeOf } from './controlNews'
-import { clearing, formattedMs, leaseText, limitText, nameOf, sinceText, stopReportText, whyText } from './controlText'
+import { clearing, formattedMs, leaseText, limitText, nameOf, refusalText, sinceText, stopReportText, whyText } from './controlText'
 import { presenceSentence, presentOf } from './presence'
 
 describe('a stop', () => {
@@ -99,6 +99,14 @@ test.each([
   [2464, '2.5 s'],
   [12_400, '12 s'],
 ])('%s ms is %s', (ms, text) => expect(formattedMs(ms)).toBe(text))
+
+test('a refusal names its gate, why, what to do, and how many it speaks for', () => {
+  const bare = { label: 'cmd_vel', code: 'safety.too_fast' }
+  expect(refusalText(bare)).toBe('Refused: Commands came faster than this connector takes them. Send no faster than `max_rate_hz` of the connector.')
+  expect(refusalText({ ...bare, gate: 'rate', message: 'Slower.', count: 9 })).toBe(
+    'Refused at the gate ‘rate’: Slower. Send no faster than `max_rate_hz` of the connector. (and 8 more)',
+  )
+})
 
 test('a reason is its sentence and what the robot adds', () => {
   expect(whyText({ code: 'lease.taken_over', message: 'wall ahead' })).toBe('A supervisor took the lease over. “wall ahead”')
