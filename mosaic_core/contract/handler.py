@@ -241,7 +241,8 @@ class DataChannelReceivable(Handler, Generic[T]):
         """Bring what this receiver moves into its safe state; ``cause`` is a ``safety.*`` code.
 
         Runs on the robot's safety thread, possibly *while* ``handle_data`` runs or hangs: be quick, take no lock
-        that ``handle_data`` holds for long, and be prepared to be called twice. If it raises, it is called again until
+        that ``handle_data`` holds for long, and be prepared to be called twice: when a command that it overtook
+        returns, it is called again, and 20 times a second while that one hangs. If it raises, it is called again until
         it returns or a newer command is carried out.
         """
 

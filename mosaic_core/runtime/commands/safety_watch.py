@@ -19,6 +19,9 @@ _RETRY_S = (0.05, 0.1, 0.2, 0.5, 1.0)
 """Waits after a safe action that raised; the last one repeats until it works or a newer command is carried out."""
 ZEROS_FOR_S = 1.0
 """How long the policy ``zero`` repeats zeros: long enough for any controller, short enough for the next driver."""
+RESTOP_S = 0.05
+"""While a command that a safe action overtook still hangs in the plugin, the safe action runs this often: twice per
+period of the slowest usual motor controller (10 Hz)."""
 GONE = "gone"
 """Its sender has left, or opened the channel anew since: it must not act, and nobody is there to be told."""
 _FRAMEWORK = ""
@@ -56,6 +59,9 @@ class WatchOwner(Protocol):
 class SafetyWatch:
     """Watches one receiver: lets its commands act, and has its safe action run in time.
 
+    A safe action overtakes a command: one that begins to act before and returns after it may have undone it. So the
+    safe action runs again when ``handle_data`` returns, and every :data:`RESTOP_S` while it hangs.
+
     Methods may be called from any thread; none blocks on a safe action. What has no docstring line about the lock
     takes it.
     """
@@ -92,6 +98,7 @@ class SafetyWatch:
         self._fenced_by = "safety.stopped"
         self._handling: str | None = None
         self._overtaken_cause: str | None = None
+        self._restop_at_s: float | None = None
         self._before: tuple[Feeding, str | None, int] | None = None
         self._zeros: tuple[int, float] | None = None
         self._failures = 0
@@ -100,8 +107,8 @@ class SafetyWatch:
     @property
     def due_at_s(self) -> float | None:
         """When :meth:`expire` has something to do next."""
-        due = [due_s for due_s in (self.watchdog.due_at_s, self._retry and self._retry[0]) if due_s is not None]
-        return min(due, default=None)
+        due = (self.watchdog.due_at_s, self._retry and self._retry[0], self._restop_at_s)
+        return min((due_s for due_s in due if due_s is not None), default=None)
 
     @property
     def is_unsettled(self) -> bool:
@@ -131,7 +138,7 @@ class SafetyWatch:
                 return None
             self._before = (self.watchdog.feed(peer_id, time.monotonic()), self.mover, self.fired)
             self.mover = self._handling = peer_id
-            self._overtaken_cause = None
+            self._overtaken_cause = self._restop_at_s = None
             self._owner.deadline_moved(self.watchdog.due_at_s)
             return None
 
@@ -149,7 +156,8 @@ class SafetyWatch:
         with self._owner.changed:
             if self.zeros_until_s is None:
                 return False
-            self._handling, self._overtaken_cause, self._before = _FRAMEWORK, None, None
+            self._handling, self._before = _FRAMEWORK, None
+            self._overtaken_cause = self._restop_at_s = None
             return True
 
     def no_zeros(self) -> None:
@@ -163,8 +171,9 @@ class SafetyWatch:
         zeros = self._zeros
         return zeros[1] if zeros and zeros[0] == self.fired and time.monotonic() < zeros[1] else None
 
-    def finish(self, *, accepted: bool, failed: bool = False) -> None:
-        """``handle_data`` is done. If the safe action ran meanwhile, the command may have undone it: run it again.
+    def finish(self, *, accepted: bool, failed: bool = False) -> str | None:
+        """``handle_data`` is done. If the safe action ran meanwhile, the command may have undone it: run it again; the
+        answer is then its cause.
 
         ``failed``: it did not refuse the command but broke while it carried it out; what it set going must still stop.
         """
@@ -176,13 +185,14 @@ class SafetyWatch:
                 else:
                     self._unfeed(*self._before)
                 self._owner.deadline_moved(self.watchdog.due_at_s)
-            cause, self._overtaken_cause = self._overtaken_cause, None
+            cause, self._overtaken_cause, self._restop_at_s = self._overtaken_cause, None, None
             if cause is not None and not self._owner.is_closed:
                 self._act(cause)
             elif accepted:
                 self._retry = None
         if cause is not None and self._owner.is_closed:  # an abandoned body came back after the robot had stopped
             self._make_safe(cause)
+        return cause
 
     def _unfeed(self, before: Feeding, mover: str | None, fired: int) -> None:
         """Whoever commanded before may have left while the refused command hid it."""
@@ -241,6 +251,14 @@ class SafetyWatch:
         elif self._retry is not None and now_s >= self._retry[0]:
             _, cause, with_zeros = self._retry
             self._act(cause, with_zeros=with_zeros)
+        elif self._overtaken_cause is not None and self._restop_at_s is not None and now_s >= self._restop_at_s:
+            self._restop(self._overtaken_cause, now_s)
+
+    def _restop(self, cause: str, now_s: float) -> None:
+        self._restop_at_s = now_s + RESTOP_S
+        if not self.is_acting and not self.actions:  # one that hangs is not repeated
+            self.actions.append(lambda: self._run(cause, None))
+            self._owner.changed.notify_all()
 
     def _lost(self) -> None:
         self._follow(self.safety.on_loss, "safety.peer_left")
@@ -255,6 +273,7 @@ class SafetyWatch:
         self.mover = self._retry = self._zeros = None
         if self._handling is not None:
             self._overtaken_cause = cause
+            self._restop_at_s = time.monotonic() + RESTOP_S
         zeros_of = self.fired if with_zeros else None
         self.actions.append(lambda: self._run(cause, zeros_of))
         self._owner.changed.notify_all()

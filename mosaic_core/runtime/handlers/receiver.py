@@ -28,6 +28,7 @@ from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, HandlerT
 
 logger = logging.getLogger(__name__)
 
+_OVERTAKEN = "a safe action came while this command was carried out"
 FORGIVEN_S = 60.0
 """So long after its rest a peer's next error counts as a first one."""
 ZERO_PERIOD_S = 0.1
@@ -212,9 +213,10 @@ class Receiver:
         return (value, self._last_sender) if self._takes_sender else (value,)
 
     def _succeeded(self, item: Incoming | None) -> None:
-        self.watch.finish(accepted=True)
+        overtaken_by = self.watch.finish(accepted=True)
         self._failures.alive()
-        self._tell_of(item)
+        overtaken = GateRefusal(Gate.HANDLER, overtaken_by, _OVERTAKEN) if overtaken_by is not None else None
+        self._tell_of(item, overtaken)
 
     def _raised(self, item: Incoming | None, error: BaseException) -> None:
         self.watch.finish(accepted=False, failed=not isinstance(error, Refused))

@@ -40,7 +40,7 @@ class CmdVel(DataChannelReceivable[TwistMessage]):
 
     def make_safe(self, cause: str) -> None:
         """Safety thread."""
-        self._drive.stop(cause)
+        self._drive.stop()
 
     def peer_left(self, sender: Sender) -> None:
         """Safety thread. An operator who only watched may leave without stopping the base, and who closed the pad
@@ -50,7 +50,7 @@ class CmdVel(DataChannelReceivable[TwistMessage]):
             if was_commanding:
                 self._commander = None
         if was_commanding:
-            self._drive.stop("safety.peer_left")
+            self._drive.stop()
 
 
 class CmdVelConfigurer(DataChannelConfigurer[CmdVelParams]):

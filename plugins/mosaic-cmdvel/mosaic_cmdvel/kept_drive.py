@@ -1,18 +1,17 @@
-"""Keeps a drive's device open for the robot's life, and keeps a stop a stop whatever the device does.
+"""Keeps a drive's device open for the robot's life, and stops it before it is closed and after it was opened.
 
 Three threads meet here: the *receiver's* calls :meth:`KeptDrive.apply`, the robot's *safety* thread (or any other)
 calls :meth:`KeptDrive.stop`, and one thread of our own, the *keeper*, opens the device, tries again when it is lost,
 and closes it.
 
-The fence: a stop counts up. An ``apply`` that a stop overtakes is followed by another stop when it returns, and by a
-stop every :data:`RESTOP_S` while it hangs. So only a command whose ``apply`` begins after the stop moves the robot.
+A stop that overtakes a command is the framework's: it says :meth:`KeptDrive.stop` again when the command returns, and
+while it hangs.
 """
 
 from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Self
 
@@ -24,8 +23,6 @@ _log = logging.getLogger(__name__)
 
 RETRY_S = (0.5, 1.0, 2.0, 5.0)
 """Waits between attempts to open a device; the last one repeats. A replugged USB adapter is back within seconds."""
-RESTOP_S = 0.05
-"""While a command hangs in the drive after a stop: twice per period of the slowest usual motor controller (10 Hz)."""
 CLOSE_TIMEOUT_S = 1.0
 """A device that does not close in this time is abandoned: a robot shuts down within 2 s."""
 
@@ -42,10 +39,7 @@ class KeptDrive:
         self._is_lost = False
         self._is_closing = False
         self._attempts = 0
-        self._stops = 0
-        self._stop_cause = ""
-        self._applying_at: int | None = None
-        self._failure = "it has not been opened yet"
+        self._was_applied = False
         self._keeper: threading.Thread | None = None
 
     @property
@@ -68,8 +62,6 @@ class KeptDrive:
     ) -> None:
         with self._changed:
             self._is_closing = True
-            self._stops += 1
-            self._stop_cause = "safety.shutdown"
             self._changed.notify_all()
         if self._keeper is not None:
             self._keeper.join(CLOSE_TIMEOUT_S)
@@ -79,13 +71,12 @@ class KeptDrive:
     def apply(self, twist: Twist) -> None:
         """Hand ``twist`` to the drive. Receiver's thread, one at a time.
 
-        Raises :class:`Refused`: ``plugin.no_device`` while the device is away, or the cause of a stop that overtook
-        this command.
+        Raises :class:`Refused` with ``plugin.no_device`` while the device is away.
         """
         with self._changed:
             if not self._is_open:
                 raise Refused("plugin.no_device", "the drive isn't open; trying again")
-            self._applying_at = self._stops
+            self._was_applied = True
         try:
             self._drive.apply(twist)
             self._attempts = 0
@@ -94,36 +85,11 @@ class KeptDrive:
         except Exception as error:
             self._lose(error)
             raise Refused("plugin.no_device", "the drive failed; opening it again") from error
-        finally:
-            overtaken = self._applied()
-        if overtaken:
-            raise Refused(self._stop_cause, "a stop came while this command was carried out")
 
-    def _applied(self) -> bool:
-        with self._changed:
-            overtaken = self._is_overtaken
-            self._applying_at = None
-            self._changed.notify_all()
-        if overtaken:
-            self._stop_device(even_if_closed=True)
-        return overtaken
-
-    @property
-    def _is_overtaken(self) -> bool:
-        """A command is being carried out, and a stop came after it had begun."""
-        return self._applying_at is not None and self._applying_at != self._stops
-
-    def stop(self, cause: str) -> None:
-        """Stand still now; ``cause`` is a code of ``safety.*``. Any thread; takes as long as the drive's ``stop``."""
-        with self._changed:
-            self._stops += 1
-            self._stop_cause = cause
-            self._changed.notify_all()
-        self._stop_device()
-
-    def _stop_device(self, *, even_if_closed: bool = False) -> None:
-        if not (self._is_open or even_if_closed):
-            return  # opening begins with a stop, closing ends with one
+    def stop(self) -> None:
+        """Stand still now. Any thread; takes as long as the drive's ``stop``."""
+        if not (self._is_open or self._was_applied):
+            return  # opening begins with a stop, closing ends with one; but a command may return after the last
         try:
             self._drive.stop()
         except Exception as error:  # noqa: BLE001 - a device may fail in any way; opening it again repeats the stop
@@ -132,9 +98,8 @@ class KeptDrive:
     def _lose(self, error: Exception) -> None:
         """The device failed: log the change, and let the keeper close it and open it again."""
         with self._changed:
-            self._failure = f"{type(error).__name__}: {error}"
             if self._is_open:
-                _log.error("%s: lost the drive: %s; opening it again", self._label, self._failure)
+                _log.error("%s: lost the drive: %s: %s; opening it again", self._label, type(error).__name__, error)
             self._is_open, self._is_lost = False, True
             self._changed.notify_all()
 
@@ -165,15 +130,13 @@ class KeptDrive:
     def _open_failed(self, error: Exception, failed_before: bool) -> None:
         with self._changed:
             self._is_open = False
-            self._failure = f"{type(error).__name__}: {error}"
         if not failed_before:
-            _log.error("%s: the drive can't be opened: %s; trying again", self._label, self._failure)
+            _log.error("%s: the drive can't be opened: %s: %s; trying again", self._label, type(error).__name__, error)
 
     def _attend(self) -> None:
-        """Wait until the device is lost or the robot ends; repeat stops that a hanging command might undo."""
-        while self._wait(None, lambda: self._ends or self._is_overtaken) and not self._ends:
-            while not self._wait(RESTOP_S, lambda: self._ends or not self._is_overtaken):
-                self._stop_device()
+        """Wait until the device is lost or the robot ends."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._is_closing or self._is_lost)
         self._last_stop()
 
     def _last_stop(self) -> None:
@@ -185,11 +148,3 @@ class KeptDrive:
         except Exception as error:  # noqa: BLE001 - a lost device may take no stop any more; opening it repeats it
             level = logging.DEBUG if self._is_lost else logging.ERROR
             _log.log(level, "%s: the drive did not take the last stop: %r", self._label, error)
-
-    @property
-    def _ends(self) -> bool:
-        return self._is_closing or self._is_lost
-
-    def _wait(self, seconds: float | None, until: Callable[[], bool]) -> bool:
-        with self._changed:
-            return self._changed.wait_for(until, seconds)

@@ -61,7 +61,7 @@ def test_commands_are_refused_before_the_robot_starts_and_after_it_ended(kept: K
 
 
 def test_a_stop_without_a_device_is_no_error(kept: KeptDrive, drive: ScriptedDrive) -> None:
-    kept.stop("safety.timeout")
+    kept.stop()
 
     assert drive.stops == 0
 
@@ -109,7 +109,7 @@ def test_a_stop_that_the_device_did_not_take_is_repeated_by_opening_it_again(
         assert kept.wait_until_open(IN_TIME_S)
         kept.apply(FORWARD)
         drive.stop_error = OSError("unplugged")
-        kept.stop("safety.timeout")
+        kept.stop()
         drive.stop_error = None
         assert drive.wait_for(lambda: drive.stops >= 2)
         assert drive.velocity == STANDSTILL
@@ -124,57 +124,6 @@ def test_a_drive_may_refuse_a_command_without_being_lost(kept: KeptDrive, drive:
         assert kept.is_open
 
 
-@pytest.mark.parametrize("moves_before_hanging", [False, True])
-def test_a_command_that_hangs_while_a_stop_comes_leaves_the_robot_standing(
-    kept: KeptDrive, drive: ScriptedDrive, receiver: ThreadPoolExecutor, moves_before_hanging: bool
-) -> None:
-    with kept:
-        assert kept.wait_until_open(IN_TIME_S)
-        drive.hang = threading.Event()
-        drive.moves_before_hanging = moves_before_hanging
-        late = receiver.submit(kept.apply, FORWARD)
-        assert drive.hanging.wait(IN_TIME_S)
-
-        kept.stop("safety.timeout")
-        assert drive.velocity == STANDSTILL
-        drive.hang.set()
-
-        assert refusal(late) == "safety.timeout"
-        assert drive.velocity == STANDSTILL
-
-
-def test_while_a_command_hangs_the_stop_is_repeated(
-    kept: KeptDrive, drive: ScriptedDrive, receiver: ThreadPoolExecutor
-) -> None:
-    with kept:
-        assert kept.wait_until_open(IN_TIME_S)
-        drive.hang = threading.Event()
-        late = receiver.submit(kept.apply, FORWARD)
-        assert drive.hanging.wait(IN_TIME_S)
-        kept.stop("safety.timeout")
-
-        drive.velocity = FORWARD  # the device moves only now, and still does not return
-        seen = drive.stops
-        assert drive.wait_for(lambda: drive.stops > seen)
-        assert drive.velocity == STANDSTILL
-        drive.hang.set()
-        assert refusal(late) == "safety.timeout"
-
-
-def test_a_newer_command_ends_the_stop(kept: KeptDrive, drive: ScriptedDrive, receiver: ThreadPoolExecutor) -> None:
-    with kept:
-        assert kept.wait_until_open(IN_TIME_S)
-        drive.hang = threading.Event()
-        late = receiver.submit(kept.apply, FORWARD)
-        assert drive.hanging.wait(IN_TIME_S)
-        kept.stop("safety.timeout")
-        drive.hang.set()
-        assert refusal(late) == "safety.timeout"
-
-        receiver.submit(kept.apply, LEFT).result(IN_TIME_S)
-        assert drive.velocity == LEFT
-
-
 def test_leaving_while_a_command_hangs_stops_and_closes(
     kept: KeptDrive, drive: ScriptedDrive, receiver: ThreadPoolExecutor
 ) -> None:
@@ -186,8 +135,9 @@ def test_leaving_while_a_command_hangs_stops_and_closes(
 
     assert (drive.closed, drive.velocity) == (1, STANDSTILL)
     drive.hang.set()
-    assert refusal(late) == "safety.shutdown"
-    assert drive.velocity == STANDSTILL
+    late.result(IN_TIME_S)
+    kept.stop()  # as the framework says when a command returns that a stop overtook
+    assert drive.velocity == STANDSTILL, "also where the device is closed already"
 
 
 def test_a_device_lost_by_a_failing_command_is_stopped_before_it_is_closed(drive: ScriptedDrive) -> None:

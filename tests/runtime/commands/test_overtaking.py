@@ -1,0 +1,129 @@
+"""A safe action overtakes a command, whatever the plugin's receiver does: it knows nothing of stops here."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import AsyncIterator
+from typing import Any
+
+import pytest
+
+from mosaic_core import DataChannelJsonReceivable, Sender
+from mosaic_core.machines.commands.gates import Gate
+from mosaic_core.machines.control.lease_desk import LeaseDesk
+from mosaic_core.machines.control.stop_latch import StopLatch
+from mosaic_core.machines.delivery.send_scheduler import LIMITS, Priority
+from mosaic_core.runtime.commands.fence import Fence
+from mosaic_core.runtime.commands.inbox import Incoming
+from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.handlers.receiver import Outcome, Receiver
+from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.testing import until
+
+ANN = Sender("ann", "s")
+
+
+class Slow(DataChannelJsonReceivable):
+    """Somebody else's: a device that moves when it feels like it."""
+
+    def __init__(self) -> None:
+        super().__init__("slow")
+        self.speed = 0.0
+        self.made_safe = 0
+        self.hangs = threading.Event()
+        self.goes_on = threading.Event()
+        self.goes_on.set()
+
+    def handle_data(self, data: dict[str, Any]) -> None:
+        self.hangs.set()
+        assert self.goes_on.wait(20.0)
+        self.speed = data["v"]
+
+    def make_safe(self, cause: str) -> None:
+        self.made_safe += 1
+        self.speed = 0.0
+
+
+class SlowAsync(Slow):
+    async def handle_data(self, data: dict[str, Any]) -> None:  # type: ignore[override]
+        self.hangs.set()
+        await asyncio.to_thread(self.goes_on.wait, 20.0)
+        self.speed = data["v"]
+
+
+class Scene:
+    def __init__(self, handler: Slow) -> None:
+        self.handler, self.done = handler, list[Outcome]()
+        self.safety = SafetyWatchdog()
+        self.latch = StopLatch()
+        self.fence = Fence(self.safety, LeaseDesk(()), self.latch, lambda effect: None)
+        watch = self.safety.guard("slow", ReceiverSafety(timeout_s=60.0), handler.make_safe, handler.peer_left)
+        failures = Failures("slow", lambda *failure: None)
+        limits = LIMITS[Priority.RELIABLE]
+        self.receiver = Receiver(
+            handler, watch, failures, self.done.append, newest_only=False, limits=limits, max_age_s=None
+        )
+        self.opening = self.receiver.channel_opened(ANN)
+
+    def says(self, payload: bytes) -> None:
+        generation = self.receiver.watch.generation
+        now_s = time.monotonic()
+        self.receiver.accept(Incoming("slow", payload, ANN, 1, now_s, 0, self.opening, generation))
+
+    async def hanging(self) -> None:
+        self.handler.goes_on.clear()
+        self.says(b'{"v": 1.0}')
+        await until(self.handler.hangs.is_set)
+
+    def stop(self) -> None:
+        self.fence.stop("ann", "", "1")
+
+
+@pytest.fixture(params=[Slow, SlowAsync])
+async def scene(request: pytest.FixtureRequest) -> AsyncIterator[Scene]:
+    it = Scene(request.param())
+    it.safety.start()
+    it.receiver.start()
+    yield it
+    it.handler.goes_on.set()
+    it.receiver.close()
+    await it.receiver.closed()
+    it.safety.close()
+
+
+async def test_what_a_command_does_after_a_stop_overtook_it_is_undone_and_it_counts_as_refused(scene: Scene) -> None:
+    await scene.hanging()
+    scene.stop()
+    await until(lambda: scene.handler.made_safe)
+    scene.handler.goes_on.set()
+    await until(lambda: scene.done)
+    await until(lambda: scene.handler.speed == 0.0)
+    [outcome] = scene.done
+    assert outcome.refusal is not None
+    assert (outcome.refusal.gate, outcome.refusal.code) == (Gate.HANDLER, "safety.stop")
+
+
+async def test_while_a_command_hangs_the_safe_action_is_repeated(scene: Scene) -> None:
+    await scene.hanging()
+    scene.stop()
+    await until(lambda: scene.handler.made_safe)
+    scene.handler.speed = 1.0  # the device moves only now, and handle_data still does not return
+    await until(lambda: scene.handler.speed == 0.0)
+    assert scene.handler.made_safe >= 2
+
+
+async def test_once_the_command_has_returned_nothing_is_repeated_and_a_newer_one_moves(scene: Scene) -> None:
+    await scene.hanging()
+    scene.receiver.watch.make_safe("safety.timeout")
+    await until(lambda: scene.handler.made_safe)
+    scene.handler.goes_on.set()
+    await until(lambda: scene.done and not scene.receiver.watch.is_unsettled)
+    made_safe = scene.handler.made_safe
+    scene.says(b'{"v": 0.5}')
+    await until(lambda: len(scene.done) == 2)
+    assert (scene.done[1].refusal, scene.handler.speed, scene.handler.made_safe) == (None, 0.5, made_safe)
+    assert scene.receiver.watch.due_at_s is not None
+    assert scene.receiver.watch.due_at_s > time.monotonic() + 10.0, "only the time-out is due"
