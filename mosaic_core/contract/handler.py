@@ -6,7 +6,10 @@ loop. ``send_*`` may be called from any thread, never blocks, and says whether t
 
 from __future__ import annotations
 
+import inspect
+import sys
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
+from types import FrameType
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel
@@ -18,11 +21,22 @@ from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract
+from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.errors import Refused as Refused
 from mosaic_core.words.wire_model import to_json
 
 T = TypeVar("T")
 Runs = Literal["always", "watched"]
+
+
+def refuse_in_async(frame: FrameType) -> None:
+    """Raise :class:`MosaicError` (``plugin.blocks_loop``) if ``frame`` is one of an ``async def``."""
+    code = frame.f_code
+    if code.co_flags & (inspect.CO_COROUTINE | inspect.CO_ASYNC_GENERATOR):
+        place = f"{code.co_filename}:{frame.f_lineno} in {code.co_qualname}"
+        message = f"A `for` over every(…) in an `async def` would stop the whole robot: {place}."
+        cure = f"Write `async for` in line {frame.f_lineno}, or make {code.co_name} a `def`, which has its own thread."
+        raise MosaicError(f"{message} {cure}", code="plugin.blocks_loop", cure=cure)
 
 
 class Every:
@@ -39,6 +53,11 @@ class Every:
         self._period_s = period_s
 
     def __iter__(self) -> Iterator[int]:
+        """Raises :class:`MosaicError` (``plugin.blocks_loop``) in an ``async def``, whose thread is all robot's."""
+        refuse_in_async(sys._getframe(1))
+        return self._ticks()
+
+    def _ticks(self) -> Iterator[int]:
         tick, start_s = 0, self._host.monotonic_s()
         while not self._host.is_stopping:
             yield tick

@@ -67,3 +67,9 @@ def mosaic_lease_changed(resource: str, holder: Sender | None, epoch: int, cause
 @hookspec
 def mosaic_stop_changed(is_stopped: bool, by: str, reason: str) -> None:
     """An operator said stop, or it was cleared; ``by`` is the name of whoever did."""
+
+
+@hookspec
+def mosaic_loop_blocked(label: str, place: str, duration_s: float) -> None:
+    """The event loop was blocked, and goes on again. ``label`` names the connector whose code did it, or is empty;
+    ``place`` the line: ``camera.py:42 in Camera.frames``."""

@@ -20,6 +20,7 @@ from mosaic_core.runtime.peers.near_path import NearPath
 from mosaic_core.runtime.peers.peer_book import PeerBook
 from mosaic_core.runtime.peers.site import PeerListener, Site
 from mosaic_core.runtime.signaling.server_link import KnownServer, RobotServers
+from mosaic_core.runtime.threads.loop_guard import LoopBlock, LoopGuard
 from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
 from mosaic_core.runtime.transport.transport import AnswererFactory
 from mosaic_core.words.catalogue import Catalogue
@@ -51,6 +52,9 @@ class LiveListener(RunsListener, DeskListener, PeerListener, Protocol):
     def server_changed(self) -> None:
         """The robot stands to a server in another way than before."""
 
+    def loop_blocked(self, block: LoopBlock) -> None:
+        """Something held up the event loop, and is over."""
+
 
 class LiveRobot:
     """Holds what runs, and ends it in order. Made on the event loop when the robot starts; event loop only."""
@@ -76,6 +80,8 @@ class LiveRobot:
             software=plan.software,
             listener=listener,
         )
+        handlers = [handler for connector in plan.connectors for handler in connector.handlers]
+        self.guard = LoopGuard(handlers, listener.loop_blocked)
         self.peers = PeerBook(site, plan.make_answerer)
         self.servers = RobotServers(plan.servers, plan.catalogue, self.peers, listener.server_changed)
 
@@ -89,6 +95,7 @@ class LiveRobot:
 
     async def end(self, signaling: asyncio.Task[None]) -> None:
         """Say good-bye to operators and servers, stop what moves, then the rest. ``signaling`` runs the servers."""
+        self.guard.stop()
         self.peers.close_all("peer.shutdown")
         self._sessions.close()
         self.servers.shut_down()

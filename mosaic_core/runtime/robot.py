@@ -18,8 +18,10 @@ from mosaic_core.runtime.handlers.receiver import Outcome
 from mosaic_core.runtime.live_robot import LiveRobot, RobotPlan
 from mosaic_core.runtime.media.plain_stream import plain_sound
 from mosaic_core.runtime.observation.counters import RobotSnapshot
+from mosaic_core.runtime.observation.loop_blocks import LoopBlocks
 from mosaic_core.runtime.peers.near_path import NearPath
 from mosaic_core.runtime.signaling.server_link import FLEET, KnownServer
+from mosaic_core.runtime.threads.loop_guard import LoopBlock
 from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
 from mosaic_core.runtime.transport.transport import AnswererFactory, NetworkWatcher, SocketConnector
 from mosaic_core.words.catalogue import Catalogue
@@ -64,6 +66,7 @@ class Robot:
         self._started_at_s = time.monotonic()
         self._near = NearPath()
         self._live: LiveRobot | None = None
+        self._loop_blocks = LoopBlocks()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stop_wanted = False
         self._stopping = asyncio.Event()
@@ -109,6 +112,7 @@ class Robot:
     async def _run(self) -> None:
         self._live = live = LiveRobot(self._plan, self._near, self)
         live.runs.start()
+        live.guard.start()
         signaling = asyncio.create_task(live.servers.run(), name="mosaic-signaling")
         signaling.add_done_callback(lambda _: self._stopping.set())
         watching = None
@@ -133,6 +137,10 @@ class Robot:
             self._loop.call_soon_threadsafe(self._stopping.set)
         except RuntimeError:
             logger.debug("stop() after the robot's event loop was closed")
+
+    def make_safe(self, cause: str, patience_s: float) -> bool:
+        """Run every safe action and wait for them; ``False`` if one did not end in time. Any thread; blocks."""
+        return self._live is None or self._live.runs.safety.make_all_safe(cause, patience_s)
 
     # -- what servers tell ---------------------------------------------------------------------------------------
 
@@ -185,6 +193,11 @@ class Robot:
     def connector_failed(self, label: str, error: BaseException, restart_in_s: float) -> None:
         call_hook(self._plugins, "mosaic_connector_failed", label=label, error=error, restart_in_s=restart_in_s)
 
+    def loop_blocked(self, block: LoopBlock) -> None:
+        self._loop_blocks.add(block)
+        arguments = {"label": block.label, "place": block.place, "duration_s": block.duration_s}
+        call_hook(self._plugins, "mosaic_loop_blocked", **arguments)
+
     def talking_changed(self, label: str, who: Sender | None) -> None:
         for peer in self._running.peers:
             peer.media.talking_changed(label, who)
@@ -205,6 +218,7 @@ class Robot:
             leases=live.control.leases(),
             stop=live.control.stop_snapshot(),
             servers=live.servers.snapshot(),
+            loop=self._loop_blocks.snapshot(time.monotonic()),
         )
 
 

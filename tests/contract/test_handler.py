@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
+import inspect
+from collections.abc import AsyncIterator, Iterator
 from typing import Any
 
 import pytest
@@ -24,6 +25,7 @@ from mosaic_core import (
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.host import Outgoing, Sender
 from mosaic_core.machines.delivery.framing import PayloadKind
+from mosaic_core.words.errors import MosaicError
 
 
 class Reading(Message):
@@ -109,6 +111,22 @@ def test_every_works_in_async_bodies() -> None:
         return [tick async for tick in gauge.every(0.1)]
 
     assert asyncio.run(collect()) == [0, 1, 2]
+
+
+async def test_a_plain_for_over_every_in_an_async_def_is_refused_with_line_and_cure() -> None:
+    gauge = Gauge("g")
+    gauge.bind(ScriptedHost(ticks=3))
+
+    async def messages() -> AsyncIterator[int]:
+        for tick in gauge.every(0.1):
+            yield tick
+
+    with pytest.raises(MosaicError) as refused:
+        await anext(messages())
+    assert refused.value.code == "plugin.blocks_loop"
+    line = inspect.getsourcelines(messages)[1] + 1
+    assert f"test_handler.py:{line} in " in str(refused.value)
+    assert f"Write `async for` in line {line}, or make messages a `def`" in refused.value.cure
 
 
 def test_a_period_must_be_positive() -> None:

@@ -371,6 +371,10 @@ class Hooks:
         self.calls.append(("stop", {"is_stopped": is_stopped, "by": by, "reason": reason}))
 
     @hooks.hookimpl
+    def mosaic_loop_blocked(self, label: str, place: str, duration_s: float) -> None:
+        self.calls.append(("blocked", {"label": label, "place": place, "duration_s": duration_s}))
+
+    @hooks.hookimpl
     def mosaic_command_received(self, label: str, sender: Any, accepted: bool, code: str) -> None:
         self.calls.append(("command", {"label": label, "accepted": accepted, "code": code}))
 

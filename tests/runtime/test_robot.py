@@ -596,3 +596,21 @@ async def test_an_operator_who_makes_the_robot_keep_too_much_is_sent_away_and_na
             ("channel.too_large", "a message has no end")
         ]
     assert "operator p1 (account unknown) is disconnected, it sent too much" in caplog.text
+
+
+class Dozy(DataChannelSendable[str]):
+    """Sleeps on the event loop, once."""
+
+    async def messages(self) -> AsyncIterator[str]:
+        time.sleep(0.7)  # noqa: ASYNC251 (the very mistake)
+        yield "late"
+        await asyncio.Event().wait()
+
+
+async def test_who_holds_up_the_event_loop_is_told_to_plugins_and_shown(kit: Any) -> None:
+    async with kit.running(kit.connector_of(Dozy("dozy"))) as scene:
+        await kit.until(lambda: any(call["label"] == "dozy" for call in scene.hooks.of("blocked")))
+        loop = scene.robot.snapshot().loop
+        assert loop is not None
+        assert loop.blocks["dozy"] == 1
+        assert "test_robot.py" in loop.last_place or loop.last_label != "dozy"

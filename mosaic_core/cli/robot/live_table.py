@@ -23,6 +23,7 @@ _REASONS = {
     "replaced": "replaced",
 }  # fmt: skip
 """The counters of messages that did not arrive, in words; what happens by design comes last."""
+_BLOCKED_SHOWN_S = 60.0
 _ROOMY = 100
 """On a terminal narrower than this (80 is usual) the types, which the file names too, make room for the numbers."""
 
@@ -45,6 +46,7 @@ def _headlines(snapshot: RobotSnapshot) -> tuple[Text, ...]:
         Text.assemble(*_servers(snapshot), ("up ", "dim"), duration(snapshot.uptime_s)),
         Text.assemble(("robot ", "dim"), snapshot.robot_id, *_control(snapshot)),
         *_stopped(snapshot),
+        *_blocked(snapshot),
     )
 
 
@@ -83,6 +85,16 @@ def _stopped(snapshot: RobotSnapshot) -> list[Text]:
     because = f": {stop.reason}" if stop.reason else ""
     text = f"STOPPED by {stop.by or 'an operator'}{because}, {duration(stop.for_s)} ago; no command acts until cleared"
     return [Text(text, style="bold red")]
+
+
+def _blocked(snapshot: RobotSnapshot) -> list[Text]:
+    """Whose code held up the event loop a moment ago."""
+    loop = snapshot.loop
+    if loop is None or loop.ago_s > _BLOCKED_SHOWN_S:
+        return []
+    who = loop.last_label or "no connector's code"
+    held = f"event loop blocked for {loop.last_duration_s:.1f} s by {who} ({loop.last_place}), "
+    return [Text(f"{held}{duration(loop.ago_s)} ago", style="bold red")]
 
 
 def _speed(factor: float | None) -> Text:

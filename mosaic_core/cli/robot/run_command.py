@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from mosaic_core import __version__
+from mosaic_core.cli.robot.end_signals import SAFE_WITHIN_S, EndSignals
 from mosaic_core.cli.robot.lan_serving import LanServing
 from mosaic_core.cli.robot.metrics_option import MetricsAddress
 from mosaic_core.cli.terminal.error_report import FAILED, FINE
@@ -146,11 +147,10 @@ async def _run(
     from mosaic_core.adapters.machine.event_loop import keep_what_is_loaded
 
     stop_wanted = asyncio.Event()
-    loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, stop_wanted.set)
     twin = serving.twin() if serving is not None else None
     robot = make_robot(configured, lan=serving.known(twin) if serving is not None and twin is not None else None)
+    signals = EndSignals(stop_wanted, lambda: robot.make_safe("safety.shutdown", SAFE_WITHIN_S))
+    signals.install()
     page = await _metrics_page(robot, metrics)
     keep_what_is_loaded()
     running = asyncio.create_task(robot.run(), name="mosaic-robot")
@@ -162,6 +162,7 @@ async def _run(
     try:
         await asyncio.wait({running, stopping}, return_when=asyncio.FIRST_COMPLETED)
         await _ended(robot, running, twin)
+        signals.done()
         running.result()
         return FINE
     finally:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -14,6 +15,15 @@ from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.media_tap import RuntimePictureTap, RuntimeTap
 from mosaic_core.runtime.observation.counters import HandlerLosses
+from mosaic_core.runtime.threads.stacks import caller_of_core
+from mosaic_core.words.errors import MosaicError
+
+
+def _would_block() -> MosaicError:
+    frame = caller_of_core(sys._getframe(1))
+    place = "" if frame is None else f" ({frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname})"
+    message = f"Waiting on the event loop's thread would stop the whole robot{place}."
+    return MosaicError(message, code="plugin.blocks_loop")
 
 
 class RuntimeHost:
@@ -24,6 +34,7 @@ class RuntimeHost:
         self.losses = HandlerLosses()
         """What the handler says that it left out."""
         self._loop = loop
+        self._loop_thread = threading.get_ident()
         self._media = media
         self.send, self.is_heard, self.offer = outbox.post, outbox.is_heard, media.offer
         self._stop = threading.Event()
@@ -59,6 +70,9 @@ class RuntimeHost:
         return self._stop.is_set()
 
     def wait(self, seconds: float) -> bool:
+        """Raises :class:`MosaicError` (``plugin.blocks_loop``) on the event loop's thread, which is everybody's."""
+        if threading.get_ident() == self._loop_thread:
+            raise _would_block()
         return self._stop.wait(seconds)
 
     async def wait_async(self, seconds: float) -> bool:

@@ -19,6 +19,11 @@ _PATIENCE_S = 0.3
 """After this a body that does not look at the stop is cancelled."""
 
 
+def leave_behind(task: asyncio.Task[Any]) -> None:
+    """Let nobody wait for ``task`` any more, who swallows what cancels it: ``asyncio.run`` would, for ever."""
+    asyncio._unregister_task(task)
+
+
 class TaskRunner(Runner):
     """Runs an ``async def`` body. Everything here runs on the event loop."""
 
@@ -26,6 +31,7 @@ class TaskRunner(Runner):
         super().__init__(label, body, consume, host, failures)
         self._wish = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
+        self._body_task: asyncio.Task[BaseException | None] | None = None
 
     def start(self) -> None:
         self._task = asyncio.get_running_loop().create_task(self._live(), name=f"mosaic-{self._label}")
@@ -50,6 +56,8 @@ class TaskRunner(Runner):
         if pending:
             self._task.cancel()
             tell_abandoned(self._label)
+            if self._body_task is not None and not self._body_task.done():
+                leave_behind(self._body_task)
 
     async def _live(self) -> None:
         while True:
@@ -69,7 +77,7 @@ class TaskRunner(Runner):
 
     async def _run_once(self) -> float | None:
         started_s = time.monotonic()
-        body = asyncio.ensure_future(self._outcome())
+        self._body_task = body = asyncio.get_running_loop().create_task(self._outcome())
         stop = asyncio.ensure_future(self._host.stopped())
         try:
             await asyncio.wait({body, stop}, return_when=asyncio.FIRST_COMPLETED)
@@ -88,9 +96,14 @@ class TaskRunner(Runner):
         return self._failures.failed(error, time.monotonic() - started_s)
 
     async def _outcome(self) -> BaseException | None:
-        """The error that ended it. A ``SystemExit`` that left the task would end the event loop, and the robot."""
+        """The error that ended it. A ``SystemExit`` that left the task would end the event loop and the robot. So would
+        a ``KeyboardInterrupt``, which is the user's own when the handler shall stop anyway."""
         try:
             await self._iterate()
+        except KeyboardInterrupt as error:
+            if self._host.is_stopping:
+                raise
+            return error
         except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything; none stops the robot)
             return error
         return None

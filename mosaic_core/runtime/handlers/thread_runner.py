@@ -68,7 +68,7 @@ class ThreadRunner(Runner):
         started_s = time.monotonic()
         try:
             self._iterate()
-        except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything; none stops the robot)
+        except BaseException as error:  # noqa: BLE001 (a plugin may raise anything; none ends its thread unnoticed)
             if self._host.is_stopping:
                 logger.debug("connector %r raised while it stopped: %s", self._label, error)
                 return

@@ -176,6 +176,20 @@ class ServerSnapshot:
 
 
 @dataclass(frozen=True, slots=True)
+class LoopSnapshot:
+    """What held up the event loop since the robot started: how often each connector's code did (under the empty label
+    whatever is no connector's), the longest time, and the last one's place."""
+
+    blocks: Mapping[str, int]
+    longest_s: float
+    last_label: str
+    last_place: str
+    last_duration_s: float
+    ago_s: float
+    """Since the last one was over."""
+
+
+@dataclass(frozen=True, slots=True)
 class RobotSnapshot:
     """The robot now. ``state``: ``connecting``, ``ready``, ``offline`` or ``stopped``; of several servers the best."""
 
@@ -188,3 +202,5 @@ class RobotSnapshot:
     stop: StopSnapshot | None = None
     """``None``: it is not stopped."""
     servers: tuple[ServerSnapshot, ...] = ()
+    loop: LoopSnapshot | None = None
+    """``None``: nothing has held it up."""

@@ -25,6 +25,11 @@ METRICS: dict[str, tuple[str, str]] = {
     "mosaic_robot_state": ("gauge", "1 for the state in which the robot is toward its server, else 0."),
     "mosaic_robot_stopped": ("gauge", "1 while somebody's stop is in force."),
     "mosaic_robot_peers": ("gauge", "Operators whose peer connection is up."),
+    "mosaic_loop_blocks_total": (
+        "counter",
+        "How often a connector's code held up the event loop; under an empty label whatever is no connector's.",
+    ),
+    "mosaic_loop_longest_block_seconds": ("gauge", "The longest of these times since the robot started."),
     "mosaic_connector_info": ("gauge", "Always 1: what the connector is."),
     "mosaic_connector_state": ("gauge", "1 for the state in which the connector is, else 0."),
     "mosaic_connector_peers": ("gauge", "Operators that have it open or watch it."),
@@ -77,6 +82,9 @@ def _robot(robot: RobotSnapshot, software: str) -> Iterator[tuple[str, Samples]]
     yield "mosaic_robot_state", [({"state": state}, state == robot.state) for state in ROBOT_STATES]
     yield "mosaic_robot_stopped", [({}, robot.stop is not None)]
     yield "mosaic_robot_peers", [({}, len(up))]
+    blocks = {} if robot.loop is None else robot.loop.blocks
+    yield "mosaic_loop_blocks_total", [({"connector": label}, count) for label, count in blocks.items()]
+    yield "mosaic_loop_longest_block_seconds", [({}, 0.0 if robot.loop is None else robot.loop.longest_s)]
 
 
 def _connectors(rows: tuple[ConnectorSnapshot, ...]) -> Iterator[tuple[str, Samples]]:

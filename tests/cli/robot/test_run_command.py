@@ -26,6 +26,7 @@ from mosaic_core.cli.terminal.log_output import JsonLines, LogFormat, LogLevel, 
 from mosaic_core.runtime.observation.counters import (
     ConnectorSnapshot,
     LeaseSnapshot,
+    LoopSnapshot,
     PeerSnapshot,
     RobotSnapshot,
     ServerSnapshot,
@@ -112,6 +113,14 @@ def drawn(shown: RobotSnapshot) -> list[list[str]]:
     console.print(robot_table(shown))
     assert isinstance(console.file, io.StringIO)
     return [line.split() for line in console.file.getvalue().splitlines()]
+
+
+@pytest.mark.parametrize(("ago_s", "is_shown"), [(3.0, True), (90.0, False)])
+def test_whose_code_held_up_the_event_loop_stands_above_the_table_for_a_while(ago_s: float, is_shown: bool) -> None:
+    loop = LoopSnapshot({"front": 1}, 0.8, "front", "camera.py:42 in Camera.frames", 0.8, ago_s)
+    lines = [" ".join(words) for words in drawn(replace(snapshot(), loop=loop))]
+    text = "event loop blocked for 0.8 s by front (camera.py:42 in Camera.frames), 3.0 s ago"
+    assert (text in lines) is is_shown
 
 
 def test_the_table_has_a_row_per_connector() -> None:

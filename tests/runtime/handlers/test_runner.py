@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import threading
+import time
 from collections.abc import AsyncIterator, Callable, Iterator
 from types import SimpleNamespace
 from typing import Any
@@ -19,6 +21,7 @@ from mosaic_core.runtime.handlers.runner import Runner
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.plain_stream import plain_streams
 from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
 
 QUICK = BackoffPolicy(first_s=0.02, max_s=0.02, jitter=0.0)
 
@@ -168,6 +171,78 @@ class LeavingTask(FlakyTask):
         if self.attempts == 1:
             raise SystemExit(3)
         yield "here"
+
+
+class Interrupted(Flaky):
+    def messages(self) -> Iterator[str]:
+        self.attempts += 1
+        if self.attempts == 1:
+            raise KeyboardInterrupt
+        yield "here"
+
+
+class InterruptedTask(FlakyTask):
+    async def messages(self) -> AsyncIterator[str]:
+        self.attempts += 1
+        if self.attempts == 1:
+            raise KeyboardInterrupt
+        yield "here"
+
+
+@pytest.mark.parametrize("made", [Interrupted, InterruptedTask])
+async def test_a_keyboard_interrupt_in_a_body_is_a_failure_like_any_other(kit: Any, made: Callable[[], Any]) -> None:
+    async with Setup(made()) as setup:
+        await kit.until(lambda: setup.sent == [b"here"])
+        assert isinstance(setup.failures[0], KeyboardInterrupt)
+
+
+class Mule(DataChannelSendable[str]):
+    """Swallows what cancels it, until it is let go."""
+
+    def __init__(self) -> None:
+        super().__init__("mule")
+        self.let_go = asyncio.Event()
+
+    async def messages(self) -> AsyncIterator[str]:
+        yield "here"
+        while not self.let_go.is_set():
+            try:
+                await self.let_go.wait()
+            except asyncio.CancelledError:
+                continue
+
+
+async def test_a_body_that_swallows_its_cancellation_is_named_and_left_behind(
+    kit: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    handler = Mule()
+    async with Setup(handler) as setup:
+        await kit.until(lambda: setup.sent)
+        begun_s = time.monotonic()
+        setup.runner.close()
+        await setup.runner.closed()
+    assert time.monotonic() - begun_s < STOP_PATIENCE_S + 1.0
+    assert "connector 'mule' did not stop" in caplog.text
+    assert not [task for task in asyncio.all_tasks() if "_outcome" in repr(task)], "asyncio.run would wait for it"
+    handler.let_go.set()
+    await asyncio.sleep(0.01)
+
+
+class Waiting(DataChannelSendable[str]):
+    async def messages(self) -> AsyncIterator[str]:
+        self._settle()
+        yield "here"
+
+    def _settle(self) -> None:
+        self.pause(0.1)
+
+
+async def test_waiting_on_the_thread_of_the_event_loop_is_refused_with_the_line(kit: Any) -> None:
+    async with Setup(Waiting("eager")) as setup:
+        await kit.until(lambda: setup.failures)
+        line = inspect.getsourcelines(Waiting._settle)[1] + 1
+        assert f"test_runner.py:{line} in Waiting._settle" in str(setup.failures[0])
+        assert setup.runner.state == "failed"
 
 
 @pytest.mark.parametrize("made", [Leaving, LeavingTask])

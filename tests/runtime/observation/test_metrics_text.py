@@ -9,7 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
-from mosaic_core.runtime.observation.counters import ConnectorSnapshot, PeerSnapshot, RobotSnapshot, StopSnapshot
+from mosaic_core.runtime.observation.counters import (
+    ConnectorSnapshot,
+    LoopSnapshot,
+    PeerSnapshot,
+    RobotSnapshot,
+    StopSnapshot,
+)
 from mosaic_core.runtime.observation.metrics_text import METRICS, metrics_text
 
 ROW = ConnectorSnapshot(
@@ -77,6 +83,13 @@ def test_the_robot_tells_who_it_is_how_it_stands_and_who_is_connected() -> None:
     assert found["mosaic_robot_stopped", ()] == 1
     states = {labels[0][1]: value for (name, labels), value in found.items() if name == "mosaic_robot_state"}
     assert states == {"connecting": 0, "ready": 1, "offline": 0, "stopped": 0}
+
+
+def test_what_held_up_the_event_loop_is_counted_by_connector() -> None:
+    found = samples(replace(ROBOT, loop=LoopSnapshot({"front": 2, "": 1}, 1.5, "front", "camera.py:42", 0.4, 3.0)))
+    assert found["mosaic_loop_blocks_total", (("connector", "front"),)] == 2
+    assert found["mosaic_loop_blocks_total", (("connector", ""),)] == 1
+    assert found["mosaic_loop_longest_block_seconds", ()] == 1.5
 
 
 def test_every_documented_metric_is_served_and_its_name_tells_its_unit() -> None:

@@ -804,6 +804,7 @@ export const REASONS = {
   'plugin.no_device': { sentence: "The connector's device isn't available; it is being tried again.", cure: 'Plug it in, and see whether another program holds it.' },
   'plugin.no_permission': { sentence: 'This account may not use a device that the configuration names.', cure: 'Add it to the group that owns the device, e.g. `sudo usermod -aG video,dialout $USER`, and log in again.' },
   'plugin.ignored_stop': { sentence: 'The handler did not stop in time and was abandoned.', cure: '' },
+  'plugin.blocks_loop': { sentence: "Code of a connector holds up the robot's event loop, which all operators and connectors share.", cure: 'In an `async def` write `await` and `async for`; or write a `def`, which has a thread of its own.' },
   'recorder.already_recording': { sentence: 'This is being recorded already.', cure: 'Stop or resume that recording.' },
   'recorder.not_recording': { sentence: 'Nothing of this is being recorded.', cure: 'Start a recording first.' },
   'recorder.unknown_camera': { sentence: 'The recorder is not configured for this camera.', cure: "Add its label to the recorder's `labels`." },

@@ -1,0 +1,72 @@
+"""What the event loop's thread does, as lines of a stack, and whose code each of them is."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from types import FrameType, ModuleType
+
+import mosaic_core
+from mosaic_core.contract.handler import Handler
+from mosaic_core.machines.timing.loop_watch import StackFrame
+
+_CORE = f"{Path(mosaic_core.__file__).parent}{os.sep}"
+_ASYNCIO = f"{Path(asyncio.__file__).parent}{os.sep}"
+_STANDARD = f"{Path(os.__file__).parent}{os.sep}"
+_LOOP_ITSELF = ("_run", "_run_once", "run", "run_forever", "run_until_complete")
+
+
+def caller_of_core(frame: FrameType | None) -> FrameType | None:
+    """The innermost frame from ``frame`` on that is not the framework's own."""
+    while frame is not None and frame.f_code.co_filename.startswith(_CORE):
+        frame = frame.f_back
+    return frame
+
+
+class PluginCode:
+    """Knows which files are those of the plugins that made ``handlers``."""
+
+    def __init__(self, handlers: Iterable[Handler]) -> None:
+        self._sources = tuple(set(_sources(handlers)))
+
+    def stack_of(self, thread_id: int) -> list[StackFrame]:
+        """What the event loop on this thread does now, the innermost line first. Any thread."""
+        return list(self.stack_from(sys._current_frames().get(thread_id)))
+
+    def stack_from(self, frame: FrameType | None) -> Iterator[StackFrame]:
+        """From ``frame`` outward, as far as the event loop."""
+        while frame is not None:
+            code = frame.f_code
+            if code.co_filename.startswith(_ASYNCIO) and code.co_name in _LOOP_ITSELF:
+                return
+            yield StackFrame(
+                code.co_filename,
+                frame.f_lineno,
+                code.co_qualname,
+                _label(frame),
+                is_plugin=code.co_filename.startswith(self._sources) and not code.co_filename.startswith(_CORE),
+                is_library=code.co_filename.startswith(_STANDARD),
+            )
+            frame = frame.f_back
+
+
+def _label(frame: FrameType) -> str:
+    """Of the handler whose method this is."""
+    owner = frame.f_locals.get("self")
+    return owner.label if isinstance(owner, Handler) else ""
+
+
+def _sources(handlers: Iterable[Handler]) -> Iterator[str]:
+    """Where the code of ``handlers`` lies: the folder of a package, or the file of a module that stands alone."""
+    for name in {cls.__module__ for handler in handlers for cls in type(handler).__mro__[:-1]}:
+        package = sys.modules.get(name.partition(".")[0])
+        if package is not None and package is not mosaic_core:
+            yield from _places(package)
+
+
+def _places(module: ModuleType) -> Iterator[str]:
+    folders = [f"{path}{os.sep}" for path in getattr(module, "__path__", ())]
+    yield from folders or filter(None, [getattr(module, "__file__", None)])
