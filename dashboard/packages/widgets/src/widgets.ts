@@ -1,4 +1,9 @@
-/** Every widget of the dashboard, each with what it accepts. A new widget is one more entry; nothing else changes. */
+/**
+ * Every widget of the dashboard, each with what it accepts. A new widget is one more entry; nothing else changes.
+ *
+ * The code of each comes when it is first shown, but that of the picture and the pad, as who is about
+ * to drive waits for nothing, and that of the log, of which no line may be missed.
+ */
 import {
   IconActivityHeartbeat,
   IconBattery3,
@@ -19,24 +24,10 @@ import {
   IconVideoPlus,
   IconVolume,
 } from '@tabler/icons-react'
-import { Audio } from './Audio/Audio'
-import { Battery } from './Battery/Battery'
-import { ByteView } from './ByteView/ByteView'
-import { ConnectionCheck } from './ConnectionCheck/ConnectionCheck'
 import { DrivePad } from './DrivePad/DrivePad'
-import { GpsPosition } from './GpsPosition/GpsPosition'
-import { Imu } from './Imu/Imu'
-import { JsonSender } from './JsonSender/JsonSender'
-import { LaserScan } from './LaserScan/LaserScan'
-import { PointCloud } from './PointCloud/PointCloud'
-import { PoseTrail } from './PoseTrail/PoseTrail'
-import { PushToTalk } from './PushToTalk/PushToTalk'
-import { RawJson } from './RawJson/RawJson'
-import { Recorder } from './Recorder/Recorder'
 import { TextLog } from './TextLog/TextLog'
-import { TimePlot } from './TimePlot/TimePlot'
-import { ValueCards } from './ValueCards/ValueCards'
 import { Video } from './Video/Video'
+import { lazyWidget } from './registry/lazyWidget'
 import type { WidgetDefinition } from './registry/WidgetDefinition'
 
 const FROM_ROBOT = ['json-r2u', 'json-bi'] as const
@@ -63,7 +54,7 @@ export const widgets: readonly WidgetDefinition[] = [
     icon: IconVolume,
     accepts: { dataTypes: ['media'], kinds: ['audio'], directions: ['to-operator'], anything: true, priority: 50 },
     ...panel(2),
-    Component: Audio,
+    Component: lazyWidget(() => import('./Audio/Audio').then((file) => file.Audio)),
   },
   {
     id: 'push-to-talk',
@@ -71,7 +62,7 @@ export const widgets: readonly WidgetDefinition[] = [
     icon: IconMicrophone,
     accepts: { dataTypes: ['media'], kinds: ['audio'], directions: ['to-robot'], anything: true, priority: 50 },
     ...panel(2),
-    Component: PushToTalk,
+    Component: lazyWidget(() => import('./PushToTalk/PushToTalk').then((file) => file.PushToTalk)),
   },
   {
     id: 'drive-pad',
@@ -98,7 +89,7 @@ export const widgets: readonly WidgetDefinition[] = [
       priority: 50,
     },
     ...panel(5),
-    Component: LaserScan,
+    Component: lazyWidget(() => import('./LaserScan/LaserScan').then((file) => file.LaserScan)),
   },
   {
     id: 'pose-trail',
@@ -111,7 +102,7 @@ export const widgets: readonly WidgetDefinition[] = [
       priority: 50,
     },
     ...panel(5),
-    Component: PoseTrail,
+    Component: lazyWidget(() => import('./PoseTrail/PoseTrail').then((file) => file.PoseTrail)),
   },
   {
     id: 'gps',
@@ -125,7 +116,7 @@ export const widgets: readonly WidgetDefinition[] = [
       priority: 50,
     },
     ...panel(4),
-    Component: GpsPosition,
+    Component: lazyWidget(() => import('./GpsPosition/GpsPosition').then((file) => file.GpsPosition)),
   },
   {
     id: 'battery',
@@ -137,7 +128,7 @@ export const widgets: readonly WidgetDefinition[] = [
       priority: 50,
     },
     ...panel(2),
-    Component: Battery,
+    Component: lazyWidget(() => import('./Battery/Battery').then((file) => file.Battery)),
   },
   {
     id: 'imu',
@@ -150,7 +141,7 @@ export const widgets: readonly WidgetDefinition[] = [
       priority: 60,
     },
     ...panel(3),
-    Component: Imu,
+    Component: lazyWidget(() => import('./Imu/Imu').then((file) => file.Imu)),
   },
   {
     id: 'connection-check',
@@ -162,7 +153,7 @@ export const widgets: readonly WidgetDefinition[] = [
       priority: 90,
     },
     ...panel(4),
-    Component: ConnectionCheck,
+    Component: lazyWidget(() => import('./ConnectionCheck/ConnectionCheck').then((file) => file.ConnectionCheck)),
   },
   {
     id: 'recorder',
@@ -170,7 +161,7 @@ export const widgets: readonly WidgetDefinition[] = [
     icon: IconVideoPlus,
     accepts: { dataTypes: ['json-bi'], connectorTypes: ['recorder'], priority: 90 },
     ...panel(3),
-    Component: Recorder,
+    Component: lazyWidget(() => import('./Recorder/Recorder').then((file) => file.Recorder)),
   },
   {
     id: 'value-cards',
@@ -178,7 +169,7 @@ export const widgets: readonly WidgetDefinition[] = [
     icon: IconListNumbers,
     accepts: { dataTypes: FROM_ROBOT, anything: true, priority: 20 },
     ...panel(4),
-    Component: ValueCards,
+    Component: lazyWidget(() => import('./ValueCards/ValueCards').then((file) => file.ValueCards)),
   },
   {
     id: 'time-plot',
@@ -186,7 +177,7 @@ export const widgets: readonly WidgetDefinition[] = [
     icon: IconChartLine,
     accepts: { dataTypes: FROM_ROBOT, anything: true, priority: 10 },
     ...panel(4),
-    Component: TimePlot,
+    Component: lazyWidget(() => import('./TimePlot/TimePlot').then((file) => file.TimePlot)),
   },
   {
     id: 'raw-json',
@@ -194,7 +185,7 @@ export const widgets: readonly WidgetDefinition[] = [
     icon: IconBraces,
     accepts: { dataTypes: FROM_ROBOT, anything: true, priority: 5 },
     ...panel(4),
-    Component: RawJson,
+    Component: lazyWidget(() => import('./RawJson/RawJson').then((file) => file.RawJson)),
   },
   {
     id: 'text-log',
@@ -210,7 +201,7 @@ export const widgets: readonly WidgetDefinition[] = [
     icon: IconSend,
     accepts: { dataTypes: ['json-u2r', 'json-bi', 'string-u2r'], anything: true, priority: 8 },
     ...panel(4),
-    Component: JsonSender,
+    Component: lazyWidget(() => import('./JsonSender/JsonSender').then((file) => file.JsonSender)),
   },
   {
     id: 'point-cloud',
@@ -219,7 +210,7 @@ export const widgets: readonly WidgetDefinition[] = [
     accepts: { dataTypes: ['byte-r2u'], connectorTypes: ['point-cloud'], priority: 50 },
     area: 'panel',
     size: { columns: 8, rows: 5 },
-    Component: PointCloud,
+    Component: lazyWidget(() => import('./PointCloud/PointCloud').then((file) => file.PointCloud)),
   },
   {
     id: 'bytes',
@@ -227,6 +218,6 @@ export const widgets: readonly WidgetDefinition[] = [
     icon: IconBinary,
     accepts: { dataTypes: ['byte-r2u'], anything: true, priority: 5 },
     ...panel(4),
-    Component: ByteView,
+    Component: lazyWidget(() => import('./ByteView/ByteView').then((file) => file.ByteView)),
   },
 ]

@@ -56,7 +56,7 @@ function Question({ robotId, onIssued, onCancel }: QuestionProps) {
         <Button variant="default" onClick={onCancel}>
           Cancel
         </Button>
-        <Button color="red" loading={isBusy} onClick={() => void issue()}>
+        <Button color="red.9" loading={isBusy} onClick={() => void issue()}>
           End the old token and make a new one
         </Button>
       </Group>

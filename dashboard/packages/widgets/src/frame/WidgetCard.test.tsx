@@ -15,6 +15,8 @@ import { MosaicProvider } from '@mosaic/react'
 import { act, cleanup, render, screen } from '@testing-library/react'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
 import { chooseWidget } from '../registry/chooseWidget'
+import type { WidgetDefinition } from '../registry/WidgetDefinition'
+import { ValueCards } from '../ValueCards/ValueCards'
 import { widgets } from '../widgets'
 import { WidgetCard } from './WidgetCard'
 
@@ -68,7 +70,13 @@ afterEach(() => {
   vi.useRealTimers()
 })
 
-function shown(entry = ENTRY, widget = chooseWidget(widgets, entry)) {
+/** The widget that fits, with its code at hand. */
+function chosen(entry: CatalogueEntry): WidgetDefinition | null {
+  const widget = chooseWidget(widgets, entry)
+  return widget?.id === 'value-cards' ? { ...widget, Component: ValueCards } : widget
+}
+
+function shown(entry = ENTRY, widget = chosen(entry)) {
   const connection = () => ({ delivery, state: new Value<ConnectionState>({ phase: 'connected', roundTripMs: null }) })
   const storeManager = { getOrCreateStore: () => store, releaseStore: () => (released += 1) }
   return render(
