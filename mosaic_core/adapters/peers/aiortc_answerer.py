@@ -29,6 +29,7 @@ from mosaic_core.adapters.sound.sound_lines import SoundLines
 from mosaic_core.adapters.video.video_track import VideoTrack
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.transport.media_transport import NO_SOUND, SoundLabels
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.runtime.transport.transport import AnswererListener, OfferRefused
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -47,6 +48,7 @@ class AiortcAnswerer:
         self._listener = listener
         self._relay_only = relay_only
         self._ice_servers = ice_servers
+        self._congestion = PeerCongestion()
         self._peer: AiortcPeer | None = None
         self._offer: VettedOffer | None = None
         self._served: set[str] = set()
@@ -187,7 +189,8 @@ class AiortcAnswerer:
         def origin_known(rtp_origin: int) -> None:
             self._listener.media.origin_known(label, ssrc, rtp_origin)
 
-        sender.replaceTrack(VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals))
+        track = VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals, connection=self._congestion)
+        sender.replaceTrack(track)
         name_stream(sender, label)
         transceiver.direction = "sendonly"
 

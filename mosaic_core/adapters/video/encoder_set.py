@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Collection, Hashable, Mapping
 
 import av
 
@@ -50,8 +50,9 @@ class EncoderSet:
         for thread in self._offered_to:
             thread.offer(picture)
 
-    def use(self, orders: Mapping[EncodedRung, EncoderOrder]) -> None:
-        """Run exactly these encoders; a new one begins with the latest picture, as a key frame."""
+    def use(self, orders: Mapping[EncodedRung, EncoderOrder], held: Collection[EncodedRung] = ()) -> None:
+        """Run exactly these encoders; a new one begins with the latest picture, as a key frame. Those ``held`` are
+        given no pictures for now."""
         for key in [key for key in self._threads if key not in orders]:
             self._end(self._threads.pop(key))
         for key, order in orders.items():
@@ -60,7 +61,7 @@ class EncoderSet:
                 self._threads[key] = self._started(order)
             else:
                 thread.aim_at(order.settings.bitrate_bps)
-        self._offered_to = tuple(self._threads.values())
+        self._offered_to = tuple(thread for key, thread in self._threads.items() if key not in held)
         if not self._threads:
             self._latest = None
 

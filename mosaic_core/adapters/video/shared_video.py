@@ -168,7 +168,7 @@ class SharedVideo:
             return
         now_s = time.monotonic()
         for viewer in self._watching.values():
-            viewer.tick(now_s)
+            viewer.connection.tick()
         self._reconsider()
         self._timer.set(now_s + TICK_S)
 
@@ -194,12 +194,18 @@ class SharedVideo:
                 viewer.refuse("media.not_decodable")
         before = self.encoders.running
         orders = orders_of(self._label, self._watching.values(), self._encoding, self._rate.fps)
-        self.encoders.use(orders)
+        self.encoders.use(orders, held=[key for key in orders if self._is_held(key)])
         for key in joined:
             if key in before:  # a new encoder begins with a key frame anyway
                 self.encoders.ask_key_frame(key)
         self._needs_pictures = bool(orders) or any(viewer.switch.wanted is None for viewer in self._watching.values())
         self._counted = max(orders, key=lambda key: key.rung.ceiling_bps, default=PASSED_ON)
+
+    def _is_held(self, key: EncodedRung) -> bool:
+        """A queue drains on the way to each of its viewers. A picture that is not even encoded is missed by no later
+        one: nobody needs a key frame afterwards."""
+        viewers = [viewer for viewer in self._watching.values() if key in viewer.switch.used]
+        return all(viewer.connection.is_paused for viewer in viewers)
 
     def _wants_key(self, viewer: ViewerFeed) -> None:
         self.encoders.ask_key_frame(viewer.switch.needs_key or viewer.switch.current)

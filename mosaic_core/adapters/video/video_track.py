@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -21,8 +20,8 @@ from mosaic_core.adapters.aiortc_private import (
 from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
 from mosaic_core.machines.congestion.missing_packets import MissingPackets
-from mosaic_core.machines.congestion.path_watch import PathWatch
 from mosaic_core.runtime.transport.media_transport import PictureFeed
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 
 
 class FeedTrack(MediaStreamTrack):
@@ -48,7 +47,7 @@ class VideoTrack(FeedTrack):
     """One camera for one operator.
 
     ``on_origin(rtp_origin)`` is called once, after the first picture has left. ``has_arrivals``: the operator's side
-    reports when each packet arrived.
+    reports when each packet arrived. ``connection``: whose budget it shares with the operator's other cameras.
     """
 
     kind = "video"
@@ -61,12 +60,15 @@ class VideoTrack(FeedTrack):
         on_origin: Callable[[int], None],
         *,
         has_arrivals: bool = False,
+        connection: PeerCongestion | None = None,
     ) -> None:
         super().__init__(label, feed)
+        self._connection = connection or PeerCongestion()
+        feed.send_over(self._connection)
         self._origin: RtpOriginLearner | None = RtpOriginLearner(sender)
         self._ssrc = ssrc_of(sender)
-        self._watch, self._missing = PathWatch(), MissingPackets()
-        self._numbers = PacketNumbers(sender, self._arrived) if has_arrivals else None
+        self._missing = MissingPackets()
+        self._numbers = PacketNumbers(sender, self._connection.reported, self._arrived) if has_arrivals else None
         self._pacing = PacedTransport(sender, feed, self._left)
         self._feedback = SenderFeedback(sender, feed, self._pacing.copy_later)
         self._on_origin = on_origin
@@ -83,13 +85,10 @@ class VideoTrack(FeedTrack):
     def _left(self, data: bytes) -> None:
         number = self._numbers.take() if self._numbers is not None else None
         if number is not None:
-            self._watch.sent(number, len(data), time.monotonic())
+            self._connection.packet_left(number, len(data))
             self._missing.sent(number, sequence_number_of(data, self._ssrc))
 
     def _arrived(self, report: ArrivalReport) -> None:
-        seen = self._watch.reported(report, time.monotonic())
-        if seen is not None:
-            self._feed.heard(seen)
         for sequence_number in self._missing.reported(report):
             self._pacing.copy_later([sequence_number] * self._feed.repeats(sequence_number), after_s=0.0)
 

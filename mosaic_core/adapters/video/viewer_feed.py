@@ -1,9 +1,8 @@
-"""One viewer of one camera: which packets it is sent, and what its link takes."""
+"""One viewer of one camera: which of the camera's encoded pictures it is sent."""
 
 from __future__ import annotations
 
 import asyncio
-import math
 import time
 from collections import deque
 from collections.abc import Callable, Hashable, Sequence
@@ -12,17 +11,14 @@ from typing import Any
 import av
 
 from mosaic_core.adapters.video.video_encoder import CodecName
-from mosaic_core.machines.congestion.packet_copies import PacketCopies
-from mosaic_core.machines.congestion.packet_pacer import PacketPacer
-from mosaic_core.machines.congestion.path_rate import PathRate
-from mosaic_core.machines.congestion.path_watch import PathSeen
-from mosaic_core.machines.congestion.rate_control import Feedback, PictureLost, RateControl
+from mosaic_core.machines.congestion.budget_allocator import Demand
+from mosaic_core.machines.congestion.rate_control import Feedback, PictureLost
 from mosaic_core.machines.congestion.retransmissions import Retransmissions
 from mosaic_core.machines.media.rung_choice import RungChoice
 from mosaic_core.machines.media.rung_ladder import Rung
 from mosaic_core.machines.media.rung_switch import RungSwitch
-from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.runtime.transport.media_transport import TellUnavailable
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 
 MAX_WAITING = 8
 """Packets that wait for one viewer's transport: a quarter of a second, then it goes on at the next key frame."""
@@ -35,7 +31,7 @@ _CODECS: dict[str, CodecName] = {"video/vp8": "VP8", "video/h264": "H264"}
 class ViewerFeed:
     """One viewer's packets of one camera; a ``runtime.transport.PictureFeed``. Event loop only.
 
-    ``wants_key`` is called when this viewer can't go on without a key frame, ``changed`` when its link did.
+    ``wants_key`` is called when this viewer can't go on without a key frame, ``changed`` when what it may be sent did.
     """
 
     def __init__(
@@ -50,7 +46,8 @@ class ViewerFeed:
         self.codec_order = tuple(codec_order)
         self.codec: CodecName | None = None
         self.switch: RungSwitch[Hashable] = RungSwitch()
-        self.rate: RateControl | PathRate | None = None
+        self.connection = PeerCongestion()
+        self.is_watching = False
         self._choice: RungChoice | None = None
         self._keys: tuple[Hashable, ...] = ()
         self._unavailable = unavailable
@@ -58,15 +55,13 @@ class ViewerFeed:
         self._changed = changed
         self._told: str | None = None
         self._repeats = Retransmissions()
-        self._copies = PacketCopies()
-        self._ceiling_bps: int | None = None
-        self._pause = DeadlineTimer(self._go_on)
-        self._is_paused = False
-        self._pacer = PacketPacer()
         self._items: deque[av.Packet[Any]] = deque()
         self._arrived = asyncio.Event()
 
     # -- what its track calls ------------------------------------------------------------------------------------
+
+    def send_over(self, connection: PeerCongestion) -> None:
+        self.connection = connection
 
     def codec_agreed(self, mime_type: str) -> None:
         self.codec = _CODECS[mime_type.lower()]
@@ -75,65 +70,45 @@ class ViewerFeed:
         while not self._items:
             self._arrived.clear()
             await self._arrived.wait()
+            await self.connection.turn(len(self._items))
         packet = self._items.popleft()
-        if self.rate is not None:
-            self.rate.sent(packet.size, time.monotonic(), is_key=packet.is_keyframe)
+        self.connection.sent(packet.size, is_key=packet.is_keyframe)
         return packet
 
     def heard(self, feedback: Feedback) -> None:
-        if self.rate is None:
+        if not self.is_watching:
             return
-        now_s = time.monotonic()
-        if isinstance(feedback, PathSeen):
-            self._hear_path(feedback, self.rate, now_s)
-        else:
-            self.rate.handle(feedback, now_s)
+        self.connection.handle(self, feedback)
         if isinstance(feedback, PictureLost):
             self._wants_key(self)
-        if not self._is_paused:
-            self._changed()
 
     def repeats(self, sequence_number: int) -> int:
-        if self.rate is None:
+        if not self.is_watching:
             return 0
-        now_s = time.monotonic()
-        is_wise = self._repeats.may(sequence_number, self.rate.budget_bps, self.rate.round_trip_s, now_s)
+        part_bps, round_trip_s = self.connection.part_bps(self), self.connection.round_trip_s
+        is_wise = self._repeats.may(sequence_number, part_bps, round_trip_s, time.monotonic())
         if not is_wise and self._repeats.is_exhausted:
             self._wants_key(self)  # that picture is lost, and all that build on it
-        times = (2 if self._copies.doubles_repeats else 1) if is_wise else 0
-        self.rate.sent(times * _PACKET_BYTES, now_s)
+        times = (2 if self.connection.doubles_repeats else 1) if is_wise else 0
+        self.connection.sent(times * _PACKET_BYTES)
         return times
 
     def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
-        if not isinstance(self.rate, PathRate):
-            return False
-        now_s = time.monotonic()
-        most_bps = min(self.rate.most_bps(now_s), self._ceiling_bps or math.inf)
-        is_wanted = self._copies.wants(size_bytes, most_bps - self.budget_bps, now_s)
+        is_wanted = self.is_watching and self.connection.wants_copy(size_bytes)
         if is_wanted:
-            self._repeats.note(sequence_number, now_s)
-            self.rate.sent(size_bytes, now_s)
+            self._repeats.note(sequence_number, time.monotonic())
+            self.connection.sent(size_bytes)
         return is_wanted
 
-    def pause_s(self, size_bytes: int) -> float:
-        path_bps = self.rate.trains_bps if isinstance(self.rate, PathRate) else None
-        return self._pacer.wait_s(size_bytes, self.budget_bps, time.monotonic(), path_bps, len(self._items))
+    async def paced(self, size_bytes: int) -> None:
+        await self.connection.paced(size_bytes, len(self._items))
 
     # -- what the stream calls -----------------------------------------------------------------------------------
 
     @property
-    def is_watching(self) -> bool:
-        return self.rate is not None
-
-    @property
     def budget_bps(self) -> int:
         """For its pictures."""
-        if not isinstance(self.rate, PathRate):
-            return self.rate.budget_bps if self.rate is not None else 0
-        is_limited = self.rate.is_limited(time.monotonic()) or 2 * self.rate.budget_bps > (
-            self._ceiling_bps or math.inf
-        )
-        return self._copies.picture_bps(self.rate.budget_bps, is_limited=is_limited)
+        return self.connection.picture_bps(self)
 
     def begin(
         self,
@@ -144,11 +119,8 @@ class ViewerFeed:
     ) -> None:
         """It watches, or the source changed: choose among ``options``, best first, within least and most bit rate.
         ``ceiling_bps``: of pictures and copies together, where the user has set one."""
-        self._ceiling_bps = ceiling_bps
-        if self.rate is None:
-            self.rate = RateControl(*limits_bps, now_s)
-        else:
-            self.rate.limit(*limits_bps)
+        self.is_watching = True
+        self.connection.want(self, Demand(*limits_bps), self._changed, ceiling_bps)
         before, self._keys = self.switch.wanted, tuple(key for key, _ in options)
         rungs = [rung for _, rung in options]
         if self._choice is not None and before in self._keys:
@@ -164,20 +136,15 @@ class ViewerFeed:
 
     def pause(self) -> None:
         """It looks away: what waits would be old by the time it looks again."""
-        self._end_pause()
-        self.rate = self._choice = self._told = None
+        self.is_watching = False
+        self._choice = self._told = None
         self.switch.want(None)
         self._items.clear()
-
-    def tick(self, now_s: float) -> None:
-        if self.rate is not None:
-            self.rate.tick(now_s)
+        self.connection.want_nothing(self)
 
     def put(self, packet: av.Packet[Any]) -> int:
         """A packet of its rung; how many were dropped for it."""
         dropped = 0
-        if packet.is_keyframe:
-            self._end_pause()
         is_full = len(self._items) >= (MAX_WAITING_LOCAL if self.is_local else MAX_WAITING)
         if is_full or (packet.is_keyframe and not self.is_local):
             dropped = len(self._items)  # a key frame is newer than all that waits, and complete by itself
@@ -195,30 +162,3 @@ class ViewerFeed:
         if self._told != code:
             self._told = code
             self._unavailable(code)
-
-    # -- a queue on the way --------------------------------------------------------------------------------------
-
-    def _hear_path(self, seen: PathSeen, rate: RateControl | PathRate, now_s: float) -> None:
-        if not isinstance(rate, PathRate):
-            self.rate = rate = PathRate(*rate.limits_bps, now_s, rate.budget_bps)
-        rate.handle(seen, now_s)
-        self._copies.reported(seen.lost, seen.received, now_s, is_queued=rate.is_queued)
-        if rate.paused_until_s > now_s:
-            self._begin_pause(rate.paused_until_s)
-
-    def _begin_pause(self, until_s: float) -> None:
-        """Pictures sent now would only wait on the way. The bit rate is changed when it is over: a key frame of the new
-        one would be as late."""
-        self.switch.tear()
-        self._items.clear()
-        self._is_paused = True
-        self._pause.set(until_s)
-
-    def _go_on(self) -> None:
-        self._is_paused = False
-        self._changed()
-        self._wants_key(self)
-
-    def _end_pause(self) -> None:
-        self._is_paused = False
-        self._pause.cancel()

@@ -1,4 +1,4 @@
-"""How many bits per second one viewer's link takes, where its receiver tells when each packet arrived.
+"""How many bits per second one connection takes, where its receiver tells when each packet arrived.
 
 A queue on the way is seen a tenth of a second after it began: sending pauses until it has drained, and goes on below
 what came through meanwhile. Loss without a queue is no congestion, but for a lot of it.
@@ -51,7 +51,8 @@ _WINDOW_S = 1.0
 
 
 class PathRate:
-    """Finds one viewer's bit rate from arrival times; takes the place of ``RateControl`` and is used like that one."""
+    """Finds one connection's bit rate from arrival times; a
+    :class:`~mosaic_core.machines.congestion.congestion_controller.CongestionController`."""
 
     def __init__(self, min_bps: int, max_bps: int, now_s: float, start_bps: float) -> None:
         self._min_bps, self._max_bps = min_bps, max(min_bps, max_bps)

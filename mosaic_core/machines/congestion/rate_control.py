@@ -1,4 +1,4 @@
-"""How many bits per second one viewer's link takes: starts low, ramps up, backs off when it hurts, recovers.
+"""How many bits per second one connection takes, by the simple reports that any receiver sends: starts low, ramps up, backs off when it hurts, recovers.
 
 It grows with every receiver report that is clean, and shrinks by what operators report: loss, a round trip that gets
 longer (a queue fills up somewhere), packets asked for again, pictures lost, a bandwidth estimate, or silence.
@@ -87,8 +87,9 @@ Feedback: TypeAlias = ReceiverReport | BandwidthEstimate | PacketsMissing | Pict
 
 
 class RateControl:
-    """Sets the bit rate of one viewer's pictures. ``now_s``: any monotonic clock. Tell it what was sent, what came
-    back, and the time.
+    """Sets the bit rate of one connection without reports of arrivals; a
+    :class:`~mosaic_core.machines.congestion.congestion_controller.CongestionController`. Tell it what was sent, what
+    came back, and the time.
     """
 
     def __init__(self, min_bps: int, max_bps: int, now_s: float) -> None:
@@ -110,9 +111,18 @@ class RateControl:
     def budget_bps(self) -> int:
         return round(self._budget_bps)
 
-    @property
-    def limits_bps(self) -> tuple[int, int]:
-        return self._min_bps, self._max_bps
+    trains_bps: float | None = None
+    is_queued = False
+    """Only arrival times would tell these two."""
+    paused_until_s = float("-inf")
+
+    def most_bps(self, now_s: float) -> float:
+        """No copies: more than the budget is not known to fit."""
+        return self._budget_bps
+
+    def is_limited(self, now_s: float) -> bool:
+        """That there is room for more is never certain, and nothing is sent unasked."""
+        return False
 
     @property
     def round_trip_s(self) -> float | None:

@@ -14,6 +14,7 @@ from mosaic_core.machines.congestion.rate_control import Feedback
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
 from mosaic_core.runtime.transport.media_transport import PicturePreparer, PictureStreamFactory, TellUnavailable
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 
 
 class NewestFeed:
@@ -46,6 +47,9 @@ class NewestFeed:
     def codec_agreed(self, mime_type: str) -> None:
         """There is no choice."""
 
+    def send_over(self, connection: PeerCongestion) -> None:
+        """It waits for nobody."""
+
     def heard(self, feedback: Feedback) -> None:
         """Nothing to adapt."""
 
@@ -55,8 +59,8 @@ class NewestFeed:
     def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
         return False
 
-    def pause_s(self, size_bytes: int) -> float:
-        return 0.0
+    async def paced(self, size_bytes: int) -> None:
+        """At once."""
 
 
 class PlainStream:

@@ -13,6 +13,7 @@ from mosaic_core.contract.media import Captured, EncodingParams, PacketCodec
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.congestion.rate_control import Feedback
 from mosaic_core.runtime.observation.counters import ConnectorCounters
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 
 Item_contra = TypeVar("Item_contra", contravariant=True)
 OPUS = "audio/opus"
@@ -29,6 +30,9 @@ class PictureFeed(Protocol):
     def codec_agreed(self, mime_type: str) -> None:
         """What the peers will speak; told once, before :meth:`next`."""
 
+    def send_over(self, connection: PeerCongestion) -> None:
+        """Whose budget it shares; told once, before :meth:`next`. Without it nobody else sends beside it."""
+
     async def next(self) -> Any:
         """The next picture of the agreed codec (``av.Packet`` with pts and time base); waits while there is none.
         Whoever takes them too slowly goes on at a later one: latency never accumulates."""
@@ -42,8 +46,8 @@ class PictureFeed(Protocol):
     def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
         """A packet of a picture has left: whether it is sent a second time unasked, because the link loses some."""
 
-    def pause_s(self, size_bytes: int) -> float:
-        """A packet of a picture has left: how long the next one waits, so that a large picture is no burst."""
+    async def paced(self, size_bytes: int) -> None:
+        """A packet of a picture has left: wait until the next one may, so that a large picture is no burst."""
 
 
 TellUnavailable: TypeAlias = Callable[[str], None]

@@ -45,9 +45,7 @@ class PacedTransport:
             return
         self._note_copy(data)
         # After sending, so that the next packet's send time is written when it really leaves.
-        pause_s = self._feed.pause_s(len(data))
-        if pause_s > 0.0:
-            await asyncio.sleep(pause_s)
+        await self._feed.paced(len(data))
 
     def copy_later(self, sequence_numbers: list[int], after_s: float = COPY_AFTER_S) -> None:
         """Send these packets once more."""

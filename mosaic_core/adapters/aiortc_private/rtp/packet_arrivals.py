@@ -53,12 +53,13 @@ def sequence_number_of(data: bytes, ssrc: int) -> int:
 
 
 class PacketNumbers:
-    """Numbers what one sender sends. ``arrived`` is called with each report that comes back on the connection: of this
-    sender's packets and those of the others."""
+    """Numbers what one sender sends. Each of ``arrived`` is called with each report that comes back on the connection,
+    of this sender's packets and those of the others: once, however many senders name it."""
 
-    def __init__(self, sender: RTCRtpSender, arrived: Callable[[ArrivalReport], None]) -> None:
+    def __init__(self, sender: RTCRtpSender, *arrived: Callable[[ArrivalReport], None]) -> None:
         self._connection = _Connection.of(sender.transport)
-        self._connection.listeners.append(arrived)
+        listeners = self._connection.listeners
+        listeners += [listener for listener in arrived if listener not in listeners]
         self._map = _NumberedExtensions(self._connection.next_number)
         sender._RTCRtpSender__rtp_header_extensions_map = self._map  # type: ignore[attr-defined]
 
