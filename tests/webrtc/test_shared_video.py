@@ -20,6 +20,7 @@ from mosaic_core.adapters.video.rung_orders import PASSED_ON
 from mosaic_core.adapters.video.shared_video import SharedVideo
 from mosaic_core.laboratory.impaired_answerer import impaired
 from mosaic_core.laboratory.impaired_path import ImpairedPath
+from mosaic_core.machines.congestion.budget_allocator import Demand
 from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.testing import until
@@ -201,8 +202,8 @@ async def test_a_worse_link_gets_a_smaller_picture_without_a_gap_and_others_keep
         good.watch()
         bad.watch()
         await asyncio.gather(good.sees(scene()), bad.sees(scene()))
-        good.feed.rate.limit(700_000, 700_000)  # whatever a busy machine makes of its path
-        bad.feed.rate.limit(150_000, 200_000)
+        for one, most_bps in ((good, 700_000), (bad, 200_000)):  # whatever a busy machine makes of its path
+            one.feed.connection.want(one.feed, Demand(most_bps, most_bps), lambda: None)
         last_pts, width = -1, 640
         while width == 640:
             frame = await bad.next()

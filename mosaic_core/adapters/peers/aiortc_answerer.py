@@ -189,7 +189,10 @@ class AiortcAnswerer:
         def origin_known(rtp_origin: int) -> None:
             self._listener.media.origin_known(label, ssrc, rtp_origin)
 
-        track = VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals, connection=self._congestion)
+        # Lines that are not bundled have numbers of their own, and maybe ways of their own.
+        is_bundled = self._offer is not None and self._offer.is_bundled
+        connection = self._congestion if is_bundled else PeerCongestion()
+        track = VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals, connection=connection)
         sender.replaceTrack(track)
         name_stream(sender, label)
         transceiver.direction = "sendonly"

@@ -81,18 +81,20 @@ class ConnectionBudget:
 
     # -- what comes back -----------------------------------------------------------------------------------------
 
-    def reported(self, report: ArrivalReport, now_s: float) -> bool:
-        """Arrivals were reported; whether that says anything."""
-        seen = self._watch.reported(report, now_s)
-        if seen is not None:
-            self._see(seen, now_s)
-        return seen is not None
+    def seen(self, report: ArrivalReport, now_s: float) -> PathSeen | None:
+        """What a report of arrivals says of the path, to be handled; ``None``: nothing."""
+        return self._watch.reported(report, now_s)
 
     def handle(self, stream: Hashable, feedback: Feedback, now_s: float) -> None:
-        """What else the receiver of a stream says."""
+        """What came back for a stream, or for all of them."""
         if isinstance(feedback, ReceiverReport):
             feedback = self._reports.merged(stream, feedback)
+        if isinstance(feedback, PathSeen) and not self._hears_arrivals:  # a better controller takes over
+            self._hears_arrivals = True
+            self._rate = PathRate(*self._limits(), now_s, self._rate.budget_bps)
         self._rate.handle(feedback, now_s)
+        if isinstance(feedback, PathSeen):
+            self._copies.reported(feedback.lost, feedback.received, now_s, is_queued=self._rate.is_queued)
         self._divide()
 
     def tick(self, now_s: float) -> None:
@@ -121,14 +123,6 @@ class ConnectionBudget:
         return dict(self._parts)
 
     # ------------------------------------------------------------------------------------------------------------
-
-    def _see(self, seen: PathSeen, now_s: float) -> None:
-        if not self._hears_arrivals:  # a better controller takes over
-            self._hears_arrivals = True
-            self._rate = PathRate(*self._limits(), now_s, self._rate.budget_bps)
-        self._rate.handle(seen, now_s)
-        self._copies.reported(seen.lost, seen.received, now_s, is_queued=self._rate.is_queued)
-        self._divide()
 
     def _limits(self) -> tuple[int, int]:
         least_bps = sum(one.least_bps for one in self._demands.values())

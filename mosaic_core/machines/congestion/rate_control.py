@@ -1,4 +1,5 @@
-"""How many bits per second one connection takes, by the simple reports that any receiver sends: starts low, ramps up, backs off when it hurts, recovers.
+"""How many bits per second one connection takes, by the simple reports that any receiver sends: starts low, ramps up,
+backs off when it hurts, recovers.
 
 It grows with every receiver report that is clean, and shrinks by what operators report: loss, a round trip that gets
 longer (a queue fills up somewhere), packets asked for again, pictures lost, a bandwidth estimate, or silence.

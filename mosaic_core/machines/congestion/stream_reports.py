@@ -1,4 +1,4 @@
-"""Receiver reports of several streams as if they were of one: what a connection lost is what all of its streams lost."""
+"""Receiver reports of several streams as if they were of one: a connection lost what all of its streams lost."""
 
 from __future__ import annotations
 

@@ -60,8 +60,10 @@ class PeerCongestion:
 
     async def turn(self, waiting: int) -> None:
         """Wait until a packet may leave. Streams take turns, so that their pictures interleave."""
-        while (wait_s := self._budget.pace(0, waiting, time.monotonic())) > 0.0:
+        wait_s = self._budget.pace(0, waiting, time.monotonic())
+        while wait_s > 0.0:
             await asyncio.sleep(wait_s)
+            wait_s = self._budget.pace(0, waiting, time.monotonic())
 
     async def paced(self, size_bytes: int, waiting: int) -> None:
         """A packet of a picture has left: wait until the next one may."""
@@ -91,19 +93,20 @@ class PeerCongestion:
 
     def reported(self, report: ArrivalReport) -> None:
         """Arrivals of packets of any stream."""
+        seen = self._budget.seen(report, time.monotonic())
+        if seen is not None and self._changed:
+            self.handle(None, seen)
+
+    def handle(self, stream: Hashable, feedback: Feedback) -> None:
+        """What else comes back for one stream."""
         was_paused = self.is_paused
-        if not self._budget.reported(report, time.monotonic()) or not self._changed:
-            return
+        self._budget.handle(stream, feedback, time.monotonic())
         if self.is_paused:
             self._pause.set(self._budget.paused_until_s)
         if self.is_paused != was_paused:
             self._tell()
         else:
             self._tell_if_changed()
-
-    def handle(self, stream: Hashable, feedback: Feedback) -> None:
-        self._budget.handle(stream, feedback, time.monotonic())
-        self._tell_if_changed()
 
     def tick(self) -> None:
         """Any stream, about twice per second."""

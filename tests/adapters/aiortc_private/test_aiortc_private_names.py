@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Collection
 from contextlib import asynccontextmanager
 from fractions import Fraction
 from importlib.metadata import version
@@ -49,6 +49,7 @@ from mosaic_core.adapters.aiortc_private import (
 )
 from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import NUMBER_URI
 from mosaic_core.adapters.aiortc_private.rtp.receivers import rtp_timestamp_of
+from mosaic_core.machines.congestion.arrival_report import ArrivalReport
 from mosaic_core.machines.congestion.rate_control import BandwidthEstimate, PictureLost
 
 REPORT = bytes.fromhex("8fcd0005 00000001 00000002 0001 0001 000001 00 2001 04 00".replace(" ", ""))
@@ -288,23 +289,36 @@ def packet_of(sequence_number: int, *, is_last: bool = False) -> RtpPacket:
     return packet
 
 
+class Pace:
+    """Notes what leaves, and has some of it sent twice."""
+
+    def __init__(self, copied: Collection[int] = ()) -> None:
+        self.copied, self.sizes = copied, list[int]()
+
+    def wants_copy(self, sequence_number: int, size_bytes: int) -> bool:
+        return sequence_number in self.copied
+
+    async def paced(self, size_bytes: int) -> None:
+        self.sizes.append(size_bytes)
+
+
 async def test_a_sender_sends_its_pictures_through_its_transport_from_a_task_of_its_own() -> None:
     assert "await self.transport._send_rtp(packet_bytes)" in source_of(RTCRtpSender._run_rtp)
     assert "self.__rtp_task = asyncio.ensure_future(self._run_rtp(" in source_of(RTCRtpSender.send)
 
     async with with_peer() as pc:
-        sender, sizes, sent, real = pc.addTransceiver("video").sender, [], [], RecordingTransport()
+        sender, sent, real = pc.addTransceiver("video").sender, [], RecordingTransport()
         sender.setTransport(real)  # type: ignore[arg-type]
         picture = packet_of(7).serialize()
-        feed: Any = SimpleNamespace(pause_s=lambda size: sizes.append(size) or 0.0, wants_copy=lambda *_: False)
-        PacedTransport(sender, feed, sent.append)
+        feed = Pace()
+        PacedTransport(sender, feed, sent.append)  # type: ignore[arg-type]
         await sender.transport._send_rtp(picture)
-        assert not sizes
+        assert not feed.sizes
         sender._RTCRtpSender__rtp_task = asyncio.current_task()  # type: ignore[attr-defined]
         await sender.transport._send_rtp(picture)
         sender._RTCRtpSender__rtp_task = None  # type: ignore[attr-defined]
         assert real.left == [picture, picture]
-        assert sizes == [len(picture)]
+        assert feed.sizes == [len(picture)]
         assert sent == [picture, picture]
 
 
@@ -314,8 +328,7 @@ async def test_packets_that_shall_be_copied_are_sent_again_after_their_picture()
         sender.setTransport(RecordingTransport())  # type: ignore[arg-type]
         again: asyncio.Queue[int] = asyncio.Queue()
         sender._retransmit = again.put  # type: ignore[method-assign]
-        feed: Any = SimpleNamespace(pause_s=lambda size: 0.0, wants_copy=lambda number, size: number != 8)
-        PacedTransport(sender, feed, lambda data: None)
+        PacedTransport(sender, Pace(copied=(7, 9)), lambda data: None)  # type: ignore[arg-type]
         sender._RTCRtpSender__rtp_task = asyncio.current_task()  # type: ignore[attr-defined]
         for number in (7, 8, 9):
             assert again.empty()
@@ -363,7 +376,8 @@ async def test_a_packet_is_made_of_its_fields_each_time_that_it_is_sent() -> Non
         transport, arrived = RecordingTransport(), []
         for sender in senders:
             sender.setTransport(transport)  # type: ignore[arg-type]
-        numbers = [PacketNumbers(sender, arrived.append) for sender in senders]
+        own: list[ArrivalReport] = []
+        numbers = [PacketNumbers(sender, arrived.append, lambda one: own.append(one)) for sender in senders]
         maps = [sender._RTCRtpSender__rtp_header_extensions_map for sender in senders]  # type: ignore[attr-defined]
         for one in maps:
             one.configure(RTCRtpParameters(headerExtensions=[RTCRtpHeaderExtensionParameters(id=4, uri=NUMBER_URI)]))
@@ -373,7 +387,8 @@ async def test_a_packet_is_made_of_its_fields_each_time_that_it_is_sent() -> Non
         assert [one.take() for one in numbers] == [3, 2]
         assert numbers[0].take() is None
         await transport._handle_rtcp_data(REPORT)
-        assert [report.first_number for report in arrived] == [1, 1]
+        assert [report.first_number for report in own] == [1, 1]
+        assert [report.first_number for report in arrived] == [1], "who is named by both is told once"
 
 
 @pytest.mark.parametrize("extensions", [HeaderExtensions(), HeaderExtensions(mid="0", transport_sequence_number=3)])

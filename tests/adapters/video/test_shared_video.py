@@ -148,7 +148,7 @@ async def test_a_source_above_the_ceiling_is_encoded_anew_within_it() -> None:
                 await asyncio.sleep(0)
             await until(lambda: feed.switch.current)  # noqa: B023 - it is called before the next turn
             assert (feed.switch.current == PASSED_ON) is is_passed_on
-            assert feed.rate.limits_bps[1] <= (ceiling_bps or 99_000_000)
+            assert feed.budget_bps <= (ceiling_bps or 99_000_000)
 
 
 async def test_a_slow_viewer_goes_on_at_a_key_frame_and_a_quick_one_does_not_notice() -> None:

@@ -32,8 +32,9 @@ class Feed:
 
     def codec_agreed(self, mime_type: str) -> None: ...
 
-    def pause_s(self, size_bytes: int) -> float:
-        return 0.0
+    def send_over(self, connection: Any) -> None: ...
+
+    async def paced(self, size_bytes: int) -> None: ...
 
     def repeats(self, sequence_number: int) -> int:
         return 2 if sequence_number == 8 else 1 - sequence_number % 2
