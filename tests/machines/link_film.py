@@ -10,12 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
+from mosaic_core.machines.congestion.budget_allocator import Demand
+from mosaic_core.machines.congestion.connection_budget import ConnectionBudget
 from mosaic_core.machines.congestion.missing_packets import MissingPackets
-from mosaic_core.machines.congestion.packet_copies import PacketCopies
-from mosaic_core.machines.congestion.packet_pacer import PacketPacer
-from mosaic_core.machines.congestion.path_rate import PathRate
-from mosaic_core.machines.congestion.path_watch import PathWatch
-from mosaic_core.machines.congestion.rate_control import START_BPS, ReceiverReport
+from mosaic_core.machines.congestion.rate_control import ReceiverReport
 from mosaic_core.machines.congestion.retransmissions import Retransmissions
 from mosaic_core.machines.laboratory.impaired_link import ImpairedLink, LinkProfile
 from mosaic_core.machines.media.key_frame_requests import KeyFrameRequests
@@ -63,15 +61,55 @@ class Clock:
         self.now_s = until_s
 
 
+class OperatorConnection:
+    """What all films of one operator share: the budget, the numbers of packets, and the reports of their arrivals."""
+
+    def __init__(self, film: Film) -> None:
+        self.budget = ConnectionBudget(film.now_s)
+        self.films: list[Film] = []
+        self.numbers = itertools.count(1)
+        self.arrived: dict[int, float] = {}
+        self.next_reported = 1
+        self.busy_until_s = 0.0
+        film.at(film.now_s + film.later_s + REPORT_S, self.report)
+        film.at(film.now_s + film.later_s + 0.5, self.tick)
+
+    def report(self) -> None:
+        film = self.films[0]
+        film.at(film.now_s + REPORT_S, self.report)
+        if not self.arrived:
+            return
+        first, last = self.next_reported, max(self.arrived)
+        times = tuple(self.arrived.get(number) for number in range(first, last + 1))
+        self.next_reported, self.arrived = last + 1, {}
+        film.over(film.back, 100, lambda: self.hear(ArrivalReport(first % 65536, times)))
+
+    def hear(self, report: ArrivalReport) -> None:
+        now_s = self.films[0].now_s
+        seen = self.budget.seen(report, now_s)
+        if seen is not None:
+            self.budget.handle(None, seen, now_s)
+        for film in self.films:
+            for sequence in film.missing.reported(report):
+                film.asked(sequence)
+
+    def tick(self) -> None:
+        film = self.films[0]
+        film.at(film.now_s + 0.5, self.tick)
+        self.budget.handle(film.key, ReceiverReport(0, 0, ROUND_TRIP_S), film.now_s)
+        self.budget.tick(film.now_s)
+
+
 @dataclass
 class Film:
     """Plays. ``shown``: (displayed at, age) of every picture, in order. ``beside``: a film on the same link, whose
-    pictures are taken ``later_s`` before its own."""
+    pictures are taken ``later_s`` before its own; ``shares``: the same operator sees that one."""
 
     link_profile: LinkProfile
     seed: int = 1
     beside: Film | None = None
     later_s: float = 0.0
+    shares: bool = False
     shown: list[tuple[float, float]] = field(default_factory=list)
     rates: list[tuple[float, int]] = field(default_factory=list)
     sent_bytes: int = 0
@@ -81,13 +119,12 @@ class Film:
         self.clock = self.beside.clock if self.beside else Clock()
         self.link = self.beside.link if self.beside else ImpairedLink(self.link_profile)
         self.back = self.beside.back if self.beside else ImpairedLink(self.link_profile)
-        self.rungs = ladder(1280, 720)
+        self.connection = self.beside.connection if self.beside and self.shares else OperatorConnection(self)
+        self.connection.films.append(self)
+        self.rungs, self.key = ladder(1280, 720), object()
         self.look()
-        self.watch, self.copies, self.repeats = PathWatch(), PacketCopies(), Retransmissions()
-        self.pacer, self.keys, self.missing = PacketPacer(), KeyFrameRequests(), MissingPackets()
-        self.sequence, self.number = itertools.count(1), itertools.count(1)
-        self.arrived: dict[int, float] = {}
-        self.next_reported = 1
+        self.repeats, self.keys, self.missing = Retransmissions(), KeyFrameRequests(), MissingPackets()
+        self.sequence = itertools.count(1)
         self.of: dict[int, Picture] = {}
         self.seen_up_to = 0
         self.encoded: tuple[int, float] | None = None
@@ -97,9 +134,7 @@ class Film:
         self.latest_shown: Picture | None = None
         self.debt_bytes = 0.0
         self.is_torn = False
-        self.busy_until_s = 0.0
-        for after_s, act in ((0.0, self.film), (REPORT_S, self.report), (0.5, self.tick)):
-            self.at(self.now_s + self.later_s + after_s, act)
+        self.at(self.now_s + self.later_s, self.film)
 
     # -- time ------------------------------------------------------------------------------------------------------
 
@@ -125,18 +160,27 @@ class Film:
     # -- the robot -------------------------------------------------------------------------------------------------
 
     def look(self) -> None:
-        """The operator looks at it (again), as the feed begins: what was known of the path is not."""
+        """The operator looks at it (again)."""
         self.is_watched = True
-        self.rate = PathRate(150_000, self.rungs[0].ceiling_bps, self.now_s, START_BPS)
-        self.choice = RungChoice(self.rungs, START_BPS, self.now_s)
+        self.budget.want(self.key, Demand(150_000, self.rungs[0].ceiling_bps))
+        self.choice = RungChoice(self.rungs, self.picture_bps, self.now_s)
 
     def look_away(self) -> None:
         self.is_watched, self.is_torn = False, True
+        self.budget.want_nothing(self.key)
         self.keys.ask()
 
     @property
+    def budget(self) -> ConnectionBudget:
+        return self.connection.budget
+
+    @property
+    def part_bps(self) -> int:
+        return self.budget.part_bps(self.key)
+
+    @property
     def picture_bps(self) -> int:
-        return self.copies.picture_bps(self.rate.budget_bps, is_limited=self.rate.is_limited(self.now_s))
+        return self.budget.picture_bps(self.key, self.now_s)
 
     @property
     def encoder_bps(self) -> int:
@@ -147,10 +191,8 @@ class Film:
         self.at(self.now_s + 1 / FPS, self.film)
         if not self.is_watched:
             return
-        self.rates.append((self.now_s, self.rate.budget_bps))
-        if self.now_s < self.rate.paused_until_s:
-            self.is_torn = True
-            self.keys.ask()
+        self.rates.append((self.now_s, self.part_bps))
+        if self.now_s < self.budget.paused_until_s:
             return
         index = self.choice.decide(self.picture_bps, self.now_s)
         rung = self.rungs[index]
@@ -175,56 +217,43 @@ class Film:
     def send(self, size_bytes: int, *, is_key: bool) -> None:
         sizes = [PACKET_BYTES] * (size_bytes // PACKET_BYTES) + [max(100, size_bytes % PACKET_BYTES)]
         picture = Picture(self.now_s, is_key, set(), None if is_key else self.last)
-        self.rate.sent(size_bytes, self.now_s, is_key=is_key)
+        self.budget.sent(size_bytes, self.now_s, is_key=is_key)
         self.last = picture
         self.pictures.append(picture)
-        wait_s, to_copy = max(0.0, self.busy_until_s - self.now_s), []
+        wait_s, to_copy = max(0.0, self.connection.busy_until_s - self.now_s), []
         for size in sizes:
             sequence = next(self.sequence)
             picture.missing.add(sequence)
             self.of[sequence] = picture
             self.at(self.now_s + wait_s, lambda sequence=sequence, size=size: self.leave(sequence, size))  # type: ignore[misc]
-            wait_s += self.pacer.wait_s(size, self.picture_bps, self.now_s + wait_s, self.rate.trains_bps)
-            if self.copies.wants(size, self.rate.most_bps(self.now_s) - self.picture_bps, self.now_s):
+            wait_s += self.budget.pace(size, 0, self.now_s + wait_s)
+            if self.budget.wants_copy(size, self.now_s):
                 to_copy.append((sequence, size))
-        self.busy_until_s = self.now_s + wait_s
+        self.connection.busy_until_s = self.now_s + wait_s
         for sequence, size in to_copy:
             self.repeats.note(sequence, self.now_s)
-            self.rate.sent(size, self.now_s)
+            self.budget.sent(size, self.now_s)
             self.at(self.now_s + wait_s + COPY_AFTER_S, lambda one=sequence, of=size: self.leave(one, of))  # type: ignore[misc]
 
     def leave(self, sequence: int, size_bytes: int) -> None:
-        number = next(self.number)
+        number = next(self.connection.numbers)
         self.sent_bytes += size_bytes
-        self.watch.sent(number % 65536, size_bytes, self.now_s)
+        self.budget.packet_left(number % 65536, size_bytes, self.now_s)
         self.missing.sent(number % 65536, sequence)
         self.over(self.link, size_bytes, lambda: self.arrive(sequence, number))
 
     def asked(self, sequence: int) -> None:
-        if self.repeats.may(sequence, self.rate.budget_bps, self.rate.round_trip_s, self.now_s):
-            for _ in range(2 if self.copies.doubles_repeats else 1):
-                self.rate.sent(PACKET_BYTES, self.now_s)
+        if self.repeats.may(sequence, self.part_bps, self.budget.round_trip_s, self.now_s):
+            for _ in range(2 if self.budget.doubles_repeats else 1):
+                self.budget.sent(PACKET_BYTES, self.now_s)
                 self.leave(sequence, PACKET_BYTES)
         elif self.repeats.is_exhausted:
             self.keys.ask()
 
-    def hear(self, report: ArrivalReport) -> None:
-        seen = self.watch.reported(report, self.now_s)
-        if seen is not None:
-            self.rate.handle(seen, self.now_s)
-            self.copies.reported(seen.lost, seen.received, self.now_s, is_queued=self.rate.is_queued)
-        for sequence in self.missing.reported(report):
-            self.asked(sequence)
-
-    def tick(self) -> None:
-        self.at(self.now_s + 0.5, self.tick)
-        self.rate.handle(ReceiverReport(0, 0, ROUND_TRIP_S), self.now_s)
-        self.rate.tick(self.now_s)
-
     # -- the operator ----------------------------------------------------------------------------------------------
 
     def arrive(self, sequence: int, number: int) -> None:
-        self.arrived[number] = self.now_s
+        self.connection.arrived[number] = self.now_s
         for missed in range(self.seen_up_to + 1, sequence):
             self.ask(missed)
         self.seen_up_to = max(self.seen_up_to, sequence)
@@ -244,15 +273,6 @@ class Film:
             if not picture.missing and (picture.is_key or picture.needs is self.latest_shown):
                 self.next_shown, self.latest_shown = index + 1, picture
                 self.shown.append((self.now_s, self.now_s - picture.captured_s))
-
-    def report(self) -> None:
-        self.at(self.now_s + REPORT_S, self.report)
-        if not self.arrived:
-            return
-        first, last = self.next_reported, max(self.arrived)
-        times = tuple(self.arrived.get(number) for number in range(first, last + 1))
-        self.next_reported, self.arrived = last + 1, {}
-        self.over(self.back, 100, lambda: self.hear(ArrivalReport(first % 65536, times)))
 
     # -- what it was like ------------------------------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ def cameras(count: int, rate_mbps: float, seed: int, *, loss: float = 0.0) -> li
     """Their pictures are taken one camera after the other."""
     films = [Film(profile(rate_mbps, loss), 10 * seed)]
     for number in range(1, count):
-        films.append(Film(films[0].link_profile, 10 * seed + number, films[0], later_s=number / count / FPS))
+        films.append(Film(films[0].link_profile, 10 * seed + number, films[0], number / count / FPS, shares=True))
     return films
 
 
@@ -74,7 +74,7 @@ def test_what_a_camera_that_is_not_watched_any_more_leaves_is_used_within_half_a
     films[2].look_away()
     since_s = films[0].now_s
     films[0].play(35)
-    assert sum(film.rate.budget_bps for film in films[:2]) > 3_000_000
+    assert sum(film.part_bps for film in films[:2]) > 3_000_000
     assert unfairness(films[:2], since_s) < 2
     films[2].look()
     films[0].play(40)
@@ -100,7 +100,7 @@ def test_beside_traffic_that_makes_way_for_nobody_pictures_stay_young(
     assert mean_bps(film, SETTLE_S) > 0.7e6 * (rate_mbps - foreign_mbps)
     since_s = film.now_s
     film.play(35)
-    assert film.rate.budget_bps > 0.75 * min(1e6 * rate_mbps, film.rungs[0].ceiling_bps)
+    assert film.part_bps > 0.75 * min(1e6 * rate_mbps, film.rungs[0].ceiling_bps)
     assert film.freezes(since_s) == 0
 
 
@@ -134,7 +134,7 @@ def test_on_a_shared_link_that_loses_packets_copies_do_not_crowd_each_other_out(
     for film in films:
         assert film.freezes(SETTLE_S) <= 3
         assert film.p95_ms(SETTLE_S) < 150
-        assert film.rate.budget_bps > 400_000
+        assert film.part_bps > 400_000
 
 
 @pytest.mark.parametrize("seed", range(1, 3))

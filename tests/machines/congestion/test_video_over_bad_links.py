@@ -50,7 +50,7 @@ def test_a_path_that_narrows_is_followed_within_a_second_or_so(seed: int) -> Non
     assert film.ages_ms(SETTLE_S)[-1] < 450
     assert film.well_again_s(SETTLE_S, 150) < 2.0
     assert film.p95_ms(SETTLE_S + 5) < 150
-    assert 500_000 < film.rate.budget_bps < 1_000_000
+    assert 500_000 < film.part_bps < 1_000_000
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -68,7 +68,7 @@ def test_a_narrow_path_that_loses_packets_is_not_overrun_by_copies() -> None:
     film = settled(profile(1, loss=0.03), 1).play(60)
     assert film.freezes(SETTLE_S) <= 6
     assert film.p95_ms(SETTLE_S) < 250
-    assert film.rate.budget_bps > 400_000
+    assert film.part_bps > 400_000
 
 
 @settings(max_examples=15, deadline=None)
