@@ -92,6 +92,8 @@ class PlainAiortc:
 class Ours:
     """Our adapters, and the send queue that every peer of a robot has."""
 
+    is_local = True
+
     def __init__(self) -> None:
         from mosaic_core.runtime.delivery.send_queue import SendQueue
 

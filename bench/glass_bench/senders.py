@@ -162,6 +162,8 @@ class _Listener:
     def track_bound(self, label: str) -> Any:
         return self._stream.bind("page", print)
 
+    is_local = True
+
     def state_changed(self, state: str) -> None:
         if state == "connected" and self._stream is not None:
             self._stream.watch("page", True)

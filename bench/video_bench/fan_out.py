@@ -112,6 +112,8 @@ class _Listener:
     def track_bound(self, label: str) -> Any:
         return self._stream.bind(self._name, print)
 
+    is_local = True
+
     def state_changed(self, state: str) -> None:
         if state == "connected":
             self._stream.watch(self._name, True)

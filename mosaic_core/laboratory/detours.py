@@ -122,7 +122,14 @@ def detoured(listener: Listener, change: Change) -> Listener:
     return cast("Listener", _DetouredListener(listener, change))
 
 
-class _DetouredListener(PassingOn):
+class LocalListener(PassingOn):
+    """The listener of a peer connection with somebody on this machine: every door of the laboratory lies on its
+    loopback."""
+
+    is_local = True
+
+
+class _DetouredListener(LocalListener):
     def __init__(self, listener: Any, change: Change) -> None:
         super().__init__(listener)
         self._change = change

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, Self
+from typing import Protocol, Self, cast
 
+from mosaic_core.laboratory.detours import LocalListener
 from mosaic_core.laboratory.impaired_offerer import impaired_operator, robot_ice_servers
 from mosaic_core.laboratory.impaired_path import ImpairedPath
 from mosaic_core.laboratory.natted_path import NattedPath
@@ -60,7 +61,9 @@ class WebRtcNetwork:
         self.open_stream: PictureStreamFactory = SharedVideo
         self.open_sound: SoundStreamFactory = SharedSound
         self.path = _path(profile, nat, with_relay, seed)
-        self.answerer: AnswererFactory = AiortcAnswerer
+        self.answerer: AnswererFactory = lambda listener, ice_servers: AiortcAnswerer(
+            cast("AnswererListener", LocalListener(listener)), ice_servers
+        )
         self.offerer = impaired_operator(AiortcOfferer, self.path)
 
     def __enter__(self) -> Self:

@@ -156,6 +156,8 @@ class PrepareConnection(SignalingMessage):
     operator: OperatorIdentity | None = None
     ticket: str | None = None
     ice_servers: tuple[IceServer, ...] | None = None
+    is_local: bool | None = None
+    """The operator asked over the loopback of the server's machine."""
 
 
 class SdpOffer(SignalingMessage):

@@ -48,6 +48,8 @@ class Side:
     def bound_exceeded(self, why: str) -> None:
         raise AssertionError(why)
 
+    is_local = True
+
     def state_changed(self, state: str) -> None:
         self.states.put_nowait(state)
 

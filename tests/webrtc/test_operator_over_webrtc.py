@@ -98,6 +98,8 @@ class ScriptedRobot:
 
     def bound_exceeded(self, why: str) -> None: ...
 
+    is_local = True
+
     def state_changed(self, state: str) -> None:
         self.states.append(state)
 

@@ -19,6 +19,7 @@ from mosaic_core.adapters.aiortc_private.ice.gathering import (
 )
 from mosaic_core.adapters.aiortc_private.ice.liveness import watch_liveness
 from mosaic_core.adapters.aiortc_private.ice.paths import chosen_path
+from mosaic_core.adapters.aiortc_private.ice.remote_addresses import keep_off_loopback
 from mosaic_core.adapters.aiortc_private.rtp.codecs import KeptLines, has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.rtp.pacing import PacedTransport
 from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import PacketNumbers, agree_on_arrivals, sequence_number_of
@@ -42,6 +43,7 @@ __all__ = [
     "chosen_path",
     "has_common_codec",
     "ice_transports",
+    "keep_off_loopback",
     "name_stream",
     "prefer_codecs",
     "quicken",

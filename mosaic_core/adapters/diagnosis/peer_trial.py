@@ -48,6 +48,8 @@ class _Side:
     def candidate_found(self, candidate: IceCandidate) -> None:
         self.found.put_nowait(candidate)
 
+    is_local = True
+
     def state_changed(self, state: str) -> None:
         self.state = state
         if state in ("failed", "closed"):

@@ -139,6 +139,7 @@ class AiortcAnswerer:
             listener.state_changed,
             listener.bound_exceeded,
             relay_only=self._relay_only,
+            takes_loopback=listener.is_local,
         )
 
         @peer.pc.on("datachannel")

@@ -18,6 +18,7 @@ from mosaic_core.adapters.aiortc_private import (
     candidate_to_sdp,
     chosen_path,
     ice_transports,
+    keep_off_loopback,
     quicken,
     speak_dtls_with_everyone,
     take_turns,
@@ -62,7 +63,9 @@ class AiortcPeer:
         on_excess: Callable[[str], None],
         *,
         relay_only: bool = False,
+        takes_loopback: bool = True,
     ) -> None:
+        """``takes_loopback``: a remote candidate may lead to this machine's own loopback."""
         widen_udp_buffer()
         self.pc = RTCPeerConnection(RTCConfiguration(iceServers=[], bundlePolicy=bundle))
         speak_dtls_with_everyone(self.pc)
@@ -72,6 +75,7 @@ class AiortcPeer:
         self._on_state = on_state
         self._on_excess = on_excess
         self._relay_only = relay_only
+        self._takes_loopback = takes_loopback
         self._gatherings: list[EarlyGathering] = []
         self._is_described = False
         self._early: list[IceCandidate] = []
@@ -92,6 +96,8 @@ class AiortcPeer:
             gathering = EarlyGathering(transport, self._ice_servers, found, self._gathered, relay_only=self._relay_only)
             gathering.install()
             take_turns(transport)
+            if not self._takes_loopback:
+                keep_off_loopback(transport)
             watch_liveness(transport, self._vanished)
             self._gatherings.append(gathering)
         if self.pc.sctp is not None and os.environ.get(PLAIN_SCTP_VARIABLE) != "1":

@@ -41,6 +41,8 @@ class StartPeer:
     tracks: dict[str, str] | None
     ice_servers: tuple[IceServer, ...]
     candidates: tuple[wire.IceCandidate, ...] = ()
+    is_local: bool = False
+    """The operator asked the server over the loopback of the server's machine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +174,8 @@ class PeerAdmission:
         self._certificates[peer_id] = certificates
         early = tuple(prepared.candidates) if prepared else ()
         self._candidates[peer_id] = len(early)
-        yield StartPeer(peer_id, identity, offer.sdp_offer, offer.tracks, servers, early)
+        is_local = prepared is not None and prepared.message.is_local is True
+        yield StartPeer(peer_id, identity, offer.sdp_offer, offer.tracks, servers, early, is_local)
 
     def _stopped(self, phases: Mapping[str, str], code: str) -> Iterator[StopPeer]:
         for peer_id, phase in phases.items():

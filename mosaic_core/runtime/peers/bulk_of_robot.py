@@ -89,6 +89,10 @@ class _AnsweredAttempt(BulkAttempt[Answerer]):
 
     # -- what the transport tells --------------------------------------------------------------------------------
 
+    @property
+    def is_local(self) -> bool:
+        return self._bulk.operator.is_local
+
     def state_changed(self, state: str) -> None:
         if state == "connected":
             self._bulk.tell(machine.Connected(self.attempt))

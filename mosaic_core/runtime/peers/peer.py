@@ -56,7 +56,8 @@ class Peer:
     ) -> None:
         start, server = introduction.start, introduction.server
         is_program = start.identity.is_program
-        operator = RemoteOperator(introduction.sender, is_program=is_program, is_near=server.is_near)
+        is_local = start.is_local and server.is_on_this_machine
+        operator = RemoteOperator(introduction.sender, is_program=is_program, is_near=server.is_near, is_local=is_local)
         self.operator = operator
         self.timeline = PeerTimeline(operator)
         self.connected_at_s: float | None = None
@@ -229,6 +230,10 @@ class Peer:
             self._control.control_heard(message, answer)
 
     # -- what the transport tells --------------------------------------------------------------------------------
+
+    @property
+    def is_local(self) -> bool:
+        return self.operator.is_local
 
     def candidate_found(self, candidate: IceCandidate) -> None:
         self._transport.candidate_found(candidate)

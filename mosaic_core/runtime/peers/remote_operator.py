@@ -21,8 +21,10 @@ ORDERED_PINGS_EVERY = 5
 class RemoteOperator:
     """Speaks to one operator over its control channel; implements ``Controlled`` and ``Talker``. Event loop only."""
 
-    def __init__(self, sender: Sender, *, is_program: bool = False, is_near: bool = False) -> None:
-        """``is_near``: it came by the server that the robot runs itself."""
+    def __init__(
+        self, sender: Sender, *, is_program: bool = False, is_near: bool = False, is_local: bool = False
+    ) -> None:
+        """``is_near``: it came by the server that the robot runs itself, ``is_local``: over this machine's loopback."""
         self.sender = sender
         self.control_channel: ControlChannel | None = None
         """Once ``_mosaic`` is there."""
@@ -33,6 +35,7 @@ class RemoteOperator:
         self.knows_leases = self.wants_near = False
         self._is_program = is_program
         self._is_near = is_near
+        self.is_local = is_local
         self._pings = 0
 
     @property

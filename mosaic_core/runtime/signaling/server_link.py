@@ -13,8 +13,10 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
+from urllib.parse import urlsplit
 
 from mosaic_core.contract.host import Sender
+from mosaic_core.machines.peers.home_address import is_loopback_name
 from mosaic_core.machines.peers.network_change import NetworkChange
 from mosaic_core.machines.signaling import signaling_events as session
 from mosaic_core.machines.signaling.peer_admission import AddCandidate, RefusePeer, RenegotiatePeer, StartPeer, StopPeer
@@ -103,6 +105,10 @@ class ServerLink:
         machine = RobotSignaling(_facts(server, catalogue), TicketVerifier(server.robot_id), random.random)
         url = f"{server.config.ws_url.rstrip('/')}/ws/robot"
         self._socket = SignalingSocket(url, machine, server.connect, self._carry_out)
+
+    @property
+    def is_on_this_machine(self) -> bool:
+        return is_loopback_name(urlsplit(self.server.config.ws_url).hostname or "")
 
     @property
     def is_near(self) -> bool:

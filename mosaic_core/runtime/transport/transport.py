@@ -96,6 +96,10 @@ class AnswererListener(Protocol):
     def media(self) -> LineListener:
         """Hears of the lines of the labels that :meth:`Answerer.answer` is given."""
 
+    @property
+    def is_local(self) -> bool:
+        """Whether the operator came over this machine's loopback; nobody else is led to what listens there."""
+
     def candidate_found(self, candidate: IceCandidate) -> None: ...
     def channel_opened(self, channel: Channel) -> None: ...
     def state_changed(self, state: str) -> None:

@@ -321,3 +321,10 @@ def test_an_operator_has_room_until_the_last_place_is_taken() -> None:
     admission.connected("p1")
     admission.connected("p2")
     assert admission.status(several=True) is RobotStatus.RTC_CONNECTED
+
+
+@pytest.mark.parametrize(("said", "is_local"), [(True, True), (False, False), (None, False)])
+def test_who_asked_over_the_servers_loopback_is_known_as_that(said: bool | None, is_local: bool) -> None:
+    admission = PeerAdmission(4)
+    admission.prepare(PrepareConnection(rtc_connection_id="p1", is_local=said), 0.0)
+    assert decided(admission, "p1")[0].is_local is is_local

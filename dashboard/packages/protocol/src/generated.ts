@@ -253,6 +253,7 @@ export interface PrepareConnection {
   operator?: OperatorIdentity
   ticket?: string
   iceServers?: readonly IceServer[]
+  isLocal?: boolean
 }
 
 /** Operator → robot. `tracks` maps the mid of each media line to the label of the wanted connector. */
@@ -1005,7 +1006,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   PingPing: {"properties": {"pingId": {"type": "string"}}, "required": ["pingId"], "type": "object"},
   PingPong: {"properties": {"pingId": {"type": "string"}}, "required": ["pingId"], "type": "object"},
   Pong: {"properties": {"t0": {"type": "integer"}, "t1": {"type": "integer"}, "t2": {"type": "integer"}}, "required": ["t0", "t1", "t2"], "type": "object"},
-  PrepareConnection: {"properties": {"rtcConnectionId": {"type": "string"}, "sessionId": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "operator": {"anyOf": [{"$ref": "OperatorIdentity"}, {"type": "null"}], "default": null}, "ticket": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "iceServers": {"anyOf": [{"items": {"$ref": "IceServer"}, "type": "array"}, {"type": "null"}], "default": null}}, "required": ["rtcConnectionId"], "type": "object"},
+  PrepareConnection: {"properties": {"rtcConnectionId": {"type": "string"}, "sessionId": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "operator": {"anyOf": [{"$ref": "OperatorIdentity"}, {"type": "null"}], "default": null}, "ticket": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "iceServers": {"anyOf": [{"items": {"$ref": "IceServer"}, "type": "array"}, {"type": "null"}], "default": null}, "isLocal": {"anyOf": [{"type": "boolean"}, {"type": "null"}], "default": null}}, "required": ["rtcConnectionId"], "type": "object"},
   Refusal: {"properties": {"label": {"type": "string"}, "seq": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}, "code": {"type": "string"}, "gate": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "count": {"anyOf": [{"minimum": 1, "type": "integer"}, {"type": "null"}], "default": null}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["label", "code"], "type": "object"},
   RenegotiateAnswer: {"properties": {"attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"anyOf": [{"maxLength": 204800, "type": "string"}, {"type": "null"}], "default": null}, "code": {"default": "", "type": "string"}, "message": {"anyOf": [{"maxLength": 500, "type": "string"}, {"type": "null"}], "default": null}}, "required": ["attempt"], "type": "object"},
   RenegotiateOffer: {"properties": {"attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"maxLength": 204800, "type": "string"}, "tracks": {"additionalProperties": {"type": "string"}, "maxProperties": 256, "type": "object"}}, "required": ["attempt", "sdp"], "type": "object"},

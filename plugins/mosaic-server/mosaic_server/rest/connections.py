@@ -9,6 +9,7 @@ from uuid import uuid4
 from fastapi import APIRouter, Request
 from pydantic import Field
 
+from mosaic_core.machines.peers.home_address import leads_home
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.signaling import OperatorIdentity
 from mosaic_core.words.wire_model import WireModel
@@ -152,7 +153,11 @@ async def _with_tickets(
         ticket = services.tickets.issue(
             session_id=one.session_id, robot_id=one.robot_id, peer_id=one.connection_id, operator=operator
         )
-        wanted.append(WantedConnection(one.robot_id, one.connection_id, one.session_id, ticket, operator, ice_servers))
+        wanted.append(
+            WantedConnection(
+                one.robot_id, one.connection_id, one.session_id, ticket, operator, ice_servers, leads_home(address)
+            )
+        )
     return tuple(wanted)
 
 

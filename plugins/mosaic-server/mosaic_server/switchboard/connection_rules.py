@@ -102,6 +102,7 @@ def _prepare(robot: KnownRobot, wanted: WantedConnection) -> PrepareConnection:
         operator=wanted.operator,
         ticket=wanted.ticket if "tickets" in extensions else None,
         ice_servers=wanted.ice_servers if "iceServers" in extensions else None,
+        is_local=wanted.is_local or None,
     )
 
 

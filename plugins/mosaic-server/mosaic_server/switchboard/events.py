@@ -102,6 +102,8 @@ class WantedConnection:
     operator: OperatorIdentity
     ice_servers: tuple[IceServer, ...] = ()
     """With credentials for this robot."""
+    is_local: bool = False
+    """The operator asked over this machine's loopback."""
 
 
 @dataclass(frozen=True, slots=True)
