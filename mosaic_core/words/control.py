@@ -15,6 +15,7 @@ from pydantic import Field, ValidationError
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import WireError
+from mosaic_core.words.plain_text import PlainText
 from mosaic_core.words.signaling import IceCandidate
 from mosaic_core.words.wire_model import WireModel, to_json, wrong_fields
 
@@ -60,8 +61,8 @@ class Hello(ControlMessage):
     type = "hello"
     protocol: int = CONTROL_PROTOCOL_VERSION
     extensions: dict[str, int] = Field(default_factory=dict)
-    software: str
-    boot_id: str
+    software: PlainText
+    boot_id: PlainText
     is_person: bool = Field(default=False, description="A person decides here; a program gives way to persons.")
 
 
@@ -94,8 +95,8 @@ class Bye(ControlMessage):
     """I am closing, on purpose."""
 
     type = "bye"
-    code: str = "peer.closed"
-    message: str | None = None
+    code: PlainText = "peer.closed"
+    message: PlainText | None = None
 
 
 class MediaWatch(ControlMessage):
@@ -113,7 +114,7 @@ class MediaOrigin(ControlMessage):
     label: str
     ssrc: int
     rtp_origin: int
-    boot_id: str
+    boot_id: PlainText
 
 
 class MediaUnavailable(ControlMessage):
@@ -121,8 +122,8 @@ class MediaUnavailable(ControlMessage):
 
     type = "media.unavailable"
     label: str
-    code: str
-    message: str | None = None
+    code: PlainText
+    message: PlainText | None = None
 
 
 class MediaTalking(ControlMessage):
@@ -131,7 +132,7 @@ class MediaTalking(ControlMessage):
     type = "media.talking"
     label: str
     peer_id: str | None = None
-    name: str = ""
+    name: PlainText = ""
 
 
 class Refusal(ControlMessage):
@@ -142,10 +143,10 @@ class Refusal(ControlMessage):
     type = "refusal"
     label: str
     seq: int | None = None
-    code: str
-    gate: str | None = None
+    code: PlainText
+    gate: PlainText | None = None
     count: Annotated[int, Field(ge=1)] | None = None
-    message: str | None = None
+    message: PlainText | None = None
 
 
 # -- what outlives a connection ----------------------------------------------------------------------------------
@@ -165,7 +166,7 @@ class Resume(ControlMessage):
     operator's message is that of the robot whose numbers it remembers."""
 
     type = "resume"
-    boot_id: str = ""
+    boot_id: PlainText = ""
     is_new: bool = False
     received: Seqs = Field(default_factory=dict)
     upcoming: Seqs = Field(default_factory=dict)
@@ -186,7 +187,8 @@ class PeerInfo(WireModel):
     """One operator as the others see it. ``is_original``: it knows no control channel and can't be asked."""
 
     peer_id: str
-    name: str = ""
+    account: PlainText | None = Field(default=None, description="The id of its account, as its ticket says.")
+    name: PlainText = ""
     role: Role = "operator"
     is_person: bool = False
     is_original: bool = False
@@ -205,7 +207,7 @@ class LeaseRequest(ControlMessage):
 
     type = "lease.request"
     resource: ResourceName = "motion"
-    reason: Annotated[str, Field(max_length=200)] = ""
+    reason: Annotated[PlainText, Field(max_length=200)] = ""
     force: bool = False
 
 
@@ -217,8 +219,8 @@ class LeaseReply(ControlMessage):
     resource: ResourceName
     outcome: Literal["granted", "queued", "denied", "ended"]
     epoch: Annotated[int, Field(ge=0, le=0xFFFFFFFF)] = 0
-    code: str = ""
-    message: str | None = None
+    code: PlainText = ""
+    message: PlainText | None = None
 
 
 class LeaseKeep(ControlMessage):
@@ -242,15 +244,15 @@ class LeaseAnswer(ControlMessage):
     resource: ResourceName = "motion"
     peer_id: str
     grant: bool
-    message: Annotated[str, Field(max_length=200)] = ""
+    message: Annotated[PlainText, Field(max_length=200)] = ""
 
 
 class LeaseWaiting(WireModel):
     """Somebody in the queue for a lease."""
 
     peer_id: str
-    name: str = ""
-    reason: str = ""
+    name: PlainText = ""
+    reason: PlainText = ""
     is_person: bool = False
 
 
@@ -274,7 +276,7 @@ class Stop(ControlMessage):
 
     type = "stop"
     id: Annotated[str, Field(min_length=1, max_length=64)]
-    reason: Annotated[str, Field(max_length=200)] = ""
+    reason: Annotated[PlainText, Field(max_length=200)] = ""
 
 
 class StopAck(ControlMessage):
@@ -292,8 +294,11 @@ class StopState(ControlMessage):
 
     type = "stop.state"
     is_stopped: bool
-    by: str = Field(default="", description="Name of the operator, or what stopped it.")
-    reason: str = ""
+    by: PlainText = Field(default="", description="Name of the operator, or what stopped it.")
+    by_account: PlainText | None = Field(
+        default=None, description="The id of that operator's account, as its ticket says."
+    )
+    reason: PlainText = ""
     since_us: int | None = None
 
 
@@ -347,13 +352,16 @@ class JournalEntry(WireModel):
     """One thing that happened. ``at`` is the robot's wall clock in ISO 8601 UTC, for people to read."""
 
     number: int
-    at: str
-    what: str
-    who: str = ""
-    subject: str = ""
-    code: str = ""
-    gate: str | None = Field(default=None, description="What on the way of a command refused it.")
-    message: str = ""
+    at: PlainText
+    what: PlainText
+    who: PlainText = ""
+    account: PlainText | None = Field(
+        default=None, description="The id of that operator's account, as its ticket says."
+    )
+    subject: PlainText = ""
+    code: PlainText = ""
+    gate: PlainText | None = Field(default=None, description="What on the way of a command refused it.")
+    message: PlainText = ""
 
 
 class Journal(ControlMessage):
@@ -421,8 +429,8 @@ class LaneClose(ControlMessage):
     type = "lane.close"
     lane: LaneName = "bulk"
     attempt: AttemptNumber
-    code: str = "peer.closed"
-    message: Annotated[str, Field(max_length=500)] | None = None
+    code: PlainText = "peer.closed"
+    message: Annotated[PlainText, Field(max_length=500)] | None = None
 
 
 MAX_OFFER_BYTES = 200 * 1024
@@ -444,8 +452,8 @@ class RenegotiateAnswer(ControlMessage):
     type = "renegotiate.answer"
     attempt: AttemptNumber
     sdp: Annotated[str, Field(max_length=MAX_OFFER_BYTES)] | None = None
-    code: str = ""
-    message: Annotated[str, Field(max_length=500)] | None = None
+    code: PlainText = ""
+    message: Annotated[PlainText, Field(max_length=500)] | None = None
 
 
 # -- how data travels now ----------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from pydantic import Field, ValidationError, field_validator
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.errors import WireError
 from mosaic_core.words.ice import IceServer
+from mosaic_core.words.plain_text import PlainText
 from mosaic_core.words.wire_model import WireModel, to_json, wrong_fields
 
 SIZE_BEFORE_AUTHORIZATION = 8 * 1024
@@ -142,7 +143,7 @@ class OperatorIdentity(WireModel):
     """
 
     id: str
-    name: str
+    name: PlainText
     role: str = "operator"
     program: bool = False
 
@@ -203,8 +204,8 @@ class ClosePeerConnection(SignalingMessage):
 
     type = "signaling.close_peer_connection"
     rtc_connection_id: str
-    code: str | None = None
-    message: str | None = None
+    code: PlainText | None = None
+    message: PlainText | None = None
 
 
 class CatalogueAnnounce(SignalingMessage):

@@ -24,6 +24,8 @@ class Party:
     role: Role = "operator"
     is_person: bool = False
     is_original: bool = False
+    account: str | None = None
+    """The id of its account, as its ticket says."""
 
     def is_same_session(self, other: Party) -> bool:
         return self.peer_id == other.peer_id or (self.session_id != "" and self.session_id == other.session_id)

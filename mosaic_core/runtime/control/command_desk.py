@@ -75,6 +75,8 @@ class CommandDesk:
         self._present: dict[str, _Present] = {}
         self._awaited: dict[tuple[str, str], Answer] = {}
         self._fence: Fence | None = None
+        self._stop_account = ""
+        """Of whoever stopped or cleared the robot last."""
 
     def pass_on(self, effect: lease.Effect | str) -> None:
         """An effect of the fence, on any thread and under its lock."""
@@ -99,7 +101,7 @@ class CommandDesk:
             states: list[ControlMessage] = [
                 words.lease_state(self.fence.desk, resource) for resource in self.fence.desk.resources
             ]
-            states.append(words.stop_state(self.fence.latch))
+            states.append(words.stop_state(self.fence.latch, account=self._stop_account))
         for state in states:
             peer.tell(state)
 
@@ -178,7 +180,7 @@ class CommandDesk:
         if times.safe_s is None and (key in self._awaited or len(self._awaited) < MAX_AWAITED):
             self._awaited[key] = answer
         if is_new:
-            self._stop_changed(True, name, message.reason)
+            self._stop_changed(True, peer.sender, message.reason)
 
     def _clear(self, peer: Controlled, now_s: float) -> None:
         with self.fence.lock:
@@ -190,20 +192,22 @@ class CommandDesk:
             return
         if not was_stopped:
             with self.fence.lock:
-                state = words.stop_state(self.fence.latch)
+                state = words.stop_state(self.fence.latch, account=self._stop_account)
             peer.answer(state)
             return
         self._awaited.clear()
-        self._stop_changed(False, name_of(peer.sender), "")
+        self._stop_changed(False, peer.sender, "")
 
-    def _stop_changed(self, is_stopped: bool, by: str, reason: str) -> None:
+    def _stop_changed(self, is_stopped: bool, sender: Sender, reason: str) -> None:
+        by, self._stop_account = name_of(sender), sender.operator_id
         with self.fence.lock:
-            state = words.stop_state(self.fence.latch, by)
+            state = words.stop_state(self.fence.latch, by, self._stop_account)
         for peer in self._peers():
             peer.tell(state)
         # as literals: names and reasons come from outside, and a line break would forge a line of the log
         logger.warning("stopped by %r: %r", by, reason) if is_stopped else logger.warning("stop cleared by %r", by)
-        self._journal.note("stop" if is_stopped else "stop.clear", who=by, message=reason)
+        what = "stop" if is_stopped else "stop.clear"
+        self._journal.note(what, who=by, account=self._stop_account, message=reason)
         self._listener.stop_changed(is_stopped, by, reason)
 
     def _read_journal(self, peer: Controlled, limit: int, before: int | None) -> None:
@@ -235,7 +239,14 @@ class CommandDesk:
         of = holder or change.before
         who = (of.name or of.peer_id) if of is not None else change.by
         self._journal.lease_changed()
-        self._journal.note(what, who=who, subject=change.resource, code=change.cause, message=change.message)
+        self._journal.note(
+            what,
+            who=who,
+            account=(of.account or "") if of is not None else "",
+            subject=change.resource,
+            code=change.cause,
+            message=change.message,
+        )
         sender = present.peer.sender if present is not None else None
         self._listener.lease_changed(change.resource, sender, change.epoch, change.cause)
 

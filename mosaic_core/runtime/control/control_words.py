@@ -15,7 +15,8 @@ from mosaic_core.words.control import Role
 def party_of(sender: Sender) -> Party:
     commanding: tuple[Role, ...] = ("operator", "supervisor")
     role: Role = next((known for known in commanding if known == sender.role), "observer")
-    return Party(sender.peer_id, sender.session_id, sender.name, role, sender.is_person, sender.is_original)
+    is_person, is_original, account = sender.is_person, sender.is_original, sender.operator_id or None
+    return Party(sender.peer_id, sender.session_id, sender.name, role, is_person, is_original, account)
 
 
 def peer_info(party: Party) -> control.PeerInfo:
@@ -49,10 +50,16 @@ def lease_state(desk: LeaseDesk, resource: str) -> control.LeaseState:
     )
 
 
-def stop_state(latch: StopLatch, by: str = "") -> control.StopState:
-    """``by``: who cleared it; of a stop the latch knows."""
+def stop_state(latch: StopLatch, by: str = "", account: str = "") -> control.StopState:
+    """``by``: who cleared it; of a stop the latch knows. ``account``: of whoever stopped or cleared it."""
     since_us = None if latch.since_s is None else int(latch.since_s * 1e6)
-    return control.StopState(is_stopped=latch.is_stopped, by=latch.by or by, reason=latch.reason, since_us=since_us)
+    return control.StopState(
+        is_stopped=latch.is_stopped,
+        by=latch.by or by,
+        by_account=account or None,
+        reason=latch.reason,
+        since_us=since_us,
+    )
 
 
 def stop_ack(stop_id: str, times: StopTimes) -> control.StopAck:

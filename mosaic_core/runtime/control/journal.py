@@ -41,6 +41,7 @@ class _Merged:
     subject: str
     refusal: GateRefusal
     who: str
+    account: str
 
 
 class RobotJournal:
@@ -56,8 +57,17 @@ class RobotJournal:
         self._commanded: dict[str, tuple[str, float]] = {}
 
     def note(
-        self, what: str, *, who: str = "", subject: str = "", code: str = "", gate: str = "", message: str = ""
+        self,
+        what: str,
+        *,
+        who: str = "",
+        account: str = "",
+        subject: str = "",
+        code: str = "",
+        gate: str = "",
+        message: str = "",
     ) -> None:
+        """``who`` is what people call an operator, ``account`` the id that its ticket carries."""
         self._number += 1
         at = datetime.now(UTC).isoformat(timespec="milliseconds")
         entry = JournalEntry(
@@ -65,6 +75,7 @@ class RobotJournal:
             at=at,
             what=what,
             who=who,
+            account=account or None,
             subject=subject,
             code=code,
             gate=gate or None,
@@ -82,7 +93,7 @@ class RobotJournal:
             return
         self.flush(now_s)
         if len(self._refused) < MAX_MERGED:
-            self._refused[key] = merged = _Merged(now_s, 0, label, refusal, name_of(sender))
+            self._refused[key] = merged = _Merged(now_s, 0, label, refusal, name_of(sender), sender.operator_id)
             self._note_refused(merged)
 
     def accepted(self, label: str, sender: Sender) -> None:
@@ -91,7 +102,7 @@ class RobotJournal:
         peer_id, at_s = self._commanded.get(label, ("", 0.0))
         self._commanded[label] = (sender.peer_id, now_s)
         if peer_id != sender.peer_id or now_s - at_s > PAUSE_S:
-            self.note("command.accepted", who=name_of(sender), subject=label)
+            self.note("command.accepted", who=name_of(sender), account=sender.operator_id, subject=label)
 
     def lease_changed(self) -> None:
         """The next accepted command of every receiver is the first one again."""
@@ -112,7 +123,8 @@ class RobotJournal:
         who, label, gate, code = merged.who, merged.subject, str(merged.refusal.gate), merged.refusal.code
         # as literals: names and labels come from outside, and a line break would forge a line of the log
         logger.info("%r: refused a message of %r at the gate %s (%s) %s", label, who, gate, code, message)
-        self.note("command.refused", who=who, subject=label, code=code, gate=gate, message=message)
+        account = merged.account
+        self.note("command.refused", who=who, account=account, subject=label, code=code, gate=gate, message=message)
 
     def newest(self, limit: int, before: int | None = None) -> tuple[JournalEntry, ...]:
         """At most ``limit`` entries older than number ``before``, newest first."""

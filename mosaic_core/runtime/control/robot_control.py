@@ -59,10 +59,11 @@ class RobotControl:
     # -- for the journal -----------------------------------------------------------------------------------------
 
     def peer_connected(self, sender: Sender) -> None:
-        self.journal.note("peer.connected", who=name_of(sender))
+        self.journal.note("peer.connected", who=name_of(sender), account=sender.operator_id)
 
     def peer_closed(self, sender: Sender, code: str, message: str) -> None:
-        self.journal.note("peer.closed", who=name_of(sender), code=code, message=message)
+        who, account = name_of(sender), sender.operator_id
+        self.journal.note("peer.closed", who=who, account=account, code=code, message=message)
 
     def command_done(self, outcome: Outcome) -> None:
         item = outcome.item

@@ -14,6 +14,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from mosaic_core.machines.signaling.peer_admission import PeerIdentity
 from mosaic_core.words.control import Role
 from mosaic_core.words.errors import AuthError
+from mosaic_core.words.plain_text import plain
 from mosaic_core.words.signaling import PrepareConnection, TicketKey
 
 LEEWAY_S = 60
@@ -42,7 +43,7 @@ class TicketVerifier:
         return PeerIdentity(
             str(claims["sessionId"]),
             str(claims["sub"]),
-            str(claims.get("name", "")),
+            plain(str(claims.get("name", ""))),
             role,
             is_program=claims.get("program") is True,
         )

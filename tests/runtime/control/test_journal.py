@@ -11,7 +11,9 @@ import pytest
 
 from mosaic_core import Sender
 from mosaic_core.machines.commands.gates import Gate, GateRefusal
+from mosaic_core.machines.control.stop_latch import StopLatch
 from mosaic_core.runtime.control import journal as module
+from mosaic_core.runtime.control.control_words import party_of, peer_info, stop_state
 from mosaic_core.runtime.control.journal import MAX_ENTRIES, JournalFile, RobotJournal
 from mosaic_core.words.control import JournalEntry
 
@@ -131,3 +133,21 @@ def test_a_file_that_cannot_be_opened_is_told_and_harms_nothing(
     file.close()
     assert len(journal.newest(1)) == 1
     assert "can't be written" in caplog.text
+
+
+def test_every_entry_of_an_operator_carries_the_account_of_its_ticket(clock: Clock) -> None:
+    journal, ann = RobotJournal(), Sender("ann", "a", "account-1", "Ann")
+    journal.refused("drive", ann, NO_LEASE)
+    journal.accepted("drive", ann)
+    journal.note("stop", who="Ann", account="account-1")
+    assert [entry.account for entry in journal.newest(10)] == ["account-1"] * 3
+    journal.note("lease.ended", who="the robot")
+    assert journal.newest(1)[0].account is None
+
+
+def test_who_is_present_and_who_stopped_is_told_with_the_account_of_the_ticket() -> None:
+    ann = Sender("ann", "a", "account-1", "Ann")
+    assert peer_info(party_of(ann)).account == "account-1"
+    latch = StopLatch()
+    latch.stop("Ann", "a child", "s1", 1.0)
+    assert stop_state(latch, account=ann.operator_id).by_account == "account-1"

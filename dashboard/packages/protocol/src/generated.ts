@@ -148,6 +148,8 @@ export interface IceCandidate {
 /** One operator as the others see it. `is_original`: it knows no control channel and can't be asked. */
 export interface PeerInfo {
   peerId: string
+  /** The id of its account, as its ticket says. */
+  account?: string
   name: string
   role: 'observer' | 'operator' | 'supervisor'
   isPerson: boolean
@@ -195,6 +197,8 @@ export interface JournalEntry {
   at: string
   what: string
   who: string
+  /** The id of that operator's account, as its ticket says. */
+  account?: string
   subject: string
   code: string
   /** What on the way of a command refused it. */
@@ -472,6 +476,8 @@ export interface StopState {
   isStopped: boolean
   /** Name of the operator, or what stopped it. */
   by: string
+  /** The id of that operator's account, as its ticket says. */
+  byAccount?: string
   reason: string
   sinceUs?: number
 }
@@ -978,7 +984,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   IceCandidate: {"properties": {"candidate": {"type": "string"}, "sdpMid": {"type": "string"}, "sdpMLineIndex": {"default": 0, "type": "integer"}}, "required": ["candidate", "sdpMid"], "type": "object"},
   IceServer: {"properties": {"urls": {"items": {"type": "string"}, "type": "array"}, "username": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "credential": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["urls"], "type": "object"},
   Journal: {"properties": {"entries": {"default": [], "items": {"$ref": "JournalEntry"}, "type": "array"}}, "type": "object"},
-  JournalEntry: {"properties": {"number": {"type": "integer"}, "at": {"type": "string"}, "what": {"type": "string"}, "who": {"default": "", "type": "string"}, "subject": {"default": "", "type": "string"}, "code": {"default": "", "type": "string"}, "gate": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "message": {"default": "", "type": "string"}}, "required": ["number", "at", "what"], "type": "object"},
+  JournalEntry: {"properties": {"number": {"type": "integer"}, "at": {"type": "string"}, "what": {"type": "string"}, "who": {"default": "", "type": "string"}, "account": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "subject": {"default": "", "type": "string"}, "code": {"default": "", "type": "string"}, "gate": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "message": {"default": "", "type": "string"}}, "required": ["number", "at", "what"], "type": "object"},
   JournalRead: {"properties": {"limit": {"default": 100, "maximum": 200, "minimum": 1, "type": "integer"}, "before": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "type": "object"},
   Kind: {"enum": ["data", "video", "audio"], "type": "string"},
   LaneAnswer: {"properties": {"lane": {"const": "bulk", "default": "bulk", "type": "string"}, "attempt": {"maximum": 4294967295, "minimum": 1, "type": "integer"}, "sdp": {"maxLength": 16384, "type": "string"}}, "required": ["attempt", "sdp"], "type": "object"},
@@ -1000,7 +1006,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   MosaicDataType: {"enum": ["json-r2u", "json-u2r", "json-bi", "string-r2u", "string-u2r", "byte-r2u", "byte-u2r", "media"], "type": "string"},
   Near: {"properties": {"urls": {"items": {"maxLength": 200, "pattern": "^https?://[^\\s/?#@]+$", "type": "string"}, "maxItems": 16, "type": "array"}}, "required": ["urls"], "type": "object"},
   OperatorIdentity: {"properties": {"id": {"type": "string"}, "name": {"type": "string"}, "role": {"default": "operator", "type": "string"}, "program": {"default": false, "type": "boolean"}}, "required": ["id", "name"], "type": "object"},
-  PeerInfo: {"properties": {"peerId": {"type": "string"}, "name": {"default": "", "type": "string"}, "role": {"default": "operator", "enum": ["observer", "operator", "supervisor"], "type": "string"}, "isPerson": {"default": false, "type": "boolean"}, "isOriginal": {"default": false, "type": "boolean"}}, "required": ["peerId"], "type": "object"},
+  PeerInfo: {"properties": {"peerId": {"type": "string"}, "account": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "name": {"default": "", "type": "string"}, "role": {"default": "operator", "enum": ["observer", "operator", "supervisor"], "type": "string"}, "isPerson": {"default": false, "type": "boolean"}, "isOriginal": {"default": false, "type": "boolean"}}, "required": ["peerId"], "type": "object"},
   Peers: {"properties": {"you": {"type": "string"}, "peers": {"default": [], "items": {"$ref": "PeerInfo"}, "type": "array"}}, "required": ["you"], "type": "object"},
   Ping: {"properties": {"t0": {"type": "integer"}}, "required": ["t0"], "type": "object"},
   PingPing: {"properties": {"pingId": {"type": "string"}}, "required": ["pingId"], "type": "object"},
@@ -1023,6 +1029,6 @@ export const DEFINITIONS: Record<string, unknown> = {
   Stop: {"properties": {"id": {"maxLength": 64, "minLength": 1, "type": "string"}, "reason": {"default": "", "maxLength": 200, "type": "string"}}, "required": ["id"], "type": "object"},
   StopAck: {"properties": {"id": {"type": "string"}, "receivedUs": {"type": "integer"}, "safeUs": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "required": ["id", "receivedUs"], "type": "object"},
   StopClear: {"properties": {}, "type": "object"},
-  StopState: {"properties": {"isStopped": {"type": "boolean"}, "by": {"default": "", "type": "string"}, "reason": {"default": "", "type": "string"}, "sinceUs": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "required": ["isStopped"], "type": "object"},
+  StopState: {"properties": {"isStopped": {"type": "boolean"}, "by": {"default": "", "type": "string"}, "byAccount": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "reason": {"default": "", "type": "string"}, "sinceUs": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "required": ["isStopped"], "type": "object"},
   TicketKey: {"properties": {"kid": {"type": "string"}, "x": {"type": "string"}}, "required": ["kid", "x"], "type": "object"},
 }
