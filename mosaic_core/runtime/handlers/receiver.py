@@ -131,7 +131,7 @@ class Receiver:
                 continue
             try:
                 self._handle(*arguments)
-            except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything)
+            except BaseException as error:  # noqa: BLE001 (a plugin may raise anything; none ends its thread unnoticed)
                 self._raised(item, error)
             else:
                 self._succeeded(item)

@@ -20,7 +20,7 @@ from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.roles import Role
 from mosaic_server.services import Services
 from mosaic_server.sockets.authorizer import identity_of
-from mosaic_server.storage.accounts import Person
+from mosaic_server.storage.accounts import Person, shown_name
 from mosaic_server.storage.grants import roles_of_account
 from mosaic_server.storage.issued_tickets import NoAccess, WantedTicket, record_tickets
 from mosaic_server.storage.robots import robots_by_id
@@ -144,12 +144,13 @@ async def _with_tickets(
         roles = await services.database.run(record_tickets, person.id, plan, address)
     except NoAccess as error:
         raise ApiError(ResultCode.ACCESS_DENIED) from error
+    name = await services.database.run(shown_name, person.id)
     servers = await services.authorizer.ice_servers_for([one.robot_id for one in plan])
     wanted = []
     for one, role, ice_servers in zip(plan, roles, servers, strict=True):
-        operator = _identity(person, role.standing.role_if_active).model_copy(
-            update={"program": role.standing.is_program}
-        )
+        standing = role.standing
+        update = {"role": standing.role_if_active.value, "program": standing.is_program}
+        operator = identity_of(person, name).model_copy(update=update)
         ticket = services.tickets.issue(
             session_id=one.session_id, robot_id=one.robot_id, peer_id=one.connection_id, operator=operator
         )

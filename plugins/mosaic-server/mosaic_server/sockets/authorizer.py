@@ -15,7 +15,7 @@ from mosaic_core.words.signaling import Authorize, OperatorIdentity, agreed_exte
 from mosaic_server.ids import is_uuid
 from mosaic_server.security.access_tokens import AccessTokenRefused, AccessTokens
 from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
-from mosaic_server.storage.accounts import Person, login_versions, person_by_id
+from mosaic_server.storage.accounts import Person, login_versions, person_by_id, shown_name
 from mosaic_server.storage.database import Database
 from mosaic_server.storage.ice_servers import StoredIceServer, listed_ice_servers
 from mosaic_server.storage.robots import RobotLogin, admissions, log_in_robot
@@ -34,9 +34,10 @@ class AdmittedSocket:
     expires_at_s: int | None = None
 
 
-def identity_of(person: Person) -> OperatorIdentity:
-    """Who speaks on a socket. Its role is another on every robot and is decided with each ticket."""
-    return OperatorIdentity(id=person.id, name=person.full_name or person.email, program=person.is_program)
+def identity_of(person: Person, name: str = "") -> OperatorIdentity:
+    """Who speaks on a socket. Its role is another on every robot and is decided with each ticket. ``name``: as it is
+    shown to others (``storage.accounts.shown_name``)."""
+    return OperatorIdentity(id=person.id, name=name or person.full_name or person.email, program=person.is_program)
 
 
 class Authorizer:
@@ -93,7 +94,7 @@ class Authorizer:
         self._admitted[socket] = AdmittedSocket(Side.OPERATOR, person.id, str(person.login_version), expires_at_s)
         return OperatorAuthorized(
             socket,
-            identity_of(person),
+            identity_of(person, await self._database.run(shown_name, person.id)),
             person.organization_id,
             time.monotonic(),
             agreed_extensions(message.extensions),

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import unicodedata
 from dataclasses import dataclass
 
 from sqlalchemy import func, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
+from mosaic_core.words.plain_text import plain
 from mosaic_server.security.passwords import check_password, hash_password
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
 from mosaic_server.storage.organizations import add_organization
@@ -47,6 +49,27 @@ def _person(account: Account) -> Person:
         created_at_ms=account.created_at_ms,
         updated_at_ms=account.updated_at_ms,
     )
+
+
+def shown_name(session: Session, account_id: str) -> str:
+    """What an account is called among its operators; with its own address where the name alone, or what it pretends to
+    be, would be another's of the organization. Empty for an account that is gone."""
+    own = session.get(Account, account_id)
+    if own is None:
+        return ""
+    others = session.execute(
+        select(Account.full_name, Account.email).where(
+            Account.organization_id == own.organization_id, Account.id != own.id
+        )
+    )
+    key = _looks(own.full_name)
+    taken = any(key == _looks(other.full_name) or _looks(other.email) in key for other in others)
+    return f"{own.full_name} ({own.email})" if own.full_name and taken else own.full_name or own.email
+
+
+def _looks(name: str) -> str:
+    """The same for names that people would take for one."""
+    return " ".join(unicodedata.normalize("NFKC", plain(name)).casefold().split())
 
 
 def normalised_email(email: str) -> str:
