@@ -1,0 +1,69 @@
+"""What the source of connectors does on the event loop of a robot, told before it costs an operator the connection."""
+
+from __future__ import annotations
+
+import ast
+import asyncio
+import sys
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+
+from mosaic_core.doctor.config_checks import ConfigRead
+from mosaic_core.words.finding import Finding, passed, warned
+
+MAX_FILES = 200
+"""Of one package."""
+
+
+def blocking_lines(source: str) -> Iterator[tuple[int, str]]:
+    """``(line, what)`` of what would block in an ``async def``: a plain ``for`` over ``every``, ``time.sleep``,
+    ``self.pause``. Raises :class:`SyntaxError`."""
+    for function in ast.walk(ast.parse(source)):
+        if isinstance(function, ast.AsyncFunctionDef):
+            yield from _blocking(function)
+
+
+def _blocking(function: ast.AsyncFunctionDef) -> Iterator[tuple[int, str]]:
+    waiting: list[ast.AST] = [*function.body]
+    while waiting:
+        node = waiting.pop(0)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            continue  # runs somewhere else, or is looked at by itself
+        match node:
+            case ast.For(iter=ast.Call(func=ast.Attribute(attr="every"))):
+                yield node.lineno, "for … in every(…)"
+            case ast.Call(func=ast.Attribute(value=ast.Name(id="time"), attr="sleep")):
+                yield node.lineno, "time.sleep(…)"
+            case ast.Call(func=ast.Attribute(value=ast.Name(id="self"), attr="pause")):
+                yield node.lineno, "self.pause(…)"
+            case _:
+                pass
+        waiting += ast.iter_child_nodes(node)
+
+
+async def code_checks(read: ConfigRead) -> AsyncIterator[Finding]:
+    """The source of every package that the connectors of the file come from."""
+    packages = {one.configurer.__module__.partition(".")[0] for one in read.connectors} - {"mosaic_core"}
+    for package in sorted(packages):
+        found = await asyncio.to_thread(_found_in, package)
+        for place, what in found:
+            facts = {"place": place}
+            text = f"{place}: {what} in an `async def` stops the whole robot while it waits."
+            yield warned(f"code.{package}", "plugin.blocks_loop", text, facts=facts)
+        if not found:
+            yield passed(f"code.{package}", f"Nothing in {package} is seen to block the event loop.")
+
+
+def _found_in(package: str) -> list[tuple[str, str]]:
+    module = sys.modules.get(package)
+    folders = [Path(path) for path in getattr(module, "__path__", ())]
+    single = getattr(module, "__file__", None)
+    files = [file for folder in folders for file in sorted(folder.rglob("*.py"))] or ([Path(single)] if single else [])
+    found: list[tuple[str, str]] = []
+    for file in files[:MAX_FILES]:
+        try:
+            lines = list(blocking_lines(file.read_text(encoding="utf-8")))
+        except (OSError, SyntaxError, ValueError):
+            continue  # what can't be read is the business of whoever imports it
+        found += [(f"{file}:{line}", what) for line, what in lines]
+    return found

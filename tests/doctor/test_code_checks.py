@@ -1,0 +1,64 @@
+"""The doctor reads the source of plugins, and names the lines that would hold up the event loop."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from mosaic_core.doctor.code_checks import blocking_lines, code_checks
+
+SOURCE = """
+import time
+
+
+class Gauge:
+    async def messages(self):
+        for tick in self.every(0.1):
+            yield tick
+        async for tick in self.every(0.1):
+            time.sleep(1)
+            if self.pause(1):
+                return
+
+        def elsewhere():
+            time.sleep(1)
+
+    def frames(self):
+        for tick in self.every(0.1):
+            time.sleep(1)
+            yield tick
+"""
+
+
+def test_what_blocks_in_an_async_def_is_found_with_its_line() -> None:
+    assert sorted(blocking_lines(SOURCE)) == [
+        (7, "for … in every(…)"),
+        (10, "time.sleep(…)"),
+        (11, "self.pause(…)"),
+    ]
+
+
+def read_of(*modules: str) -> Any:
+    return SimpleNamespace(
+        connectors=[SimpleNamespace(configurer=SimpleNamespace(__module__=module)) for module in modules]
+    )
+
+
+async def test_a_plugin_is_named_with_file_and_line_and_a_good_one_passes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "acme_slow.py").write_text(SOURCE)
+    (tmp_path / "acme_good.py").write_text("async def messages(): pass\n")
+    for name in ("acme_slow", "acme_good"):
+        importlib.import_module(name)
+    findings = [finding async for finding in code_checks(read_of("acme_slow", "acme_good", "mosaic_core.x"))]
+    assert [(finding.check, finding.code) for finding in findings] == [
+        ("code.acme_good", "check.ok"),
+        *[("code.acme_slow", "plugin.blocks_loop")] * 3,
+    ]
+    assert f"{tmp_path / 'acme_slow.py'}:7" in findings[1].sentence
