@@ -26,7 +26,7 @@ from mosaic_core.machines.delivery.shared_budget import Holding, SharedBudget
 logger = logging.getLogger(__name__)
 
 MAX_MESSAGE_BYTES = 256 * 1024
-"""The largest message of SCTP, four times what we announce as the largest one (RFC 8841 §6.1); ours come in chunks."""
+"""The largest message of SCTP: what aiortc announces as such (RFC 8841 §6.1). Ours come in smaller chunks."""
 MAX_HELD_BYTES = 8 * 1024 * 1024
 """What may wait on one connection for a packet that was lost: all that a sender has on its way."""
 ALL_HELD_BYTES = 64 * 1024 * 1024
