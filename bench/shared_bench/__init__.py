@@ -1,0 +1,1 @@
+"""One narrow link that several streams share, in network namespaces."""

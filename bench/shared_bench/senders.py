@@ -1,0 +1,172 @@
+"""A robot with several cameras in the robot's network: ours, and plain aiortc; each in a process of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import multiprocessing
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
+
+from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
+from laboratory.networks import Namespace
+from video_bench.plain_aiortc import FilmTrack, NewestPicture
+from video_bench.scene import Image
+
+from mosaic_core.contract.media import Captured
+from shared_bench.noise import NoiseCamera
+
+PATIENCE_S = 40.0
+CUT = "cut"
+
+
+@dataclass(frozen=True, slots=True)
+class Cameras:
+    """What a robot films. ``late``: so many of them are asked for by an order only, as when somebody opens a card."""
+
+    sender: str
+    count: int
+    size: tuple[int, int]
+    fps: float
+    late: int = 0
+    seed: int = 1
+
+
+class CamerasProcess:
+    """The other process, from this side."""
+
+    def __init__(self, cameras: Cameras, namespace: Namespace) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(target=serve, args=(theirs, cameras), daemon=True)
+        namespace.run(self._process.start)
+        theirs.close()
+
+    async def answer(self, offer_sdp: str) -> str:
+        self._pipe.send(offer_sdp)
+        return await asyncio.to_thread(self._received)
+
+    def order(self, what: str) -> None:
+        """:data:`CUT`, or the label of a camera that is wanted from now on."""
+        self._pipe.send(what)
+
+    async def close(self) -> None:
+        self._pipe.close()
+        await asyncio.to_thread(self._process.join, 10)
+        if self._process.is_alive():
+            self._process.kill()
+
+    def _received(self) -> str:
+        if not self._pipe.poll(PATIENCE_S):
+            raise TimeoutError("the sender's process does not answer")
+        return str(self._pipe.recv())
+
+
+# -- the sender's process ----------------------------------------------------------------------------------------------
+
+
+def serve(pipe: Connection, cameras: Cameras) -> None:
+    from mosaic_core.adapters.machine.event_loop import run_event_loop
+
+    run_event_loop(_served(pipe, cameras))
+
+
+async def _served(pipe: Connection, cameras: Cameras) -> None:
+    robot = OurCameras(cameras) if cameras.sender == "ours" else AiortcCameras(cameras)
+    pipe.send(await robot.answer(await asyncio.to_thread(pipe.recv)))
+    films = [
+        NoiseCamera(cameras.size, cameras.fps, 10 * cameras.seed + number, robot.post(number))
+        for number in range(cameras.count)
+    ]
+    while (order := await asyncio.to_thread(_next, pipe)) is not None:
+        if order == CUT:
+            for film in films:
+                film.cut()
+        else:
+            robot.watch(order)
+    for film in films:
+        film.end()
+    await robot.close()
+
+
+def _next(pipe: Connection) -> str | None:
+    try:
+        return str(pipe.recv())
+    except (EOFError, ConnectionResetError):
+        return None
+
+
+class OurCameras:
+    """Cameras of the robot as it is, without server and catalogue; an ``AnswererListener``."""
+
+    def __init__(self, cameras: Cameras) -> None:
+        from mosaic_core import EncodingParams
+        from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
+        from mosaic_core.adapters.video.shared_video import SharedVideo
+        from mosaic_core.runtime.observation.counters import ConnectorCounters
+
+        labels = [f"camera{number}" for number in range(cameras.count)]
+        self._at_once = labels[: cameras.count - cameras.late]
+        self._streams = {label: SharedVideo(label, EncodingParams(), ConnectorCounters()) for label in labels}
+        self.media = self
+        self._answerer = AiortcAnswerer(self, ())
+
+    async def answer(self, offer_sdp: str) -> str:
+        return await self._answerer.answer(offer_sdp, list(self._streams), None)
+
+    def post(self, number: int) -> Any:
+        stream = self._streams[f"camera{number}"]
+        return lambda image, at_s: stream.offer(Captured(image, at_s))
+
+    def watch(self, label: str) -> None:
+        self._streams[label].watch("page", True)
+
+    async def close(self) -> None:
+        await self._answerer.close()
+        for stream in self._streams.values():
+            stream.close()
+
+    def track_bound(self, label: str) -> Any:
+        return self._streams[label].bind("page", print)
+
+    def state_changed(self, state: str) -> None:
+        if state == "connected":
+            for label in self._at_once:
+                self.watch(label)
+
+    def bound_exceeded(self, why: str) -> None: ...
+    def candidate_found(self, candidate: Any) -> None: ...
+    def channel_opened(self, channel: Any) -> None: ...
+    def tracks_unbound(self, labels: Any) -> None: ...
+    def track_refused(self, label: str, cause: str) -> None: ...
+    def voice_bound(self, label: str, sound: Any) -> None: ...
+    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None: ...
+
+
+class AiortcCameras:
+    """aiortc as its examples use it: an encoder per line, its own bit rates."""
+
+    def __init__(self, cameras: Cameras) -> None:
+        self._newest = [NewestPicture() for _ in range(cameras.count)]
+        self._peer = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+
+    async def answer(self, offer_sdp: str) -> str:
+        await self._peer.setRemoteDescription(RTCSessionDescription(offer_sdp, "offer"))
+        for newest in self._newest:
+            self._peer.addTrack(FilmTrack(newest))
+        await self._peer.setLocalDescription(await self._peer.createAnswer())
+        return self._peer.localDescription.sdp
+
+    def post(self, number: int) -> Any:
+        newest: NewestPicture = self._newest[number]
+
+        def posted(image: Image, at_s: float) -> None:
+            newest.post(image, at_s)
+
+        return posted
+
+    def watch(self, label: str) -> None:
+        """Every line sends from the beginning."""
+
+    async def close(self) -> None:
+        await self._peer.close()

@@ -1,0 +1,80 @@
+// Several videos of one peer connection: watched, or sent as canvases of moving noise. With marks.js.
+;(() => {
+  const gathered = (peer) =>
+    new Promise((done) => {
+      if (peer.iceGatheringState === 'complete') done()
+      peer.onicegatheringstatechange = () => peer.iceGatheringState === 'complete' && done()
+      setTimeout(done, 1500)
+    })
+
+  const watch = (video, displayed) => {
+    const note = (_, { expectedDisplayTime }) => {
+      const marks = window.readMarks(video)
+      displayed.push([expectedDisplayTime, marks?.frame ?? null, marks?.ticks ?? null, video.videoHeight, null])
+      video.requestVideoFrameCallback(note)
+    }
+    video.requestVideoFrameCallback(note)
+  }
+
+  window.offerToWatch = async (count) => {
+    const peer = (window.peer = new RTCPeerConnection())
+    window.displayed = []
+    for (let number = 0; number < count; number++) {
+      peer.addTransceiver('video', { direction: 'recvonly' })
+      window.displayed.push([])
+    }
+    peer.ontrack = ({ receiver, track, transceiver }) => {
+      const video = document.body.appendChild(document.createElement('video'))
+      Object.assign(video, { muted: true, autoplay: true, playsInline: true, width: 320 })
+      receiver.jitterBufferTarget = 0 // as the dashboard does for driving
+      video.srcObject = new MediaStream([track])
+      void video.play()
+      watch(video, window.displayed[peer.getTransceivers().indexOf(transceiver)])
+    }
+    await peer.setLocalDescription()
+    await gathered(peer)
+    return peer.localDescription.sdp
+  }
+
+  const noise = (width, height) => {
+    const small = new OffscreenCanvas(width / 8, height / 8)
+    const onto = small.getContext('2d')
+    const pixels = onto.createImageData(small.width, small.height)
+    for (let i = 0; i < pixels.data.length; i++) pixels.data[i] = i % 4 === 3 ? 255 : Math.random() * 256
+    onto.putImageData(pixels, 0, 0)
+    const large = new OffscreenCanvas(width, height)
+    const scaled = large.getContext('2d')
+    scaled.imageSmoothingEnabled = false
+    scaled.drawImage(small, 0, 0, width, height)
+    return large
+  }
+
+  window.answerWithNoise = async ({ sdp, count, width, height, fps, offsetMs }) => {
+    const peer = (window.peer = new RTCPeerConnection())
+    const films = Array.from({ length: count }, () => {
+      const canvas = document.body.appendChild(document.createElement('canvas'))
+      Object.assign(canvas, { width, height })
+      const stream = canvas.captureStream(0)
+      return { onto: canvas.getContext('2d', { alpha: false }), stream, track: stream.getVideoTracks()[0] }
+    })
+    const cut = (window.cut = () => films.forEach((film) => (film.noise = noise(width, height))))
+    cut()
+    await peer.setRemoteDescription({ type: 'offer', sdp })
+    for (const { track, stream } of films) peer.addTrack(track, stream)
+    await peer.setLocalDescription()
+    await gathered(peer)
+    films.forEach((film) => {
+      let frame = 0
+      const draw = () => {
+        const left = (frame * 2) % width
+        const capturedMs = performance.now() + offsetMs
+        film.onto.drawImage(film.noise, -left, 0)
+        film.onto.drawImage(film.noise, width - left, 0)
+        window.drawMarks(film.onto, width, height, frame++, Math.round(capturedMs * 10) % 2 ** 32)
+        film.track.requestFrame()
+      }
+      setTimeout(() => setInterval(draw, 1000 / fps), (Math.random() * 1000) / fps)
+    })
+    return peer.localDescription.sdp
+  }
+})()
