@@ -62,7 +62,7 @@ class PathRate:
         self._congested: tuple[float, float] | None = None
         self._cut_at_s = now_s - _LOSS_INTERVAL_S
         self._key_at_s = now_s - _KEY_PATIENCE_S
-        self._heard_at_s = self._grown_at_s = now_s
+        self._heard_at_s = self._grown_at_s = self._sent_at_s = now_s
         self._takes_bps: float | None = None
         self._share = PathShare()
         self._queued_reports = 0
@@ -113,6 +113,9 @@ class PathRate:
         self._set(self._budget_bps)
 
     def sent(self, size_bytes: int, now_s: float, *, is_key: bool = False) -> None:
+        if now_s - self._sent_at_s >= _SILENT_S:
+            self._heard_at_s = now_s  # nobody reports what was not sent
+        self._sent_at_s = now_s
         self._sent.append((now_s, size_bytes))
         if is_key:
             self._key_at_s = now_s

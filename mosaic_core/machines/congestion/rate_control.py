@@ -106,7 +106,7 @@ class RateControl:
         self._congested: tuple[float, float] | None = None
         self._backed_off_at_s = now_s - _QUEUE_INTERVAL_S
         self._grown_at_s = now_s
-        self._heard_at_s = now_s
+        self._heard_at_s = self._sent_at_s = now_s
 
     @property
     def budget_bps(self) -> int:
@@ -141,6 +141,9 @@ class RateControl:
         self._set(self._budget_bps)
 
     def sent(self, size_bytes: int, now_s: float, *, is_key: bool = False) -> None:
+        if now_s - self._sent_at_s >= _SILENT_S:
+            self._heard_at_s = now_s  # nobody reports what was not sent
+        self._sent_at_s = now_s
         self._sent.append((now_s, size_bytes))
         _forget(self._sent, now_s)
 

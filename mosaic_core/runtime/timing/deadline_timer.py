@@ -12,6 +12,7 @@ class DeadlineTimer:
 
     def __init__(self, passed: Callable[[], None]) -> None:
         self._passed = passed
+        self._deadline_s = 0.0
         self._handle: asyncio.TimerHandle | None = None
 
     def set(self, deadline_s: float | None) -> None:
@@ -20,6 +21,7 @@ class DeadlineTimer:
             self._handle.cancel()
             self._handle = None
         if deadline_s is not None:
+            self._deadline_s = deadline_s
             delay_s = max(0.0, deadline_s - time.monotonic())
             self._handle = asyncio.get_running_loop().call_later(delay_s, self._fire)
 
@@ -35,5 +37,10 @@ class DeadlineTimer:
             self._handle = None
 
     def _fire(self) -> None:
+        """uvloop counts in whole milliseconds, so that it may come a little early: who then asks the clock whether the
+        deadline has passed would hear no, and never be called again."""
         self._handle = None
-        self._passed()
+        if time.monotonic() < self._deadline_s:
+            self.set(self._deadline_s)
+        else:
+            self._passed()

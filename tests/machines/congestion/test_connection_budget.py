@@ -91,9 +91,26 @@ def test_arrivals_bring_a_better_controller_which_begins_where_the_simple_one_st
 
 def test_without_arrivals_silence_costs_all_streams() -> None:
     budget = watched("front", "rear")
-    budget.sent(10_000, 9.0)
-    budget.tick(9.5)
+    for step in range(20):
+        budget.sent(10_000, 1.0 + 0.25 * step)
+    budget.tick(6.5)
     assert sum(budget.parts.values()) == budget.budget_bps < START_BPS
+
+
+@pytest.mark.parametrize("has_arrivals", [False, True])
+def test_who_was_not_sent_anything_for_long_is_no_silence(has_arrivals: bool) -> None:
+    budget = watched("front")
+    if has_arrivals:
+        budget.handle(None, seen(), 0.1)
+    before_bps = budget.budget_bps
+    for step in range(3):
+        budget.sent(1_000, 30.0 + 0.2 * step)
+    budget.tick(30.5)
+    assert budget.budget_bps == before_bps
+    for step in range(30):
+        budget.sent(1_000, 30.6 + 0.2 * step)
+    budget.tick(36.5)
+    assert budget.budget_bps < before_bps, "but nothing heard of what was sent is"
 
 
 def test_under_a_ceiling_of_the_user_much_loss_makes_room_for_copies_within_it() -> None:
