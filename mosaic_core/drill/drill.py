@@ -23,6 +23,7 @@ EXERCISES: Mapping[str, Exercise] = {
     "frozen-picture": silence.frozen_picture,
     "stop": strangers.stop,
     "stop-on-control": strangers.stop_on_control,
+    "let-go": strangers.let_go,
     "take-over": strangers.take_over,
     "lease-expiry": silence.lease_expiry,
     "stranger": strangers.stranger,

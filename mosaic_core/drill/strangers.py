@@ -56,6 +56,25 @@ async def _stopped(rig: Rig, subject: DrilledReceiver, *, lost_lane: str) -> Pas
         await rig.dismiss(supervisor)
 
 
+async def let_go(rig: Rig, subject: DrilledReceiver) -> Passed:
+    """Somebody drives on through a stop and its clearing."""
+    supervisor = await rig.operator("supervisor")
+    try:
+        async with moving(rig, subject) as stream, in_background(stream):
+            await supervisor.control.stop("safety drill")
+            await supervisor.control.clear_stop()
+            began_s = time.monotonic()
+            if not await stream.who.until_refused("safety.release_first"):
+                raise ExerciseFailed("whoever drives on through a stop was not told to let go first")
+            await asyncio.sleep(SETTLE_S)
+            if any(stream.moves(act) for act in subject.recorder.commands_since(began_s)):
+                raise ExerciseFailed("it moved by itself when the stop was cleared")
+            code = "safety.release_first"
+            return Passed(code, code, gate=stream.who.gates[code])
+    finally:
+        await rig.dismiss(supervisor)
+
+
 async def take_over(rig: Rig, subject: DrilledReceiver) -> Passed:
     """A supervisor takes the lease from somebody who drives on; an operator may not."""
     resource = _resource(subject)

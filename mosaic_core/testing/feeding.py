@@ -7,6 +7,7 @@ from __future__ import annotations
 import asyncio
 import inspect
 import json
+import math
 from collections.abc import Generator, Iterable
 from typing import Any
 
@@ -20,6 +21,7 @@ from mosaic_core.machines.commands.admission import (
     refusal_on_acting,
     refusal_on_arrival,
 )
+from mosaic_core.machines.commands.release_first import PAUSE_S, ReleaseFirst
 from mosaic_core.machines.commands.slow_down import Measures
 from mosaic_core.machines.commands.watchdog import Watchdog
 from mosaic_core.machines.timing.pacing import TokenBucket
@@ -101,6 +103,8 @@ class _Feeder:
         self.is_stopped = False
         self._mover: Sender | None = None
         self._without_lease: set[str] = set()
+        self._release = ReleaseFirst()
+        self._said_at_s: dict[str, float] = {}
         self._rates: dict[str, TokenBucket] = {}
         self._zeros_at_s: list[float] = []
         self._last_sender = OPERATOR
@@ -134,6 +138,7 @@ class _Feeder:
                 if self._safety.is_motion and not self.is_stopped:
                     self._make_safe("safety.stop")
                 self.is_stopped = True
+                self._release.stopped(self._said_at_s)
             case Cleared():
                 self.is_stopped = False
             case LosesLease(sender):
@@ -189,12 +194,25 @@ class _Feeder:
 
     def _admitted(self, sender: Sender, data: Any) -> ShapedCommand:
         """Through the same gates as on a robot."""
-        turn = _Turn(_payload(data), self._shaper, self._safety, lambda: _GOOD, lambda command: None)
+        must_release = lambda: self._release.is_holding(sender.peer_id)  # noqa: E731 - asked when its turn has come
+        turn = _Turn(
+            _payload(data), self._shaper, self._safety, lambda: _GOOD, lambda _: None, must_release=must_release
+        )
         turn.share = self._factor if self._safety.is_slowed else 1.0
-        refusal = refusal_on_arrival(self._arrival(sender)) or refusal_on_acting(turn)
+        refusal = refusal_on_arrival(self._arrival(sender))
+        if self._has_paused(sender) and refusal is None:
+            self._release.let_go(sender.peer_id)
+        refusal = refusal or refusal_on_acting(turn)
         if refusal is not None:
             raise Refused(refusal.code, refusal.message)
+        if not turn.command.wants_motion:
+            self._release.let_go(sender.peer_id)
         return turn.command
+
+    def _has_paused(self, sender: Sender) -> bool:
+        now_s = self.host.clock.now_s
+        before_s, self._said_at_s[sender.peer_id] = self._said_at_s.get(sender.peer_id, -math.inf), now_s
+        return now_s - before_s >= (self._safety.timeout_s or PAUSE_S)
 
     def _follow(self, policy: SafePolicy, cause: str) -> None:
         if policy == "hold":

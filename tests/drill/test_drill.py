@@ -18,6 +18,7 @@ from mosaic_core.machines.commands.command_order import CommandOrder
 from mosaic_core.machines.commands.watchdog import Watchdog
 from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.runtime.commands.fence import Fence
+from mosaic_core.runtime.commands.safety_watch import SafetyWatch
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
@@ -212,6 +213,7 @@ def test_each_lane_of_the_stop_is_exercised_alone(
 def test_a_stop_that_does_not_hold_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Fence, "refusal", lambda *asked: None)
     monkeypatch.setattr(Fence, "refusal_on_arrival", lambda *asked: None)
+    monkeypatch.setattr(SafetyWatch, "must_release", lambda *asked: False)
     found = findings(sled(Sled), only=("stop",))["stop"]
     assert (found.verdict, found.why) == ("failed", "it took commands while it was stopped")
 

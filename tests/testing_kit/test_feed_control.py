@@ -53,10 +53,16 @@ def base(**safety: Any) -> Base:
 
 
 def test_a_stop_makes_safe_and_refuses_until_it_is_cleared() -> None:
-    fed = feed(base(), [{"v": 1}, Stopped(ANOTHER_OPERATOR), {"v": 2}, Cleared(), {"v": 3}])
+    fed = feed(base(), [{"v": 1}, Stopped(ANOTHER_OPERATOR), {"v": 2}, Cleared(), {"v": 3}, {"v": 0}, {"v": 4}])
     assert fed.made_safe == [MadeSafe(0.0, "safety.stop")]
-    assert [refused.code for refused in fed.refused] == ["safety.stopped"]
-    assert fed.accepted == [{"v": 1.0}, {"v": 3.0}]
+    assert [refused.code for refused in fed.refused] == ["safety.stopped", "safety.release_first"]
+    assert fed.accepted == [{"v": 1.0}, {"v": 0.0}, {"v": 4.0}]
+
+
+def test_after_a_stop_a_pause_lets_go_too_and_whoever_sent_nothing_holds_nothing() -> None:
+    fed = feed(base(), [{"v": 1}, Stopped(), Cleared(), Silence(10.0), {"v": 2}, From(ANOTHER_OPERATOR, {"v": 3})])
+    assert fed.refused == []
+    assert fed.accepted == [{"v": 1.0}, {"v": 2.0}, {"v": 3.0}]
 
 
 def test_whoever_loses_the_lease_is_stopped_and_refused() -> None:

@@ -147,6 +147,9 @@ class Acting(Protocol):
         """Scale by :attr:`factor`, hold within the limits, and make the connector's own type of it; raises
         :class:`Refused`."""
 
+    def is_let_go(self) -> bool:
+        """It moves nothing, or its sender has let go since the last stop; otherwise it is undone."""
+
     def begin(self) -> str | None:
         """Let it act, unless its lease or a stop forbids it by now, in one step with asking them; the code why not, or
         :data:`OVERTAKEN`."""
@@ -177,6 +180,10 @@ def _shape(it: Acting) -> None:
 
 def _envelope(it: Acting) -> None:
     it.limit()
+
+
+def _let_go(it: Acting) -> str | None:
+    return None if it.is_let_go() else "safety.release_first"
 
 
 def _act(it: Acting) -> str | None:
@@ -225,6 +232,12 @@ ON_ACTING: tuple[GateRule[Acting], ...] = (
         "Within its limits, is it still what the connector takes?",
         ("safety.out_of_range", "channel.invalid"),
         _envelope,
+    ),
+    GateRule(
+        Gate.STOP,
+        "After a stop: has its sender let go since, by a zero or a pause as long as the time-out?",
+        ("safety.release_first",),
+        _let_go,
     ),
     GateRule(
         Gate.ACT,

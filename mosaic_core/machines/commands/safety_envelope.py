@@ -34,12 +34,14 @@ class OutOfRange(Refused):
 @dataclass(frozen=True, slots=True)
 class Shaped:
     """What may act. ``is_zero``: every motion field is 0. ``is_idle``: it has been for a second and nothing else has
-    changed: accept it, but don't hand it over, and disarm the watchdog. ``was_limited``: it differs from the wish."""
+    changed: accept it, but don't hand it over, and disarm the watchdog. ``was_limited``: it differs from the wish.
+    ``wants_motion``: some motion field of the wish isn't 0, whatever is left of it."""
 
     message: dict[str, Any]
     is_zero: bool
     is_idle: bool
     was_limited: bool
+    wants_motion: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +103,7 @@ class SafetyEnvelope:
                 _put(shaped, message, path, value)
         is_zero = not any(output) and any(value is not None for value in wish)
         is_idle = self._note(output, shaped, is_zero, now_s)
-        return Shaped(shaped, is_zero, is_idle, was_limited)
+        return Shaped(shaped, is_zero, is_idle, was_limited, any(wish))
 
     def zero(self, message: Mapping[str, Any]) -> dict[str, Any]:
         """``message`` with every motion field at 0, for receivers that are told to stand by a command."""

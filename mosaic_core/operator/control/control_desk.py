@@ -145,6 +145,9 @@ class ControlDesk:
     async def clear_stop(self) -> None:
         """Let commands act again: only a person who holds a lease, or a supervisor. Look at the robot first.
 
+        Whoever sent commands meanwhile lets go first, by a zero or a pause as long as the connector's time-out: what
+        goes on is refused with ``safety.release_first``.
+
         Raises :class:`LeaseDenied` with the robot's code, or :class:`ConnectionFailed`.
         """
         port = self._port_for("stop")

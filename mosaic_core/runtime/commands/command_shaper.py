@@ -16,11 +16,13 @@ from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
 @dataclass(frozen=True, slots=True)
 class ShapedCommand:
-    """What may act. ``fired``: how many safe actions had been set going when it was shaped."""
+    """What may act. ``fired``: how many safe actions had been set going when it was shaped. ``wants_motion``: it asks
+    for motion, or nobody can say."""
 
     value: Any
     is_idle: bool
     fired: int
+    wants_motion: bool = True
 
 
 class CommandShaper:
@@ -71,7 +73,7 @@ class CommandShaper:
         self._before, self._last_before = self._envelope.state, self._last
         try:
             shaped = self._envelope.shaped(value, factor, self._now_s())
-            command = ShapedCommand(self._reader.validated(shaped.message), shaped.is_idle, fired)
+            command = ShapedCommand(self._reader.validated(shaped.message), shaped.is_idle, fired, shaped.wants_motion)
         except BaseException:
             self.undone()
             raise

@@ -23,11 +23,13 @@ class CommandTurn:
         measure: Callable[[], Measures],
         begin: Callable[[ShapedCommand], str | None],
         *,
+        must_release: Callable[[], bool] = lambda: False,
         waited_s: float = 0.0,
         max_age_s: float | None = None,
         is_resting: bool = False,
     ) -> None:
-        """``begin`` lets a shaped command act; the code why it must not."""
+        """``begin`` lets a shaped command act; the code why it must not. ``must_release``: its sender has not let go
+        since the last stop."""
         self.terms = terms
         self.waited_s = waited_s
         self.max_age_s = max_age_s
@@ -38,6 +40,7 @@ class CommandTurn:
         self._payload = payload
         self._shaper = shaper
         self._begin = begin
+        self._must_release = must_release
         self._value: Any = None
         self._shaped: ShapedCommand | None = None
 
@@ -52,6 +55,12 @@ class CommandTurn:
 
     def limit(self) -> None:
         self._shaped = self._shaper.limited(self._value, self.factor)
+
+    def is_let_go(self) -> bool:
+        if not (self.command.wants_motion and self._must_release()):
+            return True
+        self._shaper.undone()
+        return False
 
     def begin(self) -> str | None:
         code = self._begin(self.command)

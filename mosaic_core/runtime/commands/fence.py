@@ -67,6 +67,10 @@ class Fence:
             at_s = time.monotonic() if now_s is None else now_s
             return lease_code(safety, self.desk, peer_id, epoch, at_s) or stop_code(safety, self.latch)
 
+    @property
+    def is_stopped(self) -> bool:
+        return self.latch.is_stopped
+
     def channel(
         self, safety: ReceiverSafety, legacy: LegacyPeers, max_age_s: float | None, rate: TokenBucket | None
     ) -> CommandChannel:

@@ -28,6 +28,8 @@ class Incoming:
     epoch: int | None = None
     opening: int = 0
     generation: int = 0
+    has_paused: bool = False
+    """Its sender had sent nothing for as long as the receiver's time-out."""
 
 
 class Inbox:

@@ -10,6 +10,7 @@ from typing import Protocol
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.admission import OVERTAKEN
+from mosaic_core.machines.commands.release_first import ReleaseFirst
 from mosaic_core.machines.commands.watchdog import Feeding, Watchdog
 from mosaic_core.runtime.commands.inbox import Incoming
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
@@ -38,12 +39,18 @@ class CommandFence(Protocol):
     def due_at_s(self) -> float | None:
         """When :meth:`expire` has something to do next."""
 
+    @property
+    def is_stopped(self) -> bool: ...
     def refusal(
         self, safety: ReceiverSafety, peer_id: str, epoch: int | None, now_s: float | None = None
     ) -> str | None: ...
     def commanded(self, safety: ReceiverSafety, peer_id: str, now_s: float) -> None: ...
     def made_safe(self, watch: SafetyWatch) -> None: ...
     def expire(self, now_s: float) -> None: ...
+
+
+def _session_of(sender: Sender) -> str:
+    return sender.session_id or sender.peer_id
 
 
 class WatchOwner(Protocol):
@@ -94,6 +101,10 @@ class SafetyWatch:
         self.is_acting = False
         self.is_parting = False
         self._openings: dict[str, int] = {}
+        self._sessions: dict[str, str] = {}
+        """By peer: the session that a stop remembers, or the peer itself where it has none."""
+        self._release = ReleaseFirst()
+        self._commander = ""
         self._opened = 0
         self._fenced_by = "safety.stopped"
         self._handling: str | None = None
@@ -117,10 +128,23 @@ class SafetyWatch:
 
     # -- commands ------------------------------------------------------------------------------------------------
 
-    def begin(self, item: Incoming, *, fired: int | None = None, is_idle: bool = False) -> str | None:
+    def must_release(self, item: Incoming) -> bool:
+        """Its sender went on sending through a stop, and has not let go since. Of an item of before a stop
+        :meth:`begin` says so."""
+        return self._release.is_holding(_session_of(item.sender))
+
+    def paused(self, item: Incoming) -> None:
+        """Its sender had sent nothing for as long as the time-out, and no stop is in force."""
+        with self._owner.changed:
+            if item.generation == self.generation:
+                self._release.let_go(_session_of(item.sender))
+
+    def begin(
+        self, item: Incoming, *, fired: int | None = None, is_idle: bool = False, wants_motion: bool = True
+    ) -> str | None:
         """A valid command is about to act: feeds the watchdog. Otherwise the code why it must not act (or
         :data:`GONE`, :data:`OVERTAKEN`). ``fired``: of when it was shaped. ``is_idle``: it only says that the receiver
-        stands, so nothing acts and nothing needs watching."""
+        stands, so nothing acts and nothing needs watching. Without ``wants_motion`` its sender has let go."""
         with self._owner.changed:
             peer_id = item.sender.peer_id
             now_s = time.monotonic()
@@ -131,6 +155,9 @@ class SafetyWatch:
                 return OVERTAKEN
             if self._owner.fence is not None:
                 self._owner.fence.commanded(self.safety, peer_id, now_s)
+            self._commander = _session_of(item.sender)
+            if not wants_motion:
+                self._release.let_go(self._commander)
             self._zeros = None
             if is_idle:
                 self.watchdog.disarm()
@@ -205,17 +232,21 @@ class SafetyWatch:
 
     # -- peers ---------------------------------------------------------------------------------------------------
 
-    def peer_joined(self, peer_id: str) -> int:
+    def peer_joined(self, peer_id: str, session_id: str = "") -> int:
         """Commands of this peer may act until it leaves; the number that they must carry as ``opening``."""
         with self._owner.changed:
             self._opened += 1
             self._openings[peer_id] = self._opened
+            self._sessions[peer_id] = session_id or peer_id
+            if self.safety.is_motion and self._owner.fence is not None and self._owner.fence.is_stopped:
+                self._release.joined(self._sessions[peer_id])
             return self._opened
 
     def peer_left(self, sender: Sender) -> None:
         """A peer that had the channel open is gone: stop what it commanded, tell the handler."""
         with self._owner.changed:
             self._openings.pop(sender.peer_id, None)
+            self._sessions.pop(sender.peer_id, None)
             if sender.peer_id in (self.mover, self._handling):
                 self._lost()
             if len(self.farewells) < MAX_FAREWELLS:
@@ -230,6 +261,7 @@ class SafetyWatch:
 
     def stop(self) -> None:
         """Nothing that has arrived until now may act, whatever moves must stand. The lock is held."""
+        self._release.stopped({*self._sessions.values(), self._commander})
         self._fence("safety.stopped", None)
         self._act("safety.stop")
 

@@ -87,7 +87,9 @@ class Receiver:
             self._thread.start()
 
     def accept(self, item: Incoming) -> None:
-        """A message has arrived and passed its gate."""
+        """A message has arrived and passed its gates."""
+        if item.has_paused:
+            self.watch.paused(item)
         if self.inbox.put(item):
             self._arrived.set()
         else:
@@ -95,7 +97,7 @@ class Receiver:
 
     def channel_opened(self, sender: Sender) -> int:
         """A peer may command from now on; what its messages must carry as ``opening``."""
-        return self.watch.peer_joined(sender.peer_id)
+        return self.watch.peer_joined(sender.peer_id, sender.session_id)
 
     def channel_closed(self, sender: Sender) -> None:
         """A peer is gone, or has closed the channel: forget what it still wanted, make safe what it moved."""
@@ -181,7 +183,8 @@ class Receiver:
 
     def _turn_of(self, item: Incoming) -> CommandTurn:
         def begin(command: ShapedCommand) -> str | None:
-            return self.watch.begin(item, fired=command.fired, is_idle=command.is_idle)
+            wants_motion = command.wants_motion
+            return self.watch.begin(item, fired=command.fired, is_idle=command.is_idle, wants_motion=wants_motion)
 
         now_s = time.monotonic()
         return CommandTurn(
@@ -190,6 +193,7 @@ class Receiver:
             self.watch.safety,
             lambda: self._measures_of(item.sender.peer_id),
             begin,
+            must_release=lambda: self.watch.must_release(item),
             waited_s=now_s - item.arrived_at_s,
             max_age_s=self.max_age_s,
             is_resting=now_s < self._resting_until_s.get(item.sender.peer_id, 0.0),

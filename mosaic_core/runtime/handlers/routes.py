@@ -13,6 +13,7 @@ from mosaic_core.contract.handler import (
     Handler,
     MediaTrackHandler,
 )
+from mosaic_core.machines.commands.release_first import PAUSE_S
 from mosaic_core.machines.delivery.send_scheduler import Priority
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
@@ -54,6 +55,11 @@ class Route:
         if self.safety.timeout_s is not None:
             return self.safety.timeout_s
         return LATEST_MAX_AGE_S if self.is_latest else None
+
+    @property
+    def release_pause_s(self) -> float:
+        """A sender that says nothing for so long has let go."""
+        return self.safety.timeout_s or PAUSE_S
 
 
 def data_routes(connectors: Sequence[Connector], counters: dict[str, ConnectorCounters]) -> dict[str, Route]:

@@ -8,6 +8,7 @@ from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.commands.admission import ArrivedCommand, CommandChannel
 from mosaic_core.machines.commands.command_order import ArrivalBaseline
 from mosaic_core.machines.commands.gates import Gate, GateRefusal
+from mosaic_core.machines.commands.release_first import CommandPauses
 from mosaic_core.machines.delivery.framing import Frame, FrameFlag
 from mosaic_core.machines.delivery.send_scheduler import Offered, Priority
 from mosaic_core.machines.timing.pacing import TokenBucket
@@ -73,9 +74,9 @@ class PeerChannels:
         self._partials.opened(channel.label, link.reader)
         self._links[channel.label] = link
         self._carriers[channel.label] = queue or self.queue
-        gates = self._gates_of(route)
+        gates, pauses = self._gates_of(route), CommandPauses(time.monotonic())
         opening = route.receiver.channel_opened(self._operator.sender) if route.receiver is not None else 0
-        channel.on_message = lambda data: self._received(route, link, gates, opening, data)
+        channel.on_message = lambda data: self._received(route, link, gates, pauses, opening, data)
         channel.on_close = lambda: self._channel_closed(link)
         if channel.is_open:
             self._ready(route, link)
@@ -154,7 +155,15 @@ class PeerChannels:
         if measured is not None:
             measured.channel_closed(label)
 
-    def _received(self, route: Route, link: DataPort, gates: CommandChannel, opening: int, data: bytes | str) -> None:
+    def _received(
+        self,
+        route: Route,
+        link: DataPort,
+        gates: CommandChannel,
+        pauses: CommandPauses,
+        opening: int,
+        data: bytes | str,
+    ) -> None:
         try:
             frame = link.incoming(data)
         except WireError as error:
@@ -172,7 +181,7 @@ class PeerChannels:
                 measured.command_seen(route.label, frame.seq)
         if link.is_framed and not self._resume.arrived(route, frame.seq):
             return
-        item = self._incoming(route.receiver, link, frame, opening)
+        item = self._incoming(route, route.receiver, link, pauses, frame, opening)
         refusal = self._site.desk.fence.refusal_on_arrival(self._arrival(gates, link, frame, item))
         if refusal is not None:
             self._reject(route, frame.seq, refusal)
@@ -182,16 +191,20 @@ class PeerChannels:
     def _forgotten(self, label: str, seq: int) -> None:
         self._reject(self._site.routes[label], seq, GateRefusal(Gate.MESSAGE, "channel.incomplete"))
 
-    def _incoming(self, receiver: Receiver, link: DataPort, frame: Frame, opening: int) -> Incoming:
+    def _incoming(
+        self, route: Route, receiver: Receiver, link: DataPort, pauses: CommandPauses, frame: Frame, opening: int
+    ) -> Incoming:
+        now_s, seq = time.monotonic(), frame.seq if link.is_framed else None
         return Incoming(
             receiver.label,
             frame.payload,
             self._operator.sender,
-            frame.seq if link.is_framed else None,
-            time.monotonic(),
+            seq,
+            now_s,
             frame.epoch if link.is_framed else None,
             opening,
             receiver.watch.generation,
+            pauses.arrived(seq, now_s) >= route.release_pause_s,
         )
 
     def _arrival(self, gates: CommandChannel, link: DataPort, frame: Frame, item: Incoming) -> ArrivedCommand:

@@ -90,7 +90,7 @@ def test_the_documented_order_is_the_one_that_is_asked() -> None:
         "message", "role", "origin", "lease", "age", "sequence", "rate", "stop", "queue",
     ]  # fmt: skip
     assert [rule.gate for rule in ON_ACTING] == [
-        "rest", "age", "link", "picture", "shape", "envelope", "act", "handler",
+        "rest", "age", "link", "picture", "shape", "envelope", "stop", "act", "handler",
     ]  # fmt: skip
     assert list(FAULTS) == [rule.gate for rule in ON_ARRIVAL if rule.asks is not None]
 
@@ -167,6 +167,7 @@ class Turn:
         self.link = link or Measures()
         self.faults = faults
         self.codes: list[str | None] = [None]
+        self.holds = False
 
     def measure(self) -> Measures:
         self.asked.append("measure")
@@ -177,6 +178,9 @@ class Turn:
 
     def limit(self) -> None:
         self._step(f"limit {self.factor:g}")
+
+    def is_let_go(self) -> bool:
+        return not self.holds
 
     def begin(self) -> str | None:
         self._step("begin")
@@ -227,6 +231,11 @@ def test_link_and_picture_leave_the_smaller_share_of_the_speed(link: Measures, f
         (
             {"faults": {"limit": Refused("safety.out_of_range", "x")}},
             GateRefusal(Gate.ENVELOPE, "safety.out_of_range", "x"),
+            ["measure", "parse", "limit 1"],
+        ),
+        (
+            {"holds": True},
+            GateRefusal(Gate.STOP, "safety.release_first"),
             ["measure", "parse", "limit 1"],
         ),
         (

@@ -26,6 +26,7 @@ from mosaic_core.machines.commands.admission import (
 )
 from mosaic_core.machines.commands.command_order import ArrivalBaseline, CommandOrder
 from mosaic_core.machines.commands.gates import Gate, GateRefusal
+from mosaic_core.machines.commands.release_first import CommandPauses, ReleaseFirst
 from mosaic_core.machines.commands.safety_envelope import MAX_RISE_STEP_S, SafetyEnvelope, Shaped
 from mosaic_core.machines.commands.slow_down import Measures
 from mosaic_core.machines.commands.watchdog import Watchdog
@@ -111,6 +112,14 @@ class Turn:
         self._before = self._receiver.envelope.state
         self.shaped = self._receiver.envelope.shaped(self._packet.message, self.factor, self._now_s)
 
+    def is_let_go(self) -> bool:
+        assert self.shaped is not None
+        key = self._robot.key_of(self._peer_id)
+        if not (self.shaped.wants_motion and self._receiver.release.is_holding(key)):
+            return True
+        self._receiver.envelope.restore(self._before)
+        return False
+
     def begin(self) -> str | None:
         robot, resource, now_s = self._robot, self.terms.resource, self._now_s
         code = admission.lease_code(self.terms, robot.desk, self._peer_id, self._packet.epoch, now_s)
@@ -120,6 +129,9 @@ class Turn:
         else:
             self.effects = robot.handle(Commanded(self._peer_id, resource), now_s)
             self._receiver.watchdog.feed(self._peer_id, now_s)
+            assert self.shaped is not None
+            if not self.shaped.wants_motion:
+                self._receiver.release.let_go(robot.key_of(self._peer_id))
         return code
 
 
@@ -130,6 +142,7 @@ class Receiver:
         self.resource = resource
         self.terms = Terms(resource)
         self.watchdog = Watchdog(TIMEOUT_S)
+        self.release = ReleaseFirst()
         self.envelope = SafetyEnvelope([FieldLimit(("v.x", "v.y"), None, None, TOP_SPEED, RISE, FALL)])
         self.velocity = (0.0, 0.0)
         self.set_at_s = -math.inf
@@ -155,6 +168,8 @@ class Robot:
         self.desk = LeaseDesk(RESOURCES, expiry_s=EXPIRY_S, first_epoch=first_epoch, legacy=legacy)
         self.latch = StopLatch()
         self.receivers = {resource: Receiver(resource) for resource in RESOURCES}
+        self.pauses: dict[tuple[str, str], CommandPauses] = {}
+        self.keys: dict[str, str] = {}
         self.orders: dict[tuple[str, str], CommandOrder] = {}
         self.channels = {
             resource: CommandChannel(
@@ -176,18 +191,27 @@ class Robot:
         baseline = ArrivalBaseline()
         for resource in RESOURCES:
             self.orders[party.peer_id, resource] = CommandOrder(baseline)
+            self.pauses[party.peer_id, resource] = CommandPauses(now_s)
+            if self.latch.is_stopped:
+                self.receivers[resource].release.joined(party.session_id or party.peer_id)
+        self.keys[party.peer_id] = party.session_id or party.peer_id
         return self.handle(PartyJoined(party), now_s)
 
     def leave(self, peer_id: str, on_purpose: bool, now_s: float) -> list[Effect]:
         for resource, receiver in self.receivers.items():
             self.orders.pop((peer_id, resource), None)
+            self.pauses.pop((peer_id, resource), None)
             if receiver.watchdog.peer_left(peer_id):
                 receiver.make_safe()
+        self.keys.pop(peer_id)
         return self.handle(PartyLeft(peer_id, on_purpose), now_s)
 
     def expire(self, receiver: Receiver, now_s: float) -> None:
         if receiver.watchdog.expire(now_s):
             receiver.make_safe()
+
+    def key_of(self, peer_id: str) -> str:
+        return self.keys[peer_id]
 
     def arrives(self, party: Party, resource: str, packet: Packet, now_s: float) -> GateRefusal | None:
         age_s, is_newest = 0.0, True
@@ -196,7 +220,11 @@ class Robot:
             age_s, is_newest = order.arrived(packet.seq, packet.stamp_us, now_s)
         channel, is_ours = self.channels[resource], not party.is_original
         arrival = ArrivedCommand(channel, party.peer_id, party.role, is_ours, packet.epoch, now_s, age_s, is_newest)
-        return refusal_on_arrival(arrival)
+        pause_s = self.pauses[party.peer_id, resource].arrived(packet.seq if packet.epoch is not None else None, now_s)
+        refusal = refusal_on_arrival(arrival)
+        if refusal is None and pause_s >= TIMEOUT_S:
+            self.receivers[resource].release.let_go(self.key_of(party.peer_id))
+        return refusal
 
     def acts(self, party: Party, resource: str, packet: Packet, link: Measures, now_s: float) -> Verdict:
         """Why it was refused, or what follows from its acting."""
@@ -216,6 +244,7 @@ class Robot:
     def stop(self, by: str, id: str, now_s: float) -> None:
         if self.latch.stop(by, "", id, now_s):
             for receiver in self.receivers.values():
+                receiver.release.stopped(self.keys.values())
                 receiver.make_safe()
             self.latch.made_safe(now_s)
 
@@ -277,6 +306,9 @@ class Walk:
         self.recent = deque([Party("", "")], maxlen=8)
         self.valid_at_s = dict.fromkeys(RESOURCES, -math.inf)
         self.last_motion = dict.fromkeys(RESOURCES, (0.0, -math.inf))
+        self.to_let_go: dict[str, set[str]] = {resource: set() for resource in RESOURCES}
+        self.may_hold: dict[str, set[str]] = {resource: set() for resource in RESOURCES}
+        self.said_at_s: dict[tuple[str, str], float] = {}
         self.rated_at_s = dict.fromkeys(RESOURCES, -math.inf)
         self.recent_s = {resource: deque([-math.inf] * int(MAX_RATE_HZ * (1 + BURST_S))) for resource in RESOURCES}
         self.accepted = self.refused = self.born = 0
@@ -359,8 +391,12 @@ class Walk:
             return
         packet = self.packet(operator, resource)
         party, factor = operator.party, self.factor
+        said_at_s = self.said_at_s.get((party.peer_id, resource), operator.joined_s)
+        self.said_at_s[party.peer_id, resource] = self.now_s
         verdict: Verdict | None = self.robot.arrives(party, resource, packet, self.now_s)
         if verdict is None:
+            if self.now_s - said_at_s >= TIMEOUT_S:
+                self.to_let_go[resource].discard(party.session_id or party.peer_id)
             self.while_it_waits()
             verdict = self.robot.acts(party, resource, packet, self.link(), self.now_s)
         if isinstance(verdict, GateRefusal):
@@ -374,6 +410,7 @@ class Walk:
             self.accepted += 1
             self.rated_at_s[resource] = self.now_s
             self.judge(operator, resource, packet, verdict)
+            self.judge_release(party, resource, packet)
             self.judge_motion(resource, packet, factor)
         if packet.epoch is not None:
             operator.least_delay_s = min(operator.least_delay_s, self.now_s - packet.sent_s)
@@ -491,8 +528,16 @@ class Walk:
         operator = self.somebody()
         if operator is not None:
             self.robot.stop(operator.party.name, str(self.rng.randrange(100)), self.now_s)
+            self.hold_all()
             self.is_stopped = True
             demand(not any(one.is_moving for one in self.robot.receivers.values()), "everything stands after a stop")
+
+    def hold_all(self) -> None:
+        """Whoever is there when it is stopped, or comes while it is, must let go."""
+        if not self.is_stopped:
+            keys = {one.party.session_id or one.party.peer_id for one in self.operators.values()}
+            for holding in (*self.to_let_go.values(), *self.may_hold.values()):
+                holding |= keys
 
     def clear(self) -> None:
         operator = self.somebody()
@@ -525,6 +570,9 @@ class Walk:
         skew_s = rng.choice((0.0, 3600.0, -3600.0, rng.uniform(-5.0, 5.0)))
         skew_s = max(skew_s, 1.0 - self.now_s)
         self.operators[party.peer_id] = Operator(party, skew_s, rng.randrange(2**32), self.now_s)
+        if self.is_stopped:
+            for holding in (*self.to_let_go.values(), *self.may_hold.values()):
+                holding.add(session_id or party.peer_id)
         self.follow(self.robot.join(party, self.now_s), PartyJoined(party))
 
     def leave(self) -> None:
@@ -656,6 +704,14 @@ class Walk:
         demand(now_s - recent_s.popleft() >= 1.0 - ROUNDING, "never more commands a second than allowed")
         recent_s.append(now_s)
 
+    def judge_release(self, party: Party, resource: str, packet: Packet) -> None:
+        """After a stop nobody moves anything who has not let go since."""
+        key, wish = party.session_id or party.peer_id, packet.message["v"]
+        is_held = key in self.to_let_go[resource]
+        demand(not (is_held and any(wish.values())), "who sends on through a stop moves nothing")
+        self.to_let_go[resource].discard(key)
+        self.may_hold[resource].discard(key)
+
     def judge_refusal(self, refusal: GateRefusal, operator: Operator, resource: str, packet: Packet) -> None:
         """A command was refused: is that the reason?"""
         code = refusal.code
@@ -666,6 +722,7 @@ class Walk:
             "safety.out_of_order": packet.number <= operator.heard.get(resource, 0),
             "safety.stale": self.now_s - packet.sent_s - operator.least_delay_s > MAX_AGE_S - ROUNDING,
             "safety.stopped": self.is_stopped,
+            "safety.release_first": (party.session_id or party.peer_id) in self.may_hold[resource],
             "safety.too_fast": self.now_s - self.rated_at_s[resource] < 1.0,
             "safety.out_of_range": "v" in packet.message,
             "lease.forbidden": party.role == "observer",
@@ -710,6 +767,7 @@ EVERYTHING = {
     "lease.old_epoch", "lease.peer_left", "lease.person_commands", "lease.preempted", "lease.queued", "lease.released",
     "lease.required", "lease.taken_over", "lease.denied", "lease.unknown_resource", "peer.replaced",
     "safety.out_of_order", "safety.out_of_range", "safety.stale", "safety.stopped", "safety.too_fast",
+    "safety.release_first",
 }  # fmt: skip
 
 
@@ -910,6 +968,8 @@ GUARDS: dict[str, Patch] = {
     "slew for as long as it was": in_module("mosaic_core.machines.commands.slew.MAX_RISE_STEP_S", 10.0),
     "the link": without(Gate.LINK),
     "the picture": without(Gate.PICTURE),
+    "letting go after a stop": instead(ReleaseFirst, "is_holding", lambda self, key: False),
+    "letting go of those who came during a stop": instead(ReleaseFirst, "joined", lambda self, key: None),
     "a stop": in_module("mosaic_core.machines.commands.admission.stop_code", lambda *_: None),
     "the lease when it arrives or when it acts": in_module(
         "mosaic_core.machines.commands.admission.lease_code", lambda *_: None

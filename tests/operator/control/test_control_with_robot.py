@@ -207,6 +207,9 @@ async def test_anybody_stops_the_robot_and_only_a_holder_or_supervisor_clears_it
                 await watcher.control.clear_stop()
             assert denied.value.code == "lease.forbidden"
             await place.alice.control.clear_stop()
+            await drive_until(place, pad, lambda: "safety.release_first" in told)
+            assert 0.5 not in place.acts[place.acts.index("safety.stop") :], "it does not move by itself"
+            pad.send_json({"speed_mps": 0.0})
             await drive_until(place, pad, lambda: place.acts[-1] == 0.5)
 
 
@@ -258,6 +261,7 @@ async def test_another_time_on_the_operators_clock_changes_nothing(skew_us: int)
                 assert report.safe_s is not None
                 assert report.safe_s <= report.acknowledged_s + 0.01 < 5.0
                 await tom.control.clear_stop()
+                pad.send_json({"speed_mps": 0.0})  # lets go
                 silent_s = time.monotonic()
                 await drive_until(place, pad, lambda: place.acts[-1] == 0.5)
                 await until(lambda: place.acts[-1] == "safety.timeout")

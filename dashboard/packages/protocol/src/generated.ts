@@ -768,6 +768,7 @@ export const REASONS = {
   'safety.lease_lost': { sentence: 'The commanding operator lost the lease; the safe action ran.', cure: 'Take control again, if whoever has it agrees.' },
   'safety.stop': { sentence: 'An operator said stop; the safe action ran.', cure: 'Clear the stop, let go, and command anew.' },
   'safety.stopped': { sentence: 'The robot was stopped and takes no commands until that is cleared.', cure: 'Look at the robot, then clear the stop: the lease holder or a supervisor can.' },
+  'safety.release_first': { sentence: 'A stop was cleared, and whoever sent this went on sending through it: let go first.', cure: 'Let go of key, stick or pad; a program sends zero once, or nothing for as long as the time-out. Then command anew.' },
   'safety.no_stop': { sentence: 'This robot has no stop: it runs an original MOSAIC.', cure: 'Use the switch on the robot; `mosaic operator stop --drive LABEL` sends zeros to what drives it.' },
   'safety.too_fast': { sentence: 'Commands came faster than this connector takes them.', cure: 'Send no faster than `max_rate_hz` of the connector.' },
   'safety.out_of_range': { sentence: "A value of the command can't be limited: it is no number where one belongs.", cure: 'Put a number into the field that it names.' },

@@ -1,0 +1,51 @@
+"""Whoever sends on through a stop must let go before a command of theirs moves anything again: once send a zero, or
+nothing at all for as long as the time-out. So a policy that goes on sending, or a key that is still held, does not move
+the robot by itself when the stop is cleared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from mosaic_core.machines.delivery.framing import SEQ_MODULUS
+
+PAUSE_S = 1.0
+"""The pause that counts where a receiver has no time-out."""
+
+
+class ReleaseFirst:
+    """Who must let go first, of one receiver. ``key``: of a session, which survives its connections."""
+
+    def __init__(self) -> None:
+        self._holding: set[str] = set()
+
+    def stopped(self, keys: Iterable[str]) -> None:
+        """A stop came: these may have commands under way."""
+        self._holding.update(keys)
+
+    def joined(self, key: str) -> None:
+        """Somebody came while it was stopped, or came back."""
+        self._holding.add(key)
+
+    def is_holding(self, key: str) -> bool:
+        return key in self._holding
+
+    def let_go(self, key: str) -> None:
+        """It sent a zero, or paused, after the stop was cleared."""
+        self._holding.discard(key)
+
+
+class CommandPauses:
+    """Tells how long the sender of one channel has paused. Only where no number is missing is a silence a pause: what
+    the link lost was sent."""
+
+    def __init__(self, opened_s: float) -> None:
+        self._last_s = opened_s
+        self._last_seq: int | None = None
+
+    def arrived(self, seq: int | None, now_s: float) -> float:
+        """The pause before this message, which may be refused for another reason; ``seq`` ``None``: it has no frame."""
+        before_s, before = self._last_s, self._last_seq
+        self._last_s, self._last_seq = now_s, seq
+        is_next = seq is None or before is None or (seq - before) % SEQ_MODULUS == 1
+        return now_s - before_s if is_next else 0.0

@@ -1,0 +1,44 @@
+"""After a stop whoever sent on must let go first; what the link lost is no pause."""
+
+from __future__ import annotations
+
+import pytest
+
+from mosaic_core.machines.commands.release_first import CommandPauses, ReleaseFirst
+from mosaic_core.machines.delivery.framing import SEQ_MODULUS
+
+
+def test_who_was_there_at_a_stop_or_came_during_it_holds_until_it_lets_go() -> None:
+    release = ReleaseFirst()
+    assert not release.is_holding("ann")
+    release.stopped(["ann", "bob"])
+    release.joined("cid")
+    release.let_go("ann")
+    release.let_go("nobody")
+    assert [release.is_holding(key) for key in ("ann", "bob", "cid", "dan")] == [False, True, True, False]
+    release.stopped(["ann"])
+    assert [release.is_holding(key) for key in ("ann", "bob")] == [True, True], "bob has not let go since the first"
+
+
+@pytest.mark.parametrize(
+    ("seqs", "pauses"),
+    [
+        ((1, 2), (0.5, 1.5)),
+        ((None, None), (0.5, 1.5)),
+        ((1, 3), (0.5, 0.0)),
+        ((3, 3), (0.5, 0.0)),
+        ((3, 2), (0.5, 0.0)),
+        ((SEQ_MODULUS - 1, 0), (0.5, 1.5)),
+        ((7, None), (0.5, 1.5)),
+    ],
+)
+def test_a_silence_is_a_pause_where_no_number_is_missing(
+    seqs: tuple[int | None, ...], pauses: tuple[float, ...]
+) -> None:
+    it = CommandPauses(10.0)
+    assert (it.arrived(seqs[0], 10.5), it.arrived(seqs[1], 12.0)) == pauses
+
+
+def test_a_pause_ends_with_every_message() -> None:
+    it = CommandPauses(10.0)
+    assert [it.arrived(seq, 10.0 + seq / 10) for seq in (1, 2, 3)] == pytest.approx([0.1] * 3)
