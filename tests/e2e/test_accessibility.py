@@ -77,6 +77,19 @@ def test_whoever_is_not_signed_in_yet(page: Page, examined: Examination, server:
     examined.look("pairing")
 
 
+def test_a_code_in_the_address_asks_who_is_signed_in(
+    page: Page, examined: Examination, server: Any, sign_in: Any
+) -> None:
+    sign_in(page)
+    page.goto(f"{server.url}/#code=of-somebody-else")
+    page.get_by_role("heading", name="Sign in with the link?").wait_for()
+    examined.look("a code while somebody is signed in")
+    page.get_by_role("button", name="Sign in with the link").click()
+    expect(page.get_by_role("alert")).to_be_visible()
+    page.get_by_role("button", name="Stay signed in").click()
+    page.get_by_role("heading", name="Robots").wait_for()
+
+
 def test_the_list_of_robots(page: Page, examined: Examination, server: Any, robot: Any, sign_in: Any) -> None:
     sign_in(page)
     page.goto(server.url)

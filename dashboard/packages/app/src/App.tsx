@@ -6,6 +6,7 @@ import { PageBoundary } from './PageBoundary'
 import { RobotListPage } from './robots/RobotListPage'
 import type { AddressCode } from './session/addressCodes'
 import { failureOf } from './session/errorText'
+import { ReplaceSession } from './session/ReplaceSession'
 import { SignInPage } from './session/SignInPage'
 import { useFirstSignIn } from './session/useFirstSignIn'
 
@@ -19,10 +20,11 @@ export interface AppProps {
 }
 
 export function App({ code }: AppProps) {
-  const { isBusy, failure } = useFirstSignIn(code)
+  const { isBusy, failure, asks, answer } = useFirstSignIn(code)
   const client = useMosaicClient()
   const session = useReadable(client.session)
   const ended = useReadable(client.sessionError)
+  if (asks) return <ReplaceSession failure={failure} isBusy={isBusy} onAnswer={answer} />
   if (isBusy) {
     return (
       <Center h="100dvh" aria-label="Signing in">

@@ -216,6 +216,14 @@ describe('the REST interface', () => {
     expect(await client.api.robots()).toHaveLength(3)
   })
 
+  test('a code that is refused does not end the session of who is signed in', async () => {
+    const { client, platform } = await signedIn()
+    platform.routes['POST /api/v1/account/login/one-time'] = refused(401, { resultCode: 'ACCESS_DENIED', resultData: null })
+    await expect(client.loginWithCode('used')).rejects.toMatchObject({ name: 'MosaicError' })
+    expect(client.session.get()).not.toBeNull()
+    expect(platform.requests.at(-1)?.headers.Authorization).toBeUndefined()
+  })
+
   test('sends the token, and only what is to be sent', async () => {
     const { client, platform } = await signedIn()
     platform.routes['POST /api/v1/robots'] = () => ok({ id: 'r2', message: 'created' })

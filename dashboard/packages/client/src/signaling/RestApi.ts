@@ -48,19 +48,19 @@ export class RestApi {
   ) {}
 
   /** The access token of an account. */
-  async login(username: string, password: string): Promise<string> {
+  login(username: string, password: string): Promise<string> {
     const body = { username, password }
-    return (await this.post<{ accessToken: string }>('/api/v1/account/login/access-token', body)).accessToken
+    return this.signIn('/api/v1/account/login/access-token', body)
   }
 
   /** The access token that a one-time code gives. */
-  async loginWithCode(code: string): Promise<string> {
-    return (await this.post<{ accessToken: string }>('/api/v1/account/login/one-time', { code })).accessToken
+  loginWithCode(code: string): Promise<string> {
+    return this.signIn('/api/v1/account/login/one-time', { code })
   }
 
   /** Pair this browser with a robot that serves its own network; the token counts until the device is revoked. */
-  async pair(secret: PairingSecret, name: string): Promise<string> {
-    return (await this.post<{ accessToken: string }>('/api/v1/pairing', { ...secret, name })).accessToken
+  pair(secret: PairingSecret, name: string): Promise<string> {
+    return this.signIn('/api/v1/pairing', { ...secret, name })
   }
 
   /** Make an account, where the server lets anybody do so. */
@@ -182,6 +182,11 @@ export class RestApi {
       all.push(...page.data)
       if (page.data.length === 0 || all.length >= page.count) return all
     }
+  }
+
+  /** Without the token of whoever is signed in: a refusal says nothing of that session, and doesn't end it. */
+  private async signIn(path: string, body: unknown): Promise<string> {
+    return (await this.request<{ accessToken: string }>('POST', path, body, null)).accessToken
   }
 
   private post<T>(path: string, body: unknown): Promise<T> {
