@@ -67,9 +67,15 @@ def shown_name(session: Session, account_id: str) -> str:
     return f"{own.full_name} ({own.email})" if own.full_name and taken else own.full_name or own.email
 
 
+_TWINS = str.maketrans("аеорсухјѕԁһοανρτυк0іӏιıi1|", "aeopcyxjsdhoavptukolllllll")
+"""Cyrillic and Greek letters, and signs, that look like small Latin ones."""
+
+
 def _looks(name: str) -> str:
-    """The same for names that people would take for one."""
-    return " ".join(unicodedata.normalize("NFKC", plain(name)).casefold().split())
+    """The same for names that people would take for one: without spaces, accents and marks that aren't seen, and with
+    letters of other alphabets as the Latin ones that they look like."""
+    folded = unicodedata.normalize("NFKD", plain(name)).casefold()
+    return "".join(one for one in folded if unicodedata.category(one)[0] not in "CMZ").translate(_TWINS)
 
 
 def normalised_email(email: str) -> str:

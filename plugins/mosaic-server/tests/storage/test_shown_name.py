@@ -44,7 +44,19 @@ def test_a_name_of_ones_own_stands_alone(session: Session, add: Add) -> None:
 
 
 @pytest.mark.parametrize(
-    "taken", ["Ann", "ANN", " ann ", "\uff21nn", "An\u200bn", "ann@example.org", "Ann (ann@example.org)"]
+    "taken",
+    [
+        "Ann",
+        "ANN",
+        " ann ",
+        "A nn",
+        "\uff21nn",
+        "\u0410nn",
+        "\u00c1nn",
+        "An\u200bn",
+        "ann@example.org",
+        "Ann (ann@example.org)",
+    ],
 )
 def test_a_name_that_looks_like_anothers_is_shown_with_its_own_address(session: Session, add: Add, taken: str) -> None:
     add("Ann", "ann@example.org")
