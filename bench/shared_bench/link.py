@@ -49,6 +49,8 @@ def shared_link(rate_mbps: float, queue_ms: float) -> Iterator[SharedLink]:
             ip("-n", namespace.name, "addr", "add", f"{address}/24", "dev", DEVICE)
             for device in ("lo", DEVICE):
                 ip("-n", namespace.name, "link", "set", device, "up")
+        for namespace, _ in sides:  # without one, a browser offers no address
+            ip("-n", namespace.name, "route", "add", "default", "dev", DEVICE)
         bucket = ["tbf", "rate", f"{rate_mbps}mbit", "burst", str(BURST_BYTES), "latency", f"{queue_ms}ms"]
         subprocess.run([*link.robot.prefix, "tc", "qdisc", "add", "dev", DEVICE, "root", *bucket], check=True)
         yield link
