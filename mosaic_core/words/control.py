@@ -40,7 +40,7 @@ MEDIA_SEEN_PERIOD_S = 0.1
 CONTROL_EXTENSIONS: dict[str, int] = {
     "catalogue": 1, "mediaWatch": 1, "mediaOrigin": 1, "refusals": 1,
     "lease": 1, "stop": 1, "safetyLimit": 1, "journal": 1, "bulkLane": 1, "renegotiate": 1, "resume": 1,
-    "delivery": 1, "near": 1,
+    "delivery": 1, "near": 1, "stopRight": 1,
 }  # fmt: skip
 Role = Literal["observer", "operator", "supervisor"]
 ResourceName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,31}$")]
@@ -192,6 +192,9 @@ class PeerInfo(WireModel):
     role: Role = "operator"
     is_person: bool = False
     is_original: bool = False
+    may_stop: bool | None = Field(
+        default=None, description="False: a supervisor has taken from this observer the right to say stop."
+    )
 
 
 class Peers(ControlMessage):
@@ -306,6 +309,15 @@ class StopClear(ControlMessage):
     """The holder of a lease, or a supervisor → robot: commands may act again. A deliberate act of a person."""
 
     type = "stop.clear"
+
+
+class StopRight(ControlMessage):
+    """Supervisor → robot (extension ``stopRight``): take from this observer the right to say stop, or give it back.
+    Everybody is told by ``peers``. It holds for the account, until a supervisor gives it back."""
+
+    type = "stop.right"
+    peer_id: str
+    may_stop: bool
 
 
 # -- what limits the speed ---------------------------------------------------------------------------------------

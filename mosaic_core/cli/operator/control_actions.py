@@ -11,7 +11,7 @@ from typing import Any
 import typer
 
 from mosaic_core.cli.operator.operator_session import connected, until_closed
-from mosaic_core.cli.terminal.error_report import FAILED, FINE
+from mosaic_core.cli.terminal.error_report import FAILED, FINE, usage
 from mosaic_core.cli.terminal.rich_table import show
 from mosaic_core.operator import ControlDesk, LeaseView, MosaicOperator, RobotConnection, StopReport
 from mosaic_core.operator.control.original_drives import ZerosReport
@@ -122,6 +122,19 @@ async def clear_stop(operator: MosaicOperator, robot: str, *, as_json: bool) -> 
             await desk.clear_stop()
     text = "cleared: commands act again" if was_stopped else "it was not stopped"
     _say({"stopped": False, "was_stopped": was_stopped}, text, as_json=as_json)
+    return FINE
+
+
+async def change_stop_right(operator: MosaicOperator, robot: str, who: str, *, may_stop: bool, as_json: bool) -> int:
+    """``mosaic operator stop-right``."""
+    desk = await first_words(await connected(operator, robot))
+    found = [peer for peer in desk.peers if who in (peer.peer_id, peer.name)]
+    if not found:
+        here = ", ".join(name_of(peer) for peer in desk.peers)
+        usage(f"nobody here is called {who!r}; connected: {here}")
+    await desk.change_stop_right(found[0].peer_id, may_stop=may_stop)
+    text = f"{name_of(found[0])} may {'say stop again' if may_stop else 'no longer say stop'}"
+    _say({"peer_id": found[0].peer_id, "may_stop": may_stop}, text, as_json=as_json)
     return FINE
 
 

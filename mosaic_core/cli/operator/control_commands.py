@@ -74,6 +74,22 @@ def clear(robot: RobotArgument, as_json: AsJson = False) -> Work:
 
 
 @command(is_person=True)
+def stop_right(
+    robot: RobotArgument,
+    who: Annotated[str, typer.Argument(metavar="OBSERVER", help="Name or peer id of an observer who is connected.")],
+    give_back: Annotated[bool, typer.Option("--give-back", help="Let it say stop again.")] = False,
+    as_json: AsJson = False,
+) -> Work:
+    """Take from one observer the right to say stop, until a supervisor gives it back. Supervisors only.
+
+    Everybody who is connected is told, and the journal keeps it. Operators and supervisors may always say stop.
+    """
+    from mosaic_core.cli.operator.control_actions import change_stop_right
+
+    return partial(change_stop_right, robot=robot, who=who, may_stop=give_back, as_json=as_json)
+
+
+@command(is_person=True)
 def lease(
     robot: RobotArgument,
     resource: Resource = "motion",

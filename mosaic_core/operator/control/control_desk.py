@@ -159,6 +159,22 @@ class ControlDesk:
         await self._answers.wait(cleared, ANSWER_S, "The robot does not answer; it may still be stopped.")
         self._has_said_stop = False
 
+    async def change_stop_right(self, peer_id: str, *, may_stop: bool) -> None:
+        """As a supervisor, take from an observer (:attr:`peers`) the right to say stop, or give it back. Everybody is
+        told, and it is journaled; nothing but a supervisor gives it back.
+
+        Raises :class:`LeaseDenied` (``auth.forbidden``, ``safety.always_stops``), or :class:`ConnectionFailed`.
+        """
+        port = self._port_for("stopRight")
+        answered = self._answers.expect(
+            lambda m: (
+                isinstance(m, control.Peers)
+                and any(one.peer_id == peer_id and (one.may_stop is not False) == may_stop for one in m.peers)
+            )
+        )
+        port.send(control.StopRight(peer_id=peer_id, may_stop=may_stop))
+        await self._answers.wait(answered, ANSWER_S, "The robot does not answer.")
+
     def picture_seen(self, label: str, capture_us: int | None) -> None:
         """Tell the robot how old the picture is by which this operator drives: when it was captured, on the robot's
         clock; ``None``: watching, but nothing shown yet. Its age slows commands down. Ten times a second is enough."""
@@ -192,6 +208,8 @@ class ControlDesk:
         self._answers.heard(message)
         if isinstance(message, control.StopAck) and self._stops is not None:
             self._stops.acknowledged(message)
+        if isinstance(message, control.Refusal) and message.code == "safety.stop_taken" and self._stops is not None:
+            self._stops.ended(LeaseDenied("", message.code, reason(message.code).sentence))
         self._driver.tell(machine.ControlHeard(message))
 
     def ended(self, error: ConnectionFailed, *, comes_back: bool = False) -> None:

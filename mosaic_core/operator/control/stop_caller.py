@@ -12,7 +12,7 @@ from mosaic_core.machines.control.stop_call import StopReport
 from mosaic_core.operator.control.control_channel import ControlChannel
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.words.control import StopAck
-from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.errors import MosaicError
 
 
 class StopCaller:
@@ -41,8 +41,8 @@ class StopCaller:
     def acknowledged(self, ack: StopAck) -> None:
         self._carry_out(self._calls.acknowledged(ack, self._port.clock.best, self._now_s()))
 
-    def ended(self, error: ConnectionFailed) -> None:
-        """The connection has ended; who still waits for an answer is told."""
+    def ended(self, error: MosaicError) -> None:
+        """The connection has ended, or the robot takes no stop of this operator; who still waits is told."""
         self._calls.forget()
         self._timer.cancel()
         for report in self._reports.values():

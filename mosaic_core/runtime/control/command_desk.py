@@ -12,6 +12,7 @@ from typing import Protocol
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.gates import Gate, GateRefusal
 from mosaic_core.machines.control import lease_events as lease
+from mosaic_core.machines.control.stop_rights import StopRights
 from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.commands.fence import SAFE, Fence
 from mosaic_core.runtime.control import control_words as words
@@ -32,6 +33,10 @@ LOST = frozenset({"peer.lost", "peer.replaced", "ice.failed", "ice.timeout", "dt
 """Ends after which the same session may come back and keep its lease until it expires."""
 MAX_AWAITED = 64
 Answer = Callable[[ControlMessage], object]
+
+
+def _account_of(sender: Sender) -> str:
+    return sender.operator_id or sender.session_id or sender.peer_id
 
 
 class Controlled(Protocol):
@@ -62,6 +67,8 @@ class _Present:
         self.requests = TokenBucket.of_rate(REQUESTS_PER_S)
         self.keeps = TokenBucket.of_rate(KEEPS_PER_S)
         self.stops = TokenBucket.of_rate(STOPS_PER_S)
+        self.refused_stop = ""
+        """The last stop that was refused, of which it has been told."""
 
 
 class CommandDesk:
@@ -74,6 +81,7 @@ class CommandDesk:
         self._listener = listener
         self._present: dict[str, _Present] = {}
         self._awaited: dict[tuple[str, str], Answer] = {}
+        self._rights = StopRights()
         self._fence: Fence | None = None
         self._stop_account = ""
         """Of whoever stopped or cleared the robot last."""
@@ -116,7 +124,8 @@ class CommandDesk:
         return peer_id in self._present
 
     def _tell_peers(self) -> None:
-        infos = tuple(words.peer_info(words.party_of(one.peer.sender)) for one in self._present.values())
+        senders = [one.peer.sender for one in self._present.values()]
+        infos = tuple(words.peer_info(words.party_of(sender), may_stop=self._may_stop(sender)) for sender in senders)
         for peer in self._peers():
             peer.tell(control.Peers(you=peer.sender.peer_id, peers=infos))
 
@@ -166,12 +175,17 @@ class CommandDesk:
                 )
             case control.StopClear():
                 self._clear(peer, now_s)
+            case control.StopRight(peer_id=of, may_stop=may_stop):
+                self._change_right(peer, of, may_stop)
             case control.JournalRead(limit=limit, before=before):
                 self._read_journal(peer, limit, before)
 
     def stop_heard(self, peer: Controlled, message: control.Stop, answer: Answer, now_s: float) -> None:
         """Stop first, then speak. ``answer`` says it where the stop was heard."""
         name = name_of(peer.sender)
+        if not self._may_stop(peer.sender):
+            self._refuse_stop(peer, message.id)
+            return
         is_new, times = self.fence.stop(name, message.reason, message.id)
         present = self._present.get(peer.sender.peer_id)
         if present is None or present.stops.admits(now_s):
@@ -181,6 +195,36 @@ class CommandDesk:
             self._awaited[key] = answer
         if is_new:
             self._stop_changed(True, peer.sender, message.reason)
+
+    def _may_stop(self, sender: Sender) -> bool:
+        return self._rights.may_stop(words.party_of(sender), _account_of(sender))
+
+    def _refuse_stop(self, peer: Controlled, stop_id: str) -> None:
+        """Told once for all copies of a stop."""
+        present = self._present.get(peer.sender.peer_id)
+        if present is None or present.refused_stop == stop_id:
+            return
+        present.refused_stop = stop_id
+        peer.answer(control.Refusal(label=STOP_LABEL, code="safety.stop_taken", gate=Gate.ROLE))
+        self._journal.refused(STOP_LABEL, peer.sender, GateRefusal(Gate.ROLE, "safety.stop_taken"))
+
+    def _change_right(self, peer: Controlled, of: str, may_stop: bool) -> None:
+        """A supervisor takes from an observer the right to say stop, or gives it back; everybody hears of it."""
+        present = self._present.get(of)
+        if present is None:
+            peer.answer(control.Refusal(label=STOP_LABEL, code="peer.lost"))
+            return
+        sender = present.peer.sender
+        code = self._rights.change(words.party_of(peer.sender), words.party_of(sender), _account_of(sender), may_stop)
+        if code is not None:
+            peer.answer(control.Refusal(label=STOP_LABEL, code=code, gate=Gate.ROLE))
+            self._journal.refused(STOP_LABEL, peer.sender, GateRefusal(Gate.ROLE, code))
+            return
+        by, whose = name_of(peer.sender), name_of(sender)
+        done = "gave back to" if may_stop else "took from"
+        logger.warning("%r %s %r the right to say stop", by, done, whose)
+        self._journal.note("stop.right_given" if may_stop else "stop.right_taken", who=by, subject=whose)
+        self._tell_peers()
 
     def _clear(self, peer: Controlled, now_s: float) -> None:
         with self.fence.lock:

@@ -19,8 +19,9 @@ def party_of(sender: Sender) -> Party:
     return Party(sender.peer_id, sender.session_id, sender.name, role, is_person, is_original, account)
 
 
-def peer_info(party: Party) -> control.PeerInfo:
-    return control.PeerInfo.model_validate(party, from_attributes=True)
+def peer_info(party: Party, *, may_stop: bool = True) -> control.PeerInfo:
+    info = control.PeerInfo.model_validate(party, from_attributes=True)
+    return info if may_stop else info.model_copy(update={"may_stop": False})
 
 
 def lease_reply(reply: Reply) -> control.LeaseReply:

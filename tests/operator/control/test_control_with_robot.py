@@ -213,6 +213,34 @@ async def test_anybody_stops_the_robot_and_only_a_holder_or_supervisor_clears_it
             await drive_until(place, pad, lambda: place.acts[-1] == 0.5)
 
 
+async def test_a_supervisor_takes_the_right_to_stop_from_an_observer_who_says_it_for_ever() -> None:
+    async with at_a_robot() as place:
+        watcher = await place.link.another_operator("Wanda", role="observer")
+        boss = await place.link.another_operator("Boss", role="supervisor")
+        assert watcher.peer_id is not None
+        with pytest.raises(LeaseDenied) as denied:
+            await place.alice.control.change_stop_right(watcher.peer_id, may_stop=False)
+        assert denied.value.code == "auth.forbidden"
+        await boss.control.change_stop_right(watcher.peer_id, may_stop=False)
+        for everybody in (place.alice, boss, watcher):
+            await everybody.control.wait_for(
+                lambda one=everybody: [peer.name for peer in one.control.peers if peer.may_stop is False] == ["Wanda"]
+            )
+        with pytest.raises(LeaseDenied) as denied:
+            await watcher.control.stop("again")
+        assert denied.value.code == "safety.stop_taken"
+        assert boss.control.stop_state is not None
+        assert not boss.control.stop_state.is_stopped
+        entries = [(entry.what, entry.who, entry.subject) for entry in await boss.control.journal()]
+        assert ("stop.right_taken", "Boss", "Wanda") in entries
+        await boss.control.change_stop_right(watcher.peer_id, may_stop=True)
+        assert (await watcher.control.stop("now")).is_safe
+        assert place.alice.peer_id is not None
+        with pytest.raises(LeaseDenied) as denied:
+            await boss.control.change_stop_right(place.alice.peer_id, may_stop=False)
+        assert denied.value.code == "safety.always_stops"
+
+
 async def test_an_observer_is_refused_the_lease_and_the_robot() -> None:
     async with at_a_robot() as place:
         watcher = await place.link.another_operator("Wanda", role="observer")

@@ -154,6 +154,8 @@ export interface PeerInfo {
   role: 'observer' | 'operator' | 'supervisor'
   isPerson: boolean
   isOriginal: boolean
+  /** False: a supervisor has taken from this observer the right to say stop. */
+  mayStop?: boolean
 }
 
 /** Somebody in the queue for a lease. */
@@ -486,6 +488,15 @@ export interface StopState {
 export type StopClear = Record<string, never>
 
 /**
+ * Supervisor → robot (extension `stopRight`): take from this observer the right to say stop, or give it back.
+ * Everybody is told by `peers`. It holds for the account, until a supervisor gives it back.
+ */
+export interface StopRight {
+  peerId: string
+  mayStop: boolean
+}
+
+/**
  * Operator → robot, ten times a second while it watches: the picture on the screen was captured at `capture_us`
  * of the robot's clock. `None`: watching, but no picture has been shown yet.
  */
@@ -621,6 +632,7 @@ export interface ControlMessages {
   'stop.ack': StopAck
   'stop.state': StopState
   'stop.clear': StopClear
+  'stop.right': StopRight
   'media.seen': MediaSeen
   'safety.limit': SafetyLimit
   'journal.read': JournalRead
@@ -769,6 +781,8 @@ export const REASONS = {
   'safety.stop': { sentence: 'An operator said stop; the safe action ran.', cure: 'Clear the stop, let go, and command anew.' },
   'safety.stopped': { sentence: 'The robot was stopped and takes no commands until that is cleared.', cure: 'Look at the robot, then clear the stop: the lease holder or a supervisor can.' },
   'safety.release_first': { sentence: 'A stop was cleared, and whoever sent this went on sending through it: let go first.', cure: 'Let go of key, stick or pad; a program sends zero once, or nothing for as long as the time-out. Then command anew.' },
+  'safety.stop_taken': { sentence: 'A supervisor has taken from this observer the right to stop this robot.', cure: 'Tell a supervisor what you see; one can give the right back.' },
+  'safety.always_stops': { sentence: 'Operators and supervisors may always stop a robot.', cure: 'Give the account the role observer first, or talk to whoever says stop.' },
   'safety.no_stop': { sentence: 'This robot has no stop: it runs an original MOSAIC.', cure: 'Use the switch on the robot; `mosaic operator stop --drive LABEL` sends zeros to what drives it.' },
   'safety.too_fast': { sentence: 'Commands came faster than this connector takes them.', cure: 'Send no faster than `max_rate_hz` of the connector.' },
   'safety.out_of_range': { sentence: "A value of the command can't be limited: it is no number where one belongs.", cure: 'Put a number into the field that it names.' },
@@ -884,6 +898,7 @@ export const CONTROL_EXTENSIONS: Record<string, number> = {
   'resume': 1,
   'delivery': 1,
   'near': 1,
+  'stopRight': 1,
 }
 export type Moment = 'asked' | 'granted' | 'offered' | 'answered' | 'candidate' | 'ice' | 'dtls' | 'control' | 'hello' | 'catalogue' | 'value' | 'frame'
 export const MOMENT_TITLES: Record<Moment, string> = {
@@ -945,6 +960,7 @@ export const CONTROL_SCHEMAS = {
   'stop.ack': 'StopAck',
   'stop.state': 'StopState',
   'stop.clear': 'StopClear',
+  'stop.right': 'StopRight',
   'media.seen': 'MediaSeen',
   'safety.limit': 'SafetyLimit',
   'journal.read': 'JournalRead',
@@ -1007,7 +1023,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   MosaicDataType: {"enum": ["json-r2u", "json-u2r", "json-bi", "string-r2u", "string-u2r", "byte-r2u", "byte-u2r", "media"], "type": "string"},
   Near: {"properties": {"urls": {"items": {"maxLength": 200, "pattern": "^https?://[^\\s/?#@]+$", "type": "string"}, "maxItems": 16, "type": "array"}}, "required": ["urls"], "type": "object"},
   OperatorIdentity: {"properties": {"id": {"type": "string"}, "name": {"type": "string"}, "role": {"default": "operator", "type": "string"}, "program": {"default": false, "type": "boolean"}}, "required": ["id", "name"], "type": "object"},
-  PeerInfo: {"properties": {"peerId": {"type": "string"}, "account": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "name": {"default": "", "type": "string"}, "role": {"default": "operator", "enum": ["observer", "operator", "supervisor"], "type": "string"}, "isPerson": {"default": false, "type": "boolean"}, "isOriginal": {"default": false, "type": "boolean"}}, "required": ["peerId"], "type": "object"},
+  PeerInfo: {"properties": {"peerId": {"type": "string"}, "account": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "name": {"default": "", "type": "string"}, "role": {"default": "operator", "enum": ["observer", "operator", "supervisor"], "type": "string"}, "isPerson": {"default": false, "type": "boolean"}, "isOriginal": {"default": false, "type": "boolean"}, "mayStop": {"anyOf": [{"type": "boolean"}, {"type": "null"}], "default": null}}, "required": ["peerId"], "type": "object"},
   Peers: {"properties": {"you": {"type": "string"}, "peers": {"default": [], "items": {"$ref": "PeerInfo"}, "type": "array"}}, "required": ["you"], "type": "object"},
   Ping: {"properties": {"t0": {"type": "integer"}}, "required": ["t0"], "type": "object"},
   PingPing: {"properties": {"pingId": {"type": "string"}}, "required": ["pingId"], "type": "object"},
@@ -1030,6 +1046,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   Stop: {"properties": {"id": {"maxLength": 64, "minLength": 1, "type": "string"}, "reason": {"default": "", "maxLength": 200, "type": "string"}}, "required": ["id"], "type": "object"},
   StopAck: {"properties": {"id": {"type": "string"}, "receivedUs": {"type": "integer"}, "safeUs": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "required": ["id", "receivedUs"], "type": "object"},
   StopClear: {"properties": {}, "type": "object"},
+  StopRight: {"properties": {"peerId": {"type": "string"}, "mayStop": {"type": "boolean"}}, "required": ["peerId", "mayStop"], "type": "object"},
   StopState: {"properties": {"isStopped": {"type": "boolean"}, "by": {"default": "", "type": "string"}, "byAccount": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "reason": {"default": "", "type": "string"}, "sinceUs": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "required": ["isStopped"], "type": "object"},
   TicketKey: {"properties": {"kid": {"type": "string"}, "x": {"type": "string"}}, "required": ["kid", "x"], "type": "object"},
 }

@@ -65,6 +65,10 @@ export class FakeDesk {
     return this.said.push(['release', resource]) > 0
   }
 
+  changeStopRight(...right: unknown[]): boolean {
+    return this.said.push(['right', ...right]) > 0
+  }
+
   answerLease(...answer: unknown[]): boolean {
     return this.said.push(['answer', ...answer]) > 0
   }

@@ -151,6 +151,14 @@ export class ControlDesk {
     return this.answers.clear()
   }
 
+  /**
+   * As a supervisor: take from an observer the right to say stop, or give it back. Everybody is told by `peers`. False if
+   * it could not be sent.
+   */
+  changeStopRight(peerId: string, mayStop: boolean): boolean {
+    return this.around.link.send('stop.right', { peerId, mayStop })
+  }
+
   /** A moment of the robot's clock (`StopView.sinceUs`) on this page's; null while they have not been compared. */
   toPageMs(robotUs: number): number | null {
     return this.around.link.toPageMs(robotUs)
@@ -275,6 +283,7 @@ export class ControlDesk {
   // Of a connector's message: that is the store's business. Of a question: there is only one at a time of each.
   private refused(refusal: Refusal): void {
     if (refusal.label !== CONTROL_LABEL && refusal.label !== STOP_LABEL) return
+    if (refusal.code === 'safety.stop_taken') return this.stops.abandon('unconfirmed')
     if (!this.answers.refused(refusal)) this.handle({ type: 'refused', why: whyOf(refusal) })
   }
 

@@ -1,4 +1,4 @@
-import { Popover, VisuallyHidden } from '@mantine/core'
+import { Button, Popover, VisuallyHidden } from '@mantine/core'
 import { useControl } from '@mosaic/react'
 import { IconEye, IconRobot, IconSteeringWheel, IconUser, IconUsers } from '@tabler/icons-react'
 import { useMemo } from 'react'
@@ -10,7 +10,7 @@ const CHIPS_MAX = 3
 
 /** Who drives and who watches: chips where there is room for them, a list behind a number everywhere. */
 export function Presence({ robotId }: { robotId: string }) {
-  const { availability, peers, leases } = useControl(robotId)
+  const { availability, peers, leases, me, desk } = useControl(robotId)
   const present = useMemo(() => presentOf(peers, leases), [peers, leases])
   if (availability !== 'available' || present.length === 0) return null
   return (
@@ -36,8 +36,14 @@ export function Presence({ robotId }: { robotId: string }) {
               <Icon one={one} />
               <span className={classes.presenceName}>{one.name}</span>
               <span className={classes.presenceRole}>
-                {one.isPerson ? one.role : `program, ${one.role}`} · {one.drives.length === 0 ? 'watching' : `driving ${drivesText(one)}`}
+                {one.isPerson ? one.role : `program, ${one.role}`}
+                {one.mayStop ? '' : ', may not stop'} · {one.drives.length === 0 ? 'watching' : `driving ${drivesText(one)}`}
               </span>
+              {me?.role === 'supervisor' && one.role === 'observer' && (
+                <Button size="compact-xs" variant="default" onClick={() => desk.changeStopRight(one.peerId, !one.mayStop)}>
+                  {one.mayStop ? 'Take the right to stop' : 'Let stop again'}
+                </Button>
+              )}
             </li>
           ))}
         </ul>

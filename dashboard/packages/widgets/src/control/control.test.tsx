@@ -346,6 +346,23 @@ test('who is here is a sentence for those who can’t see the chips', () => {
   expect(screen.getByRole('button', { name: 'Who is here. Driving: Alice. Watching: You, patrol.' })).toBeTruthy()
 })
 
+test('a supervisor takes the right to stop from an observer, and gives it back; nobody else can', async () => {
+  const wanda = { ...ALICE, peerId: 'wanda', name: 'Wanda', role: 'observer' as const }
+  const boss = { ...ME, role: 'supervisor' as const }
+  desk().peers.set([boss, wanda, PATROL])
+  desk().me.set(boss)
+  show(<Presence robotId="r" />)
+  await userEvent.click(screen.getByTestId('presence'))
+  await userEvent.click(screen.getByText('Take the right to stop'))
+  expect(desk().said).toEqual([['right', 'wanda', false]])
+  act(() => desk().peers.set([boss, { ...wanda, mayStop: false }, PATROL]))
+  expect(screen.getByText(/may not stop/)).toBeTruthy()
+  await userEvent.click(screen.getByText('Let stop again'))
+  expect(desk().said).toEqual([['right', 'wanda', false], ['right', 'wanda', true]])
+  act(() => desk().me.set(ME))
+  expect(screen.queryByText('Let stop again')).toBeNull()
+})
+
 describe('the frame around the page', () => {
   const tone = () => screen.getByTestId('control-frame').dataset['tone']
 

@@ -10,6 +10,8 @@ export interface Present {
   role: string
   isPerson: boolean
   isMe: boolean
+  /** False: a supervisor has taken from this observer the right to say stop. */
+  mayStop: boolean
 }
 
 export function presentOf(peers: readonly PeerView[], leases: Readonly<Record<string, LeaseView>>): Present[] {
@@ -25,6 +27,7 @@ export function presentOf(peers: readonly PeerView[], leases: Readonly<Record<st
       role: roleText(peer.role),
       isPerson: peer.isPerson,
       isMe: peer.isMe,
+      mayStop: peer.mayStop !== false,
     }))
     .sort((one, other) => rank(one) - rank(other) || one.name.localeCompare(other.name))
 }
