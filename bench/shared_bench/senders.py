@@ -99,6 +99,8 @@ def _next(pipe: Connection) -> str | None:
 class OurCameras:
     """Cameras of the robot as it is, without server and catalogue; an ``AnswererListener``."""
 
+    is_local = True
+
     def __init__(self, cameras: Cameras) -> None:
         from mosaic_core import EncodingParams
         from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
