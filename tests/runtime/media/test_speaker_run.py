@@ -125,6 +125,7 @@ async def test_closing_ends_a_talk_and_the_thread() -> None:
     await until(lambda: studio.speaker.heard, "the talk begins")
     studio.run.close()
     await studio.run.closed()
+    studio.speaker.thread.join(5)  # it has said so with its last words
     assert not studio.speaker.thread.is_alive()
     assert studio.speaker.heard[-1] is None
     assert ("ann", 10) not in studio.speaker.heard
