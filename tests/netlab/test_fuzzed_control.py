@@ -11,6 +11,7 @@ import random
 import struct
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -124,10 +125,12 @@ class Barrier:
     async def passed(self, number: int) -> None:
         self._waiting[number] = asyncio.Event()
         ping = json.dumps({"type": "ping", "data": {"t0": number}}).encode()
-        for packet in encode_frame(Frame(PayloadKind.JSON, ping, seq=1, stamp_us=time.monotonic_ns() // 1000)):
-            self.channel.send(packet)
         async with asyncio.timeout(10):
-            await self._waiting[number].wait()
+            while not self._waiting[number].is_set():  # a robot answers so many pings a second, and no more
+                for packet in encode_frame(Frame(PayloadKind.JSON, ping, seq=1, stamp_us=time.monotonic_ns() // 1000)):
+                    self.channel.send(packet)
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._waiting[number].wait(), 0.2)
 
     def _heard(self, data: bytes | str) -> None:
         self._listener(data)

@@ -320,7 +320,7 @@ async def test_a_loudspeaker_that_fails_rests_and_is_heard_again(house: Any) -> 
         ann.speak()
         await until(lambda: place.loudspeaker.heard)
         assert failures == [1]
-        assert ann.refusals == [("speaker", "plugin.failed", None)]
+        assert ann.refusals == [("speaker", "plugin.failed", "")]
         assert place.loudspeaker.ended == 1
 
 

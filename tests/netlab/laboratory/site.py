@@ -20,6 +20,7 @@ from mosaic_core.operator import MosaicOperator, RobotConnection
 from mosaic_core.testing import until
 
 TWIST = {"linear": {"x": 0.4}, "angular": {"z": 0.2}}
+STANDING = {"linear": {"x": 0.0}, "angular": {"z": 0.0}}
 _numbers = count()
 
 
@@ -104,14 +105,16 @@ class Site:
 
     @asynccontextmanager
     async def driving(self, connection: RobotConnection, label: str = "cmd_vel") -> AsyncIterator[None]:
-        """Commands 20 times a second, whatever happens; the robot moves."""
+        """Commands 20 times a second, whatever happens; the robot moves. Until it does, every tenth command lets go:
+        after a stop nothing moves before that."""
         pad = connection.sendable(label)
         await pad.wait_open()
         start_s = time.monotonic()
 
         async def drive() -> None:
-            while True:
-                pad.send_json(TWIST)
+            for number in count():
+                is_letting_go = number % 10 == 0 and not self.track.moves(start_s)
+                pad.send_json(STANDING if is_letting_go else TWIST)
                 await asyncio.sleep(0.05)
 
         task = asyncio.create_task(drive())
