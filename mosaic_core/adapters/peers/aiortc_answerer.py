@@ -29,7 +29,6 @@ from mosaic_core.adapters.sound.sound_lines import SoundLines
 from mosaic_core.adapters.video.video_track import VideoTrack
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.transport.media_transport import NO_SOUND, SoundLabels
-from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.runtime.transport.transport import AnswererListener, OfferRefused
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -48,7 +47,6 @@ class AiortcAnswerer:
         self._listener = listener
         self._relay_only = relay_only
         self._ice_servers = ice_servers
-        self._congestion = PeerCongestion()
         self._peer: AiortcPeer | None = None
         self._offer: VettedOffer | None = None
         self._served: set[str] = set()
@@ -190,11 +188,9 @@ class AiortcAnswerer:
         def origin_known(rtp_origin: int) -> None:
             self._listener.media.origin_known(label, ssrc, rtp_origin)
 
-        # Lines that are not bundled have numbers of their own, and maybe ways of their own.
-        is_bundled = self._offer is not None and self._offer.is_bundled
-        connection = self._congestion if is_bundled else PeerCongestion()
-        track = VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals, connection=connection)
-        sender.replaceTrack(track)
+        # Each camera has a budget of its own: sharing one was tried on real links, and made freezes of key frames that
+        # all cameras sent at once (bench/README.md).
+        sender.replaceTrack(VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals))
         name_stream(sender, label)
         transceiver.direction = "sendonly"
 

@@ -17,9 +17,6 @@ from mosaic_core.machines.congestion.path_watch import PathSeen, PathWatch
 from mosaic_core.machines.congestion.rate_control import START_BPS, Feedback, RateControl, ReceiverReport
 from mosaic_core.machines.congestion.stream_reports import StreamReports
 
-HEADROOM = 2
-"""Times what the streams can use may be known to be there: a camera that joins finds its part without a search."""
-
 
 class ConnectionBudget:
     """Estimates one connection and divides what it carries. A stream is any key; ``now_s`` any monotonic clock."""
@@ -126,7 +123,7 @@ class ConnectionBudget:
 
     def _limits(self) -> tuple[int, int]:
         least_bps = sum(one.least_bps for one in self._demands.values())
-        return least_bps, max(least_bps, HEADROOM * sum(one.most_bps for one in self._demands.values()))
+        return least_bps, max(least_bps, sum(one.most_bps for one in self._demands.values()))
 
     def _limit(self) -> None:
         if self._demands:
