@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from multiprocessing.connection import Connection
 from typing import Any, Protocol
 
+from video_bench.listener import CameraListener
 from video_bench.plain_aiortc import NewestPicture, PlainAnswerer
 from video_bench.scene import Image
 
@@ -152,31 +153,6 @@ def _sender(shot: Shot, path: Any) -> Sender:
     raise ValueError(f"no sender {shot.way.sender!r}")
 
 
-class _Listener:
-    """An ``AnswererListener``; ours watches as soon as it is connected."""
-
-    def __init__(self, stream: Any = None) -> None:
-        self.media = self
-        self._stream = stream
-
-    def track_bound(self, label: str) -> Any:
-        return self._stream.bind("page", print)
-
-    is_local = True
-
-    def state_changed(self, state: str) -> None:
-        if state == "connected" and self._stream is not None:
-            self._stream.watch("page", True)
-
-    def bound_exceeded(self, why: str) -> None: ...
-    def candidate_found(self, candidate: Any) -> None: ...
-    def channel_opened(self, channel: Any) -> None: ...
-    def tracks_unbound(self, labels: Any) -> None: ...
-    def track_refused(self, label: str, cause: str) -> None: ...
-    def voice_bound(self, label: str, sound: Any) -> None: ...
-    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None: ...
-
-
 class OurSender:
     """A camera of the robot as it is, without server and catalogue."""
 
@@ -189,7 +165,7 @@ class OurSender:
 
         self._stream = SharedVideo("front", EncodingParams.model_validate({"codec": codec}), ConnectorCounters())
         make = AiortcAnswerer if path is None else impaired(AiortcAnswerer, path)
-        self._answerer = make(_Listener(self._stream), ())
+        self._answerer = make(CameraListener({"front": self._stream}), ())
 
     def post(self, image: Image, captured_at_s: float) -> object:
         return self._stream.offer(Captured(image, captured_at_s))
@@ -213,7 +189,7 @@ class AiortcSender:
         def make(listener: Any, ice_servers: Any) -> Any:
             return PlainAnswerer(listener, newest, codec)
 
-        self._answerer = (make if path is None else impaired(make, path))(_Listener(), ())
+        self._answerer = (make if path is None else impaired(make, path))(CameraListener({}), ())
         self.post = newest.post
 
     async def answer(self, offer_sdp: str) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
 from laboratory.networks import Namespace
+from video_bench.listener import CameraListener
 from video_bench.plain_aiortc import FilmTrack, NewestPicture
 from video_bench.scene import Image
 
@@ -97,9 +98,7 @@ def _next(pipe: Connection) -> str | None:
 
 
 class OurCameras:
-    """Cameras of the robot as it is, without server and catalogue; an ``AnswererListener``."""
-
-    is_local = True
+    """Cameras of the robot as it is."""
 
     def __init__(self, cameras: Cameras) -> None:
         from mosaic_core import EncodingParams
@@ -108,10 +107,10 @@ class OurCameras:
         from mosaic_core.runtime.observation.counters import ConnectorCounters
 
         labels = [f"camera{number}" for number in range(cameras.count)]
-        self._at_once = labels[: cameras.count - cameras.late]
         self._streams = {label: SharedVideo(label, EncodingParams(), ConnectorCounters()) for label in labels}
-        self.media = self
-        self._answerer = AiortcAnswerer(self, ())
+        self._listener = CameraListener(self._streams, later=labels[cameras.count - cameras.late :])
+        self._answerer = AiortcAnswerer(self._listener, ())
+        self.watch = self._listener.watch
 
     async def answer(self, offer_sdp: str) -> str:
         return await self._answerer.answer(offer_sdp, list(self._streams), None)
@@ -120,29 +119,10 @@ class OurCameras:
         stream = self._streams[f"camera{number}"]
         return lambda image, at_s: stream.offer(Captured(image, at_s))
 
-    def watch(self, label: str) -> None:
-        self._streams[label].watch("page", True)
-
     async def close(self) -> None:
         await self._answerer.close()
         for stream in self._streams.values():
             stream.close()
-
-    def track_bound(self, label: str) -> Any:
-        return self._streams[label].bind("page", print)
-
-    def state_changed(self, state: str) -> None:
-        if state == "connected":
-            for label in self._at_once:
-                self.watch(label)
-
-    def bound_exceeded(self, why: str) -> None: ...
-    def candidate_found(self, candidate: Any) -> None: ...
-    def channel_opened(self, channel: Any) -> None: ...
-    def tracks_unbound(self, labels: Any) -> None: ...
-    def track_refused(self, label: str, cause: str) -> None: ...
-    def voice_bound(self, label: str, sound: Any) -> None: ...
-    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None: ...
 
 
 class AiortcCameras:

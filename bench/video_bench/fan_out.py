@@ -14,6 +14,7 @@ from fractions import Fraction
 from multiprocessing.connection import Connection
 from typing import Any, Literal
 
+from video_bench.listener import CameraListener
 from video_bench.scene import Image, scene
 from video_bench.serving import BITRATE_BPS, Camera, serve
 from video_bench.viewers import view
@@ -102,31 +103,6 @@ def _side(
     return serve_shared(pipe, orders, pictures, n)
 
 
-class _Listener:
-    """An ``AnswererListener`` that watches as soon as it is connected."""
-
-    def __init__(self, stream: Any, name: str) -> None:
-        self.media = self
-        self._stream, self._name = stream, name
-
-    def track_bound(self, label: str) -> Any:
-        return self._stream.bind(self._name, print)
-
-    is_local = True
-
-    def state_changed(self, state: str) -> None:
-        if state == "connected":
-            self._stream.watch(self._name, True)
-
-    def bound_exceeded(self, why: str) -> None: ...
-    def candidate_found(self, candidate: Any) -> None: ...
-    def channel_opened(self, channel: Any) -> None: ...
-    def tracks_unbound(self, labels: Any) -> None: ...
-    def track_refused(self, label: str, cause: str) -> None: ...
-    def voice_bound(self, label: str, sound: Any) -> None: ...
-    def origin_known(self, label: str, ssrc: int, rtp_origin: int) -> None: ...
-
-
 async def _ours(pipe: Connection, orders: Connection, codec: str, pictures: list[Image], n: int) -> None:
     from mosaic_core import Captured, EncodingParams
     from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
@@ -138,7 +114,7 @@ async def _ours(pipe: Connection, orders: Connection, codec: str, pictures: list
     answerers = []
     for number in range(n):
         offer = await asyncio.to_thread(pipe.recv)
-        answerers.append(AiortcAnswerer(_Listener(stream, str(number)), ()))
+        answerers.append(AiortcAnswerer(CameraListener({"front": stream}, str(number)), ()))
         pipe.send(await answerers[-1].answer(offer, ["front"], None))
     camera = Camera(pictures, lambda image, at_s: stream.offer(Captured(image, at_s)))
     await serve(orders, lambda: stream.encoders.cpu_s + camera.cpu_s)

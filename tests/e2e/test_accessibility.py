@@ -44,7 +44,7 @@ def observer(server: Any, seed: Any, robot: Any) -> str:
     """The access token of somebody who may only watch."""
     with httpx.Client(base_url=f"{server.url}/api/v1") as api:
         api.headers["Authorization"] = f"Bearer {access_token(server.url, seed.email, seed.password)}"
-        new = {"email": "watcher@example.org", "fullName": "Wanda Watcher", "password": seed.password}
+        new = {"email": "axe-watcher@example.org", "fullName": "Wanda Watcher", "password": seed.password}
         account = api.post("/users", json=new).raise_for_status().json()["resultData"]["id"]
         api.put(f"/robots/{seed.robot_id}/grants/{account}", json={"role": "observer"}).raise_for_status()
     return access_token(server.url, new["email"], seed.password)

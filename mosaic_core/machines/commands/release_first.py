@@ -11,28 +11,35 @@ from mosaic_core.machines.delivery.framing import SEQ_MODULUS
 
 PAUSE_S = 1.0
 """The pause that counts where a receiver has no time-out."""
+MAX_HOLDING = 4096
+"""Sessions that are remembered: whoever comes again and again under new ones shall not fill our memory. Those that came
+first are forgotten first."""
 
 
 class ReleaseFirst:
     """Who must let go first, of one receiver. ``key``: of a session, which survives its connections."""
 
     def __init__(self) -> None:
-        self._holding: set[str] = set()
+        self._holding: dict[str, None] = {}
 
     def stopped(self, keys: Iterable[str]) -> None:
         """A stop came: these may have commands under way."""
-        self._holding.update(keys)
+        for key in keys:
+            self.joined(key)
 
     def joined(self, key: str) -> None:
         """Somebody came while it was stopped, or came back."""
-        self._holding.add(key)
+        self._holding.pop(key, None)
+        self._holding[key] = None
+        if len(self._holding) > MAX_HOLDING:
+            del self._holding[next(iter(self._holding))]
 
     def is_holding(self, key: str) -> bool:
         return key in self._holding
 
     def let_go(self, key: str) -> None:
         """It sent a zero, or paused, after the stop was cleared."""
-        self._holding.discard(key)
+        self._holding.pop(key, None)
 
 
 class CommandPauses:

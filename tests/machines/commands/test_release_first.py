@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mosaic_core.machines.commands.release_first import CommandPauses, ReleaseFirst
+from mosaic_core.machines.commands.release_first import MAX_HOLDING, CommandPauses, ReleaseFirst
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS
 
 
@@ -18,6 +18,16 @@ def test_who_was_there_at_a_stop_or_came_during_it_holds_until_it_lets_go() -> N
     assert [release.is_holding(key) for key in ("ann", "bob", "cid", "dan")] == [False, True, True, False]
     release.stopped(["ann"])
     assert [release.is_holding(key) for key in ("ann", "bob")] == [True, True], "bob has not let go since the first"
+
+
+def test_whoever_comes_again_and_again_does_not_fill_the_memory() -> None:
+    release = ReleaseFirst()
+    for number in range(MAX_HOLDING):
+        release.joined(f"session {number}")
+    release.joined("session 0")
+    release.joined("one more")
+    assert not release.is_holding("session 1"), "the one that came first, and not again"
+    assert all(release.is_holding(key) for key in ("session 0", "session 2", "one more"))
 
 
 @pytest.mark.parametrize(
