@@ -1,4 +1,5 @@
-"""Noise of 8x8 blocks that moves and wraps around, with marks: it needs every bit there is and has no cuts."""
+"""Noise of 8x8 blocks that moves and wraps around under the noise of a sensor, with marks: it needs every bit there is
+and has no cuts. Without the sensor's noise an encoder that follows motion soon needs no bits at all."""
 
 from __future__ import annotations
 
@@ -6,12 +7,14 @@ import threading
 import time
 from collections.abc import Callable
 
+import cv2
 import numpy as np
 from video_bench.scene import Image
 
 from mosaic_camera.marks import draw_marks
 
 BLOCK_PX, STEP_PX = 8, 2
+SENSOR_LEVELS, SENSOR_PICTURES = 12, 7
 
 
 class NoiseCamera:
@@ -21,6 +24,8 @@ class NoiseCamera:
         self._size, self._fps, self._post = size, fps, post
         self._random = np.random.default_rng(seed)
         self._later_s = float(self._random.random()) / fps
+        width, height = size
+        self._sensor = self._random.integers(0, SENSOR_LEVELS, (SENSOR_PICTURES, height, width, 3), np.uint8)
         self._is_over = threading.Event()
         self.cut()
         self._thread = threading.Thread(target=self._run, name=f"camera {seed}", daemon=True)
@@ -41,7 +46,7 @@ class NoiseCamera:
         while not self._is_over.wait(max(0.0, began_s + frame / self._fps - time.monotonic())):
             captured_at_s = time.monotonic()
             left = frame * STEP_PX % self._size[0]
-            image = self._noise[:, left : left + self._size[0]].copy()
+            image = cv2.add(self._noise[:, left : left + self._size[0]], self._sensor[frame % SENSOR_PICTURES])
             draw_marks(image, frame, captured_at_s)
             self._post(image, captured_at_s)
             frame = max(frame + 1, int((time.monotonic() - began_s) * self._fps))

@@ -36,12 +36,17 @@
     return peer.localDescription.sdp
   }
 
-  const noise = (width, height) => {
-    const small = new OffscreenCanvas(width / 8, height / 8)
-    const onto = small.getContext('2d')
-    const pixels = onto.createImageData(small.width, small.height)
-    for (let i = 0; i < pixels.data.length; i++) pixels.data[i] = i % 4 === 3 ? 255 : Math.random() * 256
+  const speckled = (width, height, levels) => {
+    const canvas = new OffscreenCanvas(width, height)
+    const onto = canvas.getContext('2d')
+    const pixels = onto.createImageData(width, height)
+    for (let i = 0; i < pixels.data.length; i++) pixels.data[i] = i % 4 === 3 ? 255 : Math.random() * levels
     onto.putImageData(pixels, 0, 0)
+    return canvas
+  }
+
+  const noise = (width, height) => {
+    const small = speckled(width / 8, height / 8, 256)
     const large = new OffscreenCanvas(width, height)
     const scaled = large.getContext('2d')
     scaled.imageSmoothingEnabled = false
@@ -57,6 +62,7 @@
       const stream = canvas.captureStream(0)
       return { onto: canvas.getContext('2d', { alpha: false }), stream, track: stream.getVideoTracks()[0] }
     })
+    const sensor = Array.from({ length: 7 }, () => speckled(width, height, 12))
     const cut = (window.cut = () => films.forEach((film) => (film.noise = noise(width, height))))
     cut()
     await peer.setRemoteDescription({ type: 'offer', sdp })
@@ -70,6 +76,9 @@
         const capturedMs = performance.now() + offsetMs
         film.onto.drawImage(film.noise, -left, 0)
         film.onto.drawImage(film.noise, width - left, 0)
+        film.onto.globalCompositeOperation = 'lighter'
+        film.onto.drawImage(sensor[frame % 7], 0, 0)
+        film.onto.globalCompositeOperation = 'source-over'
         window.drawMarks(film.onto, width, height, frame++, Math.round(capturedMs * 10) % 2 ** 32)
         film.track.requestFrame()
       }

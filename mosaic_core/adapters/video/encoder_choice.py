@@ -22,7 +22,7 @@ _log = logging.getLogger(__name__)
 
 
 def _hardware(name: str, codec: CodecName, pix_fmt: str, device: str | None = None) -> EncoderKind:
-    return EncoderKind(name, codec, pix_fmt, is_hardware=True, follows_rate=False, counts_pictures=True, device=device)
+    return EncoderKind(name, codec, pix_fmt, is_hardware=True, follows="anew", counts_pictures=True, device=device)
 
 
 KINDS = (
@@ -31,10 +31,10 @@ KINDS = (
     _hardware("h264_vaapi", "H264", "nv12", device="vaapi"),
     _hardware("h264_v4l2m2m", "H264", "yuv420p"),
     _hardware("h264_amf", "H264", "nv12"),
-    EncoderKind("libx264", "H264", "yuv420p", is_hardware=False, follows_rate=True, counts_pictures=True),
+    EncoderKind("libx264", "H264", "yuv420p", is_hardware=False, follows="options", counts_pictures=True),
     _hardware("vp8_vaapi", "VP8", "nv12", device="vaapi"),
     _hardware("vp8_v4l2m2m", "VP8", "yuv420p"),
-    EncoderKind("libvpx", "VP8", "yuv420p", is_hardware=False, follows_rate=False, counts_pictures=False),
+    EncoderKind("libvpx", "VP8", "yuv420p", is_hardware=False, follows="times", counts_pictures=False),
 )
 """In order of preference per codec: hardware first, software as the fallback that is always there."""
 

@@ -8,34 +8,41 @@ from fractions import Fraction
 from typing import Any, Literal, cast
 
 import av
+import cv2
 from av.codec.hwaccel import HWAccel
 from av.video.codeccontext import VideoCodecContext
 from av.video.frame import PictureType
 
-from mosaic_core.adapters.video.picture import own_frame
+from mosaic_core.adapters.video.picture import Pixels, luma_samples, own_frame
 from mosaic_core.adapters.video.picture_clock import VIDEO_TIME_BASE
+from mosaic_core.machines.media.encoder_clock import EncoderClock
+from mosaic_core.machines.media.scene_cuts import SceneCuts
 from mosaic_core.machines.timing.pacing import PictureRate
 
 CodecName = Literal["VP8", "H264"]
+Follows = Literal["options", "times", "anew"]
 _NEVER = 1_000_000
 """Pictures between key frames that nobody asked for: none. Whoever joins or loses one asks."""
 _STEP_UP, _STEP_DOWN = 1.4, 0.9
 """An encoder that must be made anew for another bit rate begins with a key frame: only for a real difference."""
 _STEP_INTERVAL_TICKS = 4 * 90_000
 _FPS_STEP = 1.4
+_HEADROOM = 3.0
+"""Over the first bit rate that is aimed at, where an encoder follows by times: far enough for most of what comes."""
 
 
 @dataclass(frozen=True, slots=True)
 class EncoderKind:
-    """An encoder of libav and how it is used. ``follows_rate``: takes another bit rate while it runs;
-    ``counts_pictures``: divides it by the nominal rate of pictures, whatever their times are; ``device``: the kind of
-    hardware into whose memory its pictures are brought, ``None`` for one that takes them from ours."""
+    """An encoder of libav and how it is used. ``follows``: how it comes to another bit rate: while it runs by its
+    ``options``, by the ``times`` of its pictures (:class:`EncoderClock`), or made ``anew``; ``counts_pictures``:
+    divides it by the nominal rate of pictures, whatever their times are; ``device``: the kind of hardware into whose
+    memory its pictures are brought, ``None`` for one that takes them from ours."""
 
     name: str
     codec: CodecName
     pix_fmt: str
     is_hardware: bool
-    follows_rate: bool
+    follows: Follows
     counts_pictures: bool
     device: str | None = None
 
@@ -62,19 +69,24 @@ class VideoEncoder:
         self._fps = settings.fps
         self._rate = PictureRate()
         self._stepped_at_pts: int | None = None
+        self._cuts = SceneCuts()
+        self._samples: Pixels | None = None
         self._context = self._opened()
 
     def encode(self, picture: av.VideoFrame, *, pts: int, as_key: bool) -> list[av.Packet[Any]]:
         """Encode a prepared picture of the settings' size; its pixels are only read. ``pts`` rises with every call."""
         self._follow_rate_of_pictures(pts)
+        as_key |= self._is_cut(picture, pts)
         frame = own_frame(picture)
         if self.kind.pix_fmt != "yuv420p":
             frame = frame.reformat(format=self.kind.pix_fmt)
-        frame.pts, frame.time_base = pts, VIDEO_TIME_BASE
+        frame.pts, frame.time_base = self._encoders_time(pts), VIDEO_TIME_BASE
         frame.pict_type = PictureType.I if as_key else PictureType.NONE
         packets = self._context.encode(frame)
         for packet in packets:
             packet.time_base = VIDEO_TIME_BASE
+            if self.kind.follows == "times":
+                packet.pts = packet.dts = pts
         return packets
 
     def follow(self, bitrate_bps: int, pts: int) -> None:
@@ -83,8 +95,10 @@ class VideoEncoder:
         bitrate_bps = min(bitrate_bps, self._settings.ceiling_bps)
         if bitrate_bps == self._bitrate_bps:
             return
-        if self.kind.follows_rate:
+        if self.kind.follows == "options":
             self._context.bit_rate = self._bitrate_bps = bitrate_bps
+        elif self.kind.follows == "times" and self._clock.reaches(bitrate_bps):
+            self._clock.bitrate_bps = self._bitrate_bps = bitrate_bps
         elif self._is_worth_a_key_frame(bitrate_bps, pts):
             self._bitrate_bps = bitrate_bps
             self._stepped_at_pts = pts
@@ -97,6 +111,18 @@ class VideoEncoder:
         if self.kind.counts_pictures and fps is not None and not 1 / _FPS_STEP < fps / self._fps < _FPS_STEP:
             self._fps = fps
             self._context = self._opened()
+
+    def _encoders_time(self, pts: int) -> int:
+        if self.kind.follows != "times":
+            return pts
+        return self._clock.at(pts, None if self._rate.fps is None else 90_000 / self._rate.fps)
+
+    def _is_cut(self, picture: av.VideoFrame, pts: int) -> bool:
+        """Encoders that follow by options bound every picture, new scene or not."""
+        if self.kind.follows == "options":
+            return False
+        before, self._samples = self._samples, luma_samples(picture)
+        return before is not None and self._cuts.seen(float(cv2.absdiff(before, self._samples).mean()), pts / 90_000)
 
     def _is_worth_a_key_frame(self, bitrate_bps: int, pts: int) -> bool:
         if bitrate_bps < self._bitrate_bps * _STEP_DOWN:
@@ -115,8 +141,9 @@ class VideoEncoder:
         context.pix_fmt = self.kind.pix_fmt
         context.time_base = VIDEO_TIME_BASE
         context.framerate = Fraction(self._fps).limit_denominator(1000)
-        # x264 follows another bit rate only if it began at a constant one, and never beyond that: begin at the top.
-        opened_bps = settings.ceiling_bps if self.kind.follows_rate else self._bitrate_bps
+        opened_bps = self._opening_bps()
+        self._clock = EncoderClock(opened_bps)
+        self._clock.bitrate_bps = self._bitrate_bps
         context.bit_rate = opened_bps
         context.gop_size = _NEVER
         context.max_b_frames = 0
@@ -125,6 +152,16 @@ class VideoEncoder:
         context.open()
         context.bit_rate = self._bitrate_bps
         return context
+
+    def _opening_bps(self) -> int:
+        match self.kind.follows:
+            case "options":
+                # x264 follows another bit rate only if it began at a constant one, and never beyond: begin at the top.
+                return self._settings.ceiling_bps
+            case "times":
+                return min(self._settings.ceiling_bps, round(_HEADROOM * self._bitrate_bps))
+            case "anew":
+                return self._bitrate_bps
 
 
 def _threads(pixels: int) -> int:
@@ -149,6 +186,8 @@ def encoder_options(kind: EncoderKind, preset: str, ceiling_bps: int) -> Mapping
             return {
                 **rate,
                 "minrate": str(ceiling_bps),
+                # Of a shorter buffer it spends all on one picture of noise, and nothing on the next four.
+                "bufsize": str(ceiling_bps),
                 "deadline": "realtime",
                 "cpu-used": speed,
                 "lag-in-frames": "0",
@@ -156,6 +195,8 @@ def encoder_options(kind: EncoderKind, preset: str, ceiling_bps: int) -> Mapping
                 "overshoot-pct": "15",
                 "max-intra-rate": "300" if drives else "600",  # percent of a picture's share of the bit rate
                 "static-thresh": "1",
+                # A picture polished beyond what anybody sees (43 dB) makes the next change of scene ten times as large.
+                "qmin": "12" if drives else "4",
             }
         case "h264_nvenc":
             return {**rate, "preset": "p2", "tune": "ull", "rc": "cbr", "zerolatency": "1", "delay": "0",

@@ -34,6 +34,7 @@ from aiortc.rtp import (
     RtcpPsfbPacket,
     RtpPacket,
     pack_remb_fci,
+    unpack_header_extensions,
     wrap_rtx,
 )
 
@@ -47,7 +48,7 @@ from mosaic_core.adapters.aiortc_private import (
     sequence_number_of,
     widen_udp_buffer,
 )
-from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import NUMBER_URI
+from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import NUMBER_URI, PLAYOUT_URI
 from mosaic_core.adapters.aiortc_private.rtp.receivers import rtp_timestamp_of
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
 from mosaic_core.machines.congestion.rate_control import BandwidthEstimate, PictureLost
@@ -341,7 +342,8 @@ def arrival_offer(*, with_rtx: bool = True, with_feedback: bool = True) -> str:
     lines = [
         "v=0", "o=- 1 2 IN IP4 127.0.0.1", "s=-", "t=0 0", "m=video 9 UDP/TLS/RTP/SAVPF 96 97", "c=IN IP4 0.0.0.0",
         "a=mid:0", "a=recvonly", "a=rtcp-mux", "a=setup:actpass", "a=ice-ufrag:abcd", "a=ice-pwd:" + "x" * 22,
-        "a=fingerprint:sha-256 " + ":".join(["AB"] * 32), f"a=extmap:4 {NUMBER_URI}", "a=rtpmap:96 VP8/90000",
+        "a=fingerprint:sha-256 " + ":".join(["AB"] * 32), f"a=extmap:4 {NUMBER_URI}", f"a=extmap:5 {PLAYOUT_URI}",
+        "a=rtpmap:96 VP8/90000",
         "a=rtcp-fb:96 nack", "a=rtcp-fb:96 transport-cc" if with_feedback else "a=rtcp-fb:96 nack pli",
     ]  # fmt: skip
     lines += ["a=rtpmap:97 rtx/90000", "a=fmtp:97 apt=96"] if with_rtx else []
@@ -362,6 +364,7 @@ async def test_reports_of_arrivals_are_agreed_on_only_with_repeats_of_their_own(
         transceiver.direction = "sendonly"
         answer = await pc.createAnswer()
         assert (f"a=extmap:4 {NUMBER_URI}" in answer.sdp) is is_agreed
+        assert (f"a=extmap:5 {PLAYOUT_URI}" in answer.sdp) is is_agreed
         assert ("a=rtcp-fb:96 transport-cc" in answer.sdp) is is_agreed
 
 
@@ -389,6 +392,23 @@ async def test_a_packet_is_made_of_its_fields_each_time_that_it_is_sent() -> Non
         await transport._handle_rtcp_data(REPORT)
         assert [report.first_number for report in own] == [1, 1]
         assert [report.first_number for report in arrived] == [1], "who is named by both is told once"
+
+
+async def test_each_packet_asks_for_its_picture_to_be_shown_at_once() -> None:
+    async with with_peer() as pc:
+        sender = pc.addTransceiver("video").sender
+        sender.setTransport(RecordingTransport())  # type: ignore[arg-type]
+        PacketNumbers(sender)
+        extensions = sender._RTCRtpSender__rtp_header_extensions_map  # type: ignore[attr-defined]
+        agreed = [(4, NUMBER_URI), (5, PLAYOUT_URI)]
+        extensions.configure(
+            RTCRtpParameters(headerExtensions=[RTCRtpHeaderExtensionParameters(id=one, uri=uri) for one, uri in agreed])
+        )
+        data = packet_of(7).serialize(extensions)
+    profile, words = int.from_bytes(data[12:14], "big"), int.from_bytes(data[14:16], "big")
+    shortest_and_longest = dict(unpack_header_extensions(profile, data[16 : 16 + 4 * words]))[5]
+    assert shortest_and_longest == bytes([0, 0, 50]), "0 to 500 ms in twice twelve bits, tens of milliseconds each"
+    assert RtpPacket.parse(data, extensions).payload == packet_of(7).payload
 
 
 @pytest.mark.parametrize("extensions", [HeaderExtensions(), HeaderExtensions(mid="0", transport_sequence_number=3)])

@@ -94,8 +94,7 @@ def test_the_bit_rate_is_followed_down_and_up(kind: EncoderKind) -> None:
     assert 500_000 < at_first < 900_000
     assert rate_bps(lower[60:]) < 390_000
     assert rate_bps(higher[60:]) > 450_000
-    if kind.follows_rate:
-        assert not any(packet.is_keyframe for packet in lower + higher)
+    assert not any(packet.is_keyframe for packet in lower + higher)
 
 
 def test_a_small_change_of_rate_costs_no_key_frame(kind: EncoderKind) -> None:
@@ -104,6 +103,30 @@ def test_a_small_change_of_rate_costs_no_key_frame(kind: EncoderKind) -> None:
     for number in range(10, 100):
         encoder.follow(400_000 + 1_000 * number, moving(number).pts)
         assert not encoded(encoder, range(number, number + 1))[0].is_keyframe
+
+
+def test_the_picture_after_a_pause_is_no_burst(kind: EncoderKind) -> None:
+    encoder = VideoEncoder(kind, EncoderSettings(320, 240, 30.0, 400_000, 400_000))
+    ordinary = encoded(encoder, range(60))[30:]
+    picture = moving(60)
+    (after,) = encoder.encode(picture, pts=picture.pts + 3 * 90_000, as_key=False)
+    assert after.pts == picture.pts + 3 * 90_000
+    assert after.size < 2.5 * max(packet.size for packet in ordinary)
+
+
+def test_another_scene_costs_no_more_than_a_key_frame(kind: EncoderKind) -> None:
+    encoder = VideoEncoder(kind, EncoderSettings(320, 240, 30.0, 300_000, 300_000))
+    encoded(encoder, range(60))
+    dark = prepared_picture(np.ascontiguousarray(255 - TEXTURE[::-1][:240, 320:640]), 200.0)
+    (cut,) = encoder.encode(dark, pts=moving(60).pts, as_key=False)
+    (key,) = VideoEncoder(kind, EncoderSettings(320, 240, 30.0, 300_000, 300_000)).encode(dark, pts=0, as_key=True)
+    assert cut.size <= 1.2 * key.size
+
+
+def test_noise_is_spread_over_the_pictures_rather_than_spent_on_one_of_five(kind: EncoderKind) -> None:
+    encoder = VideoEncoder(kind, EncoderSettings(320, 240, 30.0, 300_000, 300_000))
+    sizes = [packet.size for packet in encoded(encoder, range(150))[40:]]
+    assert max(sizes) < 3 * sum(sizes) / len(sizes)
 
 
 @pytest.mark.parametrize("fps", [10.0, 60.0])
@@ -148,7 +171,7 @@ def test_vaapi_takes_pictures_in_its_own_memory_and_holds_none_back(monkeypatch:
 
 def test_a_device_that_is_not_there_fails_its_probe_in_words() -> None:
     absent = EncoderKind(
-        "h264_nvenc", "H264", "nv12", is_hardware=True, follows_rate=False, counts_pictures=True, device="cuda"
+        "h264_nvenc", "H264", "nv12", is_hardware=True, follows="anew", counts_pictures=True, device="cuda"
     )
     if not probed(KINDS[0]).works:  # no such GPU here
         assert "NVIDIA" in probed(absent).problem
@@ -168,7 +191,7 @@ def test_a_robot_at_work_opens_no_software_encoder_to_see_whether_it_works(monke
 
 
 def test_a_wish_that_can_not_be_fulfilled_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
-    absent = EncoderKind("h264_nowhere", "H264", "yuv420p", is_hardware=True, follows_rate=False, counts_pictures=True)
+    absent = EncoderKind("h264_nowhere", "H264", "yuv420p", is_hardware=True, follows="anew", counts_pictures=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(encoder_choice, "KINDS", (absent, *KINDS))
         assert {chosen_kind("H264", "h264_nowhere").name for _ in range(3)} == {chosen_kind("H264").name}

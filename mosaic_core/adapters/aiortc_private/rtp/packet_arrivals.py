@@ -1,5 +1,6 @@
 """Arrival times of single packets, as browsers report them (transport-wide congestion control), which aiortc does not
-negotiate: each packet of a picture and each repeat carries a number of its own.
+negotiate: each packet of a picture and each repeat carries a number of its own. Beside it stands the wish that the
+picture is shown as soon as it is there.
 
 Only with retransmission on a stream of its own (RTX): a packet sent twice under one RTP sequence number must be the
 same bytes, or SRTP would encrypt two texts with one key stream.
@@ -11,14 +12,19 @@ from collections.abc import Callable
 from typing import Any
 
 from aiortc import RTCRtpSender, RTCRtpTransceiver
-from aiortc.rtcrtpparameters import RTCRtcpFeedback, RTCRtpHeaderExtensionParameters
+from aiortc.rtcrtpparameters import RTCRtcpFeedback, RTCRtpHeaderExtensionParameters, RTCRtpParameters
 from aiortc.rtp import HeaderExtensions, HeaderExtensionsMap
 from aiortc.sdp import SessionDescription
 
 from mosaic_core.machines.congestion.arrival_report import NUMBERS, ArrivalReport, arrival_reports
 
 NUMBER_URI = "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
+PLAYOUT_URI = "http://www.webrtc.org/experiments/rtp-hdrext/playout-delay"
 _FEEDBACK = RTCRtcpFeedback(type="transport-cc")
+_ONE_BYTE_HEADER, _MOST_ONE_BYTE_ID = 0xBEDE, 14
+_LONGEST_PLAYOUT = 50
+"""In units of 10 ms, with 0 as the shortest. Chromium then shows pictures at once, instead of holding all of them back
+for as long as the largest key frame needs; an operator who wants them smooth asks for at most this much."""
 
 
 def agree_on_arrivals(transceiver: RTCRtpTransceiver, offer_sdp: str) -> bool:
@@ -37,7 +43,11 @@ def agree_on_arrivals(transceiver: RTCRtpTransceiver, offer_sdp: str) -> bool:
         for codec in transceiver._codecs:
             if codec.payloadType in offered:
                 codec.rtcpFeedback.append(_FEEDBACK)
-        transceiver._headerExtensions.append(RTCRtpHeaderExtensionParameters(id=extension.id, uri=NUMBER_URI))
+        transceiver._headerExtensions += [
+            RTCRtpHeaderExtensionParameters(id=one.id, uri=one.uri)
+            for one in media.rtp.headerExtensions
+            if one.uri in (NUMBER_URI, PLAYOUT_URI)
+        ]
         return True
     return False
 
@@ -60,7 +70,7 @@ class PacketNumbers:
         self._connection = _Connection.of(sender.transport)
         listeners = self._connection.listeners
         listeners += [listener for listener in arrived if listener not in listeners]
-        self._map = _NumberedExtensions(self._connection.next_number)
+        self._map = _SentExtensions(self._connection.next_number)
         sender._RTCRtpSender__rtp_header_extensions_map = self._map  # type: ignore[attr-defined]
 
     def take(self) -> int | None:
@@ -69,17 +79,25 @@ class PacketNumbers:
         return number
 
 
-class _NumberedExtensions(HeaderExtensionsMap):
+class _SentExtensions(HeaderExtensionsMap):
     """A packet is made of its fields each time that it is sent: so a repeat has another number."""
 
     def __init__(self, next_number: Callable[[], int]) -> None:
         super().__init__()
         self._next_number = next_number
+        self._playout = b""
         self.number: int | None = None
+
+    def configure(self, parameters: RTCRtpParameters) -> None:
+        super().configure(parameters)
+        for extension in parameters.headerExtensions:
+            if extension.uri == PLAYOUT_URI and extension.id <= _MOST_ONE_BYTE_ID:
+                self._playout = bytes((extension.id << 4 | 2, 0, 0, _LONGEST_PLAYOUT))
 
     def set(self, values: HeaderExtensions) -> tuple[int, bytes]:
         self.number = values.transport_sequence_number = self._next_number()
-        return super().set(values)
+        profile, data = super().set(values)
+        return profile, data + self._playout if profile == _ONE_BYTE_HEADER else data
 
 
 class _Connection:
