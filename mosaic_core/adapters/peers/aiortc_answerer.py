@@ -188,8 +188,8 @@ class AiortcAnswerer:
         def origin_known(rtp_origin: int) -> None:
             self._listener.media.origin_known(label, ssrc, rtp_origin)
 
-        # Each camera has a budget of its own: sharing one was tried on real links, and made freezes of key frames that
-        # all cameras sent at once (bench/README.md).
+        # Each camera has a budget of its own: sharing one was tried on real links, and was better with two cameras and
+        # worse with three (bench/README.md).
         sender.replaceTrack(VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals))
         name_stream(sender, label)
         transceiver.direction = "sendonly"
