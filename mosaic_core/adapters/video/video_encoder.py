@@ -76,7 +76,9 @@ class VideoEncoder:
     def encode(self, picture: av.VideoFrame, *, pts: int, as_key: bool) -> list[av.Packet[Any]]:
         """Encode a prepared picture of the settings' size; its pixels are only read. ``pts`` rises with every call."""
         self._follow_rate_of_pictures(pts)
-        as_key |= self._is_cut(picture, pts)
+        if self._is_cut(picture, pts):
+            as_key = True
+            self._forget_the_scene()
         frame = own_frame(picture)
         if self.kind.pix_fmt != "yuv420p":
             frame = frame.reformat(format=self.kind.pix_fmt)
@@ -123,6 +125,12 @@ class VideoEncoder:
             return False
         before, self._samples = self._samples, luma_samples(picture)
         return before is not None and self._cuts.seen(float(cv2.absdiff(before, self._samples).mean()), pts / 90_000)
+
+    def _forget_the_scene(self) -> None:
+        """What libvpx has learnt of the old scene makes the picture after the key frame twice as large as that one.
+        Hardware takes too long to be opened."""
+        if self.kind.follows == "times":
+            self._context = self._opened()
 
     def _is_worth_a_key_frame(self, bitrate_bps: int, pts: int) -> bool:
         if bitrate_bps < self._bitrate_bps * _STEP_DOWN:
