@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import importlib
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import pytest
-
 from mosaic_core.doctor.code_checks import blocking_lines, code_checks
+from mosaic_core.testing.pytest_plugin import InstallDistribution
 
 SOURCE = """
 import time
@@ -49,11 +47,10 @@ def read_of(*modules: str) -> Any:
 
 
 async def test_a_plugin_is_named_with_file_and_line_and_a_good_one_passes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    install_distribution: InstallDistribution,
 ) -> None:
-    monkeypatch.syspath_prepend(str(tmp_path))
-    (tmp_path / "acme_slow.py").write_text(SOURCE)
-    (tmp_path / "acme_good.py").write_text("async def messages(): pass\n")
+    modules = {"acme_slow": SOURCE, "acme_good": "async def messages(): pass\n"}
+    folder = install_distribution("acme-gauges", modules=modules)
     for name in ("acme_slow", "acme_good"):
         importlib.import_module(name)
     findings = [finding async for finding in code_checks(read_of("acme_slow", "acme_good", "mosaic_core.x"))]
@@ -61,4 +58,4 @@ async def test_a_plugin_is_named_with_file_and_line_and_a_good_one_passes(
         ("code.acme_good", "check.ok"),
         *[("code.acme_slow", "plugin.blocks_loop")] * 3,
     ]
-    assert f"{tmp_path / 'acme_slow.py'}:7" in findings[1].sentence
+    assert f"{folder / 'acme_slow.py'}:7" in findings[1].sentence
