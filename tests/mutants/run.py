@@ -111,13 +111,28 @@ def _shown(mutant: Mutant) -> str:
 
 
 def _trials(module: str, tests: list[str], mutants: list[Mutant]) -> Iterator[tuple[Mutant, Trial]]:
+    """What lives with new code in the functions that are there is tried once more in a process that imports it: a
+    function may be called while its module is imported."""
+    lived = []
+    for mutant, trial in _trials_in_child(module, tests, mutants, swaps=True):
+        if trial.verdict in ("alive", "unreached"):
+            lived.append(mutant)
+        else:
+            yield mutant, trial
+    if lived:
+        yield from _trials_in_child(module, tests, lived, swaps=False)
+
+
+def _trials_in_child(
+    module: str, tests: list[str], mutants: list[Mutant], *, swaps: bool
+) -> Iterator[tuple[Mutant, Trial]]:
     """In a process of its own, because what it imports before it forks differs from module to module."""
     reading, writing = os.pipe()
     with forked() as is_child:
         if is_child:
             os.close(reading)
             with os.fdopen(writing, "w") as answers:
-                _try_here(module, tests, mutants, answers)
+                _try_here(module, tests, mutants, answers, swaps=swaps)
             return
         os.close(writing)
         with os.fdopen(reading) as answers:
@@ -126,8 +141,9 @@ def _trials(module: str, tests: list[str], mutants: list[Mutant]) -> Iterator[tu
                 yield mutants[place], Trial(**told)
 
 
-def _try_here(module: str, tests: list[str], mutants: list[Mutant], answers: TextIO) -> None:
-    """First, in processes that import it anew, what changes a module as it is imported, then what changes functions."""
+def _try_here(module: str, tests: list[str], mutants: list[Mutant], answers: TextIO, *, swaps: bool) -> None:
+    """First, in processes that import it anew, what changes a module as it is imported, then what changes functions;
+    without ``swaps`` all of it is imported."""
     path, name = ROOT / module, module_name(module)
     original = path.read_text()
 
@@ -135,7 +151,7 @@ def _try_here(module: str, tests: list[str], mutants: list[Mutant], answers: Tex
         told = asdict(trial) | {"output": "", "imports": [], "durations_s": {}}
         print(json.dumps([mutants.index(mutant), told]), file=answers, flush=True)
 
-    of_functions = [mutant for mutant in mutants if changes_functions(path, original, mutant.source)]
+    of_functions = [one for one in mutants if swaps and changes_functions(path, original, one.source)]
     others = [mutant for mutant in mutants if mutant not in of_functions]
     baseline = tried(path, name, original, tests, Limits())
     if baseline.verdict != "alive":

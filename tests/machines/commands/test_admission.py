@@ -124,6 +124,18 @@ def test_what_an_earlier_gate_refuses_uses_up_no_rate() -> None:
     assert rate.asked == 0
 
 
+def test_commands_come_no_faster_than_the_rate_and_a_pause_makes_room_again() -> None:
+    at = channel(rate=TokenBucket(2.0, 1.0))
+    at.terms = Terms(resource=None)
+    refused = [refusal_on_arrival(replace(arrival(at), now_s=now_s)) for now_s in (1.0, 1.4, 1.5, 1.6, 2.0)]
+    too_fast = GateRefusal(Gate.RATE, "safety.too_fast")
+    assert refused == [None, too_fast, None, too_fast, None]
+
+
+def test_originals_may_command_where_nothing_else_is_said() -> None:
+    assert refusal_on_arrival(arrival(channel(), is_ours=False)) is None
+
+
 @pytest.mark.parametrize("role", ["operator", "supervisor", "observer", "", "admin"])
 @pytest.mark.parametrize("takes_observers", [False, True])
 def test_who_may_command_by_role(role: str, takes_observers: bool) -> None:

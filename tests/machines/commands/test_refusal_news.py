@@ -48,6 +48,18 @@ def test_another_label_code_or_gate_is_another_kind() -> None:
     assert news.handle(refusal(4), 1.0) == []
 
 
+def test_each_kind_is_told_when_its_own_period_is_over() -> None:
+    """Two floods, of which the one that began first is in its second period when the other's first one ends."""
+    news = RefusalNews()
+    told(news, EACH + 1, 1.0)
+    of_base = [refusal(seq, label="base") for seq in range(EACH + 1)]
+    assert [one for other in of_base for one in news.handle(other, 1.2)] == of_base[:EACH]
+    assert news.deadline_s == 1.0 + PERIOD_S, "the earlier of the two"
+    assert news.handle(NOW, 1.0 + PERIOD_S) == [refusal(EACH)]
+    assert news.deadline_s == 1.2 + PERIOD_S
+    assert news.handle(NOW, 1.2 + PERIOD_S) == [of_base[EACH]]
+
+
 def test_thousands_of_labels_fill_no_memory_and_what_is_forgotten_is_told_first() -> None:
     news = RefusalNews()
     told(news, EACH + 2, 1.0)
