@@ -99,12 +99,14 @@ class VideoEncoder:
             return
         if self.kind.follows == "options":
             self._context.bit_rate = self._bitrate_bps = bitrate_bps
-        elif self.kind.follows == "times" and self._clock.reaches(bitrate_bps):
-            self._clock.bitrate_bps = self._bitrate_bps = bitrate_bps
-        elif self._is_worth_a_key_frame(bitrate_bps, pts):
+            return
+        within_bps = self._clock.nearest_bps(bitrate_bps) if self.kind.follows == "times" else self._bitrate_bps
+        if within_bps != bitrate_bps and self._is_worth_a_key_frame(bitrate_bps, pts):
             self._bitrate_bps = bitrate_bps
             self._stepped_at_pts = pts
             self._context = self._opened()
+        else:
+            self._clock.bitrate_bps = self._bitrate_bps = within_bps
 
     def _follow_rate_of_pictures(self, pts: int) -> None:
         """A source of 10 pictures per second, taken for one of 30, would be given a third of its bits."""
@@ -178,8 +180,8 @@ def _threads(pixels: int) -> int:
 
 
 def encoder_options(kind: EncoderKind, preset: str, ceiling_bps: int) -> Mapping[str, str]:
-    """The options of libav for least latency: no look-ahead, no reordering, and a small rate buffer, which also caps
-    key frames: what is larger than the link takes in a picture's time arrives late."""
+    """The options of libav for least latency: no look-ahead, no reordering, and small key frames: what is larger than
+    the link takes in a picture's time arrives late. A small rate buffer caps them, but for libvpx, which has a cap."""
     drives = preset == "drive"
     buffer_bits = ceiling_bps // 5 if drives else ceiling_bps // 2
     rate = {"maxrate": str(ceiling_bps), "bufsize": str(buffer_bits)}
@@ -203,7 +205,7 @@ def encoder_options(kind: EncoderKind, preset: str, ceiling_bps: int) -> Mapping
                 "overshoot-pct": "15",
                 "max-intra-rate": "300" if drives else "600",  # percent of a picture's share of the bit rate
                 "static-thresh": "1",
-                # A picture polished beyond what anybody sees (43 dB) makes the next change of scene ten times as large.
+                # A picture polished beyond what anybody sees (43 dB) makes the next movement three times as large.
                 "qmin": "12" if drives else "4",
             }
         case "h264_nvenc":

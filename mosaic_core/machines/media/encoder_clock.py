@@ -7,6 +7,8 @@ times belong to the packets.
 
 from __future__ import annotations
 
+import math
+
 FEWEST, MOST = 1 / 12, 2.0
 """How far the bit rate may be from the one that the encoder began at: its rate buffer is made for that one."""
 _LONGEST_INTERVALS = 1.5
@@ -23,8 +25,9 @@ class EncoderClock:
         self.bitrate_bps = bitrate_bps
         """What is aimed at."""
 
-    def reaches(self, bitrate_bps: int) -> bool:
-        return FEWEST * self._began_bps <= bitrate_bps <= MOST * self._began_bps
+    def nearest_bps(self, bitrate_bps: int) -> int:
+        """What it reaches of this: beyond, the encoder must begin at another bit rate."""
+        return int(min(MOST * self._began_bps, max(math.ceil(FEWEST * self._began_bps), bitrate_bps)))
 
     def at(self, ticks: int, usual_interval: float | None) -> int:
         """The encoder's time of the picture taken at ``ticks``; it rises with every picture. ``usual_interval``:

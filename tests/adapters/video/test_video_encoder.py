@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -112,6 +113,54 @@ def test_the_picture_after_a_pause_is_no_burst(kind: EncoderKind) -> None:
     (after,) = encoder.encode(picture, pts=picture.pts + 3 * 90_000, as_key=False)
     assert after.pts == picture.pts + 3 * 90_000
     assert after.size < 2.5 * max(packet.size for packet in ordinary)
+
+
+def by_libvpx(follows: Any, bitrate_bps: int, ceiling_bps: int) -> VideoEncoder:
+    """A kind that is driven in another way than it must be: no hardware is needed to see how that is."""
+    settings = EncoderSettings(320, 240, 30.0, bitrate_bps, ceiling_bps)
+    return VideoEncoder(replace(chosen_kind("VP8", "libvpx"), follows=follows), settings)
+
+
+def keys_of(encoder: VideoEncoder, rates_bps: dict[int, int], pictures: int) -> list[int]:
+    """Which pictures are key frames, if another bit rate is aimed at from some of them on."""
+    keys, wanted_bps = [], 0
+    for number in range(pictures):
+        wanted_bps = rates_bps.get(number, wanted_bps)
+        if wanted_bps:
+            encoder.follow(wanted_bps, moving(number).pts)
+        if encoded(encoder, range(number, number + 1))[0].is_keyframe:
+            keys.append(number)
+    return keys
+
+
+def test_what_is_made_anew_for_another_rate_begins_with_a_key_frame_for_a_real_difference_alone() -> None:
+    lower = keys_of(by_libvpx("anew", 400_000, 800_000), {10: 370_000, 20: 350_000}, 40)
+    assert lower == [0, 20], "less at once, but a tenth"
+    higher = keys_of(by_libvpx("anew", 400_000, 800_000), {10: 500_000, 20: 600_000}, 160)
+    assert higher == [0, 130], "more than a third, four seconds after more was wanted"
+
+
+def test_a_rate_far_from_the_first_is_out_of_a_clocks_reach() -> None:
+    assert keys_of(by_libvpx("times", 100_000, 4_000_000), {10: 600_000}, 140) == [0]
+    assert keys_of(by_libvpx("times", 100_000, 4_000_000), {10: 900_000}, 140) == [0, 130]
+    assert keys_of(by_libvpx("times", 1_200_000, 4_000_000), {10: 250_000}, 20) == [0, 10]
+
+
+@pytest.mark.parametrize(("follows", "keys"), [("times", [0, 30]), ("anew", [0, 30]), ("options", [0])])
+def test_a_new_scene_is_a_key_frame_but_where_the_encoder_bounds_every_picture(follows: Any, keys: list[int]) -> None:
+    encoder, found = by_libvpx(follows, 400_000, 400_000), []
+    for number in range(40):
+        picture = prepared_picture(np.full((240, 320), 40 if number < 30 else 200, np.uint8), 100 + number / 30)
+        (packet,) = encoder.encode(picture, pts=cast(int, picture.pts), as_key=False)
+        found += [number] if packet.is_keyframe else []
+    assert found == keys
+
+
+def test_until_it_begins_anew_an_encoder_goes_as_far_as_its_clock_reaches() -> None:
+    encoder = by_libvpx("times", 50_000, 4_000_000)
+    before = rate_bps(encoded(encoder, range(60))[20:])
+    encoder.follow(2_000_000, moving(60).pts)
+    assert rate_bps(encoded(encoder, range(60, 150))[20:]) > 3 * before
 
 
 def test_another_scene_costs_no_more_than_a_key_frame() -> None:

@@ -48,6 +48,9 @@ def test_a_pause_saves_up_no_bits() -> None:
     assert clock.at(100 * INTERVAL, None) - before == 100 * INTERVAL, "what is usual isn't known yet"
 
 
-@pytest.mark.parametrize(("bps", "reaches"), [(83_000, False), (84_000, True), (2_000_000, True), (2_000_001, False)])
-def test_how_far_it_reaches(bps: int, reaches: bool) -> None:
-    assert EncoderClock(1_000_000).reaches(bps) is reaches
+@pytest.mark.parametrize(
+    ("wanted_bps", "nearest_bps"),
+    [(1, 83_334), (83_334, 83_334), (90_000, 90_000), (2_000_000, 2_000_000), (2_000_001, 2_000_000)],
+)
+def test_how_far_it_reaches(wanted_bps: int, nearest_bps: int) -> None:
+    assert EncoderClock(1_000_000).nearest_bps(wanted_bps) == nearest_bps

@@ -87,7 +87,7 @@ function Tool({ label, isOn, isDisabled = false, onPress, children }: ToolProps)
 const BUFFERINGS: { buffering: Buffering; title: string; text: string }[] = [
   { buffering: 'drive', title: 'Drive', text: 'the newest picture, even if it stutters' },
   { buffering: 'inspect', title: 'Inspect', text: 'smooth, a quarter of a second later' },
-  { buffering: 'auto', title: 'Automatic', text: 'as the browser likes' },
+  { buffering: 'auto', title: 'Automatic', text: 'as the robot asks or the browser likes' },
 ]
 
 function MoreTools({ label, choices, onChoose, onExport }: PictureToolsProps) {

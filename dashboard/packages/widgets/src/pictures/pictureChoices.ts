@@ -1,6 +1,6 @@
 /** How a person wants to see a picture, remembered in this browser per robot and label. */
 
-/** `drive`: the newest picture at any price; `inspect`: a smooth one; `auto`: as the browser likes. */
+/** `drive`: the newest picture at any price; `inspect`: a smooth one; `auto`: as the robot asks or the browser likes. */
 export type Buffering = 'drive' | 'inspect' | 'auto'
 
 export interface PictureChoices {
