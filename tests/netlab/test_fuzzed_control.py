@@ -1,6 +1,7 @@
 """Thousands of broken, mutated and unauthorised messages over the real channels: the robot answers on, and never moves.
 
-Somebody else holds the lease all the time, so nothing that the fuzzer says may move anything.
+Somebody else holds the lease all the time, so nothing that the fuzzer says may move anything. It is an operator: a
+supervisor's request by force, whole and with a reason, would be granted.
 """
 
 from __future__ import annotations
@@ -168,7 +169,8 @@ async def stopped_and_cleared(holder: Any) -> None:
 def test_whatever_comes_over_its_channels_the_robot_stands_and_answers(site: Any, until: Any, seed: int) -> None:
     async def body() -> None:
         channels: dict[str, Any] = {}
-        async with site.connected() as holder, site.connected(make_offerer=keeping(channels)) as connection:
+        fuzzing = site.connected(*await site.colleague("operator"), make_offerer=keeping(channels))
+        async with site.connected() as holder, fuzzing as connection:
             await holder.control.take()
             await connection.sendable("cmd_vel").wait_open()
             start_s, barrier, fuzzer = time.monotonic(), Barrier(channels[CONTROL_LABEL]), Fuzzer(seed)
