@@ -24,7 +24,8 @@ export function App({ code }: AppProps) {
   const client = useMosaicClient()
   const session = useReadable(client.session)
   const ended = useReadable(client.sessionError)
-  if (asks) return <ReplaceSession failure={failure} isBusy={isBusy} onAnswer={answer} />
+  const shown = failure ?? (ended && failureOf(ended))
+  if (asks) return <ReplaceSession failure={shown} isBusy={isBusy} onAnswer={answer} />
   if (isBusy) {
     return (
       <Center h="100dvh" aria-label="Signing in">
@@ -32,7 +33,7 @@ export function App({ code }: AppProps) {
       </Center>
     )
   }
-  if (session === null) return <SignInPage firstFailure={failure ?? (ended && failureOf(ended))} />
+  if (session === null) return <SignInPage firstFailure={shown} />
   return (
     <PageBoundary>
       <Suspense>

@@ -68,7 +68,7 @@ export class MosaicClient {
     })
   }
 
-  /** Check the remembered session, once at start. Never throws: without one, `session` stays null. */
+  /** Check the remembered session, at the start. Never throws: without one, `session` stays null. */
   async restore(): Promise<void> {
     const token = this.tokens.get()
     try {
@@ -79,6 +79,14 @@ export class MosaicClient {
     } finally {
       this.isRestoring.set(false)
     }
+  }
+
+  /**
+   * Whether this browser holds a session that the server has not ended. Without a `session`, `restore` could not check it
+   * yet, and may be called again.
+   */
+  get remembersSession(): boolean {
+    return this.tokens.get() !== null
   }
 
   /** Sign in; throws `MosaicError`. Without `remember` the session ends with the tab. */

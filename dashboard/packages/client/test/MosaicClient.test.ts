@@ -136,6 +136,22 @@ describe('a remembered session', () => {
     expect(platform.localStorage?.length).toBe(1)
   })
 
+  test('that could not be checked yet is known to be there, and can be checked again', async () => {
+    const { platform } = await signedIn()
+    const me = platform.routes['GET /api/v1/users/me']
+    platform.routes['GET /api/v1/users/me'] = () => Promise.reject(new Error('network'))
+    const client = again(platform)
+    await client.restore()
+    expect(client.session.get()).toBeNull()
+    expect(client.remembersSession).toBe(true)
+    platform.routes['GET /api/v1/users/me'] = me!
+    await client.restore()
+    expect(client.session.get()?.user.fullName).toBe('Ada')
+    expect(client.sessionError.get()).toBeNull()
+    client.logout()
+    expect(client.remembersSession).toBe(false)
+  })
+
   test('works where the browser keeps nothing', async () => {
     const { platform } = await signedIn()
     platform.localStorage = platform.sessionStorage = null

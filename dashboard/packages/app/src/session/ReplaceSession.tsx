@@ -17,7 +17,6 @@ export interface ReplaceSessionProps {
 export function ReplaceSession({ failure, isBusy, onAnswer }: ReplaceSessionProps) {
   useTitle('Sign in with the link?')
   const session = useReadable(useMosaicClient().session)
-  const name = session?.user.email ?? ''
   return (
     <main className={classes.root}>
       <Paper className={classes.panel} withBorder p="xl" radius="md">
@@ -28,7 +27,14 @@ export function ReplaceSession({ failure, isBusy, onAnswer }: ReplaceSessionProp
           </Title>
           {failure !== null && <FailureAlert failure={failure} />}
           <Text size="sm">
-            You are signed in as <strong>{name}</strong>. The link that was opened holds a code that signs in somebody, perhaps
+            {session === null ? (
+              'Somebody is signed in with this browser; the server could not say yet who it is. '
+            ) : (
+              <>
+                You are signed in as <strong>{session.user.email}</strong>.{' '}
+              </>
+            )}
+            The link that was opened holds a code that signs in somebody, perhaps
             another account; you would be signed out, and your connections would end.
           </Text>
           <Group justify="flex-end">

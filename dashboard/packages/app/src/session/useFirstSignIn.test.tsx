@@ -11,8 +11,12 @@ import { useFirstSignIn } from './useFirstSignIn'
 class FakeClient {
   readonly session = new Value<{ user: { email: string } } | null>(null)
   remembered: string | null = 'ada@example.org'
+  isServerAway = false
+  get remembersSession() {
+    return this.remembered !== null
+  }
   restore = () => {
-    if (this.remembered !== null) this.session.set({ user: { email: this.remembered } })
+    if (this.remembered !== null && !this.isServerAway) this.session.set({ user: { email: this.remembered } })
     return Promise.resolve()
   }
   loginWithCode = vi.fn((_code: string) => {
@@ -51,6 +55,31 @@ test('a link does not replace who is signed in without asking', async () => {
   await userEvent.click(await screen.findByRole('button', { name: 'Stay signed in' }))
   expect(screen.getByText('ada@example.org')).toBeTruthy()
   expect(client.loginWithCode).not.toHaveBeenCalled()
+})
+
+test('a link does not replace a session that could not be restored, because the server was away just then', async () => {
+  client.isServerAway = true
+  open('code')
+  const stay = await screen.findByRole('button', { name: 'Stay signed in' })
+  expect(client.loginWithCode).not.toHaveBeenCalled()
+  client.isServerAway = false
+  await userEvent.click(stay)
+  expect(await screen.findByText('ada@example.org')).toBeTruthy()
+  expect(client.loginWithCode).not.toHaveBeenCalled()
+})
+
+test('who is asked before the server could say who is signed in may take the link all the same', async () => {
+  client.isServerAway = true
+  open('code')
+  await userEvent.click(await screen.findByRole('button', { name: 'Sign in with the link' }))
+  expect(await screen.findByText('mallory@example.org')).toBeTruthy()
+})
+
+test('a device whose pairing could not be checked yet is paired no second time', async () => {
+  client.isServerAway = true
+  open('pair')
+  expect(await screen.findByText('nobody')).toBeTruthy()
+  expect(client.pair).not.toHaveBeenCalled()
 })
 
 test('who wants to signs in with the link', async () => {

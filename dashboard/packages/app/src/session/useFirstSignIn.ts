@@ -38,7 +38,8 @@ export function useFirstSignIn(code: AddressCode | null): FirstSignIn {
   const answer = useCallback(
     (takesCode: boolean) => {
       if (!takesCode || code === null) {
-        setState({ isBusy: false, failure: null, asks: false })
+        setState({ isBusy: true, failure: null, asks: false })
+        void kept(client).then(() => setState({ isBusy: false, failure: null, asks: false }))
         return
       }
       setState({ isBusy: true, failure: null, asks: true })
@@ -52,12 +53,18 @@ export function useFirstSignIn(code: AddressCode | null): FirstSignIn {
   return { ...state, answer }
 }
 
+/** Whoever stays signed in is, once the server can be asked; it may have been away when the page began. */
+async function kept(client: MosaicClient): Promise<void> {
+  if (client.session.get() === null) await client.restore()
+}
+
 /** True: somebody is signed in, whom a one-time code would replace. Links come from others, too. */
 async function signedIn(client: MosaicClient, code: AddressCode | null): Promise<boolean> {
   await client.restore()
   if (code === null) return false
+  // Also a session that could not be checked, because the server was away, is somebody's.
   // Who is paired already and scans again needs no second place among the robot's devices.
-  if (client.session.get() !== null) return code.kind === 'code'
+  if (client.remembersSession) return code.kind === 'code'
   if (code.kind === 'code') await client.loginWithCode(code.value)
   else await client.pair({ code: code.value }, deviceName(navigator.userAgent))
   return false
