@@ -115,6 +115,7 @@ async def running(settings: Settings) -> AsyncIterator[Services]:
                 task.cancel()
             await asyncio.gather(*clockwork, return_exceptions=True)
             await services.catalogues.drain()
+            services.hashing.close()
     finally:
         database.close()
 

@@ -10,6 +10,7 @@ from pydantic import Field
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.rest.envelope import ApiError, DoneMessage, Envelope
+from mosaic_server.rest.hashing import hashed_for
 from mosaic_server.rest.password_attempts import address_of, must_not_guess_on, person_with_password
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.rest.texts import EMAIL, NAME, NO_NUL
@@ -109,8 +110,8 @@ async def sign_up(signup: Signup, request: Request, services: ServicesDep) -> En
     if not services.settings.allow_signup:
         raise ApiError(ResultCode.ACCESS_DENIED, "this server takes no sign-ups; ask its administrator")
     try:
-        async with services.hashing.turn(counted_address(address_of(request))):
-            await services.database.run(add_account, signup.email, signup.password, signup.full_name)
+        password = await hashed_for(request, services, counted_address(address_of(request)), signup.password)
+        await services.database.run(add_account, signup.email, password, signup.full_name)
     except AccountExists as error:
         raise ApiError(ResultCode.USER_ALREADY_EXISTS, "this e-mail has an account already", status=409) from error
     return Envelope(resultData=DoneMessage(message="signed up"))

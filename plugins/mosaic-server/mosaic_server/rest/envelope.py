@@ -11,10 +11,11 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
-from starlette.responses import JSONResponse
+from starlette.responses import JSONResponse, Response
 
 from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
 from mosaic_core.words.wire_model import WireModel
+from mosaic_server.rest.hashing import ClientGone
 from mosaic_server.rest.missed_route import missed_route
 from mosaic_server.security.hashing_line import LineTooLong
 
@@ -108,10 +109,15 @@ def install_error_handlers(app: FastAPI) -> None:
         return JSONResponse(failure(error.name, error.code, error.message, error.cure), error.status, error.headers)
 
     @app.exception_handler(LineTooLong)
-    async def _line_too_long(_: Request, __: LineTooLong) -> JSONResponse:
-        message = "too many log-ins from this address are being checked already; try again in a few seconds"
-        words = failure(ResultCode.AUTHENTICATION_FAILED.name, "rest.bad_request", message, "Wait a few seconds.")
-        return JSONResponse(words, 429, {"Retry-After": "10"})
+    async def _line_too_long(_: Request, line: LineTooLong) -> JSONResponse:
+        whose = " from this address" if line.is_of_address else ""
+        message = f"too many log-ins{whose} wait to be checked already; try again in {line.retry_after_s} s"
+        words = failure(ResultCode.AUTHENTICATION_FAILED.name, "rest.bad_request", message, "Wait that long.")
+        return JSONResponse(words, 429 if line.is_of_address else 503, {"Retry-After": str(line.retry_after_s)})
+
+    @app.exception_handler(ClientGone)
+    async def _client_gone(_: Request, __: ClientGone) -> Response:
+        return Response(status_code=499)  # for the log alone: nginx's number of a client that closed the request
 
     @app.exception_handler(RequestValidationError)
     async def _invalid(_: Request, error: RequestValidationError) -> JSONResponse:

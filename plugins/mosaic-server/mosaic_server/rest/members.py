@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Request
 from pydantic import Field
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.ids import is_uuid
 from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, DoneMessage, Envelope
+from mosaic_server.rest.hashing import hashed_for
 from mosaic_server.rest.role_changes import CHANGES, own_account, role_changes, unknown_account
 from mosaic_server.rest.signed_in import AdminDep, ServicesDep, actor_of
 from mosaic_server.rest.texts import EMAIL, NAME
@@ -67,16 +68,15 @@ async def list_users(
 
 
 @router.post("")
-async def create_user(new: NewUser, admin: AdminDep, services: ServicesDep) -> Envelope[CreatedUser]:
+async def create_user(new: NewUser, request: Request, admin: AdminDep, services: ServicesDep) -> Envelope[CreatedUser]:
     """A new account in the administrator's organization; 409 if the e-mail is taken."""
     membership = Membership(admin.organization_id, new.is_organization_admin)
     made = None if new.password else new_password()
-    password = new.password or made or ""
+    password = await hashed_for(request, services, admin.id, new.password or made or "")
     try:
-        async with services.hashing.turn(admin.id):
-            person = await services.database.run(
-                add_member, new.email, password, new.full_name, membership, new.is_program, actor_of(admin)
-            )
+        person = await services.database.run(
+            add_member, new.email, password, new.full_name, membership, new.is_program, actor_of(admin)
+        )
     except AccountExists as error:
         raise ApiError(ResultCode.USER_ALREADY_EXISTS, "this e-mail has an account already", status=409) from error
     return Envelope(resultData=CreatedUser(message="account created", id=person.id, password=made))

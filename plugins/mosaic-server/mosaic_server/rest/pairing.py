@@ -19,7 +19,6 @@ from mosaic_server.rest.password_attempts import address_of, must_not_guess_on
 from mosaic_server.rest.signed_in import ServicesDep
 from mosaic_server.rest.texts import NAME, NO_NUL
 from mosaic_server.roles import Role
-from mosaic_server.security.address_prefix import counted_address
 from mosaic_server.security.pairing import Offer, Verdict, typed_pin, with_code, with_pin
 from mosaic_server.services import Services
 from mosaic_server.storage.accounts import note_failed_login
@@ -56,8 +55,7 @@ async def pair_device(wanted: Pairing, request: Request, services: ServicesDep) 
     address = address_of(request)
     async with services.pairing:
         _must_not_try_on(services, wanted, address)
-        async with services.hashing.turn(counted_address(address)):
-            paired = await services.database.run(pair, _judge(wanted), wanted.name.strip() or "device", address)
+        paired = await services.database.run(pair, _judge(wanted), wanted.name.strip() or "device", address)
         if paired is None:
             await _refuse(services, wanted, address)
     assert paired is not None

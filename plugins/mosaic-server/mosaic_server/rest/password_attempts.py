@@ -5,14 +5,17 @@ from __future__ import annotations
 import logging
 import math
 import time
+from functools import partial
 
 from fastapi import Request
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_server.rest.envelope import ApiError
+from mosaic_server.rest.hashing import hashing_turn
 from mosaic_server.security.address_prefix import counted_address
+from mosaic_server.security.passwords import HashedPassword, check_password
 from mosaic_server.services import Services
-from mosaic_server.storage.accounts import Person, note_failed_login, person_by_password
+from mosaic_server.storage.accounts import Claimed, Person, claimed, note_failed_login, renew_hash
 
 _log = logging.getLogger(__name__)
 
@@ -27,10 +30,11 @@ async def person_with_password(
     """
     address = address_of(request)
     must_not_guess_on(services, email, address)
-    async with services.hashing.turn(counted_address(address)):
+    async with hashing_turn(request, services, counted_address(address)) as hashing:
         # again: attempts that wait side by side must see each other's failures
         must_not_guess_on(services, email, address)
-        person = await services.database.run(person_by_password, email, password, organization_name)
+        wanted = await services.database.run(claimed, email, organization_name)
+        person = await _person(services, wanted, await hashing(partial(_checked, wanted, password)))
         if person is None:
             services.login_limits.failed(email, address, time.monotonic())
     if person is None:
@@ -39,6 +43,20 @@ async def person_with_password(
     else:
         services.login_limits.succeeded(email, address, time.monotonic())
     return person
+
+
+def _checked(wanted: Claimed | None, password: str) -> HashedPassword | None:
+    """The hash to keep from now on. It takes as long for an unknown e-mail as for a known one."""
+    fresh = check_password(None if wanted is None else wanted.password.text, password)
+    return None if fresh is None else HashedPassword(fresh)
+
+
+async def _person(services: Services, wanted: Claimed | None, fresh: HashedPassword | None) -> Person | None:
+    if wanted is None or fresh is None or not wanted.is_in_organization:
+        return None
+    if fresh != wanted.password:
+        await services.database.run(renew_hash, wanted, fresh)
+    return wanted.person
 
 
 def must_not_guess_on(services: Services, email: str | None, address: str) -> None:

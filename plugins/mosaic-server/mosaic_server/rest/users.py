@@ -8,6 +8,7 @@ from pydantic import Field
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.rest.envelope import ApiError, DoneMessage, Envelope, iso_time
+from mosaic_server.rest.hashing import hashed_for
 from mosaic_server.rest.password_attempts import person_with_password
 from mosaic_server.rest.signed_in import PersonDep, ServicesDep
 from mosaic_server.rest.texts import NAME
@@ -57,8 +58,8 @@ async def change_my_password(
     """Ends every log-in of the account, this one included."""
     if await person_with_password(services, request, person.email, change.current_password) is None:
         raise ApiError(ResultCode.INVALID_PASSWORD, "the current password is wrong")
-    async with services.hashing.turn(person.id):
-        await services.database.run(change_password, person.id, change.new_password)
+    password = await hashed_for(request, services, person.id, change.new_password)
+    await services.database.run(change_password, person.id, password)
     await services.revoke()
     return Envelope(resultData=DoneMessage(message="password changed; log in again"))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 from argon2 import (
@@ -28,6 +28,13 @@ class HashingCost:
     lanes: int = DEFAULT_PARALLELISM
 
 
+@dataclass(frozen=True, slots=True)
+class HashedPassword:
+    """What is kept of a password. Where a server runs, its hashing line makes it before a transaction begins."""
+
+    text: str = field(repr=False)
+
+
 _hasher = PasswordHasher()
 
 
@@ -47,6 +54,16 @@ def hash_password(password: str) -> str:
     if not MIN_PASSWORD_LENGTH <= len(password) <= MAX_PASSWORD_LENGTH:
         raise ValueError(f"a password has {MIN_PASSWORD_LENGTH} to {MAX_PASSWORD_LENGTH} characters")
     return _hasher.hash(password)
+
+
+def hashed(password: str | HashedPassword) -> HashedPassword:
+    """Raises ``ValueError`` for one that is too short or too long."""
+    return password if isinstance(password, HashedPassword) else HashedPassword(hash_password(password))
+
+
+def nobodys_password() -> HashedPassword:
+    """Of an account that nobody logs in to by password; it costs no hashing."""
+    return HashedPassword(_hash_of_nobody(_hasher))
 
 
 def check_password(stored: str | None, password: str) -> str | None:

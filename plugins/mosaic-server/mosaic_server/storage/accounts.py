@@ -10,7 +10,7 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from mosaic_core.words.plain_text import plain
-from mosaic_server.security.passwords import check_password, hash_password
+from mosaic_server.security.passwords import HashedPassword, hashed
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
 from mosaic_server.storage.organizations import add_organization
 from mosaic_server.storage.tables import Account, Organization
@@ -22,7 +22,7 @@ class AccountExists(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """An account as the rest of the server sees it: no password hash leaves this module."""
+    """An account as the rest of the server sees it."""
 
     id: str
     organization_id: str
@@ -97,7 +97,7 @@ class Membership:
 def add_account(
     session: Session,
     email: str,
-    password: str,
+    password: str | HashedPassword,
     full_name: str = "",
     *,
     membership: Membership | None = None,
@@ -111,7 +111,7 @@ def add_account(
     account = Account(
         email=email,
         full_name=full_name,
-        password_hash=hash_password(password),  # before the first write, which keeps every other writer out
+        password_hash=hashed(password).text,  # before the first write, which keeps every other writer out
         is_program=is_program,
         is_organization_admin=membership is None or membership.is_organization_admin,
     )
@@ -134,20 +134,29 @@ def person_by_email(session: Session, email: str) -> Person | None:
     return None if account is None else _person(account)
 
 
-def person_by_password(
-    session: Session, email: str, password: str, organization_name: str | None = None
-) -> Person | None:
-    """Who logs in with these; ``None`` if anything is wrong. Takes as long for an unknown e-mail as for a known one.
+@dataclass(frozen=True, slots=True)
+class Claimed:
+    """The account that somebody wants to log in to, and what its password has to match."""
 
-    ``organization_name``: must be that of the account's organization, if it is given.
-    """
+    person: Person
+    password: HashedPassword
+    is_in_organization: bool
+    """The organization that was named is its own, or none was."""
+
+
+def claimed(session: Session, email: str, organization_name: str | None = None) -> Claimed | None:
     account = _find(session, email)
-    stored = None if account is None else account.password_hash
-    fresh = check_password(stored, password)
-    if account is None or fresh is None or not _is_named(session, account.organization_id, organization_name):
+    if account is None:
         return None
-    account.password_hash = fresh
-    return _person(account)
+    is_named = _is_named(session, account.organization_id, organization_name)
+    return Claimed(_person(account), HashedPassword(account.password_hash), is_named)
+
+
+def renew_hash(session: Session, before: Claimed, renewed: HashedPassword) -> None:
+    """The same password, hashed at today's cost; not if it was changed meanwhile."""
+    account = session.get(Account, before.person.id)
+    if account is not None and account.password_hash == before.password.text:
+        account.password_hash = renewed.text
 
 
 def _is_named(session: Session, organization_id: str, name: str | None) -> bool:
@@ -186,9 +195,9 @@ def count_accounts(session: Session) -> int:
     return session.scalar(select(func.count()).select_from(Account)) or 0
 
 
-def change_password(session: Session, account_id: str, password: str) -> None:
+def change_password(session: Session, account_id: str, password: str | HashedPassword) -> None:
     """Older access tokens of the account end with this."""
-    password_hash = hash_password(password)  # before the first write, which keeps every other writer out
+    password_hash = hashed(password).text  # before the first write, which keeps every other writer out
     account = session.get_one(Account, account_id)
     account.password_hash = password_hash
     account.login_version += 1

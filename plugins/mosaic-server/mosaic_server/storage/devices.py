@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from mosaic_server.roles import Role
 from mosaic_server.security.pairing import LIFETIME_S, Offer, PairingSecrets, Verdict, hash_of, new_secrets
-from mosaic_server.security.passwords import new_password
+from mosaic_server.security.passwords import nobodys_password
 from mosaic_server.security.robot_tokens import hash_of_token
 from mosaic_server.storage.accounts import Membership, Person, add_account
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
@@ -129,7 +129,7 @@ def _added(session: Session, offer: PairingOffer, name: str, address: str) -> tu
     robot = session.scalars(select(RobotRow)).one()
     role = Role(offer.role) if offer.role else Role.OPERATOR if count_devices(session) else Role.SUPERVISOR
     email = f"{uuid4().hex[:12]}@{_ADDRESSES}"
-    person = add_account(session, email, new_password(), name, membership=Membership(robot.organization_id))
+    person = add_account(session, email, nobodys_password(), name, membership=Membership(robot.organization_id))
     session.add(PairedDevice(id=person.id, address=address))
     session.flush()
     note(

@@ -8,6 +8,7 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from mosaic_server.roles import Role
+from mosaic_server.security.passwords import HashedPassword
 from mosaic_server.storage.accounts import Membership, Person, add_account, change_password, person_by_id
 from mosaic_server.storage.audit import AuditAction, AuditEntry, note
 from mosaic_server.storage.grants import Actor, supervised
@@ -31,7 +32,7 @@ class MemberChange:
     is_program: bool | None = None
     is_organization_admin: bool | None = None
     full_name: str | None = None
-    password: str | None = field(default=None, repr=False)
+    password: str | HashedPassword | None = field(default=None, repr=False)
 
     def __str__(self) -> str:
         """For the audit log: neither name nor password."""
@@ -61,7 +62,7 @@ def set_default_role(session: Session, organization_id: str, role: Role, actor: 
 def add_member(
     session: Session,
     email: str,
-    password: str,
+    password: str | HashedPassword,
     full_name: str,
     membership: Membership | None,
     is_program: bool,

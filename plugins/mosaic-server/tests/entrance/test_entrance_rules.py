@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 
 import pytest
@@ -11,7 +10,6 @@ from mosaic_server.entrance.places import Place, Places
 from mosaic_server.entrance.proxies import TrustedProxies, proxy_in
 from mosaic_server.entrance.refusals import OTHERS, PERIOD_S, Refusals
 from mosaic_server.entrance.request_pace import RequestPace
-from mosaic_server.security.hashing_line import MOST_WAITING, HashingLine, LineTooLong
 
 
 class Hall:
@@ -118,41 +116,3 @@ def test_named_proxies_are_known_by_address_and_network() -> None:
     proxies = TrustedProxies([proxy_in("127.0.0.1"), proxy_in("10.0.0.0/8"), proxy_in("2001:DB8::1")])
     assert all(one in proxies for one in ("127.0.0.1", "10.9.9.9", "2001:db8:0::1"))
     assert not any(one in proxies for one in ("127.0.0.2", "11.0.0.1", "2001:db8::2", "", "10.0.0.1, 127.0.0.1"))
-
-
-async def test_thirty_log_ins_of_one_address_are_one_ahead_of_anybody_else() -> None:
-    line, done = HashingLine(), []
-    free = asyncio.Event()
-
-    async def log_in(who: str) -> None:
-        async with line.turn(who):
-            await free.wait()
-            done.append(who)
-
-    crowd = [asyncio.create_task(log_in("crowd")) for _ in range(30)]
-    await asyncio.sleep(0)
-    single = asyncio.create_task(log_in("single"))
-    for _ in range(5):
-        await asyncio.sleep(0)
-    free.set()
-    await asyncio.gather(*crowd, single)
-    assert done.index("single") <= 1
-
-
-async def test_a_line_that_is_too_long_is_refused_and_every_end_of_waiting_leaves_it() -> None:
-    line = HashingLine()
-    free = asyncio.Event()
-
-    async def log_in() -> None:
-        async with line.turn("crowd"):
-            await free.wait()
-
-    crowd = [asyncio.create_task(log_in()) for _ in range(MOST_WAITING)]
-    await asyncio.sleep(0)
-    with pytest.raises(LineTooLong):
-        await log_in()
-    for task in crowd:
-        task.cancel()
-    await asyncio.gather(*crowd, return_exceptions=True)
-    free.set()
-    await log_in()

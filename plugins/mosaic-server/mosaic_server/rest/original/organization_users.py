@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Request
 from pydantic import BeforeValidator, Field
 
 from mosaic_core.words.codes import ResultCode
 from mosaic_core.words.wire_model import WireModel
 from mosaic_server.rest.envelope import MAX_SKIP, ApiError, Created, DoneMessage, Envelope
+from mosaic_server.rest.hashing import hashed_for
 from mosaic_server.rest.members import NewUser, UserPage, create_user, list_users, member_of
 from mosaic_server.rest.role_changes import CHANGES, own_account, role_changes
 from mosaic_server.rest.signed_in import AdminDep, ServicesDep, actor_of
@@ -56,19 +57,21 @@ async def list_members(
 
 
 @router.post("")
-async def create_member(new: NewMember, admin: AdminDep, services: ServicesDep) -> Envelope[Created]:
+async def create_member(new: NewMember, request: Request, admin: AdminDep, services: ServicesDep) -> Envelope[Created]:
     wanted = NewUser(
         email=new.email,
         full_name=new.full_name,
         password=new.password,
         is_organization_admin=new.is_organization_admin,
     )
-    made = (await create_user(wanted, admin, services)).resultData
+    made = (await create_user(wanted, request, admin, services)).resultData
     return Envelope(resultData=Created(message=made.message, id=made.id))
 
 
 @router.put("")
-async def change_account(change: ChangedMember, admin: AdminDep, services: ServicesDep) -> Envelope[DoneMessage]:
+async def change_account(
+    change: ChangedMember, request: Request, admin: AdminDep, services: ServicesDep
+) -> Envelope[DoneMessage]:
     """A new password ends every log-in of the account. Of the own account only the name can be changed here."""
     person = await member_of(services, admin, change.id)
     if person.id == admin.id:
@@ -77,11 +80,10 @@ async def change_account(change: ChangedMember, admin: AdminDep, services: Servi
         is_active=change.is_active,
         is_organization_admin=change.is_organization_admin,
         full_name=change.full_name,
-        password=change.password,
+        password=change.password and await hashed_for(request, services, admin.id, change.password),
     )
-    async with services.hashing.turn(admin.id):
-        with role_changes():
-            await services.database.run(change_member, person.id, wanted, actor_of(admin))
+    with role_changes():
+        await services.database.run(change_member, person.id, wanted, actor_of(admin))
     await services.revoke()
     return Envelope(resultData=DoneMessage(message="account saved"))
 
