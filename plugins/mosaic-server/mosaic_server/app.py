@@ -29,6 +29,7 @@ from mosaic_server.services import running
 from mosaic_server.settings import Settings
 from mosaic_server.web import socket_routes
 from mosaic_server.web.dashboard_files import dashboard_router
+from mosaic_server.web.forwarded_requests import ForwardedRequests
 from mosaic_server.web.guards import Guards
 
 
@@ -65,4 +66,5 @@ def create_app(settings: Settings) -> FastAPI:
             allow_headers=["Authorization", "Content-Type"],
         )
     app.add_middleware(Guards, settings=settings)
+    app.add_middleware(ForwardedRequests, settings=settings)  # the last one added comes first
     return app

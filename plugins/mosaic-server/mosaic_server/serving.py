@@ -123,8 +123,7 @@ def make_server(
         ssl_keyfile=ssl_keyfile,
         timeout_graceful_shutdown=SHUTDOWN_S,
         timeout_keep_alive=30,
-        proxy_headers=bool(settings.trusted_proxies),
-        forwarded_allow_ips=list(settings.trusted_proxies),
+        proxy_headers=False,  # ForwardedRequests reads them
         h11_max_incomplete_event_size=16 * 1024,
     )
     return Server(config, entrance, on_listening, on_ending)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mosaic_server.data_dir import default_data_dir
 from mosaic_server.entrance.bounds import Bounds
+from mosaic_server.entrance.forwarded import ProxyHeader
 from mosaic_server.security.passwords import HashingCost
 from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
 from mosaic_server.sockets.keep_alive import KeepAlivePeriods
@@ -26,7 +27,8 @@ class Settings:
     allowed_hosts: frozenset[str] = frozenset()
     allowed_origins: frozenset[str] = frozenset()
     trusted_proxies: tuple[str, ...] = ()
-    """Addresses and networks of proxies: what they say in X-Forwarded-For counts, and nobody else's."""
+    """Addresses and networks of proxies: what they say in ``proxy_header`` counts, and nobody else's."""
+    proxy_header: ProxyHeader = ProxyHeader.X_FORWARDED_FOR
     bounds: Bounds = field(default_factory=Bounds)
     uses_tls: bool = False
     dashboard_dir: Path = DASHBOARD_DIR

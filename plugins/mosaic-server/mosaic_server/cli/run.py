@@ -16,6 +16,7 @@ from mosaic_server.cli.logs import configure_logs
 from mosaic_server.cli.options import DatabaseUrl, DataDir, fail
 from mosaic_server.data_dir import default_data_dir
 from mosaic_server.entrance.bounds import DEFAULT_BOUNDS, Bounds
+from mosaic_server.entrance.forwarded import ProxyHeader
 from mosaic_server.entrance.proxies import proxy_in
 from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
 from mosaic_server.serving import announce, make_server
@@ -43,8 +44,12 @@ def run(
     ] = None,
     trusted_proxy: Annotated[
         list[str] | None,
-        typer.Option(help="Believe X-Forwarded-For of this proxy, e.g. 127.0.0.1 or 10.0.0.0/8; repeatable."),
+        typer.Option(help="Believe --proxy-header of this proxy, e.g. 127.0.0.1 or 10.0.0.0/8; repeatable."),
     ] = None,
+    proxy_header: Annotated[
+        ProxyHeader,
+        typer.Option(case_sensitive=False, help="The one header in which the proxies say who spoke to them."),
+    ] = ProxyHeader.X_FORWARDED_FOR,
     connections_per_address: Annotated[
         int, typer.Option(min=10, help="Connections that one address may hold.")
     ] = DEFAULT_BOUNDS.connections_per_address,
@@ -75,6 +80,7 @@ def run(
         allowed_hosts=frozenset(allow_host or (LOOPBACK_HOSTS if is_local else ())),
         allowed_origins=frozenset(map(_origin, allow_origin or ())),
         trusted_proxies=tuple(map(_proxy, trusted_proxy or ())),
+        proxy_header=proxy_header,
         bounds=Bounds(connections_per_address=connections_per_address, requests_per_s=requests_per_s),
         uses_tls=ssl_certfile is not None,
         audit_days=audit_days,

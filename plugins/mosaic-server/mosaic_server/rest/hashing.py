@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 
 class ClientGone(Exception):
-    """Nobody waits for the answer any more."""
+    """The client hung up before its turn: no answer is needed any more."""
 
 
 @asynccontextmanager

@@ -28,7 +28,6 @@ MAP_ROUTE = "/api/v1/occupancy_map"
 _access = logging.getLogger("mosaic_server.access")
 MOST_WAIT_S = 10.0
 """Whoever would wait longer for a turn is refused: he would have gone meanwhile."""
-_log = logging.getLogger(__name__)
 _HOST = re.compile(r"[A-Za-z0-9.:\[\]_-]+")
 
 
@@ -39,14 +38,12 @@ class Guards:
         self._app = app
         self._settings = settings
         self._pace = RequestPace(settings.bounds.requests_per_s, settings.bounds.request_burst)
-        self._heard_of_proxy = False
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
         headers = Headers(scope=scope)
-        self._note_unnamed_proxy(scope, headers)
         wait_s = self._pace.wait_s(counted_address(_address(scope)), time.monotonic())
         if wait_s > MOST_WAIT_S:
             self._pace.left(counted_address(_address(scope)))
@@ -60,19 +57,6 @@ class Guards:
             await self._app(scope, receive, send)
         else:
             await self._http(scope, receive, send, headers)
-
-    def _note_unnamed_proxy(self, scope: Scope, headers: Headers) -> None:
-        """Once: behind a proxy that isn't named, everybody would share one address and its bounds."""
-        if self._heard_of_proxy or self._settings.trusted_proxies or "x-forwarded-for" not in headers:
-            return
-        self._heard_of_proxy = True
-        address = _address(scope)
-        _log.warning(
-            "a request from %s carries X-Forwarded-For, which is ignored: if that is your proxy, name it with "
-            "--trusted-proxy %s, or all who come through it are counted as one",
-            address,
-            address,
-        )
 
     def _knows(self, host: str) -> bool:
         name, settings = host_name(host), self._settings

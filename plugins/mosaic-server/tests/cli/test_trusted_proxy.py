@@ -15,6 +15,7 @@ from mosaic_server.cli import app
     [
         (["--trusted-proxy", "*"], "--trusted-proxy: '*' is no address: write for example 127.0.0.1 or 10.0.0.0/8"),
         (["--trusted-proxy", "10.1.2.3/8"], "is an address inside of a network: write 10.0.0.0/8"),
+        (["--proxy-header", "x-real-ip"], "--proxy-header"),
         (["--connections-per-address", "1"], "--connections-per-address"),
         (["--requests-per-second", "0"], "--requests-per-second"),
     ],

@@ -17,6 +17,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from mosaic_server.entrance.bounds import Bounds
+from mosaic_server.entrance.forwarded import ProxyHeader
 from mosaic_server.settings import Settings
 
 HEALTH = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
@@ -184,6 +185,41 @@ def test_nobody_speaks_for_others_but_a_proxy_that_was_named(
     assert answers(()) == [200, 429], "they count as one"
     (told,) = [message for message in caplog.messages if "X-Forwarded-For" in message]
     assert "name it with --trusted-proxy 127.0.0.1" in told
+
+
+@pytest.mark.parametrize("header", ProxyHeader)
+def test_one_header_is_read_and_never_the_other(
+    start_server: StartServer, settings: Settings, header: ProxyHeader
+) -> None:
+    """The proxy writes one; a stranger writes another address into the other one with every request."""
+    settings = replace(
+        settings,
+        bounds=Bounds(requests_per_s=0.05, request_burst=1.0),
+        trusted_proxies=("127.0.0.1",),
+        proxy_header=header,
+    )
+
+    def headers(of_proxy: str, of_stranger: str) -> dict[str, str]:
+        simple, forwarded = (
+            (of_proxy, of_stranger) if header is ProxyHeader.X_FORWARDED_FOR else (of_stranger, of_proxy)
+        )
+        return {"X-Forwarded-For": simple, "Forwarded": f'for="{forwarded}"'}
+
+    with start_server(settings) as server:
+        said = [headers("192.0.2.1", f"203.0.113.{number}") for number in range(2)]
+        said.append(headers("192.0.2.2", "203.0.113.1"))
+        assert [server.http.get("/healthz", headers=one).status_code for one in said] == [200, 429, 200]
+
+
+def test_a_named_proxy_that_writes_the_other_header_is_told_in_the_log(
+    start_server: StartServer, settings: Settings, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.WARNING, "mosaic_server")
+    with start_server(replace(settings, trusted_proxies=("127.0.0.1",))) as server:
+        for _ in range(2):
+            server.http.get("/healthz", headers={"Forwarded": "for=192.0.2.1"})
+    (told,) = [message for message in caplog.messages if "Forwarded" in message]
+    assert "--proxy-header forwarded" in told
 
 
 def test_connections_of_a_named_proxy_are_not_counted_as_one_address(
