@@ -64,7 +64,7 @@ def command(
         options = [*own[:arguments], *account, *own[arguments:], *([timeline] if has_timeline else [])]
         _take(signed_in, options)
         signed_in.__doc__ = work_of.__doc__
-        return app.command(work_of.__name__)(signed_in)
+        return app.command(work_of.__name__.replace("_", "-"))(signed_in)
 
     return made
 

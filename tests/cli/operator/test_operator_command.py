@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import pty
@@ -13,6 +14,13 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+
+from mosaic_core.operator import LeaseDenied, MosaicOperator
+from mosaic_server.roles import Role
+from mosaic_server.storage.accounts import Membership, add_account
+from mosaic_server.storage.database import Database
+from mosaic_server.storage.grants import Actor, set_role
+from mosaic_server.storage.robots import robot_by_id
 
 MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main", "operator"]
 CONNECTORS = """\
@@ -69,6 +77,18 @@ def operator(server: Any, seed: Any, start_robot: Any) -> Run:
     return run_signed_in
 
 
+def add_observer(server: Any, seed: Any, email: str, name: str) -> None:
+    """An account beside the seed's, which may only watch its robot."""
+    database = Database(server.data_dir)
+    try:
+        robot = database.work(robot_by_id, seed.robot_id)
+        membership = Membership(robot.organization_id)
+        person = database.work(add_account, email, seed.password, name, membership=membership)
+        database.work(set_role, seed.robot_id, person.id, Role.OBSERVER, Actor("test"))
+    finally:
+        database.close()
+
+
 @pytest.mark.webrtc
 class TestWithARobot:
     def test_robots_are_listed_with_their_connectors(self, operator: Run, seed: Any) -> None:
@@ -110,6 +130,35 @@ class TestWithARobot:
         assert (done.returncode, done.stdout) == (0, "cleared: commands act again\n"), done.stderr
         done = operator("send", seed.robot_id, "cmd_vel", '{"linear": {"x": 0.1}}')
         assert done.returncode == 0, done.stderr
+
+    async def test_a_supervisor_takes_the_right_to_stop_from_one_observer_and_gives_it_back(
+        self, operator: Run, seed: Any, server: Any
+    ) -> None:
+        add_observer(server, seed, "wanda@example.org", "Wanda")
+
+        async def stop_right(*words: str, **environ: str) -> subprocess.CompletedProcess[str]:
+            return await asyncio.to_thread(operator, "stop-right", seed.robot_id, *words, **environ)
+
+        async with await MosaicOperator.login(server.url, "wanda@example.org", seed.password, is_person=True) as wanda:
+            watching = await wanda.connect(seed.robot_id, timeout_s=30)
+            done = await stop_right("Wanda", MOSAIC_EMAIL="wanda@example.org")
+            assert (done.returncode, "code: auth.forbidden" in done.stderr) == (1, True), done.stderr
+            done = await stop_right("Walter")
+            assert done.returncode == 2
+            assert "nobody here is called 'Walter'; connected: " in done.stderr
+            assert "Wanda" in done.stderr
+
+            done = await stop_right("Wanda")
+            assert (done.returncode, done.stdout) == (0, "Wanda may no longer say stop\n"), done.stderr
+            with pytest.raises(LeaseDenied) as denied:
+                await watching.control.stop("again")
+            assert denied.value.code == "safety.stop_taken"
+
+            assert watching.peer_id is not None
+            done = await stop_right(watching.peer_id, "--give-back", "--json")
+            assert json.loads(done.stdout) == {"peer_id": watching.peer_id, "may_stop": True}, done.stderr
+            assert (await watching.control.stop("now")).is_safe
+        assert (await asyncio.to_thread(operator, "clear", seed.robot_id)).returncode == 0
 
     def test_the_lease_is_shown_freed_and_misused_in_words(self, operator: Run, seed: Any) -> None:
         lease = json.loads(operator("lease", seed.robot_id, "--json").stdout)

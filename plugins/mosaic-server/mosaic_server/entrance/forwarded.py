@@ -23,19 +23,19 @@ class ProxyHeader(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Speaker:
+class RequestSource:
     """Whom a request comes from, and over what, if a proxy says so."""
 
     address: str
     scheme: str | None = None
 
 
-def speaker(header: ProxyHeader, said: str, peer: str, trusted: Container[str]) -> Speaker:
+def request_source(header: ProxyHeader, said: str, peer: str, trusted: Container[str]) -> RequestSource:
     """The peer, if it is trusted, says who spoke to it; that one, if it is trusted, too; and so on from the right.
 
-    Whoever hides who spoke to it (``unknown``, ``_name``), or says nothing that can be read, is the speaker itself.
+    Whoever hides who spoke to it (``unknown``, ``_name``), or says nothing that can be read, is the source itself.
     """
-    found = Speaker(peer)
+    found = RequestSource(peer)
     hops = _READERS[header](said)
     while found.address in trusted:
         hop = next(hops, None)
@@ -45,16 +45,16 @@ def speaker(header: ProxyHeader, said: str, peer: str, trusted: Container[str]) 
     return found
 
 
-def _x_forwarded_for(said: str) -> Iterator[Speaker]:
+def _x_forwarded_for(said: str) -> Iterator[RequestSource]:
     """From the right, until one can't be read. IPv6 stands in brackets only where a port follows."""
     for text in reversed(said.split(",")):
         address = _node(text.strip()) or _address(text.strip())
         if address is None:
             return
-        yield Speaker(address)
+        yield RequestSource(address)
 
 
-def _forwarded(said: str) -> Iterator[Speaker]:
+def _forwarded(said: str) -> Iterator[RequestSource]:
     """From the right, until one can't be read. What stands left of a hop may be a stranger's, with a quote that never
     ends: a hop is the shortest text at the end that is whole, and its own quotes may hold commas."""
     rest: str | None = said
@@ -63,7 +63,7 @@ def _forwarded(said: str) -> Iterator[Speaker]:
         address = _node(pairs.get("for", ""))
         if address is None:
             return
-        yield Speaker(address, pairs.get("proto", "").lower() or None)
+        yield RequestSource(address, pairs.get("proto", "").lower() or None)
 
 
 def _last_hop(said: str) -> tuple[str | None, Mapping[str, str]]:
@@ -106,7 +106,7 @@ def _address(text: str) -> str | None:
     return str(known)
 
 
-_READERS: Mapping[ProxyHeader, Callable[[str], Iterator[Speaker]]] = {
+_READERS: Mapping[ProxyHeader, Callable[[str], Iterator[RequestSource]]] = {
     ProxyHeader.X_FORWARDED_FOR: _x_forwarded_for,
     ProxyHeader.FORWARDED: _forwarded,
 }

@@ -6,7 +6,7 @@ import logging
 
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from mosaic_server.entrance.forwarded import ProxyHeader, speaker
+from mosaic_server.entrance.forwarded import ProxyHeader, request_source
 from mosaic_server.entrance.proxies import TrustedProxies
 from mosaic_server.settings import Settings
 
@@ -37,7 +37,7 @@ class ForwardedRequests:
         said = _said(scope, self._header)
         if said is None:
             self._note(scope, peer)
-        found = speaker(self._header, said or "", peer, self._proxies)
+        found = request_source(self._header, said or "", peer, self._proxies)
         scope["client"] = (found.address, 0)
         scheme = found.scheme
         if self._header is ProxyHeader.X_FORWARDED_FOR:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from mosaic_server.entrance.forwarded import ProxyHeader, Speaker, speaker
+from mosaic_server.entrance.forwarded import ProxyHeader, RequestSource, request_source
 from mosaic_server.entrance.proxies import TrustedProxies
 
 PROXY, INNER, PERSON, STRANGER = "10.0.0.1", "10.0.0.2", "192.0.2.60", "203.0.113.66"
@@ -17,7 +17,7 @@ SIMPLE, FORWARDED = ProxyHeader.X_FORWARDED_FOR, ProxyHeader.FORWARDED
 
 
 def address(header: ProxyHeader, said: str, peer: str = PROXY) -> str:
-    return speaker(header, said, peer, TRUSTED).address
+    return request_source(header, said, peer, TRUSTED).address
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_whoever_was_not_named_speaks_for_nobody(header: ProxyHeader) -> None:
 
 def test_forwarded_tells_the_scheme_of_the_hop_that_counts() -> None:
     said = f"for={STRANGER};proto=https, for={PERSON};proto=HTTPS, for={INNER};proto=http"
-    assert speaker(FORWARDED, said, PROXY, TRUSTED) == Speaker(PERSON, "https")
+    assert request_source(FORWARDED, said, PROXY, TRUSTED) == RequestSource(PERSON, "https")
 
 
 def as_node(found: str, port: str) -> str:
