@@ -22,8 +22,7 @@ from support.waiting import wait_for
 from mosaic_core.operator import MessageInfo, MosaicOperator, RobotConnection
 
 CONNECTORS = """\
-  - { type: sim-camera, label: front, params: { width: 320, height: 240, fps: 15 } }
-  - { type: sim-laser-scan, label: scan }
+  - { type: sim-camera, label: front, params: { width: 160, height: 120, fps: 5 } }
   - { type: sim-pose, label: pose, params: { period_s: 0.02 } }
   - { type: sim-battery, label: battery }
   - { type: cmd-vel, label: cmd_vel, params: { drive: { type: sim } }, safety: { timeout_s: 0.3 } }
