@@ -29,6 +29,7 @@ from mosaic_core.adapters.sound.sound_lines import SoundLines
 from mosaic_core.adapters.video.video_track import VideoTrack
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.transport.media_transport import NO_SOUND, SoundLabels
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.runtime.transport.transport import AnswererListener, OfferRefused
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -49,6 +50,7 @@ class AiortcAnswerer:
         self._ice_servers = ice_servers
         self._peer: AiortcPeer | None = None
         self._offer: VettedOffer | None = None
+        self._congestion = PeerCongestion()
         self._served: set[str] = set()
         self._refused: set[str] = set()
         self._early: list[IceCandidate] = []
@@ -188,9 +190,8 @@ class AiortcAnswerer:
         def origin_known(rtp_origin: int) -> None:
             self._listener.media.origin_known(label, ssrc, rtp_origin)
 
-        # Each camera has a budget of its own: sharing one was tried on real links, and was better with two cameras and
-        # worse with three (bench/README.md).
-        sender.replaceTrack(VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals))
+        track = VideoTrack(label, feed, sender, origin_known, has_arrivals=has_arrivals, connection=self._congestion)
+        sender.replaceTrack(track)
         name_stream(sender, label)
         transceiver.direction = "sendonly"
 

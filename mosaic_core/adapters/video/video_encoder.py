@@ -76,8 +76,8 @@ class VideoEncoder:
     def encode(self, picture: av.VideoFrame, *, pts: int, as_key: bool) -> list[av.Packet[Any]]:
         """Encode a prepared picture of the settings' size; its pixels are only read. ``pts`` rises with every call."""
         self._follow_rate_of_pictures(pts)
-        if self._is_cut(picture, pts):
-            as_key = True
+        as_key = self._is_cut(picture, pts) or as_key
+        if as_key:
             self._forget_the_scene()
         frame = own_frame(picture)
         if self.kind.pix_fmt != "yuv420p":
@@ -129,9 +129,9 @@ class VideoEncoder:
         return before is not None and self._cuts.seen(float(cv2.absdiff(before, self._samples).mean()), pts / 90_000)
 
     def _forget_the_scene(self) -> None:
-        """What libvpx has learnt of the old scene makes the picture after the key frame twice as large as that one.
-        Hardware takes too long to be opened."""
-        if self.kind.follows == "times":
+        """What libvpx has learnt makes the picture after a key frame as large as that one, or twice as large in a new
+        scene. Hardware takes too long to be opened."""
+        if self.kind.follows == "times" and self._clock.has_begun:
             self._context = self._opened()
 
     def _is_worth_a_key_frame(self, bitrate_bps: int, pts: int) -> bool:

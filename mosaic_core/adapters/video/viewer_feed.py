@@ -126,7 +126,10 @@ class ViewerFeed:
         if self._choice is not None and before in self._keys:
             self._choice.stand_on(rungs, self._keys.index(before))
         else:
-            self._choice = RungChoice(rungs, self.budget_bps, now_s) if rungs else None
+            self._choice = RungChoice(rungs, self.budget_bps, now_s, self._may_rise) if rungs else None
+
+    def _may_rise(self) -> bool:
+        return self.connection.may_rise()
 
     def target(self, now_s: float) -> Hashable | None:
         """What it shall be sent now; ``None`` while nothing is known of the source."""

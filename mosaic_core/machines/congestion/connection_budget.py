@@ -17,6 +17,9 @@ from mosaic_core.machines.congestion.path_watch import PathSeen, PathWatch
 from mosaic_core.machines.congestion.rate_control import START_BPS, Feedback, RateControl, ReceiverReport
 from mosaic_core.machines.congestion.stream_reports import StreamReports
 
+RISE_INTERVAL_S = 1.0
+"""Between two streams that begin a better picture: a key frame of each at the same time is a queue."""
+
 
 class ConnectionBudget:
     """Estimates one connection and divides what it carries. A stream is any key; ``now_s`` any monotonic clock."""
@@ -31,6 +34,7 @@ class ConnectionBudget:
         self._parts: dict[Hashable, int] = {}
         self._copies = PacketCopies()
         self._pacer = PacketPacer()
+        self._rose_at_s = now_s - RISE_INTERVAL_S
 
     # -- what the streams want -----------------------------------------------------------------------------------
 
@@ -54,6 +58,13 @@ class ConnectionBudget:
         part_bps = self.part_bps(stream)
         is_limited = self._rate.is_limited(now_s) or 2 * part_bps > self._ceilings_bps.get(stream, math.inf)
         return self._copies.picture_bps(part_bps, is_limited=is_limited)
+
+    def may_rise(self, now_s: float) -> bool:
+        """Whether a stream may begin a better picture now, with its key frame; who may does."""
+        if now_s - self._rose_at_s < RISE_INTERVAL_S:
+            return False
+        self._rose_at_s = now_s
+        return True
 
     # -- what is sent --------------------------------------------------------------------------------------------
 

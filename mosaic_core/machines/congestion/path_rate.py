@@ -26,7 +26,8 @@ _NEAR_SHARE = 0.9
 _QUEUE_S = 0.05
 """All packets of a report waited so long: a queue stands, if the next report has it too."""
 _USUAL_OVER_S, _MOST_USUAL_S = 5.0, 0.1
-"""Radio links let packets wait for each other all the time: what is usual is no queue of ours."""
+"""Radio links let packets wait for each other all the time: what is usual where less is sent than the path takes is
+no queue of ours."""
 _PLAIN_SHARE = 0.75
 """Of what is sent: if no more comes through, a queue needs no second report."""
 _UNKNOWN_REPORTS = 4
@@ -34,6 +35,8 @@ _UNKNOWN_REPORTS = 4
 _KEY_ALLOWANCE_S, _KEY_PATIENCE_S = 0.12, 0.8
 """A key frame is a queue of its own for so long."""
 _EMPTY_S = 0.03
+_EASE_REPORTS, _EASED_SHARE, _FULL_SHARE = 5, 0.85, 0.94
+"""A short queue that stands for so many, while so much of what the path takes is sent: a little less lets it drain."""
 _UNKNOWN_CUT = 0.75
 _PAUSE_FROM_S, _LONGEST_PAUSE_S = 0.08, 0.5
 _PAUSE_LESS_S = 0.03
@@ -65,7 +68,7 @@ class PathRate:
         self._heard_at_s = self._grown_at_s = self._sent_at_s = now_s
         self._takes_bps: float | None = None
         self._share = PathShare()
-        self._queued_reports = 0
+        self._queued_reports = self._uneasy_reports = 0
         self.is_queued = False
         """A queue stands. One report of it may as well be a busy processor, or a packet that radio held up."""
         self._usual_s = 0.0
@@ -87,7 +90,7 @@ class PathRate:
 
     def room_bps(self, now_s: float) -> float | None:
         """What others leave of the speed that single pictures came through at."""
-        return None if self.trains_bps is None else self.trains_bps * self._share.at(now_s)
+        return None if self.trains_bps is None else self._share.bps(self.trains_bps, now_s)
 
     def is_limited(self, now_s: float) -> bool:
         """Not long ago it was more than the path takes, and there is no room for twice the budget."""
@@ -125,6 +128,7 @@ class PathRate:
         if isinstance(feedback, PathSeen):
             self._heard_at_s = now_s
             self.trains_bps = feedback.trains_bps
+            self._share.trains_came(feedback.trains_bps or 0.0, now_s)
             self._note_loss(feedback, now_s)
             self._judge(feedback, now_s)
         elif isinstance(feedback, ReceiverReport) and feedback.round_trip_s is not None:
@@ -146,8 +150,11 @@ class PathRate:
             return
         allowed_s = _QUEUE_S + self._usual_s
         allowed_s += _KEY_ALLOWANCE_S if now_s - self._key_at_s < _KEY_PATIENCE_S else 0.0
-        self._usual_s += (min(_MOST_USUAL_S, seen.queue_s) - self._usual_s) * elapsed_s / _USUAL_OVER_S
+        is_ours = self._takes_bps is None or self.sent_bps(now_s) > _FULL_SHARE * self._takes_bps
+        if not is_ours or seen.queue_s < _EMPTY_S:
+            self._usual_s += (min(_MOST_USUAL_S, seen.queue_s) - self._usual_s) * elapsed_s / _USUAL_OVER_S
         self._queued_reports = self._queued_reports + 1 if seen.queue_s > allowed_s else 0
+        self._uneasy_reports = self._uneasy_reports + 1 if seen.queue_s > _EMPTY_S + self._usual_s else 0
         is_plain = (
             seen.path_bps is not None
             and seen.path_bps < _PLAIN_SHARE * self.sent_bps(now_s)
@@ -156,6 +163,8 @@ class PathRate:
         self.is_queued = is_plain or self._queued_reports > 1
         if is_plain or self._queued_reports >= (_UNKNOWN_REPORTS if seen.path_bps is None else 2):
             self._cut(seen, now_s)
+        elif self._uneasy_reports >= _EASE_REPORTS and seen.path_bps is not None and is_ours:
+            self._ease(seen, seen.path_bps, now_s)
         elif self.loss > BAD_LOSS:
             self._cut_for_loss(now_s)
         elif self.loss > _SOME_LOSS and self._budget_bps > _TRAINS_SHARE * (seen.trains_bps or math.inf):
@@ -165,14 +174,20 @@ class PathRate:
             self._set(self._budget_bps * self._growth(now_s) ** elapsed_s)
 
     def _cut(self, seen: PathSeen, now_s: float) -> None:
-        if seen.left is not None:
-            self._share.congested(seen.left, now_s)
+        if seen.path_bps is not None:
+            self._share.congested(seen.path_bps, seen.left, now_s)
         path_bps = min(seen.path_bps or self._budget_bps, self._budget_bps / _SHARE)
         self._congested, self._takes_bps = (now_s, path_bps), seen.path_bps
         self._cut_at_s = now_s
         self._queued_reports = 0
         self._set(path_bps * _SHARE if seen.path_bps is not None else self._budget_bps * _UNKNOWN_CUT)
         self._pause(seen, now_s)
+
+    def _ease(self, seen: PathSeen, path_bps: float, now_s: float) -> None:
+        self._share.congested(path_bps, seen.left, now_s)
+        self._congested, self._takes_bps = (now_s, path_bps), path_bps
+        self._uneasy_reports = 0
+        self._set(min(self._budget_bps, _EASED_SHARE * path_bps))
 
     def _cut_for_loss(self, now_s: float) -> None:
         """Beyond that the rate itself is the cause: a queue so short that it never stands."""
@@ -199,16 +214,17 @@ class PathRate:
 
     def _growth(self, now_s: float) -> float:
         """Factor per second."""
+        is_used = self.sent_bps(now_s) >= _USED * self._budget_bps
+        if self._congested is not None and not is_used:
+            return 1.0
         room_bps = self.room_bps(now_s)
         if room_bps is not None:
             if room_bps > _ROOM * self._budget_bps:
                 return _GROWTH
             if room_bps * _NEAR_SHARE < self._budget_bps:
                 return 1.0
-        if self.sent_bps(now_s) < _USED * self._budget_bps:
-            return _IDLE_GROWTH
         if self._congested is None:
-            return _GUESSED_GROWTH
+            return _GUESSED_GROWTH if is_used else _IDLE_GROWTH
         is_near = self.is_limited(now_s) and self._budget_bps > _NEAR_SHARE * self._congested[1]
         return 1.0 if is_near else _CAREFUL_GROWTH
 

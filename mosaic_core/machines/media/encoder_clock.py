@@ -25,6 +25,10 @@ class EncoderClock:
         self.bitrate_bps = bitrate_bps
         """What is aimed at."""
 
+    @property
+    def has_begun(self) -> bool:
+        return self._last is not None
+
     def nearest_bps(self, bitrate_bps: int) -> int:
         """What it reaches of this: beyond, the encoder must begin at another bit rate."""
         return int(min(MOST * self._began_bps, max(math.ceil(FEWEST * self._began_bps), bitrate_bps)))

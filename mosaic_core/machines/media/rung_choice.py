@@ -5,7 +5,7 @@ Moving up costs a key frame and sends more: if the link did not take it, the nex
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from mosaic_core.machines.media.rung_ladder import Rung
 
@@ -17,9 +17,13 @@ FAILED_WITHIN_S = 6.0
 
 
 class RungChoice:
-    """Chooses one viewer's rung of a ladder (best rung first)."""
+    """Chooses one viewer's rung of a ladder (best rung first). ``may_rise`` is asked before a move up: others on the
+    same link may just have moved."""
 
-    def __init__(self, rungs: Sequence[Rung], budget_bps: int, now_s: float) -> None:
+    def __init__(
+        self, rungs: Sequence[Rung], budget_bps: int, now_s: float, may_rise: Callable[[], bool] = lambda: True
+    ) -> None:
+        self._may_rise = may_rise
         self._rungs = tuple(rungs)
         self._index = self._affordable(budget_bps)
         self._enough_since_s: float | None = None
@@ -61,7 +65,8 @@ class RungChoice:
     def _consider_up(self, now_s: float) -> None:
         if self._enough_since_s is None:
             self._enough_since_s = now_s
-        if now_s - self._enough_since_s >= STEADY_S and now_s >= self._hold_until_s:
+        is_time = now_s - self._enough_since_s >= STEADY_S and now_s >= self._hold_until_s
+        if is_time and self._may_rise():
             self._index -= 1
             self._moved_up_at_s = now_s
             self._enough_since_s = None

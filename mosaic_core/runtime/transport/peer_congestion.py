@@ -51,6 +51,10 @@ class PeerCongestion:
     def picture_bps(self, stream: Hashable) -> int:
         return self._budget.picture_bps(stream, time.monotonic())
 
+    def may_rise(self) -> bool:
+        """See :meth:`ConnectionBudget.may_rise`."""
+        return self._budget.may_rise(time.monotonic())
+
     # -- sending -------------------------------------------------------------------------------------------------
 
     @property

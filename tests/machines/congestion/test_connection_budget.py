@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 from mosaic_core.machines.congestion.budget_allocator import DRIVES, Demand
-from mosaic_core.machines.congestion.connection_budget import ConnectionBudget
+from mosaic_core.machines.congestion.connection_budget import RISE_INTERVAL_S, ConnectionBudget
 from mosaic_core.machines.congestion.path_watch import PathSeen
 from mosaic_core.machines.congestion.rate_control import START_BPS, BandwidthEstimate, PictureLost, ReceiverReport
 from mosaic_core.machines.congestion.stream_reports import StreamReports
@@ -140,3 +140,11 @@ def test_reports_of_several_streams_are_as_if_they_were_of_one() -> None:
     assert reports.merged("rear", ReceiverReport(7, 5000, 0.1)) == ReceiverReport(0, 0, 0.1)
     assert reports.merged("front", ReceiverReport(8, 1100)) == ReceiverReport(3, 100)
     assert reports.merged("rear", ReceiverReport(9, 5050)) == ReceiverReport(5, 150)
+
+
+def test_streams_begin_better_pictures_one_after_the_other() -> None:
+    budget = ConnectionBudget(0.0)
+    assert budget.may_rise(0.0)
+    assert not budget.may_rise(RISE_INTERVAL_S - 0.01)
+    assert budget.may_rise(RISE_INTERVAL_S)
+    assert not budget.may_rise(RISE_INTERVAL_S + 0.5)

@@ -149,6 +149,27 @@ def test_what_others_leave_follows_the_path_when_it_widens() -> None:
     assert viewer.hear(30, trains_bps=16e6).rate.budget_bps > 2_000_000
 
 
+def test_after_a_congestion_it_grows_no_further_than_what_is_sent_proves() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, path_bps=1e6)
+    at_bps = viewer.hear(12, sends=0.5, trains_bps=20e6).rate.budget_bps
+    assert viewer.hear(50, sends=0.5, trains_bps=20e6).rate.budget_bps == at_bps
+    assert viewer.hear(50, trains_bps=20e6).rate.budget_bps == MAX_BPS
+
+
+def test_a_short_queue_that_stands_drains_because_a_little_less_is_sent() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6)
+    before_bps = viewer.rate.budget_bps
+    assert viewer.hear(4, queue_s=0.04, path_bps=1e6).rate.budget_bps == before_bps
+    assert viewer.hear(1, queue_s=0.04, path_bps=1e6).rate.budget_bps == 850_000
+    assert viewer.rate.paused_until_s < viewer.now_s
+
+
+def test_a_short_queue_that_stays_although_less_is_sent_is_how_that_path_is() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6).hear(20, queue_s=0.04, path_bps=1e6)
+    eased_bps = viewer.rate.budget_bps
+    assert viewer.hear(100, queue_s=0.04, path_bps=eased_bps).rate.budget_bps > eased_bps
+
+
 @pytest.mark.parametrize("lost", [1, 2])
 def test_loss_without_a_queue_is_no_congestion(lost: int) -> None:
     assert Viewer().hear(40, lost=lost, received=20 - lost, trains_bps=20e6).rate.budget_bps == MAX_BPS

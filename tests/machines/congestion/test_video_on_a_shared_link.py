@@ -53,7 +53,7 @@ def test_cameras_that_fill_a_link_settle_and_share_it(count: int, rate_mbps: flo
         assert ages_ms[len(ages_ms) // 2] < 60
         assert film.p95_ms(SETTLE_S) < 130
         assert len(ages_ms) > 29 * 60
-        assert cuts_per_min(film, SETTLE_S) < 10
+        assert cuts_per_min(film, SETTLE_S) <= 10
     assert sum(mean_bps(film, SETTLE_S) for film in films) > 0.75e6 * rate_mbps
     assert unfairness(films, SETTLE_S + 20) < 2.25
 

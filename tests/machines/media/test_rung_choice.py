@@ -33,6 +33,15 @@ def test_it_goes_up_one_rung_at_a_time_and_only_when_it_lasts() -> None:
     assert choice.decide(RICH, 3.2 + 2 * STEADY_S) == 0
 
 
+def test_it_goes_up_only_when_it_may() -> None:
+    answers = iter([False, True])
+    choice = RungChoice(RUNGS, RUNGS[1].floor_bps, 0.0, lambda: next(answers))
+    start = choice.index
+    choice.decide(RICH, 1.0)
+    assert choice.decide(RICH, 1.0 + STEADY_S) == start
+    assert choice.decide(RICH, 1.1 + STEADY_S) == start - 1
+
+
 def test_after_a_step_down_it_waits_and_longer_when_the_step_up_was_the_mistake() -> None:
     choice, now_s, waits_s = RungChoice(RUNGS, RICH, 0.0), 0.0, []
     for _ in range(6):
