@@ -41,7 +41,7 @@ class Shaped:
     is_zero: bool
     is_idle: bool
     was_limited: bool
-    wants_motion: bool = True
+    wants_motion: bool
 
 
 @dataclass(frozen=True, slots=True)

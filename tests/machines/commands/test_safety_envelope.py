@@ -58,6 +58,19 @@ def test_who_asks_for_more_than_allowed_is_slowed_down_as_much_as_everybody(wish
     assert envelope.shaped({"linear": {"x": wish}}, 0.5, 0.0).message == {"linear": {"x": 0.4}}
 
 
+@pytest.mark.parametrize(
+    ("wish", "factor", "wants"),
+    [(twist(x=0.5), 1.0, True), (twist(x=0.5), 0.0, True), (twist(), 1.0, False), ({"linear": {}}, 1.0, False)],
+    ids=["one field of three", "nothing is left of it", "a standstill", "nothing is said"],
+)
+def test_a_wish_to_move_is_told_by_the_wish_and_not_by_what_is_left_of_it(
+    wish: dict[str, Any], factor: float, wants: bool
+) -> None:
+    """Whoever lets go says so with zeros; whom the link holds back has not let go."""
+    envelope = SafetyEnvelope(motion_fields=("linear.x", "linear.y", "angular.z"))
+    assert envelope.shaped(wish, factor, 0.0).wants_motion is wants
+
+
 def test_clamping_comes_before_slewing() -> None:
     envelope = SafetyEnvelope([FieldLimit(("v",), -1.0, 1.0, None, 1.0, 1.0)])
     for tick in range(11):

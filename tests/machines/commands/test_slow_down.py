@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -13,7 +14,9 @@ from mosaic_core.machines.commands.slow_down import (
     Cause,
     LimitReport,
     Measures,
+    link_factor,
     on_curve,
+    picture_factor,
     slow_down,
 )
 from mosaic_core.words.limits import NO_SLOW_DOWN, Curve, PictureRule, SlowDownCurves
@@ -51,6 +54,36 @@ def test_the_worst_cause_decides_and_comes_first() -> None:
     assert factor == 0.0
     assert [(cause.cause, cause.factor) for cause in causes] == [("picture", 0.0), ("loss", 0.5), ("rtt", 0.6)]
     assert causes[0] == Cause("picture", 1500.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("measures", "left"),
+    [
+        (Measures(), 1.0),
+        (Measures(rtt_ms=300.0), 0.6),
+        (Measures(loss=0.2), 0.5),
+        (Measures(rtt_ms=300.0, loss=0.2), 0.5),
+        (Measures(picture_ms=1500.0), 1.0),
+    ],
+)
+def test_of_a_link_the_worse_of_round_trip_and_loss_counts(measures: Measures, left: float) -> None:
+    assert link_factor(DEFAULTS, measures) == pytest.approx(left)
+
+
+@pytest.mark.parametrize(
+    ("rule", "picture_ms", "left"),
+    [
+        ("off", None, 1.0),
+        ("off", 1500.0, 1.0),
+        ("if_watching", None, 1.0),
+        ("if_watching", 1500.0, 0.0),
+        ("required", None, 0.0),
+        ("required", 120.0, 1.0),
+    ],
+)
+def test_the_age_of_the_picture_counts_by_its_rule(rule: PictureRule, picture_ms: float | None, left: float) -> None:
+    curves = replace(DEFAULTS, picture=rule)
+    assert picture_factor(curves, Measures(300.0, 0.2, picture_ms)) == left
 
 
 def test_a_frozen_picture_is_a_standstill() -> None:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
+from typing import Any
 
 import pytest
 
+from mosaic_core.machines.commands.admission import ArrivedCommand, CommandChannel
 from mosaic_core.machines.control.lease_desk import LEASE_EXPIRY_S, LeaseDesk
 from mosaic_core.machines.control.lease_events import LeaseChanged, Party, PartyJoined, Reply, Requested
 from mosaic_core.machines.control.stop_latch import StopLatch, StopTimes
+from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.commands.fence import SAFE, Fence
 from mosaic_core.runtime.commands.safety_watch import SafetyWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
@@ -60,6 +64,36 @@ def test_who_holds_the_lease_may_move_what_it_is_of(it: Fenced) -> None:
     assert it.fence.refusal(DRIVE, "b", 7, 10.0) == "lease.not_holder"
     assert it.fence.refusal(ARM, "a", 7, 10.0) == "lease.old_epoch"
     assert it.fence.refusal(DRIVE, "a", 7, 10.0 + LEASE_EXPIRY_S) == "lease.expired"
+
+
+def arrived(channel: CommandChannel, **how: Any) -> ArrivedCommand:
+    anna = ArrivedCommand(channel, "a", "operator", is_ours=True, epoch=7, now_s=10.0)
+    return replace(anna, **how)
+
+
+def test_a_channel_is_measured_by_the_receiver_the_leases_the_stop_and_its_own_bounds(it: Fenced) -> None:
+    it.held_by(ANNA, 10.0)
+    channel = it.fence.channel(DRIVE, "observe", 0.5, TokenBucket(1.0, 1.0))
+
+    def gate(**how: Any) -> str | None:
+        refusal = it.fence.refusal_on_arrival(arrived(channel, **how))
+        return None if refusal is None else refusal.gate
+
+    assert gate() is None
+    assert gate() == "rate", "one a second"
+    assert gate(is_ours=False, now_s=12.0) == "origin"
+    assert gate(peer_id="b", now_s=12.0) == "lease"
+    assert gate(age_s=0.6, now_s=10.5) == "age"
+    assert not it.fence.is_stopped
+    it.fence.stop("Anna", "a dog", "id")
+    assert it.fence.is_stopped
+    assert gate(now_s=11.1) == "stop"
+
+
+def test_what_moves_nothing_passes_where_a_drive_does_not(it: Fenced) -> None:
+    horn = it.fence.channel(HORN, "allow", None, None)
+    it.fence.stop("Anna", "a dog", "id")
+    assert it.fence.refusal_on_arrival(arrived(horn, peer_id="b", epoch=None, age_s=1e9)) is None
 
 
 def test_without_a_time_it_is_now(it: Fenced) -> None:

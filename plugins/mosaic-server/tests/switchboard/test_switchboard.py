@@ -497,6 +497,14 @@ def test_our_robot_is_told_who_comes(scene: Scene) -> None:
     }
 
 
+def test_our_robot_is_told_of_an_operator_who_came_over_its_own_loopback(scene: Scene) -> None:
+    scene.robot(ours=True)
+    scene.operator()
+    wanted = WantedConnection(ROBOT, "c", "s", "ticket", ADA, is_local=True)
+    prepare, *_ = scene.board.handle(ConnectionsRequested(ADA.id, "org", (wanted,), scene.now_s))
+    assert prepare.message.wire()["isLocal"] is True
+
+
 def test_refusals_come_in_the_original_order(scene: Scene) -> None:
     assert scene.asks("c") == [ConnectionsRefused(ResultCode.USER_WS_SESSION_NOT_EXIST)]
     operator = scene.operator()
