@@ -1,4 +1,5 @@
-"""How long until a robot stands: after silence, and after somebody said stop. Beside plain aiortc in the same run.
+"""How long a command takes through all gates, and until a robot stands: after silence, and after somebody said stop.
+Beside plain aiortc in the same run.
 
 python bench/control.py [STOPS] [--quick] [--under idle cpu bulk network]
 
@@ -19,10 +20,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from control_bench.figures import Distribution, Report
+from control_bench.gates import arrival_us
 from control_bench.load import saturated_cpu
 from control_bench.plain_peer import PlainOperator, plain_robot
 from control_bench.site import COMMAND_PERIOD_S, Site, start_site
-from control_bench.stops import AskedFor, Silence, bulk_beside, half_round_trip_ms
+from control_bench.stops import AskedFor, Commands, Silence, bulk_beside, half_round_trip_ms
 from processes.mosaic import end_like_ctrl_c
 from processes.other_end import other_end
 from rich.console import Console
@@ -37,7 +39,7 @@ CONDITIONS = {
     NETWORK: "4g: 50 ± 15 ms, 3 % lost",
 }
 PROFILE = "4g"
-LATE, STOP = "silence: late by", "stop: drive stands"
+COMMAND, LATE, STOP = "command: drive told", "silence: late by", "stop: drive stands"
 BULK_MBYTEPS = 10.0
 SETTLE_S = 1.0
 """Every load has its effect before anything is measured."""
@@ -58,6 +60,7 @@ class Bench:
         async with self._plain_load(condition):
             peer_ms = await self.plain.latencies_ms(self.stops, COMMAND_PERIOD_S)
         async with self._load(condition):
+            command_ms = await Commands(self.connection, self.site.record).took_ms(self.stops)
             late_ms = await Silence(self.connection, self.site.record).late_ms(self.stops)
             took_ms = await AskedFor(self.connection, self.site.record).took_ms(self.stops)
         half_ms = await half_round_trip_ms(self.connection)
@@ -66,7 +69,8 @@ class Bench:
         silence = Distribution(name, LATE, late_ms, "all ≤ 20", idle_ms)
         peer = Distribution(name, "plain aiortc: command", peer_ms)
         stop = Distribution(name, STOP, took_ms, "p99 ≤ RTT/2 + 20", half_ms + ALLOWANCE_MS, 0.99, peer)
-        for one in (silence, stop, peer):
+        command = Distribution(name, COMMAND, command_ms, peer=peer)
+        for one in (command, silence, stop, peer):
             self.report.add(one)
 
     @asynccontextmanager
@@ -146,6 +150,9 @@ def main() -> None:
         run(20 if asked.quick else asked.stops, asked.under, report)
     except KeyboardInterrupt:
         raise SystemExit("interrupted") from None
+    report.notes.append(
+        f"The gates that are asked on arrival: {arrival_us():.1f} µs of the event loop for each command."
+    )
     console = Console(width=120)
     console.print(report.table("Milliseconds until the robot stands"))
     for note in report.notes:

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from itertools import takewhile
@@ -70,6 +70,8 @@ class Record:
     file: Path
     lines: dict[str, list[tuple[float, bool]]] = field(default_factory=dict)
     """Drive → (monotonic s, whether it was told to move), oldest first."""
+    told_s: dict[tuple[str, float], float] = field(default_factory=dict)
+    """(drive, forward speed) → when it was first told so."""
     _read_bytes: int = 0
     _rest: bytes = b""
 
@@ -82,6 +84,7 @@ class Record:
         for line in whole:
             name, at_s, *speeds = line.decode().split()
             self.lines.setdefault(name, []).append((float(at_s), any(map(float, speeds))))
+            self.told_s.setdefault((name, float(speeds[0])), float(at_s))
 
     async def stopped_s(self, name: str, since_s: float) -> float:
         """When the drive was first told to stand after ``since_s``; waits for it."""
@@ -98,6 +101,14 @@ class Record:
                 command()
                 next_s += COMMAND_PERIOD_S
             await self._pause(ends_at_s, f"drive {name} does not move")
+
+    async def all_told(self, name: str, speeds: Collection[float]) -> list[float]:
+        """When the drive was told each of these speeds; waits for all."""
+        ends_at_s = time.monotonic() + START_S
+        while not all((name, speed) in self.told_s for speed in speeds):
+            await self._pause(ends_at_s, f"drive {name} was not told everything")
+            self._read()
+        return [self.told_s[name, speed] for speed in speeds]
 
     def last_moved_s(self, name: str, before_s: float) -> float:
         """The newest command to move before ``before_s``."""

@@ -1,4 +1,4 @@
-"""Our own side: stops by silence and stops that were asked for, measured where the drive is told."""
+"""Our own side: commands, stops by silence and stops that were asked for, measured where the drive is told."""
 
 from __future__ import annotations
 
@@ -16,6 +16,26 @@ from mosaic_core.operator.delivery.data_port import MessageInfo
 TWIST = {"linear": {"x": 0.5}, "angular": {"z": 0.1}}
 CLEAR_PERIOD_S = 0.07
 """Slower than the rate of requests that the robot allows one operator."""
+
+
+@dataclass
+class Commands:
+    """The way of a command, through every gate to the drive, which one after the other tells another speed."""
+
+    connection: RobotConnection
+    record: Record
+
+    async def took_ms(self, count: int) -> tuple[float, ...]:
+        pad = self.connection.sendable("drive_0")
+        await pad.wait_open()
+        sent_s: dict[float, float] = {}
+        for number in range(count):
+            speed = round(0.1 + number / 10_000, 4)
+            sent_s[speed] = time.monotonic()
+            pad.send_json({"linear": {"x": speed}, "angular": {"z": 0.1}})
+            await asyncio.sleep(COMMAND_PERIOD_S)
+        told_s = await self.record.all_told("0", sent_s)
+        return tuple(1000 * (at_s - since_s) for at_s, since_s in zip(told_s, sent_s.values(), strict=True))
 
 
 @dataclass

@@ -23,8 +23,9 @@ MAX_ACCOUNTS = 1024
 
 @dataclass(frozen=True, slots=True)
 class Comer:
-    """Who wants a place. ``account``: as its ticket says; empty where the server sends none, then nobody can be told
-    from others, and each counts as an account of its own."""
+    """Who wants a place. ``account``: as its ticket says; empty where the server sends none (an original one). Nobody can
+    be told from others then: each counts as an account of its own for places, and all share one rate of offers, or
+    whoever comes under a new name each time would have none."""
 
     peer_id: str
     account: str

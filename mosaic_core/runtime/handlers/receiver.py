@@ -23,8 +23,9 @@ from mosaic_core.runtime.commands.command_shaper import CommandShaper, ShapedCom
 from mosaic_core.runtime.commands.command_turn import CommandTurn
 from mosaic_core.runtime.commands.inbox import Inbox, Incoming
 from mosaic_core.runtime.commands.safety_watch import GONE, SafetyWatch
+from mosaic_core.runtime.handlers.task_runner import leave_behind
 from mosaic_core.runtime.threads.failures import Failures
-from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, HandlerThread
+from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, HandlerThread, tell_abandoned
 
 logger = logging.getLogger(__name__)
 
@@ -114,7 +115,10 @@ class Receiver:
         if self._thread is not None:
             await self._thread.ended()
         if self._task is not None:
-            await asyncio.wait({self._task}, timeout=STOP_PATIENCE_S)
+            _, pending = await asyncio.wait({self._task}, timeout=STOP_PATIENCE_S)
+            if pending:
+                tell_abandoned(self.label)
+                leave_behind(self._task)
 
     # -- the receiver's own thread, or its task ------------------------------------------------------------------
 
@@ -139,7 +143,7 @@ class Receiver:
                 self._succeeded(item)
 
     async def _live_async(self) -> None:
-        while True:
+        while not self.inbox.is_closed:  # also where ``handle_data`` has swallowed what cancels it
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._arrived.wait(), self._pause_s())
             self._arrived.clear()

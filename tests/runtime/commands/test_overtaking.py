@@ -21,6 +21,7 @@ from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.handlers.receiver import Outcome, Receiver
 from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
 from mosaic_core.testing import until
 
 ANN = Sender("ann", "s")
@@ -127,3 +128,46 @@ async def test_once_the_command_has_returned_nothing_is_repeated_and_a_newer_one
     assert (scene.done[1].refusal, scene.handler.speed, scene.handler.made_safe) == (None, 0.5, made_safe)
     assert scene.receiver.watch.due_at_s is not None
     assert scene.receiver.watch.due_at_s > time.monotonic() + 10.0, "only the time-out is due"
+
+
+class Mule(Slow):
+    """Swallows what cancels its ``handle_data``: once, or for ever."""
+
+    def __init__(self, swallows: int) -> None:
+        super().__init__()
+        self.swallows = swallows
+        self.let_go = asyncio.Event()
+
+    async def handle_data(self, data: dict[str, Any]) -> None:  # type: ignore[override]
+        self.hangs.set()
+        while self.swallows and not self.let_go.is_set():
+            try:
+                await self.let_go.wait()
+            except asyncio.CancelledError:
+                self.swallows -= 1
+
+
+async def test_a_handle_data_that_swallows_its_cancellation_once_ends_its_receiver() -> None:
+    scene = Scene(Mule(swallows=1))
+    scene.receiver.start()
+    await scene.hanging()
+    begun_s = time.monotonic()
+    scene.receiver.close()
+    await scene.receiver.closed()
+    assert time.monotonic() - begun_s < STOP_PATIENCE_S, "nobody waits for the next command of a robot that ends"
+
+
+async def test_a_handle_data_that_swallows_its_cancellation_for_ever_is_named_and_left_behind(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    handler = Mule(swallows=10_000)
+    scene = Scene(handler)
+    scene.receiver.start()
+    await scene.hanging()
+    scene.receiver.close()
+    await scene.receiver.closed()
+    assert "connector 'slow' did not stop" in caplog.text
+    left = [task for task in asyncio.all_tasks() if task.get_name() == "mosaic-slow"]
+    handler.let_go.set()
+    await asyncio.sleep(0.01)
+    assert not left, "asyncio.run would wait for it"
