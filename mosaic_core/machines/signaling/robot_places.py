@@ -23,9 +23,9 @@ MAX_ACCOUNTS = 1024
 
 @dataclass(frozen=True, slots=True)
 class Comer:
-    """Who wants a place. ``account``: as its ticket says; empty where the server sends none (an original one). Nobody can
-    be told from others then: each counts as an account of its own for places, and all share one rate of offers, or
-    whoever comes under a new name each time would have none."""
+    """Who wants a place. ``account``: as its ticket says; empty where an original server sends none. Nobody can be told
+    from others then: each counts as an account of its own for places, and all share one rate of offers, for whoever
+    comes under a new name each time would have none."""
 
     peer_id: str
     account: str
