@@ -49,6 +49,11 @@ def test_a_strobe_is_a_cut_once_a_second_at_most() -> None:
     assert all(late - early >= FPS for early, late in pairwise(cuts))
 
 
+def test_a_second_after_a_cut_there_may_be_another() -> None:
+    assert found([2.0] * 20 + [60.0] + [2.0] * 19 + [60.0]) == [20, 40]
+    assert found([2.0] * 20 + [60.0] + [2.0] * 18 + [60.0]) == [20]
+
+
 @pytest.mark.parametrize("first", [5.0, 90.0])
 def test_the_first_difference_has_nothing_to_be_compared_with(first: float) -> None:
     assert found([first, first]) == []
