@@ -165,7 +165,6 @@ class SafetyWatch:
                 return None
             self._before = (self.watchdog.feed(peer_id, time.monotonic()), self.mover, self.fired)
             self.mover = self._handling = peer_id
-            self._overtaken_cause = self._restop_at_s = None
             self._owner.deadline_moved(self.watchdog.due_at_s)
             return None
 
@@ -184,7 +183,6 @@ class SafetyWatch:
             if self.zeros_until_s is None:
                 return False
             self._handling, self._before = _FRAMEWORK, None
-            self._overtaken_cause = self._restop_at_s = None
             return True
 
     def no_zeros(self) -> None:

@@ -42,7 +42,9 @@ def test_the_encoders_time_always_rises(steps: list[int], aimed_bps: int) -> Non
 def test_times_begin_at_one_and_pictures_of_one_moment_are_one_apart() -> None:
     clock = EncoderClock(500_000)
     clock.bitrate_bps = 1_000_000
+    assert not clock.has_begun
     assert [clock.at(7_000, INTERVAL) for _ in range(3)] == [1, 2, 3]
+    assert clock.has_begun
 
 
 def test_a_pause_saves_up_no_bits() -> None:

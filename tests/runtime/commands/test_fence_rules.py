@@ -90,6 +90,12 @@ def test_a_channel_is_measured_by_the_receiver_the_leases_the_stop_and_its_own_b
     assert gate(now_s=11.1) == "stop"
 
 
+def test_who_has_not_said_hello_commands_where_the_robot_allows_it(it: Fenced) -> None:
+    it.held_by(OLD_PAGE, 10.0)
+    channel = it.fence.channel(DRIVE, "allow", None, None)
+    assert it.fence.refusal_on_arrival(arrived(channel, peer_id="o", is_ours=False, epoch=None)) is None
+
+
 def test_what_moves_nothing_passes_where_a_drive_does_not(it: Fenced) -> None:
     horn = it.fence.channel(HORN, "allow", None, None)
     it.fence.stop("Anna", "a dog", "id")

@@ -51,9 +51,19 @@ class FakeFence:
     def expire(self, now_s: float) -> None: ...
 
 
+class Bell(threading.Condition):
+    """Counts how often the safety threads are woken."""
+
+    rung = 0
+
+    def notify_all(self) -> None:
+        self.rung += 1
+        super().notify_all()
+
+
 class Owner:
     def __init__(self) -> None:
-        self.changed = threading.Condition()
+        self.changed = Bell()
         self.fence: FakeFence | None = FakeFence()
         self.is_closed = False
         self.moved: list[float | None] = []
@@ -204,6 +214,39 @@ def test_a_command_arms_the_time_out_and_one_that_only_stands_disarms_it(it: Sce
     assert (it.watch.due_at_s, it.watch.mover) == (None, None)
 
 
+def test_a_watch_that_nothing_has_happened_to_is_idle(made: Make) -> None:
+    it = made()
+    assert it.watch.label == "drive"
+    assert it.watch.zeros_until_s is None
+    assert it.watch.due_at_s is None
+    assert not it.watch.is_parting
+    assert it.watch.finish(accepted=False) is None
+    assert it.runs() == []
+
+
+def test_a_command_without_the_number_of_an_opening_or_with_that_of_another_stop_does_not_act(it: Scene) -> None:
+    assert it.watch.begin(it.command(ANN, opening=0)) == GONE
+    assert it.watch.begin(it.command(ANN, generation=5)) == "safety.stopped"
+
+
+def test_a_watch_whose_receiver_does_not_listen_is_made_safe_all_the_same(made: Make) -> None:
+    it = made(ReceiverSafety(timeout_s=0.5, on_timeout="zero"))
+    it.watch = SafetyWatch(it.owner, "drive", it.watch.safety, it.causes.append, it.left.append)
+    it.openings["a"] = it.watch.peer_joined("a", "session-a")
+    it.stop()
+    it.moves()
+    it.now_s += 0.5
+    it.expire()
+    assert it.runs() == ["safety.stop", "safety.timeout"]
+
+
+def test_the_watchdog_knows_who_commanded_last(it: Scene) -> None:
+    it.moves(ANN)
+    it.moves(BOB)
+    assert not it.watch.watchdog.peer_left("a")
+    assert it.watch.watchdog.peer_left("b")
+
+
 # -- what was overtaken while it acted
 
 
@@ -225,6 +268,18 @@ def test_a_safe_action_that_overtook_a_command_runs_again_when_it_returns_and_me
     it.now_s += 10 * RESTOP_S
     it.expire()
     assert it.runs() == []
+
+
+def test_the_safety_threads_are_woken_for_every_action_and_farewell(it: Scene) -> None:
+    assert it.begins() is None
+    it.watch.make_safe("safety.stop")
+    assert it.owner.changed.rung == 1
+    it.runs()
+    it.now_s += RESTOP_S
+    it.expire()
+    assert it.owner.changed.rung == 2
+    it.watch.peer_left(BOB)
+    assert it.owner.changed.rung == 3
 
 
 @pytest.mark.parametrize("waits", ["acting", "queued"])
@@ -250,6 +305,7 @@ def test_a_command_that_returns_after_the_robot_has_stopped_is_made_safe_on_its_
     assert it.causes == ["safety.shutdown", "safety.shutdown"]
     assert not it.watch.actions
     assert it.watch.finish(accepted=True) is None, "told once"
+    assert len(it.causes) == 2
 
 
 def test_the_next_command_is_not_overtaken_by_what_overtook_the_last_one(it: Scene) -> None:
@@ -297,6 +353,15 @@ def test_a_refused_command_that_a_safe_action_overtook_gives_nothing_back(it: Sc
     it.watch.make_safe("safety.stop")
     it.watch.finish(accepted=False)
     assert (it.watch.due_at_s, it.watch.mover) == (None, None)
+
+
+def test_who_left_before_a_safe_action_overtook_the_command_of_another_causes_no_further_one(it: Scene) -> None:
+    it.moves(ANN)
+    assert it.begins(BOB) is None
+    it.watch.peer_left(ANN)
+    it.watch.make_safe("safety.stop")
+    it.watch.finish(accepted=False)
+    assert it.runs() == ["safety.stop", "safety.stop"]
 
 
 def test_who_left_while_the_command_of_another_was_refused_is_made_safe_then(it: Scene) -> None:
@@ -382,7 +447,7 @@ def test_after_a_stop_everybody_who_was_there_must_let_go_first(it: Scene) -> No
     assert it.runs() == ["safety.stop"]
     assert it.watch.must_release(it.command(ANN))
     assert it.watch.must_release(it.command(BOB))
-    assert it.begins(ANN, wants_motion=True) is None
+    assert it.begins(ANN) is None
     it.watch.finish(accepted=True)
     assert it.watch.must_release(it.command(ANN)), "it was asked elsewhere whether this one may act"
     assert it.begins(ANN, wants_motion=False) is None
@@ -396,6 +461,13 @@ def test_who_commanded_and_left_before_the_stop_must_let_go_when_it_comes_back(i
     it.stop()
     it.openings["a2"] = it.watch.peer_joined("a2", "session-a")
     assert it.watch.must_release(it.command(Sender("a2", "session-a")))
+
+
+def test_who_only_watched_and_left_before_the_stop_has_nothing_to_let_go(it: Scene) -> None:
+    it.watch.peer_left(BOB)
+    it.stop()
+    it.openings["b"] = it.watch.peer_joined("b", "session-b")
+    assert not it.watch.must_release(it.command(BOB))
 
 
 def test_a_pause_lets_go_unless_it_was_before_the_stop(it: Scene) -> None:
