@@ -18,6 +18,7 @@ def test_a_flow_that_goes_on_is_acknowledged_more_and_more_seldom_up_to_a_bound(
         seen.append(pace.packets)
     assert seen == sorted(seen)
     assert seen[FEWER_AFTER - 2 : FEWER_AFTER] == [LEAST, LEAST + 1]
+    assert seen[2 * FEWER_AFTER - 2 : 2 * FEWER_AFTER] == [LEAST + 1, LEAST + 2], "each step takes as long"
     assert seen[-1] == MOST
 
 
