@@ -6,6 +6,7 @@ import ast
 import importlib.util
 import subprocess
 import sys
+import threading
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
@@ -59,6 +60,36 @@ def test_an_old_node_counts_as_absent(dev: ModuleType, tmp_path: Path, printed: 
     node.write_text(f"#!/bin/sh\necho {printed}\n")
     node.chmod(0o755)
     assert dev._is_new_enough(str(node), ">=20.19") is enough
+
+
+def test_the_dashboards_packages_are_installed_beside_those_of_python(
+    dev: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both = threading.Barrier(2, timeout=30)
+    monkeypatch.setattr(dev, "_found_node", lambda: "/usr/bin/node")
+    monkeypatch.setattr(dev, "install_packages", lambda node: both.wait())
+    monkeypatch.setattr(dev, "install_python", both.wait)
+    assert dev.install() == Path("/usr/bin/node")
+
+
+def test_without_a_node_python_brings_one_before_the_dashboards_packages(
+    dev: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+    monkeypatch.setattr(dev, "_found_node", lambda: None)
+    monkeypatch.setattr(dev, "install_python", lambda: done.append("python"))
+    monkeypatch.setattr(dev, "install_node", lambda: "/its/own/node")
+    monkeypatch.setattr(dev, "install_packages", done.append)
+    assert dev.install() == Path("/its/own/node")
+    assert done == ["python", "/its/own/node"]
+
+
+def test_packages_that_do_not_come_end_it(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dev, "_found_node", lambda: "/usr/bin/node")
+    monkeypatch.setattr(dev, "install_packages", lambda node: sys.exit("This failed: npm ci"))
+    monkeypatch.setattr(dev, "install_python", lambda: None)
+    with pytest.raises(SystemExit, match="npm ci"):
+        dev.install()
 
 
 def test_a_python_without_venv_says_which_package_to_install(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
