@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
@@ -29,21 +30,19 @@ HOSTILE = st.builds(
 )
 
 
-def played(kit: Any, body: Callable[[Any, Motor], Coroutine[Any, Any, None]]) -> None:
-    async def play() -> None:
-        motor = Motor(requires_lease=True)
-        async with kit.running(kit.connector_of(motor)) as scene:
-            await body(scene, motor)
-
-    kit.play(play)
+@asynccontextmanager
+async def played(kit: Any) -> AsyncIterator[Any]:
+    motor = Motor(requires_lease=True)
+    async with kit.running(kit.connector_of(motor)) as scene:
+        yield scene, motor
 
 
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(messages=st.lists(HOSTILE, max_size=12), bits=st.lists(st.binary(max_size=60), max_size=4))
-def test_whatever_an_observer_says_nothing_moves_and_others_go_on(
+async def test_whatever_an_observer_says_nothing_moves_and_others_go_on(
     kit: Any, messages: list[str], bits: list[bytes]
 ) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+    async with played(kit) as (scene, motor):
         eve, ann = await scene.enters("eve", role="observer"), await scene.enters("ann")
         drive, epoch = ann.open("drive"), await ann.take()
         theft = eve.open("drive")
@@ -63,12 +62,10 @@ def test_whatever_an_observer_says_nothing_moves_and_others_go_on(
         eve.control.channel.say(control.Ping(t0=1).to_text())
         assert (await eve.hears("pong")).t0 == 1
 
-    played(kit, body)
-
 
 @pytest.mark.parametrize("kind", LEASES)
-def test_a_malformed_request_is_answered_with_what_is_wrong(kit: Any, kind: str) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_a_malformed_request_is_answered_with_what_is_wrong(kit: Any, kind: str) -> None:
+    async with played(kit) as (scene, _motor):
         eve = await scene.enters("eve")
         broken = {"resource": 7, "epochs": [], "peerId": {}, "limit": "all", "label": 1, "captureUs": "now"}
         eve.control.channel.say({"type": kind, "data": broken})
@@ -78,11 +75,9 @@ def test_a_malformed_request_is_answered_with_what_is_wrong(kit: Any, kind: str)
             assert refusal.label == control.CONTROL_LABEL
             assert kind in refusal.message
 
-    played(kit, body)
 
-
-def test_somebody_who_asks_without_end_is_told_so_and_delays_nobody(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_somebody_who_asks_without_end_is_told_so_and_delays_nobody(kit: Any) -> None:
+    async with played(kit) as (scene, _motor):
         eve, ann = await scene.enters("eve"), await scene.enters("ann")
         for _ in range(500):
             eve.say(control.LeaseRequest())
@@ -93,11 +88,9 @@ def test_somebody_who_asks_without_end_is_told_so_and_delays_nobody(kit: Any) ->
         await kit.until(lambda: ann.heard("lease.state")[-1].holder is None)
         await ann.take()
 
-    played(kit, body)
 
-
-def test_nobody_forces_a_lease_without_being_a_supervisor_with_a_reason(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_nobody_forces_a_lease_without_being_a_supervisor_with_a_reason(kit: Any) -> None:
+    async with played(kit) as (scene, _motor):
         ann, eve = await scene.enters("ann"), await scene.enters("eve")
         boss = await scene.enters("boss", role="supervisor")
         await ann.take()
@@ -110,11 +103,9 @@ def test_nobody_forces_a_lease_without_being_a_supervisor_with_a_reason(kit: Any
         assert (await eve.hears("lease.reply", 2)).code == "lease.unknown_resource"
         assert ann.heard("lease.state")[-1].holder.name == "ann"
 
-    played(kit, body)
 
-
-def test_the_journal_is_read_by_supervisors_only(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_the_journal_is_read_by_supervisors_only(kit: Any) -> None:
+    async with played(kit) as (scene, motor):
         ann, boss = await scene.enters("ann"), await scene.enters("boss", role="supervisor")
         drive, epoch = ann.open("drive"), await ann.take()
         drive.say({"v": 1}, epoch=epoch)
@@ -141,11 +132,9 @@ def test_the_journal_is_read_by_supervisors_only(kit: Any) -> None:
         boss.say(control.JournalRead(limit=2, before=numbers[1]))
         assert [entry.number for entry in (await boss.hears("journal", 2)).entries] == numbers[2:4]
 
-    played(kit, body)
 
-
-def test_what_is_said_before_the_hello_is_answered_and_does_nothing(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_what_is_said_before_the_hello_is_answered_and_does_nothing(kit: Any) -> None:
+    async with played(kit) as (scene, _motor):
         end = await scene.connects("rude")
         channel = end.open(control.CONTROL_LABEL)
         channel.say({"type": "lease.request", "data": {}})
@@ -153,11 +142,9 @@ def test_what_is_said_before_the_hello_is_answered_and_does_nothing(kit: Any) ->
         await asyncio.sleep(0)
         assert scene.robot.snapshot().leases[0].holder_id is None
 
-    played(kit, body)
 
-
-def test_who_may_not_clear_fills_no_journal_and_clearing_nothing_is_no_news(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_who_may_not_clear_fills_no_journal_and_clearing_nothing_is_no_news(kit: Any) -> None:
+    async with played(kit) as (scene, _motor):
         eve, boss = await scene.enters("eve", role="observer"), await scene.enters("boss", role="supervisor")
         eve.stop(reason="fire\nERROR forged")
         await kit.until(lambda: eve.heard("stop.state")[-1].is_stopped)
@@ -175,16 +162,12 @@ def test_who_may_not_clear_fills_no_journal_and_clearing_nothing_is_no_news(kit:
         assert what.count(("command.refused", "eve")) == 1
         assert what.count(("stop.clear", "boss")) == 1
 
-    played(kit, body)
 
-
-def test_a_reason_forges_no_line_of_the_log(kit: Any, caplog: pytest.LogCaptureFixture) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_a_reason_forges_no_line_of_the_log(kit: Any, caplog: pytest.LogCaptureFixture) -> None:
+    async with played(kit) as (scene, motor):
         eve = await scene.enters("eve", role="observer")
         eve.stop(reason="fire\nERROR forged")
         await kit.until(lambda: "safety.stop" in motor.log)
         await eve.stops_ack()
-
-    played(kit, body)
     (line,) = [record.getMessage() for record in caplog.records if "forged" in record.getMessage()]
     assert "\n" not in line

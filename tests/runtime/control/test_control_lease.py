@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
 from typing import Any, ClassVar
 
 from mosaic_core import DataChannelJsonReceivable
@@ -37,20 +38,20 @@ class Arm(DataChannelJsonReceivable):
 Body = Callable[[Any, Arm], Coroutine[Any, Any, None]]
 
 
-def played(kit: Any, body: Body, *, config: dict[str, Any] | None = None, delivery: Delivery = Delivery.LATEST) -> None:
-    async def play() -> None:
-        arm = Arm()
-        async with kit.running(kit.connector_of(arm, delivery=delivery), control=config) as scene:
-            try:
-                await body(scene, arm)
-            finally:
-                arm.free.set()
+@asynccontextmanager
+async def played(
+    kit: Any, *, config: dict[str, Any] | None = None, delivery: Delivery = Delivery.LATEST
+) -> AsyncIterator[Any]:
+    arm = Arm()
+    async with kit.running(kit.connector_of(arm, delivery=delivery), control=config) as scene:
+        try:
+            yield scene, arm
+        finally:
+            arm.free.set()
 
-    kit.play(play)
 
-
-def test_without_the_lease_nothing_acts_and_with_it_everything_does(kit: Any) -> None:
-    async def body(scene: Any, arm: Arm) -> None:
+async def test_without_the_lease_nothing_acts_and_with_it_everything_does(kit: Any) -> None:
+    async with played(kit) as (scene, arm):
         ann = await scene.enters("ann")
         drive = ann.open("drive")
         drive.say({"v": "none"})
@@ -63,11 +64,9 @@ def test_without_the_lease_nothing_acts_and_with_it_everything_does(kit: Any) ->
         assert (state.name, state.is_person) == ("ann", True)
         assert scene.hooks.of("lease") == [{"resource": "motion", "holder": "ann", "epoch": epoch, "cause": ""}]
 
-    played(kit, body)
 
-
-def test_of_two_operators_who_fight_only_the_holder_moves_it(kit: Any) -> None:
-    async def body(scene: Any, arm: Arm) -> None:
+async def test_of_two_operators_who_fight_only_the_holder_moves_it(kit: Any) -> None:
+    async with played(kit, delivery=Delivery.RELIABLE) as (scene, arm):
         ann, bob = await scene.enters("ann"), await scene.enters("bob")
         drives = {"ann": ann.open("drive"), "bob": bob.open("drive")}
         await ann.take()
@@ -88,11 +87,9 @@ def test_of_two_operators_who_fight_only_the_holder_moves_it(kit: Any) -> None:
         assert not {"thief", "late"} & {entry for entry in arm.log if isinstance(entry, str)}
         assert {"lease.not_holder"} <= {*ann.codes(), *bob.codes()}
 
-    played(kit, body, delivery=Delivery.RELIABLE)
 
-
-def test_a_takeover_in_the_middle_of_a_command_makes_it_safe_and_drops_what_is_queued(kit: Any) -> None:
-    async def body(scene: Any, arm: Arm) -> None:
+async def test_a_takeover_in_the_middle_of_a_command_makes_it_safe_and_drops_what_is_queued(kit: Any) -> None:
+    async with played(kit, delivery=Delivery.RELIABLE) as (scene, arm):
         ann, boss = await scene.enters("ann"), await scene.enters("boss", role="supervisor")
         drive, epoch = ann.open("drive"), await ann.take()
         arm.free.clear()
@@ -112,11 +109,9 @@ def test_a_takeover_in_the_middle_of_a_command_makes_it_safe_and_drops_what_is_q
         await kit.until(lambda: arm.log[-1] == 2)
         assert arm.log == [1, "safety.lease_lost", "safety.lease_lost", 2]
 
-    played(kit, body, delivery=Delivery.RELIABLE)
 
-
-def test_a_silent_holder_loses_the_lease_even_while_the_event_loop_stands_still(kit: Any) -> None:
-    async def body(scene: Any, arm: Arm) -> None:
+async def test_a_silent_holder_loses_the_lease_even_while_the_event_loop_stands_still(kit: Any) -> None:
+    async with played(kit, config={"lease_expiry_s": 0.5}) as (scene, arm):
         ann, bob = await scene.enters("ann"), await scene.enters("bob")
         drive, epoch = ann.open("drive"), await ann.take()
         drive.say({"v": 1}, epoch=epoch)
@@ -133,8 +128,6 @@ def test_a_silent_holder_loses_the_lease_even_while_the_event_loop_stands_still(
         assert (await bob.hears("lease.state", 3)).holder is None
         assert arm.log == [1, "safety.lease_lost"]
 
-    played(kit, body, config={"lease_expiry_s": 0.5})
-
 
 def _wait_for(condition: Callable[[], bool], seen: threading.Event) -> None:
     end = threading.Event()
@@ -145,8 +138,8 @@ def _wait_for(condition: Callable[[], bool], seen: threading.Event) -> None:
         end.wait(0.005)
 
 
-def test_keep_alives_and_commands_hold_the_lease(kit: Any) -> None:
-    async def body(scene: Any, arm: Arm) -> None:
+async def test_keep_alives_and_commands_hold_the_lease(kit: Any) -> None:
+    async with played(kit, config={"lease_expiry_s": 0.5}) as (scene, _arm):
         ann = await scene.enters("ann")
         epoch = await ann.take()
         for _ in range(8):
@@ -160,11 +153,9 @@ def test_keep_alives_and_commands_hold_the_lease(kit: Any) -> None:
         await asyncio.sleep(0.0)
         assert "lease.expired" not in ann.codes("lease.reply")
 
-    played(kit, body, config={"lease_expiry_s": 0.5})
 
-
-def test_the_same_session_comes_back_to_its_lease_with_a_new_epoch(kit: Any) -> None:
-    async def body(scene: Any, arm: Arm) -> None:
+async def test_the_same_session_comes_back_to_its_lease_with_a_new_epoch(kit: Any) -> None:
+    async with played(kit) as (scene, arm):
         ann, bob = await scene.enters("ann", session_id="s"), await scene.enters("bob")
         drive, old = ann.open("drive"), await ann.take()
         drive.say({"v": 1}, epoch=old)
@@ -182,11 +173,9 @@ def test_the_same_session_comes_back_to_its_lease_with_a_new_epoch(kit: Any) -> 
         assert "old epoch" not in arm.log
         assert arm.log.count("safety.peer_left") == 1
 
-    played(kit, body)
 
-
-def test_a_person_takes_it_from_a_program_and_a_program_waits_for_no_person(kit: Any) -> None:
-    async def body(scene: Any, arm: Arm) -> None:
+async def test_a_person_takes_it_from_a_program_and_a_program_waits_for_no_person(kit: Any) -> None:
+    async with played(kit) as (scene, arm):
         robot_program = await scene.enters("bot", is_person=False)
         claims_to_be = await scene.enters("claims", is_person=True, is_program=True)
         ann = await scene.enters("ann")
@@ -202,8 +191,6 @@ def test_a_person_takes_it_from_a_program_and_a_program_waits_for_no_person(kit:
         assert (reply.outcome, reply.code) == ("denied", "lease.person_commands")
         peers = {info.name: info.is_person for info in ann.heard("peers")[-1].peers}
         assert peers == {"bot": False, "claims": False, "ann": True}
-
-    played(kit, body)
 
 
 async def test_observers_command_nothing_but_what_takes_observers(kit: Any) -> None:
@@ -249,12 +236,10 @@ async def test_a_resource_of_its_own_is_leased_apart(kit: Any) -> None:
         assert leases == {"motion": "ann", "arm": ""}
 
 
-def test_a_lease_that_ends_stops_only_what_its_holder_moved(kit: Any) -> None:
-    async def body(scene: Any, arm: Arm) -> None:
+async def test_a_lease_that_ends_stops_only_what_its_holder_moved(kit: Any) -> None:
+    async with played(kit) as (scene, arm):
         ann = await scene.enters("ann")
         await ann.take()
         ann.say(control.LeaseRelease())
         await kit.until(lambda: ann.codes("lease.reply")[-1:] == ["lease.released"])
         assert arm.log == []
-
-    played(kit, body)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
@@ -13,18 +14,16 @@ from mosaic_core.words import control
 from mosaic_core.words.control import CONTROL_EXTENSIONS, CONTROL_LABEL, Hello
 
 
-def played(kit: Any, body: Callable[[Any, Motor], Coroutine[Any, Any, None]], mode: str, expiry_s: float = 2.0) -> None:
-    async def play() -> None:
-        motor = Motor(requires_lease=True)
-        config = {"legacy_peers": mode, "lease_expiry_s": expiry_s}
-        async with kit.running(kit.connector_of(motor), control=config) as scene:
-            await body(scene, motor)
-
-    kit.play(play)
+@asynccontextmanager
+async def played(kit: Any, mode: str, expiry_s: float = 2.0) -> AsyncIterator[Any]:
+    motor = Motor(requires_lease=True)
+    config = {"legacy_peers": mode, "lease_expiry_s": expiry_s}
+    async with kit.running(kit.connector_of(motor), control=config) as scene:
+        yield scene, motor
 
 
-def test_it_holds_the_lease_while_it_commands_and_loses_it_by_silence(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_it_holds_the_lease_while_it_commands_and_loses_it_by_silence(kit: Any) -> None:
+    async with played(kit, "allow", expiry_s=0.5) as (scene, motor):
         ann = await scene.enters("ann")
         end = await scene.connects("old")
         drive = end.open("drive", "")
@@ -38,11 +37,9 @@ def test_it_holds_the_lease_while_it_commands_and_loses_it_by_silence(kit: Any) 
         drive.say({"v": 2})
         await kit.until(lambda: motor.log[-1] == 2)
 
-    played(kit, body, "allow", expiry_s=0.5)
 
-
-def test_it_does_not_command_while_somebody_holds_the_lease(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_it_does_not_command_while_somebody_holds_the_lease(kit: Any) -> None:
+    async with played(kit, "allow") as (scene, motor):
         ann = await scene.enters("ann")
         await ann.take()
         drive = (await scene.connects("old")).open("drive", "")
@@ -54,11 +51,9 @@ def test_it_does_not_command_while_somebody_holds_the_lease(kit: Any) -> None:
         drive.say({"v": 1})
         await kit.until(lambda: motor.log == [1])
 
-    played(kit, body, "allow")
 
-
-def test_a_person_of_ours_waits_for_it_like_for_anybody(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_a_person_of_ours_waits_for_it_like_for_anybody(kit: Any) -> None:
+    async with played(kit, "allow") as (scene, motor):
         drive = (await scene.connects("old")).open("drive", "")
         drive.say({"v": 1})
         await kit.until(lambda: motor.log == [1])
@@ -69,11 +64,9 @@ def test_a_person_of_ours_waits_for_it_like_for_anybody(kit: Any) -> None:
         await kit.until(lambda: scene.hooks.of("command")[-1]["code"] == "lease.not_holder")
         assert ann.heard("lease.state")[-1].holder.name == "boss"
 
-    played(kit, body, "allow")
 
-
-def test_it_watches_where_the_robot_says_so(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_it_watches_where_the_robot_says_so(kit: Any) -> None:
+    async with played(kit, "observe") as (scene, motor):
         drive = (await scene.connects("old")).open("drive", "")
         drive.say({"v": 1})
         await kit.until(lambda: scene.hooks.of("command"))
@@ -82,31 +75,25 @@ def test_it_watches_where_the_robot_says_so(kit: Any) -> None:
         }  # fmt: skip
         assert motor.log == []
 
-    played(kit, body, "observe")
 
-
-def test_it_is_refused_where_the_robot_says_so(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_it_is_refused_where_the_robot_says_so(kit: Any) -> None:
+    async with played(kit, "refuse") as (scene, motor):
         end = await scene.connects("old")
         end.open("drive", "").say({"v": 1})
         await kit.until(lambda: end.is_closed)
         assert scene.hooks.of("closed")[-1]["code"] == "peer.not_allowed"
         assert motor.log == []
 
-    played(kit, body, "refuse")
 
-
-def test_an_offer_without_a_line_for_channels_is_that_of_an_original_too(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_an_offer_without_a_line_for_channels_is_that_of_an_original_too(kit: Any) -> None:
+    async with played(kit, "refuse") as (scene, _motor):
         end = await scene.connects("old", offer="m=video 9 UDP/TLS/RTP/SAVPF 96")
         await kit.until(lambda: end.is_closed)
         assert scene.hooks.of("closed")[-1]["code"] == "peer.not_allowed"
 
-    played(kit, body, "refuse")
 
-
-def test_who_has_opened_a_channel_of_ours_is_not_taken_for_an_original_by_a_bare_one(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_who_has_opened_a_channel_of_ours_is_not_taken_for_an_original_by_a_bare_one(kit: Any) -> None:
+    async with played(kit, "refuse") as (scene, motor):
         end = await scene.connects("slow")
         channel = end.open(CONTROL_LABEL)
         end.open("drive", "").say({"v": 1})
@@ -117,8 +104,6 @@ def test_who_has_opened_a_channel_of_ours_is_not_taken_for_an_original_by_a_bare
         await kit.until(lambda: [value for value in channel.values() if value["type"] == "stop.state"])
         assert not end.is_closed
         assert motor.log == []
-
-    played(kit, body, "refuse")
 
 
 @pytest.mark.parametrize("mode", ["observe", "refuse"])
@@ -138,8 +123,8 @@ async def test_who_has_not_said_hello_yet_commands_nothing_where_originals_may_n
         await kit.until(lambda: winch.log == [2])
 
 
-def test_a_hello_without_leases_is_that_of_an_original(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_a_hello_without_leases_is_that_of_an_original(kit: Any) -> None:
+    async with played(kit, "allow") as (scene, motor):
         ann = await scene.enters("ann")
         end = await scene.connects("older")
         channel = end.open(CONTROL_LABEL)
@@ -150,11 +135,9 @@ def test_a_hello_without_leases_is_that_of_an_original(kit: Any) -> None:
         await kit.until(lambda: motor.log == [1])
         assert "lease.state" not in [value["type"] for value in channel.values()]
 
-    played(kit, body, "allow")
 
-
-def test_a_late_hello_makes_it_one_of_ours(kit: Any) -> None:
-    async def body(scene: Any, motor: Motor) -> None:
+async def test_a_late_hello_makes_it_one_of_ours(kit: Any) -> None:
+    async with played(kit, "allow") as (scene, motor):
         end = await scene.connects("late")
         drive = end.open("drive", "")
         drive.say({"v": 1})
@@ -166,5 +149,3 @@ def test_a_late_hello_makes_it_one_of_ours(kit: Any) -> None:
         drive.say({"v": "no epoch"})
         await kit.until(lambda: scene.hooks.of("command")[-1]["code"] == "lease.required")
         assert motor.log == [1]
-
-    played(kit, body, "allow")

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any, ClassVar
 
 import pytest
@@ -26,26 +27,23 @@ class Base(Motor):
         super().__init__(requires_lease=True)
 
 
-def played(
-    kit: Any, base: Any, body: Callable[[Any, Any, Any], Coroutine[Any, Any, None]], safety: dict[str, Any]
-) -> None:
-    """``body(scene, ann, drive)``: Ann holds the lease, ``drive(v)`` commands."""
-
-    async def play() -> None:
-        driven = kit.connector_of(base, safety=safety, delivery=Delivery.RELIABLE)
-        async with kit.running(driven, kit.connector_of(Camera("front"))) as scene:
-            ann = await scene.enters("ann")
-            await ann.take()
-            channel = ann.open("drive")
-            await body(scene, ann, lambda v: channel.say({"v": v}, epoch=ann.epoch))
-
-    kit.play(play)
+@asynccontextmanager
+async def played(kit: Any, base: Any, safety: dict[str, Any]) -> AsyncIterator[Any]:
+    """``scene, ann, drive``: Ann holds the lease, ``drive(v)`` commands."""
+    driven = kit.connector_of(base, safety=safety, delivery=Delivery.RELIABLE)
+    async with kit.running(driven, kit.connector_of(Camera("front"))) as scene:
+        ann = await scene.enters("ann")
+        await ann.take()
+        channel = ann.open("drive")
+        yield scene, ann, lambda v: channel.say({"v": v}, epoch=ann.epoch)
 
 
-def test_a_field_is_clamped_and_rises_no_faster_than_it_may(kit: Any) -> None:
+async def test_a_field_is_clamped_and_rises_no_faster_than_it_may(kit: Any) -> None:
     base = Base()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    # nobody answers pings here: the link would slow it down
+    safety = {"limits": {"v": {"max": 0.5, "max_rise_per_s": 1.0}}, "slow_down": "off"}
+    async with played(kit, base, safety) as (_scene, ann, drive):
         drive(5.0)
         await kit.until(lambda: base.log)
         first = base.log[0]
@@ -65,40 +63,33 @@ def test_a_field_is_clamped_and_rises_no_faster_than_it_may(kit: Any) -> None:
         await kit.until(lambda: base.log[-1] > 0.0)
         assert base.log[-1] <= 0.1 + 1e-9  # from a standstill again
 
-    # nobody answers pings here: the link would slow it down
-    played(kit, base, body, {"limits": {"v": {"max": 0.5, "max_rise_per_s": 1.0}}, "slow_down": "off"})
 
-
-def test_what_is_no_number_where_one_is_limited_is_refused(kit: Any) -> None:
+async def test_what_is_no_number_where_one_is_limited_is_refused(kit: Any) -> None:
     base = Base()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {}) as (scene, ann, drive):
         for wrong in ("fast", None, True, [1], {"x": 1}):
             drive(wrong)
         await kit.until(lambda: scene.robot.snapshot().connectors[0].refused == 5)
         assert set(ann.codes()) == {"safety.out_of_range"}
         assert base.log == []
 
-    played(kit, base, body, {})
 
-
-def test_more_commands_than_allowed_are_refused(kit: Any) -> None:
+async def test_more_commands_than_allowed_are_refused(kit: Any) -> None:
     base = Base()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {"max_rate_hz": 10}) as (scene, ann, drive):
         for number in range(1, 31):
             drive(float(number))
         await kit.until(lambda: "safety.too_fast" in ann.codes())
         await kit.until(lambda: len(base.log) + scene.robot.snapshot().connectors[0].refused == 30)
         assert 2 <= len(base.log) <= 6
 
-    played(kit, base, body, {"max_rate_hz": 10})
 
-
-def test_zeros_are_handed_over_for_a_second_and_then_accepted_in_silence(kit: Any) -> None:
+async def test_zeros_are_handed_over_for_a_second_and_then_accepted_in_silence(kit: Any) -> None:
     base = Base()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {"timeout_s": 0.5, "slow_down": "off"}) as (scene, ann, drive):
         drive(1.0)
         end_s = time.monotonic() + 1.5
         while time.monotonic() < end_s:
@@ -115,13 +106,11 @@ def test_zeros_are_handed_over_for_a_second_and_then_accepted_in_silence(kit: An
         await kit.until(lambda: base.log[-1] == 0.5)
         assert "safety.timeout" not in base.log
 
-    played(kit, base, body, {"timeout_s": 0.5, "slow_down": "off"})
 
-
-def test_a_picture_that_stands_still_slows_down_to_nothing(kit: Any) -> None:
+async def test_a_picture_that_stands_still_slows_down_to_nothing(kit: Any) -> None:
     base = Base()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {"slow_down": {"rtt_ms": "off"}}) as (scene, ann, drive):
         drive(1.0)
         await kit.until(lambda: base.log == [1.0])
         ann.say(control.MediaWatch(label="front", on=True))
@@ -140,35 +129,29 @@ def test_a_picture_that_stands_still_slows_down_to_nothing(kit: Any) -> None:
         drive(1.0)
         await kit.until(lambda: base.log[-1] == 1.0)
 
-    played(kit, base, body, {"slow_down": {"rtt_ms": "off"}})
 
-
-def test_a_picture_that_nobody_watches_limits_nothing(kit: Any) -> None:
+async def test_a_picture_that_nobody_watches_limits_nothing(kit: Any) -> None:
     base = Base()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {"slow_down": {"rtt_ms": "off"}}) as (_scene, ann, drive):
         for label in ("front", "drive", "nothing"):
             ann.say(control.MediaSeen(label=label, capture_us=1))
         drive(1.0)
         await kit.until(lambda: base.log == [1.0])
 
-    played(kit, base, body, {"slow_down": {"rtt_ms": "off"}})
 
-
-def test_where_a_picture_is_required_nothing_moves_without_one(kit: Any) -> None:
+async def test_where_a_picture_is_required_nothing_moves_without_one(kit: Any) -> None:
     base = Base()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {"slow_down": {"rtt_ms": "off", "picture": "required"}}) as (_scene, _ann, drive):
         drive(1.0)
         await kit.until(lambda: base.log == [0.0])
 
-    played(kit, base, body, {"slow_down": {"rtt_ms": "off", "picture": "required"}})
 
-
-def test_the_robot_pings_and_unanswered_pings_slow_down(kit: Any) -> None:
+async def test_the_robot_pings_and_unanswered_pings_slow_down(kit: Any) -> None:
     base = Base()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {}) as (_scene, ann, drive):
         await kit.until(lambda: ann.stops.heard("ping"))
         assert ann.heard("ping") == []
         ann.stops.say(control.Pong(t0=ann.stops.heard("ping")[-1].t0, t1=0, t2=0))
@@ -181,21 +164,17 @@ def test_the_robot_pings_and_unanswered_pings_slow_down(kit: Any) -> None:
         await kit.until(lambda: len(base.log) == 2)
         assert base.log[1] < 0.7
 
-    played(kit, base, body, {})
 
-
-def test_one_lost_ping_hardly_slows_down(kit: Any) -> None:
+async def test_one_lost_ping_hardly_slows_down(kit: Any) -> None:
     base = Base()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {}) as (_scene, ann, _drive):
         for number in range(12):
             await kit.until(lambda wanted=number: len(ann.stops.heard("ping")) > wanted)
             if number != 6:
                 ann.stops.say(control.Pong(t0=ann.stops.heard("ping")[number].t0, t1=0, t2=0))
         causes = [cause for limit in ann.heard("safety.limit") for cause in limit.causes if cause.cause == "rtt"]
         assert all(cause.factor > 0.6 for cause in causes)
-
-    played(kit, base, body, {})
 
 
 async def test_lost_commands_slow_down(kit: Any) -> None:
@@ -237,10 +216,10 @@ class Typed(DataChannelReceivable[Twist]):
         self.log.append(cause)
 
 
-def test_the_policy_zero_sends_zeros_for_a_second_after_the_safe_action(kit: Any) -> None:
+async def test_the_policy_zero_sends_zeros_for_a_second_after_the_safe_action(kit: Any) -> None:
     base = Typed()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {"on_timeout": "zero", "slow_down": "off"}) as (scene, ann, _drive):
         ann.open("drive").say({"v": 1.0, "mode": "trot"})
         await kit.until(lambda: len(base.log) >= 6)
         assert base.log[:2] == [(1.0, "trot"), "safety.timeout"]
@@ -248,8 +227,6 @@ def test_the_policy_zero_sends_zeros_for_a_second_after_the_safe_action(kit: Any
         await asyncio.sleep(1.2)
         assert 8 <= len(base.log[2:]) <= 12
         assert scene.robot.snapshot().connectors[0].messages == 1
-
-    played(kit, base, body, {"on_timeout": "zero", "slow_down": "off"})
 
 
 class Sticky(Typed):
@@ -261,21 +238,19 @@ class Sticky(Typed):
             raise OSError("the bus is busy")
 
 
-def test_the_policy_zero_sends_zeros_also_when_the_safe_action_works_only_at_the_second_try(kit: Any) -> None:
+async def test_the_policy_zero_sends_zeros_also_when_the_safe_action_works_only_at_the_second_try(kit: Any) -> None:
     base = Sticky()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {"on_timeout": "zero", "slow_down": "off"}) as (_scene, ann, _drive):
         ann.open("drive").say({"v": 1.0})
         await kit.until(lambda: (0.0, "walk") in base.log)
         assert base.log[:3] == [(1.0, "walk"), "safety.timeout", "safety.timeout"]
 
-    played(kit, base, body, {"on_timeout": "zero", "slow_down": "off"})
 
-
-def test_the_frameworks_zeros_end_with_the_next_command_and_with_a_stop(kit: Any) -> None:
+async def test_the_frameworks_zeros_end_with_the_next_command_and_with_a_stop(kit: Any) -> None:
     base = Typed()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {"on_timeout": "zero", "slow_down": "off"}) as (_scene, ann, _drive):
         channel = ann.open("drive")
         channel.say({"v": 1.0})
         await kit.until(lambda: (0.0, "walk") in base.log)
@@ -291,13 +266,11 @@ def test_the_frameworks_zeros_end_with_the_next_command_and_with_a_stop(kit: Any
         # a zero that was under way when the stop came is made safe once more; after that nothing is sent
         assert [entry for entry in base.log[stopped:] if entry != "safety.stop"] in ([], [(0.0, "walk")])
 
-    played(kit, base, body, {"on_timeout": "zero", "slow_down": "off"})
 
-
-def test_the_policy_hold_does_nothing_on_silence_but_a_stop_still_stops(kit: Any) -> None:
+async def test_the_policy_hold_does_nothing_on_silence_but_a_stop_still_stops(kit: Any) -> None:
     base = Typed()
 
-    async def body(scene: Any, ann: Any, drive: Callable[[Any], Any]) -> None:
+    async with played(kit, base, {"on_timeout": "hold", "on_loss": "callback"}) as (_scene, ann, _drive):
         channel = ann.open("drive")
         channel.say({"v": 1.0})
         await kit.until(lambda: len(base.log) == 1)
@@ -307,8 +280,6 @@ def test_the_policy_hold_does_nothing_on_silence_but_a_stop_still_stops(kit: Any
         await kit.until(lambda: base.log == [(1.0, "walk"), "safety.peer_left"])
         ann.stop()
         await kit.until(lambda: base.log[-1] == "safety.stop")
-
-    played(kit, base, body, {"on_timeout": "hold", "on_loss": "callback"})
 
 
 async def test_a_refused_command_leaves_the_slew_where_it_was(kit: Any) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
@@ -16,27 +17,23 @@ from mosaic_core.words.data_type import Delivery
 PATIENCE_S = 3.0
 
 
-def played(
-    kit: Any, motors: list[Motor], body: Callable[[Any], Coroutine[Any, Any, None]], delivery: Delivery | None = None
-) -> None:
-    async def play() -> None:
-        async with kit.running(*(kit.connector_of(motor, delivery=delivery) for motor in motors)) as scene:
-            try:
-                await body(scene)
-            finally:
-                for motor in motors:
-                    motor.free.set()
-                    motor.may_stop.set()
-
-    kit.play(play)
+@asynccontextmanager
+async def played(kit: Any, motors: list[Motor], delivery: Delivery | None = None) -> AsyncIterator[Any]:
+    async with kit.running(*(kit.connector_of(motor, delivery=delivery) for motor in motors)) as scene:
+        try:
+            yield scene
+        finally:
+            for motor in motors:
+                motor.free.set()
+                motor.may_stop.set()
 
 
 @pytest.mark.parametrize("role", ["observer", "operator", "supervisor"])
-def test_anybody_stops_everything_that_moves_also_what_was_never_commanded(kit: Any, role: str) -> None:
+async def test_anybody_stops_everything_that_moves_also_what_was_never_commanded(kit: Any, role: str) -> None:
     leased = Motor("leased", timeout_s=None, requires_lease=True)
     timed, lamp = Motor("timed"), Motor("lamp", timeout_s=None)
 
-    async def body(scene: Any) -> None:
+    async with played(kit, [leased, timed, lamp]) as scene:
         eve, ann = await scene.enters("eve", role=role), await scene.enters("ann")
         eve.stop(reason="somebody is in the way")
         ack = await eve.stops_ack()
@@ -51,13 +48,11 @@ def test_anybody_stops_everything_that_moves_also_what_was_never_commanded(kit: 
         assert scene.robot.snapshot().stop.by == "eve"
         assert scene.hooks.of("stop") == [{"is_stopped": True, "by": "eve", "reason": "somebody is in the way"}]
 
-    played(kit, [leased, timed, lamp], body)
 
-
-def test_while_stopped_nothing_moves_and_what_moves_nothing_goes_on(kit: Any) -> None:
+async def test_while_stopped_nothing_moves_and_what_moves_nothing_goes_on(kit: Any) -> None:
     motor, lamp = Motor("motor"), Motor("lamp", timeout_s=None)
 
-    async def body(scene: Any) -> None:
+    async with played(kit, [motor, lamp]) as scene:
         ann = await scene.enters("ann")
         channels = ann.open("motor"), ann.open("lamp")
         ann.stop()
@@ -67,13 +62,11 @@ def test_while_stopped_nothing_moves_and_what_moves_nothing_goes_on(kit: Any) ->
         await kit.until(lambda: lamp.log == [1] and ann.codes() == ["safety.stopped"])
         assert motor.log == ["safety.stop"]
 
-    played(kit, [motor, lamp], body)
 
-
-def test_a_stop_while_handle_data_hangs_acts_at_once_and_again_when_it_returns(kit: Any) -> None:
+async def test_a_stop_while_handle_data_hangs_acts_at_once_and_again_when_it_returns(kit: Any) -> None:
     motor = Motor("motor")
 
-    async def body(scene: Any) -> None:
+    async with played(kit, [motor]) as scene:
         ann = await scene.enters("ann")
         motor.free.clear()
         ann.open("motor").say({"v": 1})
@@ -84,16 +77,14 @@ def test_a_stop_while_handle_data_hangs_acts_at_once_and_again_when_it_returns(k
         motor.free.set()
         await kit.until(lambda: motor.log == [1, "safety.stop", "safety.stop"])
 
-    played(kit, [motor], body)
 
-
-def test_what_waits_in_a_full_queue_never_acts_not_even_after_the_stop_is_cleared(
+async def test_what_waits_in_a_full_queue_never_acts_not_even_after_the_stop_is_cleared(
     kit: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(routes, "PAUSE_S", 0.1)  # the lease, which nobody keeps here, would not last a second
     motor = Motor("motor", timeout_s=None, requires_lease=True)
 
-    async def body(scene: Any) -> None:
+    async with played(kit, [motor], Delivery.RELIABLE) as scene:
         ann = await scene.enters("ann")
         drive, epoch = ann.open("motor"), await ann.take()
         motor.free.clear()
@@ -112,13 +103,11 @@ def test_what_waits_in_a_full_queue_never_acts_not_even_after_the_stop_is_cleare
         await kit.until(lambda: motor.log[-1] == "after")
         assert (motor.log[0], set(motor.log[1:-1])) == (0, {"safety.stop"})
 
-    played(kit, [motor], body, Delivery.RELIABLE)
 
-
-def test_the_acknowledgement_does_not_wait_for_a_safe_action_that_hangs(kit: Any) -> None:
+async def test_the_acknowledgement_does_not_wait_for_a_safe_action_that_hangs(kit: Any) -> None:
     slow, quick = Motor("slow"), Motor("quick")
 
-    async def body(scene: Any) -> None:
+    async with played(kit, [slow, quick]) as scene:
         ann = await scene.enters("ann")
         slow.may_stop.clear()
         ann.stop("first")
@@ -132,10 +121,8 @@ def test_the_acknowledgement_does_not_wait_for_a_safe_action_that_hangs(kit: Any
         assert {ack.id for ack in ann.stops.heard("stop.ack")} == {"first"}
         assert {ack.id for ack in ann.heard("stop.ack")} == {"second"}
 
-    played(kit, [slow, quick], body)
 
-
-def test_a_safe_action_that_fails_is_repeated_before_the_robot_calls_itself_safe(kit: Any) -> None:
+async def test_a_safe_action_that_fails_is_repeated_before_the_robot_calls_itself_safe(kit: Any) -> None:
     class Flaky(Motor):
         def make_safe(self, cause: str) -> None:
             super().make_safe(cause)
@@ -144,19 +131,17 @@ def test_a_safe_action_that_fails_is_repeated_before_the_robot_calls_itself_safe
 
     motor = Flaky("motor")
 
-    async def body(scene: Any) -> None:
+    async with played(kit, [motor]) as scene:
         ann = await scene.enters("ann")
         ann.stop()
         await kit.until(lambda: ann.stops.heard("stop.ack") and ann.stops.heard("stop.ack")[-1].safe_us is not None)
         assert motor.log == ["safety.stop"] * 3
 
-    played(kit, [motor], body)
 
-
-def test_copies_of_a_stop_are_all_acknowledged_and_act_once(kit: Any) -> None:
+async def test_copies_of_a_stop_are_all_acknowledged_and_act_once(kit: Any) -> None:
     motor = Motor("motor")
 
-    async def body(scene: Any) -> None:
+    async with played(kit, [motor]) as scene:
         ann = await scene.enters("ann")
         for _ in range(5):
             ann.stop("s1")
@@ -166,13 +151,11 @@ def test_copies_of_a_stop_are_all_acknowledged_and_act_once(kit: Any) -> None:
         await kit.until(lambda: motor.log == ["safety.stop"])
         assert len(scene.hooks.of("stop")) == 1
 
-    played(kit, [motor], body)
 
-
-def test_only_a_person_with_a_lease_or_a_supervisor_clears_it(kit: Any) -> None:
+async def test_only_a_person_with_a_lease_or_a_supervisor_clears_it(kit: Any) -> None:
     motor = Motor("motor", requires_lease=True)
 
-    async def body(scene: Any) -> None:
+    async with played(kit, [motor]) as scene:
         ann, bob = await scene.enters("ann"), await scene.enters("bob")
         bot, boss = await scene.enters("bot", is_person=False), await scene.enters("boss", role="supervisor")
         for who, code in ((bob, "lease.required"), (bot, "lease.forbidden")):
@@ -192,13 +175,11 @@ def test_only_a_person_with_a_lease_or_a_supervisor_clears_it(kit: Any) -> None:
         await kit.until(lambda: motor.log[-1] == 1)
         assert scene.robot.snapshot().stop is None
 
-    played(kit, [motor], body)
 
-
-def test_rubbish_on_the_stop_channel_moves_nothing_and_stops_nothing(kit: Any) -> None:
+async def test_rubbish_on_the_stop_channel_moves_nothing_and_stops_nothing(kit: Any) -> None:
     motor = Motor("motor")
 
-    async def body(scene: Any) -> None:
+    async with played(kit, [motor]) as scene:
         ann = await scene.enters("ann")
         assert ann.stops.channel.on_message is not None
         for rubbish in (b"", b"\x00" * 19, "text", b"\xff" * 40, b"\x01" + b"\x00" * 5000):
@@ -208,5 +189,3 @@ def test_rubbish_on_the_stop_channel_moves_nothing_and_stops_nothing(kit: Any) -
         assert not scene.robot.snapshot().stop
         ann.stop("x" * 64)
         await kit.until(lambda: motor.log == ["safety.stop"])
-
-    played(kit, [motor], body)
