@@ -1,6 +1,6 @@
 """One session per wish. All run in the environment that `./dev` made, so that nothing is installed twice.
 
-nox -s tests | lint | types | dashboard | e2e | docs | bench | mutants | build | demo
+nox -s checks | tests | e2e | lint | types | dashboard | docs | bench | mutants | build | demo
 """
 
 from __future__ import annotations
@@ -11,13 +11,14 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 import nox
 from nox.command import CommandFailed
 
 nox.options.default_venv_backend = "none"
-nox.options.sessions = ["lint", "types", "dashboard", "docs", "tests", "e2e"]
+nox.options.sessions = ["checks", "tests", "e2e"]
 nox.options.stop_on_first_error = True
 
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -30,10 +31,35 @@ REAL_PEERS = "webrtc or netlab"
 TEST_FILES = sorted(path for place in ("tests", "plugins", "examples") for path in (ROOT / place).rglob("test_*.py"))
 SHARED_OUT = ("--dist", "loadscope", "--no-loadscope-reorder")
 CORES = os.cpu_count() or 1
+PURE_WORKERS = 2 * CORES + 1
 PEERS_WORKERS = 2 * CORES
 """More processes than processors, as most of these tests wait for somebody's patience to end."""
+BROWSER_WORKERS = CORES
+"""A browser, its robot and its server keep one processor busy, and a bit."""
+MEASURING = "tests/bench/"
+"""Tests of a browser there measure times, which is done with nothing beside it."""
+BUILT: set[str] = set()
+"""What sessions of this run have built."""
+CHECKS = ["dashboard", "types", "docs", "lint"]
+"""The longest first."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
 TYPED = ["mosaic_core", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) for plugin in PLUGINS)]
+
+
+@nox.session
+def checks(session: nox.Session) -> None:
+    """All that needs no test of Python, side by side; what one of them says is printed when it has ended."""
+    words = [sys.executable, "-m", "nox", "--forcecolor" if sys.stdout.isatty() else "--nocolor", "-s"]
+    failed = []
+    with ThreadPoolExecutor(len(CHECKS)) as threads:
+        runs = [threads.submit(subprocess.run, [*words, name], capture_output=True, text=True) for name in CHECKS]
+        for run in as_completed(runs):
+            ended = run.result()
+            print(ended.stdout, ended.stderr, sep="", flush=True)
+            failed += [ended.args[-1]] if ended.returncode != 0 else []
+    if failed:
+        session.error(f"failed: {', '.join(sorted(failed))}")
+    BUILT.add("dashboard")
 
 
 @nox.session
@@ -43,20 +69,22 @@ def tests(session: nox.Session) -> None:
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
         return
-    _test(session, f"not e2e and not ({REAL_PEERS})", "-n", str(CORES + 1), *SHARED_OUT)
-    apart = ("-n", str(PEERS_WORKERS), *SHARED_OUT, "--own-networks") if _may_make_networks() else ()
-    _test(session, f"not e2e and ({REAL_PEERS})", *apart, files=_with_mark("webrtc", "netlab"))
+    _test(session, f"not e2e and not ({REAL_PEERS})", "-n", str(PURE_WORKERS), *SHARED_OUT)
+    _test(session, f"not e2e and ({REAL_PEERS})", *_apart(PEERS_WORKERS), files=_with_mark("webrtc", "netlab"))
 
 
 @nox.session
 def e2e(session: nox.Session) -> None:
-    """A real Chromium against the real server and simulated robots: one process, as a browser, its robot and its server
-    keep two processors busy by themselves."""
+    """A real Chromium against the real server and simulated robots: side by side as `tests` with real peers. Apart from
+    those, as Playwright's loop and anyio's can't be in one process."""
     _build_dashboard(session)
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "e2e", *session.posargs, external=True)
         return
-    _test(session, "e2e", files=_with_mark("e2e"))
+    files = _with_mark("e2e")
+    measuring = [name for name in files if name.startswith(MEASURING)]
+    _test(session, "e2e", *_apart(BROWSER_WORKERS), "--tb=native", files=sorted(set(files) - set(measuring)))
+    _test(session, "e2e", files=measuring)
 
 
 @nox.session
@@ -77,6 +105,7 @@ def dashboard(session: nox.Session) -> None:
 
     All at once: what each of them says is printed where it fails."""
     _npm(session, "check")
+    BUILT.add("dashboard")
 
 
 @nox.session
@@ -141,6 +170,11 @@ def _test(session: nox.Session, marks: str, *options: str, files: Sequence[str] 
         session.run(*pytest, "--last-failed", "--last-failed-no-failures", "none", "-rpf", external=True)
 
 
+def _apart(workers: int) -> tuple[str, ...]:
+    """Words for pytest: so many processes, each in a network of its own; none where those can't be made."""
+    return ("-n", str(workers), *SHARED_OUT, "--own-networks") if _may_make_networks() else ()
+
+
 def _may_make_networks() -> bool:
     """Tries it: root in a container may be less than root."""
     words = ["unshare", "--net", "ip", "link", "add", "lan0", "type", "veth", "peer", "name", "lan1"]
@@ -149,7 +183,10 @@ def _may_make_networks() -> bool:
 
 
 def _build_dashboard(session: nox.Session) -> None:
-    _npm(session, "build")
+    """Unless a session before has."""
+    if "dashboard" not in BUILT:
+        _npm(session, "build")
+        BUILT.add("dashboard")
 
 
 def _npm(session: nox.Session, wish: str, *words: str) -> None:
