@@ -123,3 +123,7 @@ def test_newer_is_newer_across_the_wrap(seq: int, step: int) -> None:
     assert is_newer(later, seq)
     assert not is_newer(seq, later)
     assert not is_newer(seq, seq)
+
+
+def test_the_kinds_of_a_payload_have_their_numbers_on_the_wire() -> None:
+    assert {kind.name: kind.value for kind in PayloadKind} == {"JSON": 1, "STRING": 2, "BYTES": 3}

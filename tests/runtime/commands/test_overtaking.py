@@ -171,3 +171,24 @@ async def test_a_handle_data_that_swallows_its_cancellation_for_ever_is_named_an
     handler.let_go.set()
     await asyncio.sleep(0.01)
     assert not left, "asyncio.run would wait for it"
+
+
+class Broken(Slow):
+    def handle_data(self, data: dict[str, Any]) -> None:
+        raise OSError("the bus is gone")
+
+
+async def test_what_a_plugin_raised_is_in_the_robots_log_and_not_in_what_its_operator_is_told(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    scene = Scene(Broken())
+    scene.receiver.start()
+    scene.says(b'{"v": 1.0}')
+    await until(lambda: scene.done)
+    scene.receiver.close()
+    await scene.receiver.closed()
+    [outcome] = scene.done
+    assert outcome.refusal is not None
+    assert outcome.refusal.code == "plugin.failed"
+    assert "bus" not in outcome.refusal.message
+    assert "the bus is gone" in caplog.text
