@@ -127,3 +127,10 @@ def test_newer_is_newer_across_the_wrap(seq: int, step: int) -> None:
 
 def test_the_kinds_of_a_payload_have_their_numbers_on_the_wire() -> None:
     assert {kind.name: kind.value for kind in PayloadKind} == {"JSON": 1, "STRING": 2, "BYTES": 3}
+
+
+def test_what_just_fits_is_one_message_and_a_byte_more_makes_two() -> None:
+    whole, chunks = (list(encode_frame(Frame(PayloadKind.BYTES, bytes(size)), 100)) for size in (100, 101))
+    assert len(whole) == 1
+    assert len(chunks) == 2
+    assert len(whole[0]) < len(chunks[0]), "a whole message has no number of its chunk"

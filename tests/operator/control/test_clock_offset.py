@@ -47,3 +47,15 @@ def test_a_robot_that_started_anew_has_a_new_clock() -> None:
     clock.add(0, 10, 10, 20)
     clock.reset()
     assert clock.best is None
+
+
+def test_a_short_round_trip_counts_only_as_long_as_it_is_in_the_window() -> None:
+    """Clocks drift: the best sample of an hour ago says little about now."""
+    clock = ClockOffset(window=3)
+    clock.add(0, 5, 5, 10)
+    for now_us in (1000, 2000):
+        clock.add(now_us, now_us + 50, now_us + 50, now_us + 100)
+    assert clock.best is not None
+    assert clock.best.round_trip_us == 10
+    clock.add(3000, 3050, 3050, 3100)
+    assert clock.best.round_trip_us == 100
