@@ -36,6 +36,8 @@ PEER_LOST_AFTER_S = 2.0
 LEASE_KEEP_PERIOD_S = 0.5
 STOP_REPEAT_S = 0.03
 MEDIA_SEEN_PERIOD_S = 0.1
+MOST_SHOWN_PX = 1_000_000_000
+"""More than any screen has."""
 
 CONTROL_EXTENSIONS: dict[str, int] = {
     "catalogue": 1, "mediaWatch": 1, "mediaOrigin": 1, "refusals": 1,
@@ -100,11 +102,15 @@ class Bye(ControlMessage):
 
 
 class MediaWatch(ControlMessage):
-    """Operator → robot: send (or stop sending) this picture. Nobody watching = neither captured nor encoded."""
+    """Operator → robot: send (or stop sending) this picture. Nobody watching = neither captured nor encoded. Said again
+    when it is shown at another size: ``shown_px`` is width x height on the screen, and ``leads`` says that somebody
+    drives by it. A narrow link serves what leads first, and the rest by size."""
 
     type = "media.watch"
     label: str
     on: bool
+    shown_px: Annotated[int, Field(ge=0, le=MOST_SHOWN_PX)] | None = None
+    leads: bool | None = None
 
 
 class MediaOrigin(ControlMessage):

@@ -6,12 +6,13 @@ import asyncio
 import time
 from collections import deque
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import av
 
 from mosaic_core.adapters.video.video_encoder import CodecName
-from mosaic_core.machines.congestion.budget_allocator import Demand
+from mosaic_core.machines.congestion.budget_allocator import DRIVES, SEEN, Demand
 from mosaic_core.machines.congestion.rate_control import Feedback, PictureLost
 from mosaic_core.machines.congestion.retransmissions import Retransmissions
 from mosaic_core.machines.media.rung_choice import RungChoice
@@ -25,6 +26,8 @@ MAX_WAITING = 8
 MAX_WAITING_LOCAL = 64
 """Packets that wait for a tap: nobody looks at them live, so that two seconds of a busy event loop may lose none."""
 _PACKET_BYTES = 1200
+USUAL_PX = 640 * 360
+"""On the screen of a viewer who doesn't tell."""
 _CODECS: dict[str, CodecName] = {"video/vp8": "VP8", "video/h264": "H264"}
 
 
@@ -48,6 +51,8 @@ class ViewerFeed:
         self.switch: RungSwitch[Hashable] = RungSwitch()
         self.connection = PeerCongestion()
         self.is_watching = False
+        self._demand = Demand(0, 0, weight=USUAL_PX)
+        self._ceiling_bps: int | None = None
         self._choice: RungChoice | None = None
         self._keys: tuple[Hashable, ...] = ()
         self._unavailable = unavailable
@@ -65,6 +70,12 @@ class ViewerFeed:
 
     def codec_agreed(self, mime_type: str) -> None:
         self.codec = _CODECS[mime_type.lower()]
+
+    def shown(self, size_px: int | None, *, leads: bool) -> None:
+        rank, weight = DRIVES if leads else SEEN, max(1, size_px if size_px is not None else USUAL_PX)
+        before, self._demand = self._demand, replace(self._demand, rank=rank, weight=weight)
+        if self.is_watching and self._demand != before:
+            self._want()
 
     async def next(self) -> av.Packet[Any]:
         while not self._items:
@@ -119,14 +130,19 @@ class ViewerFeed:
     ) -> None:
         """It watches, or the source changed: choose among ``options``, best first, within least and most bit rate.
         ``ceiling_bps``: of pictures and copies together, where the user has set one."""
-        self.is_watching = True
-        self.connection.want(self, Demand(*limits_bps), self._changed, ceiling_bps)
+        self.is_watching, self._ceiling_bps = True, ceiling_bps
+        least_bps, most_bps = limits_bps
+        self._demand = replace(self._demand, least_bps=least_bps, most_bps=most_bps)
+        self._want()
         before, self._keys = self.switch.wanted, tuple(key for key, _ in options)
         rungs = [rung for _, rung in options]
         if self._choice is not None and before in self._keys:
             self._choice.stand_on(rungs, self._keys.index(before))
         else:
             self._choice = RungChoice(rungs, self.budget_bps, now_s, self._may_rise) if rungs else None
+
+    def _want(self) -> None:
+        self.connection.want(self, self._demand, self._changed, self._ceiling_bps)
 
     def _may_rise(self) -> bool:
         return self.connection.may_rise()

@@ -50,6 +50,9 @@ class NewestFeed:
     def send_over(self, connection: PeerCongestion) -> None:
         """It waits for nobody."""
 
+    def shown(self, size_px: int | None, *, leads: bool) -> None:
+        """It costs the same at any size."""
+
     def heard(self, feedback: Feedback) -> None:
         """Nothing to adapt."""
 

@@ -210,7 +210,7 @@ class Peer:
         is_open = self.phase == "open"
         match message:
             case control.MediaWatch():
-                self.media.watch(message.label, message.on)
+                self.media.watch(message)
             case control.LaneOffer() | control.LaneCandidate() | control.LaneClose():
                 if is_open:
                     self._bulk.heard(message)

@@ -31,6 +31,7 @@ class PeerMedia:
         self._origins: list[control.MediaOrigin] = []
         self._is_greeted = False
         self._has_left = False
+        self._feeds: dict[str, PictureFeed] = {}
 
     # -- the lines of its offers ---------------------------------------------------------------------------------
 
@@ -39,7 +40,9 @@ class PeerMedia:
         if self._has_left:  # while its offer was being answered: nobody would unbind this one
             return NewestFeed()
         self._refused.pop(label, None)
-        return self._site.media.bind(self._peer_id, label, lambda code: self._unavailable(label, code))
+        feed = self._site.media.bind(self._peer_id, label, lambda code: self._unavailable(label, code))
+        self._feeds[label] = feed
+        return feed
 
     def voice_bound(self, label: str, sound: IncomingSound) -> None:
         """It has a line for its voice to the loudspeaker ``label``."""
@@ -104,15 +107,17 @@ class PeerMedia:
 
     # -- from then on --------------------------------------------------------------------------------------------
 
-    def watch(self, label: str, on: bool) -> None:
-        """It wants to see or hear ``label``, or does not any more."""
-        media = self._site.media
+    def watch(self, wish: control.MediaWatch) -> None:
+        """It wants to see or hear something, or does not any more, or shows it at another size."""
+        media, label, on = self._site.media, wish.label, wish.on
         is_bound = media.is_bound(self._peer_id, label)
         if on and not is_bound and label in self._refused:
             self._tell_refused(label)
         elif on and not is_bound:
             self._unavailable(label, "media.no_line" if label in media.labels() else "channel.unknown_label")
         elif label in media.labels() and not self._has_left:
+            if on:
+                self._feeds[label].shown(wish.shown_px, leads=bool(wish.leads))
             media.watch(self._peer_id, label, on)
             self._timeline.watched(label, on and label in media.cameras())
             if not on and self._operator.link is not None:

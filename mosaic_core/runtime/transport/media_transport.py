@@ -33,6 +33,9 @@ class PictureFeed(Protocol):
     def send_over(self, connection: PeerCongestion) -> None:
         """Whose budget it shares; told once, before :meth:`next`. Without it nobody else sends beside it."""
 
+    def shown(self, size_px: int | None, *, leads: bool) -> None:
+        """How large the viewer shows it (width x height, ``None``: not told), and whether it drives by it."""
+
     async def next(self) -> Any:
         """The next picture of the agreed codec (``av.Packet`` with pts and time base); waits while there is none.
         Whoever takes them too slowly goes on at a later one: latency never accumulates."""

@@ -10,7 +10,7 @@ from typing import Any
 import av
 import pytest
 
-from mosaic_core.adapters.video.viewer_feed import ViewerFeed
+from mosaic_core.adapters.video.viewer_feed import USUAL_PX, ViewerFeed
 from mosaic_core.machines.congestion.path_watch import PathSeen
 from mosaic_core.machines.media.rung_ladder import Rung
 from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
@@ -142,3 +142,26 @@ async def test_who_looks_away_is_sent_nothing_again() -> None:
         assert not feed.wants_copy(1, 1000)
         feed.heard(seen())
         assert feed.budget_bps == 0
+
+
+async def test_what_leads_is_served_first_and_the_rest_by_the_size_that_it_is_shown_at() -> None:
+    connection, feeds = PeerCongestion(), []
+    for _ in range(3):
+        async with with_feed() as (feed, _wishes):
+            feed.send_over(connection)
+            feeds.append(feed)
+    for feed in feeds:
+        feed.begin([("rung", RUNG)], (100_000, 600_000), 0.0)
+    front, large, small = feeds
+    assert {feed.budget_bps for feed in feeds} == {200_000}
+    large.shown(4 * USUAL_PX, leads=False)
+    small.shown(USUAL_PX, leads=False)
+    front.shown(USUAL_PX, leads=True)
+    assert [feed.budget_bps for feed in feeds] == [400_000, 100_000, 100_000]
+    front.shown(None, leads=False)
+    assert [feed.budget_bps for feed in feeds] == [150_000, 300_000, 150_000]
+    small.pause()
+    small.shown(0, leads=True)
+    assert small.budget_bps == 0
+    for feed in feeds:
+        feed.pause()

@@ -379,6 +379,27 @@ describe('a media store', () => {
     expect(watches().map((watch) => (watch as { data: { on: boolean } }).data.on)).toEqual([true, false])
   })
 
+  test('tells the robot how large its picture is shown, and again when that changes by much', async () => {
+    const { client, peer } = await greeted()
+    const control = peer.channel('_mosaic')
+    peer.brings('1', 'rear')
+    const store = client.storeManager.getOrCreateStore(connector('rear')) as MediaStreamStore
+    const told = (): unknown[] => control.controlSent().flatMap(({ type, data }) => (type === 'media.watch' ? [data] : []))
+    store.setShown({ sizePx: 1000.4, leads: false })
+    expect(told()).toEqual([])
+    store.mediaStream.subscribe(() => {})
+    const first = { label: 'rear', on: true, shownPx: 1000, leads: false }
+    expect(told()).toEqual([first])
+    store.setShown({ sizePx: 1200, leads: false })
+    expect(told()).toEqual([first])
+    store.setShown({ sizePx: 4000, leads: false })
+    store.setShown({ sizePx: 4000, leads: true })
+    expect(told().slice(1)).toEqual([
+      { ...first, shownPx: 4000 },
+      { ...first, shownPx: 4000, leads: true },
+    ])
+  })
+
   test('whose widget was there before the connection is watched as soon as the robot says hello', async () => {
     const { platform, client } = await signedIn()
     const store = client.storeManager.getOrCreateStore(connector('front', 'media')) as MediaStreamStore

@@ -336,10 +336,16 @@ export interface Bye {
   message?: string
 }
 
-/** Operator → robot: send (or stop sending) this picture. Nobody watching = neither captured nor encoded. */
+/**
+ * Operator → robot: send (or stop sending) this picture. Nobody watching = neither captured nor encoded. Said again
+ * when it is shown at another size: `shown_px` is width x height on the screen, and `leads` says that somebody
+ * drives by it. A narrow link serves what leads first, and the rest by size.
+ */
 export interface MediaWatch {
   label: string
   on: boolean
+  shownPx?: number
+  leads?: boolean
 }
 
 /** Robot → operator: RTP timestamp = robot monotonic time x 90 kHz + `rtp_origin` (mod 2^32). */
@@ -1019,7 +1025,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   MediaSeen: {"properties": {"label": {"type": "string"}, "captureUs": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "required": ["label"], "type": "object"},
   MediaTalking: {"properties": {"label": {"type": "string"}, "peerId": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "name": {"default": "", "type": "string"}}, "required": ["label"], "type": "object"},
   MediaUnavailable: {"properties": {"label": {"type": "string"}, "code": {"type": "string"}, "message": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}}, "required": ["label", "code"], "type": "object"},
-  MediaWatch: {"properties": {"label": {"type": "string"}, "on": {"type": "boolean"}}, "required": ["label", "on"], "type": "object"},
+  MediaWatch: {"properties": {"label": {"type": "string"}, "on": {"type": "boolean"}, "shownPx": {"anyOf": [{"maximum": 1000000000, "minimum": 0, "type": "integer"}, {"type": "null"}], "default": null}, "leads": {"anyOf": [{"type": "boolean"}, {"type": "null"}], "default": null}}, "required": ["label", "on"], "type": "object"},
   MosaicDataType: {"enum": ["json-r2u", "json-u2r", "json-bi", "string-r2u", "string-u2r", "byte-r2u", "byte-u2r", "media"], "type": "string"},
   Near: {"properties": {"urls": {"items": {"maxLength": 200, "pattern": "^https?://[^\\s/?#@]+$", "type": "string"}, "maxItems": 16, "type": "array"}}, "required": ["urls"], "type": "object"},
   OperatorIdentity: {"properties": {"id": {"type": "string"}, "name": {"type": "string"}, "role": {"default": "operator", "type": "string"}, "program": {"default": false, "type": "boolean"}}, "required": ["id", "name"], "type": "object"},

@@ -66,6 +66,7 @@ export class MediaBindings {
     this.stores.set(labelOf(store), store)
     if (!(store instanceof MediaStreamStore)) return
     const ends = [store.isWatched, store.isKept].map((wish) => wish.subscribe(() => this.watch(store)))
+    ends.push(store.shown.subscribe(() => this.sizeChanged(store)))
     this.watches.set(store, { isOn: false, end: () => ends.forEach((end) => end()) })
   }
 
@@ -212,12 +213,24 @@ export class MediaBindings {
     if (isWanted !== watch.isOn && this.ask(label, isWanted)) watch.isOn = isWanted
   }
 
+  /** A robot that knows nothing of sizes is only told again what it knows. */
+  private sizeChanged(store: MediaStreamStore): void {
+    if (this.watches.get(store)?.isOn === true) this.say(labelOf(store), true)
+  }
+
   /** Ask the robot for a picture, or to stop; false while that can't be said. */
   private ask(label: string, on: boolean): boolean {
-    const isSaid = this.around.link.send('media.watch', { label, on })
+    const isSaid = this.say(label, on)
     // Nobody drives by sound: its age slows nothing down.
     if (isSaid && !this.isSound(label)) this.around.pictures.watching(label, on)
     return isSaid
+  }
+
+  private say(label: string, on: boolean): boolean {
+    const store = this.stores.get(label)
+    const shown = on && store instanceof MediaStreamStore ? store.shown.get() : null
+    const size = shown === null ? {} : { shownPx: Math.round(shown.sizePx), leads: shown.leads }
+    return this.around.link.send('media.watch', { label, on, ...size })
   }
 
   private isSound(label: string): boolean {

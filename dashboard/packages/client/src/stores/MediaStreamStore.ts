@@ -45,7 +45,15 @@ export interface MediaSource {
   setBufferTarget(targetMs: number | null): void
 }
 
+/** How a picture is shown: width × height on the screen, and whether somebody drives by it. */
+export interface Shown {
+  readonly sizePx: number
+  readonly leads: boolean
+}
+
 const STATISTICS_PERIOD_MS = 1000
+/** A picture that grows or shrinks by less is shown at the same size. */
+const OTHER_SIZE = 1.25
 
 /**
  * Plays a picture (or sound). The robot sends it only while somebody listens to `mediaStream` and the page is visible,
@@ -57,6 +65,7 @@ export class MediaStreamStore extends MosaicStore {
   private readonly measured = new Value<MediaStatistics | null>(null)
   private readonly watched = new Value<boolean>(false)
   private readonly kept = new Value<boolean>(false)
+  private readonly view = new Value<Shown | null>(null)
   private keepers = 0
   private readonly displayedAge = new Value<number | null>(null)
   private lastShown: ShownPicture | null = null
@@ -73,6 +82,8 @@ export class MediaStreamStore extends MosaicStore {
   readonly isWatched: Readable<boolean> = this.watched
   /** True while it shall come whoever looks: see `keep`. */
   readonly isKept: Readable<boolean> = this.kept
+  /** What `setShown` was told. */
+  readonly shown: Readable<Shown | null> = this.view
   /** Glass to glass: how old the last displayed picture was when it was displayed; null while that is not known. */
   readonly displayedAgeMs: Readable<number | null> = this.displayedAge
 
@@ -110,6 +121,16 @@ export class MediaStreamStore extends MosaicStore {
   setBufferTarget(targetMs: number | null): void {
     this.bufferTargetMs = targetMs
     this.source?.setBufferTarget(targetMs)
+  }
+
+  /**
+   * How the picture is shown: a narrow link serves the picture that leads first, and the others by their size. To be
+   * called whenever that changes; what is not told counts as a picture of 640 × 360.
+   */
+  setShown(shown: Shown): void {
+    const before = this.view.get()
+    const isOther = before === null || before.leads !== shown.leads || differs(before.sizePx, shown.sizePx)
+    if (isOther) this.view.set(shown)
   }
 
   /**
@@ -190,4 +211,8 @@ export class MediaStreamStore extends MosaicStore {
     const statistics = (await source?.statistics()) ?? null
     if (source === this.source) this.measured.set(statistics)
   }
+}
+
+function differs(onePx: number, otherPx: number): boolean {
+  return Math.max(onePx, otherPx) > OTHER_SIZE * Math.min(onePx, otherPx)
 }

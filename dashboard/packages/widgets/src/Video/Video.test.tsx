@@ -1,9 +1,10 @@
-import { Value, type CatalogueEntry, type MediaStatistics, type Received, type ShownPicture, type StoreState } from '@mosaic/client'
+import { Value, type CatalogueEntry, type MediaStatistics, type Received, type Shown, type ShownPicture, type StoreState } from '@mosaic/client'
 import { act, cleanup, render, screen } from '@testing-library/react'
 import userEvent from '@testing-library/user-event'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
 import { FakeConnection, WithRobot } from '../../test/fakeRobot'
 import type { AnyStore } from '../stores/storeKinds'
+import { addPicture } from '../frame/picturesInSight'
 import { Video } from './Video'
 
 const ENTRY: CatalogueEntry = {
@@ -36,6 +37,10 @@ class FakeMedia {
   }
   setBufferTarget(targetMs: number | null): void {
     this.targets.push(targetMs)
+  }
+  readonly sizes: Shown[] = []
+  setShown(shown: Shown): void {
+    this.sizes.push(shown)
   }
   isKept = false
   keep(): () => void {
@@ -119,6 +124,30 @@ test('a picture that is not on the screen is not asked for', () => {
   expect(screen.getByText('Paused')).toBeTruthy()
   look(true)
   expect(store.mediaStream.listenerCount).toBe(1)
+})
+
+test('the store hears how large its picture is shown, and whether it leads', () => {
+  const observed: (() => void)[] = []
+  class FakeResizeObserver {
+    constructor(private readonly changed: () => void) {}
+    observe(): void {
+      observed.push(this.changed)
+    }
+    disconnect(): void {}
+  }
+  vi.stubGlobal('ResizeObserver', FakeResizeObserver)
+  vi.stubGlobal('devicePixelRatio', 2)
+  shown()
+  const element = screen.getByTestId('video')
+  element.getBoundingClientRect = () => new DOMRect(0, 0, 320, 180)
+  observed.at(-1)?.()
+  const take = addPicture('r', element)
+  observed.at(-1)?.()
+  take()
+  expect(store.sizes).toEqual([
+    { sizePx: 320 * 180 * 4, leads: false },
+    { sizePx: 320 * 180 * 4, leads: true },
+  ])
 })
 
 test('the store hears of every displayed picture, and its age stands over it', () => {

@@ -23,6 +23,7 @@ import { useFirstFrame } from './useFirstFrame'
 import { useFullscreen } from './useFullscreen'
 import { useKeptPicture } from './useKeptPicture'
 import { useOnScreen } from './useOnScreen'
+import { useShown } from './useShown'
 import { useRecording } from './useRecording'
 import classes from './Video.module.css'
 import { playPicture } from './VideoPlayer'
@@ -38,6 +39,7 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
   const video = useRef<HTMLVideoElement>(null)
   const { choices, choose } = usePictureChoices(robotId, entry.label)
   const isOnScreen = useOnScreen(root)
+  useShown(robotId, store, root)
   const { stream, ...recording } = useRecording(entry.label, store, isOnScreen)
   const [log] = useState(() => new PictureLog())
   const [last] = useState(() => new KeptPicture())

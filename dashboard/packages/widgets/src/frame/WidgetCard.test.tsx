@@ -141,6 +141,7 @@ test('while the connection is away, the age of the last picture counts up in the
     displayedAgeMs: new Value(null),
     latestPicture: { shownAtMs: performance.timeOrigin + performance.now(), ageMs: 100 },
     setBufferTarget: () => {},
+    setShown: () => {},
   }
   store = camera as unknown as FakeStore
   shown({ ...ENTRY, label: 'front', type: 'camera', kind: 'video', dataType: 'media' })

@@ -33,9 +33,19 @@ export function addPicture(robotId: string, element: Element): () => void {
  * True where the page has none: a robot without a camera is looked at directly.
  */
 export function isPictureInSight(robotId: string, screen: Screen = screenOf(window)): boolean {
-  const shown = [...pictures].filter((picture) => picture.robotId === robotId).map(({ element }) => element)
-  const leading = shown.find((element) => isFull(element, screen)) ?? shown.sort(inDocumentOrder)[0]
+  const leading = leadingPicture(robotId, screen)
   return leading === undefined || shareInSight(leading, screen) >= ENOUGH
+}
+
+/** Whether somebody who drives this robot looks at the picture in there. */
+export function isLeading(robotId: string, element: Element, screen: Screen = screenOf(window)): boolean {
+  const leading = leadingPicture(robotId, screen)
+  return leading !== undefined && (leading.contains(element) || element.contains(leading))
+}
+
+function leadingPicture(robotId: string, screen: Screen): Element | undefined {
+  const shown = [...pictures].filter((picture) => picture.robotId === robotId).map(({ element }) => element)
+  return shown.find((element) => isFull(element, screen)) ?? shown.sort(inDocumentOrder)[0]
 }
 
 /** How much of the element is on the screen with nothing lying over it. */

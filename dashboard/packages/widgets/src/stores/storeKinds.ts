@@ -7,6 +7,7 @@ import type {
   Readable,
   Refusal,
   SendBlock,
+  Shown,
   ShownPicture,
   StoreState,
   Talker,
@@ -39,6 +40,7 @@ export interface ShowsMedia {
   /** Keeps the picture coming, also to a hidden page, until the returned function is called. */
   keep(): () => void
   setBufferTarget(targetMs: number | null): void
+  setShown(shown: Shown): void
 }
 
 export interface MeasuresRoundTrip {
