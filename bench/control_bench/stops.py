@@ -14,6 +14,7 @@ from mosaic_core.operator import MosaicOperator, RobotConnection
 from mosaic_core.operator.delivery.data_port import MessageInfo
 
 TWIST = {"linear": {"x": 0.5}, "angular": {"z": 0.1}}
+STANDING = {"linear": {"x": 0.0}, "angular": {"z": 0.0}}
 CLEAR_PERIOD_S = 0.07
 """Slower than the rate of requests that the robot allows one operator."""
 
@@ -75,7 +76,7 @@ class AskedFor:
 
     async def took_ms(self, stops: int) -> tuple[float, ...]:
         chance = random.Random(4)
-        control = self.connection.control
+        control, pad = self.connection.control, self.connection.sendable("drive_0")
         took = []
         for _ in range(stops):
             async with driving(self.connection, self.record):
@@ -85,6 +86,8 @@ class AskedFor:
                 took.append(1000 * (await self.record.stopped_s("0", said_s) - said_s))
             await asyncio.sleep(CLEAR_PERIOD_S)
             await control.clear_stop()
+            pad.send_json(STANDING)  # who sent on through the stop lets go first
+            await asyncio.sleep(COMMAND_PERIOD_S)  # or the next command would take its place
         return tuple(took)
 
 
