@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, TypeAlias
 
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
 
 _BLANKS = (*range(0x09, 0x0E), 0x85, 0x2028, 0x2029)
 """They end a line or move along it."""
@@ -30,5 +30,5 @@ def plain(text: str) -> str:
     return text.translate(_REPLACED)
 
 
-PlainText: TypeAlias = Annotated[str, AfterValidator(plain)]
-"""A field of a message that people read."""
+PlainText: TypeAlias = Annotated[str, AfterValidator(plain), Field(json_schema_extra={"format": "plain"})]
+"""A field of a message that people read. Pages read it alike, by the format in the schema."""

@@ -3,6 +3,7 @@
  * filled in, nulls of optional keys left out; only types and sizes are strict.
  */
 import { DEFINITIONS } from './generated'
+import { plainText } from './plainText'
 
 interface Schema {
   $ref?: string
@@ -20,6 +21,8 @@ interface Schema {
   minLength?: number
   maxLength?: number
   pattern?: string
+  /** `plain`: people read it, so that it may hold nothing that acts on a terminal or a page. */
+  format?: string
 }
 
 /** Says which value does not fit first, by its path. */
@@ -48,7 +51,8 @@ function read(schema: Schema, value: unknown, path: string): unknown {
     case 'number':
       return Number.isFinite(value) && inRange(schema, value as number) ? value : fail(path)
     case 'string':
-      return typeof value === 'string' && fits(schema, value) ? value : fail(path)
+      if (typeof value !== 'string' || !fits(schema, value)) return fail(path)
+      return schema.format === 'plain' ? plainText(value) : value
     case 'boolean':
       return typeof value === 'boolean' ? value : fail(path)
     case 'null':
