@@ -159,7 +159,9 @@ export class MediaStreamStore extends MosaicStore {
    */
   pictureAgeMs(rtpTimestamp: number, atMs: number): number | null {
     if (this.source === null || this.mediaOrigin === null) return null
-    return this.source.pictureAgeMs(rtpTimestamp, atMs, this.mediaOrigin)
+    const ageMs = this.source.pictureAgeMs(rtpTimestamp, atMs, this.mediaOrigin)
+    // Clocks that were compared over a network may differ by some milliseconds: nothing is younger than now.
+    return ageMs === null ? null : Math.max(0, ageMs)
   }
 
   /**

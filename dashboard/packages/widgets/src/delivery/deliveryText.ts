@@ -25,7 +25,8 @@ export function queueText(messages: number, bytes: number): string {
   return messages === 0 ? '–' : `${messages} · ${sizeText(bytes)}`
 }
 
+/** Clocks that were compared over a network may differ by some milliseconds: nothing is younger than now. */
 export function ageText(ageMs: number | null | undefined): string {
   if (ageMs === null || ageMs === undefined) return '–'
-  return ageMs < 1000 ? `${Math.round(ageMs)} ms` : exactAge(ageMs)
+  return ageMs < 1000 ? `${Math.round(Math.max(0, ageMs))} ms` : exactAge(ageMs)
 }
