@@ -232,6 +232,16 @@ describe('the REST interface', () => {
     expect(await client.api.robots()).toHaveLength(3)
   })
 
+  test('gives names and messages as plain text, and what programs read as it came', async () => {
+    const { client, platform } = await signedIn()
+    const named = { id: 'r', name: 'Ada\u202e\n', description: 'a\nb', connectorConfig: 'a:\n  b' }
+    platform.routes['GET /api/v1/robots'] = () => ok({ data: [named], count: 1 })
+    const plain = { id: 'r', name: 'Ada\ufffd ', description: 'a b', connectorConfig: 'a:\n  b' }
+    expect(await client.api.robots()).toMatchObject([plain])
+    platform.routes['GET /api/v1/robots'] = refused(500, { resultCode: 'FAILED', resultData: null, message: 'no\u001b[2J' })
+    await expect(client.api.robots()).rejects.toMatchObject({ message: expect.stringContaining('no\ufffd[2J') as string })
+  })
+
   test('a code that is refused does not end the session of who is signed in', async () => {
     const { client, platform } = await signedIn()
     platform.routes['POST /api/v1/account/login/one-time'] = refused(401, { resultCode: 'ACCESS_DENIED', resultData: null })

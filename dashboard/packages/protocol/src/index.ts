@@ -26,6 +26,7 @@ export {
 export type * from './generated'
 export * from './generatedOriginalTypes'
 export * from './messages'
+export { plainText } from './plainText'
 export * from './reasons'
 export { Partials } from './reassembly'
 export { parseCatalogue, parseIceServers } from './restParts'

@@ -1,4 +1,4 @@
-import { isReasonCode, parseCatalogue, parseIceServers, reasonOfResult, type Catalogue, type IceServer } from '@mosaic/protocol'
+import { isReasonCode, parseCatalogue, parseIceServers, plainText, reasonOfResult, type Catalogue, type IceServer } from '@mosaic/protocol'
 import type { Role } from '../words/views'
 import { MosaicError } from '../words/MosaicError'
 import type { Organization, RobotInfo, RoleOnRobot, User } from '../words/types'
@@ -231,11 +231,18 @@ async function jsonOf(response: Response): Promise<unknown> {
     throw unreachable()
   })
   try {
-    return text === '' ? null : (JSON.parse(text) as unknown)
+    return text === '' ? null : (JSON.parse(text, shown) as unknown)
   } catch {
     if (response.ok) throw new MosaicError('signal.bad_message', 'the server answered something that is not JSON')
     return null
   }
+}
+
+/** What people chose and people read; tokens, addresses and YAML stay as they came. */
+const READ_BY_PEOPLE = new Set(['name', 'fullName', 'email', 'description', 'message', 'cure'])
+
+function shown(key: string, value: unknown): unknown {
+  return typeof value === 'string' && READ_BY_PEOPLE.has(key) ? plainText(value) : value
 }
 
 interface Envelope {
