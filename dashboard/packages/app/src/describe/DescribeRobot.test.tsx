@@ -15,6 +15,7 @@ import userEvent from '@testing-library/user-event'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
 import { DescribeRobot } from './DescribeRobot'
 import { labelOf, travelText, widgetOfValue, withConnectors, withoutLabel } from './description'
+import NotDescribed from './NotDescribed'
 import { PATIENCE_MS } from './useTryOut'
 
 const SCAN: DescribedConnector = { connectorId: 'scan', connectorType: 'turtlebot-sender-laser-scan' }
@@ -73,12 +74,12 @@ class Site {
     act(() => this.stores.get(label)?.notifySubscribers(new TextEncoder().encode(text).buffer))
   }
 
-  show(robot: Partial<RobotSummary> = {}): void {
+  show(robot: Partial<RobotSummary> = {}, Shown: typeof DescribeRobot = DescribeRobot): void {
     this.robot = { ...this.robot, ...robot }
     render(
       <MantineProvider env="test">
         <MosaicProvider client={this.client}>
-          <DescribeRobot robot={this.robot} />
+          <Shown robot={this.robot} />
         </MosaicProvider>
       </MantineProvider>,
     )
@@ -99,6 +100,15 @@ afterEach(() => {
 const form = () => within(screen.getByRole('form', { name: 'Describe a connector by hand' }))
 
 describe('the page of a robot that nobody described', () => {
+  test('leaves its place to the cards from the top on: who drives must see the picture', () => {
+    const scrolled = vi.spyOn(window, 'scrollTo').mockImplementation(() => {})
+    site.show({}, NotDescribed)
+    expect(scrolled).not.toHaveBeenCalled()
+    cleanup()
+    expect(scrolled).toHaveBeenCalledExactlyOnceWith({ top: 0 })
+    scrolled.mockRestore()
+  })
+
   test('adds every connector of a pasted file', async () => {
     site.show()
     fireEvent.change(screen.getByLabelText('The robot’s YAML file'), { target: { value: 'connectors:\n  - { type: h1-camera, label: eye }\n  - { type: b }\n' } })

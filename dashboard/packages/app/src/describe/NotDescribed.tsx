@@ -1,10 +1,13 @@
 import { Title } from '@mantine/core'
 import type { RobotSummary } from '@mosaic/client'
+import { useEffect } from 'react'
 import classes from './describe.module.css'
 import { DescribeRobot } from './DescribeRobot'
 
 /** In place of the cards of a robot that announces nothing and that nobody described yet. */
 export default function NotDescribed({ robot }: { robot: RobotSummary }) {
+  // Its cards take this place: whoever had scrolled down to the last button would not see the picture to drive by.
+  useEffect(() => () => window.scrollTo({ top: 0 }), [])
   return (
     <div className={classes.page}>
       <header>
