@@ -34,10 +34,6 @@ CORES = os.cpu_count() or 1
 PURE_WORKERS = 2 * CORES + 1
 PEERS_WORKERS = 2 * CORES
 """More processes than processors, as most of these tests wait for somebody's patience to end."""
-BROWSER_WORKERS = CORES
-"""A browser, its robot and its server keep one processor busy, and a bit."""
-MEASURING = "tests/bench/"
-"""Tests of a browser there measure times, which is done with nothing beside it."""
 BUILT: set[str] = set()
 """What sessions of this run have built."""
 CHECKS = ["dashboard", "types", "docs", "lint"]
@@ -75,16 +71,13 @@ def tests(session: nox.Session) -> None:
 
 @nox.session
 def e2e(session: nox.Session) -> None:
-    """A real Chromium against the real server and simulated robots: side by side as `tests` with real peers. Apart from
-    those, as Playwright's loop and anyio's can't be in one process."""
+    """A real Chromium against the real server and simulated robots: one process, as a browser, its robot and its server
+    keep two processors busy by themselves."""
     _build_dashboard(session)
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "e2e", *session.posargs, external=True)
         return
-    files = _with_mark("e2e")
-    measuring = [name for name in files if name.startswith(MEASURING)]
-    _test(session, "e2e", *_apart(BROWSER_WORKERS), "--tb=native", files=sorted(set(files) - set(measuring)))
-    _test(session, "e2e", files=measuring)
+    _test(session, "e2e", "--tb=native", files=_with_mark("e2e"))
 
 
 @nox.session
