@@ -1,6 +1,6 @@
 """One session per wish. All run in the environment that `./dev` made, so that nothing is installed twice.
 
-nox -s checks | tests | e2e | lint | types | dashboard | docs | bench | mutants | build | demo
+nox -s lint | types | docs | dashboard | tests | e2e | bench | mutants | build | demo
 """
 
 from __future__ import annotations
@@ -11,14 +11,13 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 import nox
 from nox.command import CommandFailed
 
 nox.options.default_venv_backend = "none"
-nox.options.sessions = ["checks", "tests", "e2e"]
+nox.options.sessions = ["lint", "types", "docs", "dashboard", "tests", "e2e"]
 nox.options.stop_on_first_error = True
 
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -31,31 +30,13 @@ REAL_PEERS = "webrtc or netlab"
 TEST_FILES = sorted(path for place in ("tests", "plugins", "examples") for path in (ROOT / place).rglob("test_*.py"))
 SHARED_OUT = ("--dist", "loadscope", "--no-loadscope-reorder")
 CORES = os.cpu_count() or 1
-PURE_WORKERS = 2 * CORES + 1
+PURE_WORKERS = CORES + 1
 PEERS_WORKERS = 2 * CORES
 """More processes than processors, as most of these tests wait for somebody's patience to end."""
 BUILT: set[str] = set()
 """What sessions of this run have built."""
-CHECKS = ["dashboard", "types", "docs", "lint"]
-"""The longest first."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
 TYPED = ["mosaic_core", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) for plugin in PLUGINS)]
-
-
-@nox.session
-def checks(session: nox.Session) -> None:
-    """All that needs no test of Python, side by side; what one of them says is printed when it has ended."""
-    words = [sys.executable, "-m", "nox", "--forcecolor" if sys.stdout.isatty() else "--nocolor", "-s"]
-    failed = []
-    with ThreadPoolExecutor(len(CHECKS)) as threads:
-        runs = [threads.submit(subprocess.run, [*words, name], capture_output=True, text=True) for name in CHECKS]
-        for run in as_completed(runs):
-            ended = run.result()
-            print(ended.stdout, ended.stderr, sep="", flush=True)
-            failed += [ended.args[-1]] if ended.returncode != 0 else []
-    if failed:
-        session.error(f"failed: {', '.join(sorted(failed))}")
-    BUILT.add("dashboard")
 
 
 @nox.session
@@ -66,7 +47,8 @@ def tests(session: nox.Session) -> None:
         session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
         return
     _test(session, f"not e2e and not ({REAL_PEERS})", "-n", str(PURE_WORKERS), *SHARED_OUT)
-    _test(session, f"not e2e and ({REAL_PEERS})", *_apart(PEERS_WORKERS), files=_with_mark("webrtc", "netlab"))
+    apart = ("-n", str(PEERS_WORKERS), *SHARED_OUT, "--own-networks") if _may_make_networks() else ()
+    _test(session, f"not e2e and ({REAL_PEERS})", *apart, files=_with_mark("webrtc", "netlab"))
 
 
 @nox.session
@@ -161,11 +143,6 @@ def _test(session: nox.Session, marks: str, *options: str, files: Sequence[str] 
     except CommandFailed:
         session.warn("Once more, alone, what failed:")
         session.run(*pytest, "--last-failed", "--last-failed-no-failures", "none", "-rpf", external=True)
-
-
-def _apart(workers: int) -> tuple[str, ...]:
-    """Words for pytest: so many processes, each in a network of its own; none where those can't be made."""
-    return ("-n", str(workers), *SHARED_OUT, "--own-networks") if _may_make_networks() else ()
 
 
 def _may_make_networks() -> bool:

@@ -7,17 +7,7 @@ from xdist.scheduler import LoadScopeScheduling
 
 ONE_BY_ONE = "tests/webrtc/original/"
 """Every test there makes its own robot; elsewhere those of a module share one, and stay together."""
-TOGETHER = "tests/e2e/simulated_robot/"
-"""All tests of that folder share a robot, and who watches it."""
 LONGEST_FIRST = (
-    "e2e/simulated_robot/",
-    "test_accessibility",
-    "test_chromium_behind_nat",
-    "e2e/test_lan_twin",
-    "test_video_in_chromium",
-    "test_chromium_roams",
-    "test_glass_sessions",
-    "test_original_robot_in_chromium",
     "test_original_page",
     "test_server_role_changes",
     "test_grant_properties",
@@ -53,11 +43,9 @@ LONGEST_FIRST = (
 
 
 class RealPeersScheduling(LoadScopeScheduling):
-    """Hands out modules, single tests of :data:`ONE_BY_ONE`, and the folder :data:`TOGETHER` as one."""
+    """Hands out modules, and single tests of :data:`ONE_BY_ONE`."""
 
     def _split_scope(self, nodeid: str) -> str:
-        if nodeid.startswith(TOGETHER):
-            return TOGETHER
         return nodeid if nodeid.startswith(ONE_BY_ONE) else super()._split_scope(nodeid)
 
 
