@@ -1,4 +1,5 @@
 /** What the foot of the picture says: how many points, how often, how large, how old. */
+import { ageText } from '../stores/age'
 
 const number = new Intl.NumberFormat('en', { maximumFractionDigits: 0 })
 
@@ -13,7 +14,7 @@ export function factsText({ points, bytes, rateHz, ageMs }: CloudFacts): string 
   const parts = [`${number.format(points)} points`]
   if (rateHz !== null) parts.push(`${rateHz.toFixed(1)} Hz`)
   parts.push(sizeText(bytes))
-  if (ageMs !== null) parts.push(ageMs < 1000 ? `${number.format(ageMs)} ms` : `${(ageMs / 1000).toFixed(1)} s`)
+  if (ageMs !== null) parts.push(ageText(ageMs))
   return parts.join(' · ')
 }
 

@@ -3,6 +3,7 @@ import { FrameMeter, type PictureState } from '../pictures/frameMeter'
 import { PictureAges } from '../pictures/pictureAges'
 import { recordOf, type Measured, type PictureRecord } from '../pictures/pictureRecords'
 import { detailsText, pictureText } from '../pictures/pictureText'
+import { exactAge } from '../stores/age'
 
 const PERIOD_MS = 250
 const RECORD_EVERY = 1000 / PERIOD_MS
@@ -64,7 +65,7 @@ export function playPicture({ video, facts, alarm }: PlayerElements, options: Pl
 }
 
 export function frozenText(ageMs: number): string {
-  return `Picture frozen for ${(ageMs / 1000).toFixed(1)} s`
+  return `Picture frozen for ${exactAge(ageMs)}`
 }
 
 function playMuted(video: HTMLVideoElement): void {

@@ -2,7 +2,7 @@ import type { SafetyLimit, StopReport } from '@mosaic/client'
 import { describe, expect, test } from 'vitest'
 import { ALICE, ALICES, FREE, ME, MINE, PATROL, SAFE, SENDING } from '../../test/fakeRobot'
 import { noticeOf } from './controlNews'
-import { clearing, formattedMs, leaseText, limitText, nameOf, refusalText, sinceText, stopReportText, whyText } from './controlText'
+import { clearing, leaseText, limitText, nameOf, refusalText, sinceText, stopReportText, whyText } from './controlText'
 import { presenceSentence, presentOf } from './presence'
 
 describe('a stop', () => {
@@ -92,13 +92,6 @@ test.each([
   [{ ...PATROL, name: '' }, 'A program'],
   [{ ...ALICE, name: '' }, 'Somebody'],
 ])('%j is called %s', (peer, name) => expect(nameOf(peer)).toBe(name))
-
-test.each([
-  [3.04, '3.0 ms'],
-  [999.4, '999 ms'],
-  [2464, '2.5 s'],
-  [12_400, '12 s'],
-])('%s ms is %s', (ms, text) => expect(formattedMs(ms)).toBe(text))
 
 test('a refusal names its gate, why, what to do, and how many it speaks for', () => {
   const bare = { label: 'cmd_vel', code: 'safety.too_fast' }

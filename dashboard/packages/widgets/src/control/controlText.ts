@@ -1,5 +1,6 @@
 /** What the page says about who commands, about the stop, and about what limits the speed: pure, in whole sentences. */
 import { reasonOf, type Availability, type LeaseView, type PeerView, type Refusal, type Role, type SafetyLimit, type StopReport, type ZerosReport } from '@mosaic/client'
+import { formattedMs } from '../stores/age'
 
 /** What the robot refused: the gate that did, why, what to do, and of how many alike it speaks. */
 export function refusalText({ code, gate, message, count = 1 }: Refusal): string {
@@ -26,13 +27,6 @@ export function nameOf(peer: Named | null | undefined): string {
   if (peer.name !== '') return peer.name
   if (peer.isOriginal) return 'An original dashboard'
   return peer.isPerson ? 'Somebody' : 'A program'
-}
-
-/** Milliseconds for people: below ten with one decimal, from a second on in seconds. */
-export function formattedMs(ms: number): string {
-  if (ms < 10) return `${ms.toFixed(1)} ms`
-  if (ms < 1000) return `${Math.round(ms)} ms`
-  return `${ms < 10_000 ? (ms / 1000).toFixed(1) : Math.round(ms / 1000)} s`
 }
 
 /** How far the stop has come that was pressed on this page. */

@@ -1,8 +1,8 @@
 import { nowMs, type CatalogueEntry, type DeliveryRow, type StoreCounters } from '@mosaic/client'
-import { ageOf } from '../stores/age'
+import { ageOf, ageText } from '../stores/age'
 import { receives, sends, showsMedia, type AnyStore } from '../stores/storeKinds'
 import classes from './delivery.module.css'
-import { ageText, PROMISES, queueText, rateText } from './deliveryText'
+import { PROMISES, queueText, rateText } from './deliveryText'
 import { useDeliveryRow, useLocalDelivery, type LocalDelivery } from './useDelivery'
 
 export interface DeliverySheetProps {

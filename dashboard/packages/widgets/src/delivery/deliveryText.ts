@@ -1,5 +1,4 @@
 import type { Delivery } from '@mosaic/client'
-import { exactAge } from '../stores/age'
 
 /** What each delivery promises, in a few words. */
 export const PROMISES: Record<Delivery, string> = {
@@ -23,10 +22,4 @@ export function rateText({ rateHz, bytesPerS }: { rateHz: number; bytesPerS: num
 /** `3 · 1.5 KB`; a dash where nothing waits. */
 export function queueText(messages: number, bytes: number): string {
   return messages === 0 ? '–' : `${messages} · ${sizeText(bytes)}`
-}
-
-/** Clocks that were compared over a network may differ by some milliseconds: nothing is younger than now. */
-export function ageText(ageMs: number | null | undefined): string {
-  if (ageMs === null || ageMs === undefined) return '–'
-  return ageMs < 1000 ? `${Math.round(Math.max(0, ageMs))} ms` : exactAge(ageMs)
 }

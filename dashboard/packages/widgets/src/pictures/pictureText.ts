@@ -1,4 +1,6 @@
 /** What stands over a picture: a line that never disturbs, or everything that is known. */
+import { ageText } from '../stores/age'
+import type { AgeSummary } from './pictureAges'
 import type { Measured } from './pictureRecords'
 
 export interface PictureFacts extends Measured {
@@ -9,15 +11,15 @@ export interface PictureFacts extends Measured {
 const known = (parts: readonly (string | null)[], separator: string) => parts.filter((part) => part !== null).join(separator)
 
 /** An age is only said of a live picture: of a frozen one it would be the age that it once had. */
-function ageMs({ state, ages }: PictureFacts): number | null {
-  return state === 'live' && ages !== null ? Math.round(ages.p50Ms) : null
+function liveAges({ state, ages }: PictureFacts): AgeSummary | null {
+  return state === 'live' ? ages : null
 }
 
 export function pictureText(facts: PictureFacts): string {
-  const age = ageMs(facts)
+  const ages = liveAges(facts)
   return known(
     [
-      age === null ? null : `${age} ms old`,
+      ages === null ? null : `${ageText(ages.p50Ms)} old`,
       facts.framesPerSecond === null ? null : `${Math.round(facts.framesPerSecond)} fps`,
       facts.widthPx > 0 ? `${facts.widthPx}×${facts.heightPx}` : null,
       facts.statistics?.bitrateBps == null ? null : formattedBitrate(facts.statistics.bitrateBps),
@@ -28,11 +30,11 @@ export function pictureText(facts: PictureFacts): string {
 
 /** One line per fact. */
 export function detailsText(facts: PictureFacts): string {
-  const { statistics, ages } = facts
-  const age = ageMs(facts)
+  const { statistics } = facts
+  const ages = liveAges(facts)
   return known(
     [
-      age === null || ages === null ? 'Age (glass to glass): not known' : `Age (glass to glass): ${age} ms, 95 % below ${Math.round(ages.p95Ms)} ms`,
+      ages === null ? 'Age (glass to glass): not known' : `Age (glass to glass): ${ageText(ages.p50Ms)}, 95 % below ${ageText(ages.p95Ms)}`,
       facts.widthPx > 0 ? `Picture: ${facts.widthPx}×${facts.heightPx}, ${facts.framesPerSecond === null ? '–' : facts.framesPerSecond.toFixed(1)} fps` : null,
       statistics?.bitrateBps == null ? null : `Bit rate: ${formattedBitrate(statistics.bitrateBps)}${codecText(statistics.codec)}`,
       statistics === null ? null : `Loss: ${statistics.lossShare === null ? '–' : `${(statistics.lossShare * 100).toFixed(1)} %`}, ${statistics.packetsLost} packets in all`,

@@ -1,5 +1,6 @@
+import fc from 'fast-check'
 import { afterEach, beforeEach, expect, test, vi } from 'vitest'
-import { ageOf, formattedAge, sinceArrivalMs } from './age'
+import { ageOf, ageText, exactAge, formattedAge, formattedMs, sinceArrivalMs } from './age'
 import { jsonOf } from './decode'
 import { throttled } from './useReceived'
 
@@ -22,6 +23,25 @@ test.each([
   [7_300_000, '2 h ago'],
 ])('an age of %d ms is told as %s', (ageMs, text) => {
   expect(formattedAge(ageMs)).toBe(text)
+})
+
+test.each([
+  [3.04, '3.0 ms'],
+  [999.4, '999 ms'],
+  [2464, '2.5 s'],
+  [12_400, '12 s'],
+])('%s ms is %s', (ms, text) => expect(formattedMs(ms)).toBe(text))
+
+test('an age that is not known is a dash', () => {
+  expect([null, undefined, 40, 2500].map(ageText)).toEqual(['–', '–', '40 ms', '2.5 s'])
+})
+
+test('nothing lasts less than no time, however two clocks differ', () => {
+  fc.assert(
+    fc.property(fc.double({ min: -1e9, max: 0, noNaN: true }), (ms) => {
+      for (const shown of [ageText, exactAge, formattedMs, formattedAge]) expect(shown(ms)).toBe(shown(0))
+    }),
+  )
 })
 
 test('what is not JSON is kept as text', () => {
