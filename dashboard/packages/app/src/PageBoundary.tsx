@@ -1,11 +1,12 @@
 import { Button, Center, Stack } from '@mantine/core'
+import { useMosaicClient, useReadable } from '@mosaic/react'
 import { Component, type ReactNode } from 'react'
 import { FailureAlert } from './session/FailureAlert'
 
-const FAILURE = {
-  code: '',
-  message: 'This page could not be shown',
-  cure: 'The server may be away, or newer than the page that is open here: reload it.',
+const MESSAGE = 'This page could not be shown'
+const CURES = {
+  away: 'The server is away: reload the page when it is back.',
+  here: 'The server may be newer than the page that is open here: reload it.',
 }
 
 /** Says that a page can't be shown where nothing would be seen: mostly its script could not be fetched any more. */
@@ -18,13 +19,18 @@ export class PageBoundary extends Component<{ children: ReactNode }, { hasFailed
 
   override render(): ReactNode {
     if (!this.state.hasFailed) return this.props.children
-    return (
-      <Center h="100dvh" p="md">
-        <Stack maw={480}>
-          <FailureAlert failure={FAILURE} />
-          <Button onClick={() => location.reload()}>Reload</Button>
-        </Stack>
-      </Center>
-    )
+    return <NotShown />
   }
+}
+
+function NotShown() {
+  const isServerHere = useReadable(useMosaicClient().server) === 'online'
+  return (
+    <Center h="100dvh" p="md">
+      <Stack maw={480}>
+        <FailureAlert failure={{ code: '', message: MESSAGE, cure: isServerHere ? CURES.here : CURES.away }} />
+        <Button onClick={() => location.reload()}>Reload</Button>
+      </Stack>
+    </Center>
+  )
 }

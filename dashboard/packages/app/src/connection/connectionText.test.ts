@@ -22,6 +22,14 @@ describe('the badge', () => {
     expect(failed.canRetry).toBe(true)
   })
 
+  test('a robot of which nothing can be known, or that is not there, did not fail', () => {
+    const failed = { phase: 'failed', code: 'signal.robot_offline', roundTripMs: null } as const
+    expect(connectionText(failed).text).toBe('Failed')
+    expect(connectionText(failed, { isOnline: false }).text).toBe('Offline')
+    expect(connectionText(failed, { isOnline: false, isServerAway: true }).text).toBe('No server')
+    expect(connectionText({ ...failed, phase: 'connected' }, { isServerAway: true }).text).toBe('Connected')
+  })
+
   test('says where bulk data goes, and why not over a connection of its own', () => {
     expect(bulkLaneText({ phase: 'none' })).toBe('')
     expect(bulkLaneText({ phase: 'up' })).toContain('of its own')

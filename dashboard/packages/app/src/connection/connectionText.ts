@@ -23,16 +23,28 @@ const PHASES: Record<ConnectionPhase, Pick<ConnectionText, 'tone' | 'text' | 'ca
 const BUSY_CODE = 'signal.robot_busy'
 const BUSY_CURE = 'A page that was killed may hold an original robot for up to 45 s.'
 
-/** A robot that is known to be offline didn't fail. */
+/** A robot that is known to be offline didn't fail, nor did one of which nobody knows. */
 const OFFLINE = { tone: 'idle', text: 'Offline', canRetry: true } as const
+const NO_SERVER = { tone: 'idle', text: 'No server', canRetry: true } as const
 
-export function connectionText(state: ConnectionState, isOnline?: boolean): ConnectionText {
+/** What the server says of the robot, while it is there. */
+export interface KnownPresence {
+  isOnline?: boolean | undefined
+  isServerAway?: boolean
+}
+
+export function connectionText(state: ConnectionState, presence: KnownPresence = {}): ConnectionText {
   const known = reasonOf(state.code ?? '')
   return {
-    ...(isOnline === false && state.phase === 'failed' ? OFFLINE : PHASES[state.phase]),
+    ...((state.phase === 'failed' && withoutRobot(presence)) || PHASES[state.phase]),
     reason: state.code === undefined ? '' : (state.message ?? known.sentence),
     cure: state.code === undefined ? '' : cureOf(state.code, state.phase),
   }
+}
+
+function withoutRobot({ isOnline, isServerAway }: KnownPresence): typeof OFFLINE | typeof NO_SERVER | null {
+  if (isServerAway === true) return NO_SERVER
+  return isOnline === false ? OFFLINE : null
 }
 
 function cureOf(code: string, phase: ConnectionPhase): string {

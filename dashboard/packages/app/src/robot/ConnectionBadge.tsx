@@ -2,6 +2,7 @@ import type { RobotConnection } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { lazy, Suspense, useState } from 'react'
 import { connectionText, formattedRoundTrip } from '../connection/connectionText'
+import { useServerAway } from '../shell/useServerAway'
 import classes from './robot.module.css'
 
 const ConnectionDetails = lazy(() => import('../connection/ConnectionDetails'))
@@ -9,7 +10,7 @@ const ConnectionDetails = lazy(() => import('../connection/ConnectionDetails'))
 /** State of the connection and its round trip, whose width stays the same while numbers change; a click tells more. */
 export function ConnectionBadge({ connection, isOnline }: { connection: RobotConnection; isOnline: boolean | undefined }) {
   const state = useReadable(connection.state)
-  const { tone, text } = connectionText(state, isOnline)
+  const { tone, text } = connectionText(state, { isOnline, isServerAway: useServerAway() })
   const [isOpen, setIsOpen] = useState(false)
   return (
     <>

@@ -6,8 +6,9 @@ import { lazy, Suspense, useCallback, useEffect, useState } from 'react'
 import { Link } from 'react-router-dom'
 import { failureOf, type Failure } from '../session/errorText'
 import { Shell } from '../shell/Shell'
+import { useServerAway } from '../shell/useServerAway'
 import { useTitle } from '../shell/useTitle'
-import { foundRobots, presenceOf } from './presence'
+import { foundRobots, presenceOf, type Presence } from './presence'
 import classes from './robots.module.css'
 
 const AddRobotDialog = lazy(() => import('./AddRobotDialog').then((file) => ({ default: file.AddRobotDialog })))
@@ -20,6 +21,7 @@ export function RobotListPage() {
   const [search, setSearch] = useState('')
   const [isAdding, setIsAdding] = useState(false)
   const found = foundRobots(robots, search)
+  const isServerAway = useServerAway()
   const mayAdd = useReadable(useMosaicClient().session)?.user.isOrganizationAdmin === true
   return (
     <Shell>
@@ -30,7 +32,7 @@ export function RobotListPage() {
               Robots
             </Title>
             <Text c="dimmed" size="sm" aria-live="polite">
-              {summary(robots)}
+              {isServerAway ? ' ' : summary(robots)}
             </Text>
           </div>
           <TextInput
@@ -64,7 +66,7 @@ export function RobotListPage() {
         ) : (
           <ul className={classes.list} aria-label="Robots">
             {found.map((robot) => (
-              <RobotRow key={robot.id} robot={robot} />
+              <RobotRow key={robot.id} robot={robot} presence={presenceOf(robot, isServerAway)} />
             ))}
           </ul>
         )}
@@ -74,8 +76,7 @@ export function RobotListPage() {
   )
 }
 
-function RobotRow({ robot }: { robot: RobotSummary }) {
-  const presence = presenceOf(robot)
+function RobotRow({ robot, presence }: { robot: RobotSummary; presence: Presence }) {
   return (
     <li>
       <Link className={classes.row} to={`/robots/${encodeURIComponent(robot.id)}`}>

@@ -9,6 +9,7 @@ export interface Presence {
 }
 
 const OFFLINE: Presence = { kind: 'offline', text: 'Offline' }
+const UNKNOWN: Presence = { kind: 'offline', text: 'Unknown' }
 
 const PRESENCE: Record<RobotStatus, Presence> = {
   [RobotStatus.READY_TO_CONNECT]: { kind: 'online', text: 'Online' },
@@ -20,7 +21,9 @@ const PRESENCE: Record<RobotStatus, Presence> = {
   [RobotStatus.WS_CONNECTED]: { kind: 'starting', text: 'Starting' },
 }
 
-export function presenceOf(robot: Pick<RobotSummary, 'status' | 'isOnline'>): Presence {
+/** `isServerAway`: what it said last counts for nothing. */
+export function presenceOf(robot: Pick<RobotSummary, 'status' | 'isOnline'>, isServerAway = false): Presence {
+  if (isServerAway) return UNKNOWN
   return robot.isOnline ? PRESENCE[robot.status] : OFFLINE
 }
 

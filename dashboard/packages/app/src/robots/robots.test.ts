@@ -23,6 +23,10 @@ test('a robot without a socket is offline, whatever it said last', () => {
   expect(presenceOf({ status: RobotStatus.READY_TO_CONNECT, isOnline: false }).kind).toBe('offline')
 })
 
+test('without the server nobody knows how a robot is', () => {
+  expect(presenceOf({ status: RobotStatus.READY_TO_CONNECT, isOnline: false }, true).text).toBe('Unknown')
+})
+
 test('robots that can be used come first, then by name', () => {
   const robots = [robot('b', 5, false), robot('c', 0), robot('a', 2), robot('a2', 0)]
   expect(foundRobots(robots, '').map(({ name }) => name)).toEqual(['a2', 'c', 'a', 'b'])
