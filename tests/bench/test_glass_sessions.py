@@ -17,6 +17,7 @@ from glass_bench.page import FLAGS, SCRIPTS
 from glass_bench.senders import AIORTC, OURS, Shot, Way
 from glass_bench.sessions import from_the_full_rate, session
 from playwright.async_api import async_playwright
+from playwright.sync_api import Browser
 
 from mosaic_camera.marks import TICK_S, Marks, read_marks
 from mosaic_camera.pattern import PatternPainter
@@ -55,10 +56,10 @@ def test_a_known_delay_is_found_again(chromium: str, way: Way) -> None:
             await one.displayed(2.0)
             return rank(ages_ms(await one.displayed(2.0)), 0.5)
 
-    async def ages() -> tuple[float, float]:
+    async def ages() -> list[float]:
         async with async_playwright() as playwright:
             browser = await playwright.chromium.launch(executable_path=chromium, args=FLAGS)
-            found = await median_age_ms(browser, 0.0), await median_age_ms(browser, DELAY_MS)
+            found = await asyncio.gather(*(median_age_ms(browser, delay_ms) for delay_ms in (0.0, DELAY_MS)))
             await browser.close()
             return found
 
@@ -67,26 +68,19 @@ def test_a_known_delay_is_found_again(chromium: str, way: Way) -> None:
     assert far_ms - near_ms == pytest.approx(DELAY_MS, abs=TOLERANCE_MS)
 
 
-@pytest.mark.parametrize("height", [240, 480, 720])
-def test_a_page_and_the_camera_read_each_others_marks(chromium: str, height: int) -> None:
-    width, ticks = height * 4 // 3, 3_000_000_001  # above 2^31: JavaScript's shifts are signed
-    _, png = cv2.imencode(".png", PatternPainter(width, height, 30).draw(7, ticks * TICK_S))
-    words = ["data:image/png;base64," + base64.b64encode(png.tobytes()).decode(), width, height, ticks]
-
-    async def exchanged() -> tuple[Any, str]:
-        async with async_playwright() as playwright:
-            browser = await playwright.chromium.launch(executable_path=chromium, args=FLAGS)
-            page = await browser.new_page()
-            await page.evaluate(SCRIPTS)
-            found: tuple[Any, str] = await page.evaluate(EXCHANGE, words)
-            await browser.close()
-            return found
-
-    read, drawn = run(exchanged())
-    assert read == {"frame": 7, "ticks": ticks}
-    image = cv2.imdecode(np.frombuffer(base64.b64decode(drawn.partition(",")[2]), np.uint8), cv2.IMREAD_COLOR)
-    assert image is not None
-    assert read_marks(image.astype(np.uint8)) == Marks(8, ticks * TICK_S)
+def test_a_page_and_the_camera_read_each_others_marks(browser: Browser) -> None:
+    page = browser.new_page()
+    page.evaluate(SCRIPTS)
+    for height in (240, 480, 720):
+        width, ticks = height * 4 // 3, 3_000_000_001  # above 2^31: JavaScript's shifts are signed
+        _, png = cv2.imencode(".png", PatternPainter(width, height, 30).draw(7, ticks * TICK_S))
+        source = "data:image/png;base64," + base64.b64encode(png.tobytes()).decode()
+        read, drawn = page.evaluate(EXCHANGE, [source, width, height, ticks])
+        assert read == {"frame": 7, "ticks": ticks}
+        image = cv2.imdecode(np.frombuffer(base64.b64decode(drawn.partition(",")[2]), np.uint8), cv2.IMREAD_COLOR)
+        assert image is not None
+        assert read_marks(image.astype(np.uint8)) == Marks(8, ticks * TICK_S)
+    page.close()
 
 
 def test_only_vp8_is_told_where_to_begin() -> None:
