@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from support.processes import free_port, run_mosaic
+from support.processes import free_port, mosaic_here
 from support.robot_process import RobotProcess
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
@@ -45,7 +45,7 @@ class LanRobot(RobotProcess):
         return next(int(row["messages"]) for row in rows if row["label"] == "cmd_vel")
 
     def lan(self, *words: str) -> str:
-        return run_mosaic("lan", *words, **self.environment)
+        return mosaic_here("lan", *words, **self.environment)
 
     def offer(self) -> dict[str, Any]:
         shown: dict[str, Any] = json.loads(self.lan("pair", "--no-wait", "--json"))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import subprocess
 import sys
 from collections.abc import Callable, Coroutine, Iterator
 from contextlib import ExitStack
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.processes import mosaic_here
 
 from mosaic_core.testing import until
 from mosaic_core.testing.distributions import write_distribution
@@ -29,7 +29,6 @@ from laboratory.site import Site, Track  # noqa: E402
 from laboratory.turn_server import SECRET, TURN_IP, Coturn, run_coturn  # noqa: E402
 
 ROBOT_SIDE = HERE / "robot_side"
-START_S = 60.0
 SHORT_CREDENTIALS = [sys.executable, str(ROBOT_SIDE / "short_credentials.py")]
 CONNECTORS = """\
   - type: cmd-vel
@@ -58,8 +57,7 @@ def lab() -> Iterator[Lab]:
 
 def _start_server(lab: Lab, folder: Path, stack: ExitStack, wait_for: Callable[..., float]) -> tuple[int, Any]:
     words = ["server", "seed", "--data-dir", str(folder), "--robot-name", "Lab robot", "--json"]
-    done = subprocess.run([*MOSAIC, *words], capture_output=True, text=True, timeout=START_S)
-    assert done.returncode == 0, done.stderr
+    account = json.loads(mosaic_here(*words))
     ready = folder / "ready.json"
     words = ["server", "run", "--host", "0.0.0.0", "--port", "0", "--insecure-public", "--data-dir", str(folder)]  # noqa: S104
     hosts = [word for address in (ROUTER_ROBOT_IP, ROUTER_OPERATOR_IP) for word in ("--allow-host", address)]
@@ -69,7 +67,7 @@ def _start_server(lab: Lab, folder: Path, stack: ExitStack, wait_for: Callable[.
     wait_for(
         lambda: ready.exists() and bool(ready.read_text()), "the server listens", alive=server.process, log=server.log
     )
-    return json.loads(ready.read_text())["port"], json.loads(done.stdout)
+    return json.loads(ready.read_text())["port"], account
 
 
 @pytest.fixture(scope="session")

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 from laboratory.browser import open_robot
 from laboratory.forwarding import Lab
-from laboratory.roaming import RoamingSite, roaming_site
+from laboratory.roaming import SILENCE_S, RoamingSite, roaming_site
 from playwright.sync_api import Page, expect, sync_playwright
 
 pytestmark = [pytest.mark.e2e, pytest.mark.netlab, pytest.mark.timeout(120)]
 
-BACK_S = 7.0
+BACK_S = 6.0
 """Generous: a browser and two processes share this machine with everything else."""
 QUIET = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 WATCH = """() => {
@@ -30,12 +30,12 @@ WATCH = """() => {
   }, 40)
 }"""
 """Looks at the card 25 times a second: an operator would notice what a test's slow questions miss."""
-PAUSE = """() => {
+IS_BACK = """(shortestMs) => {
   const { seen } = window
   const changes = seen.filter(({ count }, i) => i === 0 || count !== seen[i - 1].count).map(({ atMs }) => atMs)
-  return Math.max(seen.at(-1).atMs - changes.at(-1), ...changes.slice(1).map((atMs, i) => atMs - changes[i]))
+  return changes.slice(1).some((atMs, i) => atMs - changes[i] > shortestMs)
 }"""
-"""The longest time for which the number on the card did not change."""
+"""Whether the number on the card stood for so long, and then changed again."""
 
 
 @pytest.fixture
@@ -47,18 +47,16 @@ def roaming(
         yield roaming_site(Lab(stack), tmp_path_factory.mktemp("roaming"), stack, wait_for)
 
 
-def roam(page: Page, site: RoamingSite, side: Any, wait_for: Callable[..., float]) -> float:
-    """Seconds for which the robot did not count on this page; the lease is there without a click."""
+def roam(page: Page, site: RoamingSite, side: Any, wait_for: Callable[..., float]) -> None:
+    """The numbers stand, and come again in time; the lease is there without a click."""
     page.evaluate("() => void window.seen.splice(0)")
     site.cables.move(side)
-    page.wait_for_timeout(BACK_S * 1000)
-    pause_s = float(page.evaluate(PAUSE)) / 1000
+    page.wait_for_function(IS_BACK, arg=1000 * SILENCE_S, timeout=1000 * BACK_S)
     expect(page.get_by_test_id("lease-motion")).to_have_attribute("data-state", "mine")
     driving_s = time.monotonic()
     page.keyboard.down("w")
     wait_for(lambda: len(site.track.moves(driving_s)) > 3, "the robot moves again", 10)
     page.keyboard.up("w")
-    return pause_s
 
 
 def test_control_and_data_come_back_in_a_browser(
@@ -73,8 +71,8 @@ def test_control_and_data_come_back_in_a_browser(
             lease.click()
             expect(lease).to_have_attribute("data-state", "mine")
             page.evaluate(WATCH)
-            assert roam(page, roaming, "operator", wait_for) < BACK_S - 1  # the browser's ICE follows by itself
-            assert roam(page, roaming, "robot", wait_for) < BACK_S - 1
+            roam(page, roaming, "operator", wait_for)  # the browser's ICE follows by itself
+            roam(page, roaming, "robot", wait_for)
             ages = page.evaluate("() => window.seen.map(({ age }) => age)")
             assert any(re.fullmatch(r"reconnecting · .* old", age) for age in ages)
 

@@ -11,9 +11,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from laboratory.nats import ROBOT_WAN, NatLab, command
+from laboratory.nats import ROBOT_WAN, NatLab
 from laboratory.processes import MOSAIC, started
 from laboratory.turn_server import DEAD, SECRET, TURN_IP, URLS, Coturn
+from support.processes import mosaic_here
 
 from mosaic_core.operator import MosaicOperator
 from mosaic_core.words.ice import IceTransportPolicy
@@ -73,10 +74,10 @@ def run_fleet(
 ) -> Fleet:
     """Until the stack closes. ``mosaic_server`` runs instead of ``mosaic`` where the server is."""
     data = ["--data-dir", str(folder)]
-    account = json.loads(command(*MOSAIC, "server", "seed", *data, "--robot-name", "Lab robot", "--json"))
+    account = json.loads(mosaic_here("server", "seed", *data, "--robot-name", "Lab robot", "--json"))
     (folder / "secret").write_text(SECRET)
     secret = ["--secret-file", str(folder / "secret")] if any(url.startswith("turn") for url in urls) else []
-    command(*MOSAIC, "server", "ice", "add", *urls, *secret, *data)
+    mosaic_here("server", "ice", "add", *urls, *secret, *data)
     robot_ip, ready = f"{ROBOT_WAN}.1", folder / "ready.json"
     words = ["server", "run", "--host", "0.0.0.0", "--port", str(SERVER_PORT), "--insecure-public", *data]  # noqa: S104
     more = ["--allow-host", robot_ip, "--allow-host", TURN_IP, "--ready-file", str(ready)]

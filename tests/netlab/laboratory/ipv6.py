@@ -17,6 +17,7 @@ from typing import Any
 from laboratory.nats import command
 from laboratory.networks import Namespace
 from laboratory.processes import MOSAIC, started
+from support.processes import mosaic_here
 
 V6 = {"robot": "2001:db8:1", "operator": "2001:db8:2"}  # the documentation's prefix (RFC 3849)
 V4 = {"robot": "198.51.100", "operator": "203.0.113"}
@@ -68,9 +69,7 @@ def _start(
     networks: dict[str, Namespace], folder: Path, stack: ExitStack, wait_for: Callable[..., Any]
 ) -> dict[str, str]:
     data, ready = ["--data-dir", str(folder)], folder / "ready.json"
-    account: dict[str, str] = json.loads(
-        command(*MOSAIC, "server", "seed", *data, "--robot-name", "Lab robot", "--json")
-    )
+    account: dict[str, str] = json.loads(mosaic_here("server", "seed", *data, "--robot-name", "Lab robot", "--json"))
     words = ["server", "run", "--host", "::", "--port", str(PORT), "--insecure-public", *data]
     hosts = [word for prefix in V6.values() for word in ("--allow-host", f"{prefix}::1")]
     server = started(

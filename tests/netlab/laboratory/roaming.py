@@ -6,7 +6,6 @@ import asyncio
 import json
 import os
 import socket
-import subprocess
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -18,6 +17,7 @@ from laboratory.forwarding import ROUTER_OPERATOR_IP, ROUTER_ROBOT_IP, Lab
 from laboratory.networks import Namespace, ip
 from laboratory.processes import MOSAIC, Process
 from laboratory.site import TWIST, Track
+from support.processes import mosaic_here
 
 from mosaic_core.operator import MosaicOperator, RobotConnection
 from mosaic_core.testing import until
@@ -104,9 +104,7 @@ class RoamingSite:
 def roaming_site(lab: Lab, folder: Path, stack: ExitStack, wait_for: Callable[..., Any]) -> RoamingSite:
     """Started; ends with ``stack``."""
     words = ["server", "seed", "--data-dir", str(folder), "--robot-name", "Roamer", "--json"]
-    done = subprocess.run([*MOSAIC, *words], capture_output=True, text=True, timeout=START_S)
-    assert done.returncode == 0, done.stderr
-    account, port = json.loads(done.stdout), _free_port(lab.router)
+    account, port = json.loads(mosaic_here(*words)), _free_port(lab.router)
     ready, record, notes = folder / "ready.json", folder / "record.txt", folder / "notes.txt"
     record.touch()
     notes.touch()
