@@ -201,6 +201,9 @@ class PeerInfo(WireModel):
     may_stop: bool | None = Field(
         default=None, description="False: a supervisor has taken from this observer the right to say stop."
     )
+    stop_right_by: PlainText | None = Field(
+        default=None, description="Name of the supervisor who took that right last, or gave it back."
+    )
 
 
 class Peers(ControlMessage):

@@ -6,21 +6,33 @@ Never an operator or a supervisor, and never by itself: else a stop that is not 
 from __future__ import annotations
 
 from collections import OrderedDict
+from dataclasses import dataclass
 
 from mosaic_core.machines.control.lease_events import Party
 
-MAX_TAKEN = 256
-"""Accounts and sessions without the right; whoever lost it first has it again then."""
+MAX_CHANGED = 256
+"""Accounts and sessions whose right was changed; whoever lost it first has it again then."""
+
+
+@dataclass(frozen=True, slots=True)
+class RightToStop:
+    """Whether somebody may say stop, and the name of the supervisor who changed that last."""
+
+    may_stop: bool = True
+    changed_by: str = ""
+
+
+UNCHANGED = RightToStop()
 
 
 class StopRights:
     """Those of one robot. ``key``: the account of a party, so that a new connection gives nothing back."""
 
     def __init__(self) -> None:
-        self._taken: OrderedDict[str, None] = OrderedDict()
+        self._changed: OrderedDict[str, RightToStop] = OrderedDict()
 
-    def may_stop(self, party: Party, key: str) -> bool:
-        return party.role != "observer" or key not in self._taken
+    def right(self, party: Party, key: str) -> RightToStop:
+        return self._changed.get(key, UNCHANGED) if party.role == "observer" else UNCHANGED
 
     def change(self, by: Party, of: Party, key: str, may_stop: bool) -> str | None:
         """``by`` takes the right from ``of``, or gives it back; the code why not."""
@@ -28,9 +40,8 @@ class StopRights:
             return "auth.forbidden"
         if of.role != "observer":
             return "safety.always_stops"
-        self._taken.pop(key, None)
-        if not may_stop:
-            self._taken[key] = None
-            if len(self._taken) > MAX_TAKEN:
-                self._taken.popitem(last=False)
+        self._changed[key] = RightToStop(may_stop, by.name or by.peer_id)
+        self._changed.move_to_end(key)
+        if len(self._changed) > MAX_CHANGED:
+            self._changed.popitem(last=False)
         return None

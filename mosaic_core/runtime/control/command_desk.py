@@ -12,7 +12,7 @@ from typing import Protocol
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.gates import Gate, GateRefusal
 from mosaic_core.machines.control import lease_events as lease
-from mosaic_core.machines.control.stop_rights import StopRights
+from mosaic_core.machines.control.stop_rights import RightToStop, StopRights
 from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.runtime.commands.fence import SAFE, Fence
 from mosaic_core.runtime.control import control_words as words
@@ -125,7 +125,7 @@ class CommandDesk:
 
     def _tell_peers(self) -> None:
         senders = [one.peer.sender for one in self._present.values()]
-        infos = tuple(words.peer_info(words.party_of(sender), may_stop=self._may_stop(sender)) for sender in senders)
+        infos = tuple(words.peer_info(words.party_of(sender), self._stop_right(sender)) for sender in senders)
         for peer in self._peers():
             peer.tell(control.Peers(you=peer.sender.peer_id, peers=infos))
 
@@ -183,7 +183,7 @@ class CommandDesk:
     def stop_heard(self, peer: Controlled, message: control.Stop, answer: Answer, now_s: float) -> None:
         """Stop first, then speak. ``answer`` says it where the stop was heard."""
         name = name_of(peer.sender)
-        if not self._may_stop(peer.sender):
+        if not self._stop_right(peer.sender).may_stop:
             self._refuse_stop(peer, message.id)
             return
         is_new, times = self.fence.stop(name, message.reason, message.id)
@@ -196,8 +196,8 @@ class CommandDesk:
         if is_new:
             self._stop_changed(True, peer.sender, message.reason)
 
-    def _may_stop(self, sender: Sender) -> bool:
-        return self._rights.may_stop(words.party_of(sender), _account_of(sender))
+    def _stop_right(self, sender: Sender) -> RightToStop:
+        return self._rights.right(words.party_of(sender), _account_of(sender))
 
     def _refuse_stop(self, peer: Controlled, stop_id: str) -> None:
         """Told once for all copies of a stop."""
@@ -223,7 +223,8 @@ class CommandDesk:
         by, whose = name_of(peer.sender), name_of(sender)
         done = "gave back to" if may_stop else "took from"
         logger.warning("%r %s %r the right to say stop", by, done, whose)
-        self._journal.note("stop.right_given" if may_stop else "stop.right_taken", who=by, subject=whose)
+        what = "stop.right_given" if may_stop else "stop.right_taken"
+        self._journal.note(what, who=by, account=peer.sender.operator_id, subject=whose)
         self._tell_peers()
 
     def _clear(self, peer: Controlled, now_s: float) -> None:

@@ -7,6 +7,7 @@ from mosaic_core.machines.commands.slow_down import Cause
 from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.machines.control.lease_events import Party, Reply
 from mosaic_core.machines.control.stop_latch import StopLatch, StopTimes
+from mosaic_core.machines.control.stop_rights import UNCHANGED, RightToStop
 from mosaic_core.words import control
 from mosaic_core.words.codes import REASONS
 from mosaic_core.words.control import Role
@@ -19,9 +20,12 @@ def party_of(sender: Sender) -> Party:
     return Party(sender.peer_id, sender.session_id, sender.name, role, is_person, is_original, account)
 
 
-def peer_info(party: Party, *, may_stop: bool = True) -> control.PeerInfo:
+def peer_info(party: Party, right: RightToStop = UNCHANGED) -> control.PeerInfo:
     info = control.PeerInfo.model_validate(party, from_attributes=True)
-    return info if may_stop else info.model_copy(update={"may_stop": False})
+    if right == UNCHANGED:
+        return info
+    may_stop = None if right.may_stop else False
+    return info.model_copy(update={"may_stop": may_stop, "stop_right_by": right.changed_by})
 
 
 def lease_reply(reply: Reply) -> control.LeaseReply:

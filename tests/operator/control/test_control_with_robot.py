@@ -213,6 +213,12 @@ async def test_anybody_stops_the_robot_and_only_a_holder_or_supervisor_clears_it
             await drive_until(place, pad, lambda: place.acts[-1] == 0.5)
 
 
+def rights_told(operator: RobotConnection) -> list[tuple[str, bool | None, str]]:
+    """Whose right to stop was changed, to what, and by whom, as this operator hears it."""
+    changed = [peer for peer in operator.control.peers if peer.stop_right_by is not None]
+    return [(peer.name, peer.may_stop, peer.stop_right_by or "") for peer in changed]
+
+
 async def test_a_supervisor_takes_the_right_to_stop_from_an_observer_who_says_it_for_ever() -> None:
     async with at_a_robot() as place:
         watcher = await place.link.another_operator("Wanda", role="observer")
@@ -223,9 +229,7 @@ async def test_a_supervisor_takes_the_right_to_stop_from_an_observer_who_says_it
         assert denied.value.code == "auth.forbidden"
         await boss.control.change_stop_right(watcher.peer_id, may_stop=False)
         for everybody in (place.alice, boss, watcher):
-            await everybody.control.wait_for(
-                lambda one=everybody: [peer.name for peer in one.control.peers if peer.may_stop is False] == ["Wanda"]
-            )
+            await everybody.control.wait_for(lambda one=everybody: rights_told(one) == [("Wanda", False, "Boss")])
         with pytest.raises(LeaseDenied) as denied:
             await watcher.control.stop("again")
         assert denied.value.code == "safety.stop_taken"
@@ -234,6 +238,7 @@ async def test_a_supervisor_takes_the_right_to_stop_from_an_observer_who_says_it
         entries = [(entry.what, entry.who, entry.subject) for entry in await boss.control.journal()]
         assert ("stop.right_taken", "Boss", "Wanda") in entries
         await boss.control.change_stop_right(watcher.peer_id, may_stop=True)
+        await watcher.control.wait_for(lambda: rights_told(watcher) == [("Wanda", None, "Boss")])
         assert (await watcher.control.stop("now")).is_safe
         assert place.alice.peer_id is not None
         with pytest.raises(LeaseDenied) as denied:

@@ -156,6 +156,8 @@ export interface PeerInfo {
   isOriginal: boolean
   /** False: a supervisor has taken from this observer the right to say stop. */
   mayStop?: boolean
+  /** Name of the supervisor who took that right last, or gave it back. */
+  stopRightBy?: string
 }
 
 /** Somebody in the queue for a lease. */
@@ -1029,7 +1031,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   MosaicDataType: {"enum": ["json-r2u", "json-u2r", "json-bi", "string-r2u", "string-u2r", "byte-r2u", "byte-u2r", "media"], "type": "string"},
   Near: {"properties": {"urls": {"items": {"maxLength": 200, "pattern": "^https?://[^\\s/?#@]+$", "type": "string"}, "maxItems": 16, "type": "array"}}, "required": ["urls"], "type": "object"},
   OperatorIdentity: {"properties": {"id": {"type": "string"}, "name": {"format": "plain", "type": "string"}, "role": {"default": "operator", "type": "string"}, "program": {"default": false, "type": "boolean"}}, "required": ["id", "name"], "type": "object"},
-  PeerInfo: {"properties": {"peerId": {"type": "string"}, "account": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "name": {"default": "", "format": "plain", "type": "string"}, "role": {"default": "operator", "enum": ["observer", "operator", "supervisor"], "type": "string"}, "isPerson": {"default": false, "type": "boolean"}, "isOriginal": {"default": false, "type": "boolean"}, "mayStop": {"anyOf": [{"type": "boolean"}, {"type": "null"}], "default": null}}, "required": ["peerId"], "type": "object"},
+  PeerInfo: {"properties": {"peerId": {"type": "string"}, "account": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "name": {"default": "", "format": "plain", "type": "string"}, "role": {"default": "operator", "enum": ["observer", "operator", "supervisor"], "type": "string"}, "isPerson": {"default": false, "type": "boolean"}, "isOriginal": {"default": false, "type": "boolean"}, "mayStop": {"anyOf": [{"type": "boolean"}, {"type": "null"}], "default": null}, "stopRightBy": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}}, "required": ["peerId"], "type": "object"},
   Peers: {"properties": {"you": {"type": "string"}, "peers": {"default": [], "items": {"$ref": "PeerInfo"}, "type": "array"}}, "required": ["you"], "type": "object"},
   Ping: {"properties": {"t0": {"type": "integer"}}, "required": ["t0"], "type": "object"},
   PingPing: {"properties": {"pingId": {"type": "string"}}, "required": ["pingId"], "type": "object"},

@@ -26,7 +26,7 @@ export function useControl(robotId: string): Control {
   }
 }
 
-/** `listener` hears of what happens once: granted, denied, lost, somebody asks, stopped, cleared. */
+/** `listener` hears of what happens once: granted, denied, lost, somebody asks, stopped, cleared, a right to stop changed. */
 export function useControlEvents(robotId: string, listener: (event: ControlEvent) => void): void {
   const { control: desk } = useRobotConnection(robotId)
   const tell = useEffectEvent(listener)

@@ -20,6 +20,7 @@ import { DeskBoard } from './DeskBoard'
 import type { LeaseEffect } from './leaseEntry'
 import { LeaseTable, type LeaseEvent } from './leaseTable'
 import { Rests } from './Rests'
+import { stopRightNews } from './stopRightNews'
 import { StopSender, type StopLink } from './StopSender'
 import {
   whyOf,
@@ -94,7 +95,7 @@ export class ControlDesk {
   readonly limits: Readable<Readonly<Record<string, SafetyLimit>>> = this.board.limits
   /** Where the robot knows no stop: the connectors that `stop` sends zeros to instead. */
   readonly restable: Readable<readonly string[]>
-  /** What happens once: granted, denied, lost, somebody asks, stopped, cleared. */
+  /** What happens once: granted, denied, lost, somebody asks, stopped, cleared, a right to stop taken or given back. */
   readonly events = { subscribe: (listener: (event: ControlEvent) => void): (() => void) => this.told.add(listener) }
 
   constructor(private readonly around: DeskSurroundings) {
@@ -288,9 +289,11 @@ export class ControlDesk {
   }
 
   private peersHeard(peers: Peers): void {
+    const before = this.peers.get()
     this.table.me = peers.you
     this.board.showPeers(peers)
     this.publish()
+    for (const news of stopRightNews(before, this.peers.get())) this.told.tell(news)
   }
 
   private stopHeard(state: StopState): void {

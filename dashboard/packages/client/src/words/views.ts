@@ -93,6 +93,8 @@ export type ControlEvent =
   | { type: 'asked'; resource: string; by: LeaseWaiting }
   | { type: 'stopped'; by: string; reason: string }
   | { type: 'cleared' }
+  /** A supervisor, called `by` where the robot tells, took from an observer the right to say stop, or gave it back. */
+  | { type: 'stopRight'; of: PeerView; mayStop: boolean; by: string }
 
 /** `code` and, where there is one, `message` of an answer. */
 export function whyOf({ code, message }: { code: string; message?: string }): Why {

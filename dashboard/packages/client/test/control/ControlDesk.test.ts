@@ -1,6 +1,6 @@
 import fc from 'fast-check'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
-import { MosaicError, type BidirectionalStore, type ControlEvent, type SendableStore, type StopReport } from '../../src/index'
+import { MosaicError, type PeerInfo, type BidirectionalStore, type ControlEvent, type SendableStore, type StopReport } from '../../src/index'
 import { CATALOGUE, entry, greet, link, linked, live, ROBOT, settle, signedIn } from '../bench'
 import { FakeRobot, type FakeRobotOptions } from '../fakeRobot'
 import type { FakePeerConnection, FakePlatform } from '../fakes'
@@ -82,6 +82,22 @@ describe('who is there', () => {
     expect(control.me.get()).toMatchObject({ peerId: 'me', role: 'operator', isMe: true })
     await another(robot, { peerId: 'eve' })
     expect(control.peers.get().map(({ peerId, isMe }) => [peerId, isMe])).toEqual([['me', true], ['eve', false]])
+  })
+
+  test('whoever loses the right to stop, or has it back, is told once to everybody, with who did it', async () => {
+    const { control, robot, me, events } = await meet({ role: 'observer' })
+    const wanda: PeerInfo = { ...me.info, peerId: 'wanda', name: 'Wanda' }
+    const tell = (...peers: PeerInfo[]) => robot.say(me, 'peers', { you: 'me', peers })
+    // Who comes without the right lost it before.
+    tell(me.info, { ...wanda, mayStop: false, stopRightBy: 'Boss' })
+    expect(events).toEqual([])
+    tell({ ...me.info, mayStop: false, stopRightBy: 'Boss' }, { ...wanda, stopRightBy: 'Chief' })
+    tell({ ...me.info, mayStop: false, stopRightBy: 'Boss' })
+    expect(events).toMatchObject([
+      { type: 'stopRight', of: { peerId: 'me', isMe: true }, mayStop: false, by: 'Boss' },
+      { type: 'stopRight', of: { peerId: 'wanda', isMe: false }, mayStop: true, by: 'Chief' },
+    ])
+    expect(control.me.get()?.mayStop).toBe(false)
   })
 
   test('is unknown before the robot has spoken and after the link is lost', async () => {

@@ -139,7 +139,7 @@ test('touching the pad while nobody commands takes control; motion begins with t
 
 test.each([
   ['somebody else commands', () => connection.control.setLease(ALICES), 'Alice has control'],
-  ['this page observes', () => connection.control.me.set({ ...ME, role: 'observer' }), 'observer'],
+  ['this page observes', () => connection.control.me.set({ ...ME, role: 'observer' }), 'observer: you may watch, and stop'],
   ['the robot is stopped', () => connection.control.stopState.set({ isStopped: true, by: 'Bob', reason: '', mine: null }), 'Stopped by Bob'],
   [
     'its request waits',
@@ -153,6 +153,12 @@ test.each([
   expect(pad.getAttribute('aria-disabled')).toBe('true')
   fireEvent.pointerDown(pad, AHEAD)
   expect([store.sent, connection.control.said]).toEqual([[], []])
+})
+
+test('who may no longer stop is not told that it may', () => {
+  connection.control.me.set({ ...ME, role: 'observer', mayStop: false })
+  shownPad(LEASED)
+  expect(statusText()).toBe('Your role is observer: you may watch')
 })
 
 test('who may only watch is not told which keys drive', () => {

@@ -1,6 +1,6 @@
 /** Whether this page may drive now, and if not, why, in words: who commands, the stop, the role. */
 import type { LeaseView, PeerView } from '@mosaic/client'
-import { nameOf } from '../control/controlText'
+import { nameOf, observerText } from '../control/controlText'
 import type { DrivePermit, EndOfPermit } from './driveControl'
 
 export interface DriveAuthority {
@@ -38,7 +38,7 @@ function commandPermit(authority: DriveAuthority): PermitView {
   // An original robot knows none of this; whether the channel is open is told by the store.
   if (availability !== 'available') return GRANTED
   if (isStopped) return refused('robot-stopped', stoppedBy === '' ? 'The robot is stopped' : `Stopped by ${stoppedBy}`)
-  if (me?.role === 'observer') return refused('lease-lost', 'Your role is observer: you may watch, and stop')
+  if (me?.role === 'observer') return refused('lease-lost', observerText(me))
   if (resource === null) return GRANTED
   if (lease === null) return refused('lease-lost', 'Waiting for the robot')
   if (lease.isMine) return GRANTED

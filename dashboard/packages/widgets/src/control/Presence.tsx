@@ -37,7 +37,7 @@ export function Presence({ robotId }: { robotId: string }) {
               <span className={classes.presenceName}>{one.name}</span>
               <span className={classes.presenceRole}>
                 {one.isPerson ? one.role : `program, ${one.role}`}
-                {one.mayStop ? '' : ', may not stop'} · {one.drives.length === 0 ? 'watching' : `driving ${drivesText(one)}`}
+                {one.mayStop ? '' : `, may not stop: ${one.stopTakenBy} took that right`} · {one.drives.length === 0 ? 'watching' : `driving ${drivesText(one)}`}
               </span>
               {me?.role === 'supervisor' && one.role === 'observer' && (
                 <Button size="compact-xs" variant="default" onClick={() => desk.changeStopRight(one.peerId, !one.mayStop)}>

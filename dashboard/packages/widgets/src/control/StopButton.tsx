@@ -3,7 +3,7 @@ import { useControl, useReadable, useStop } from '@mosaic/react'
 import { IconHandStop } from '@tabler/icons-react'
 import type { PointerEvent } from 'react'
 import classes from './control.module.css'
-import { NOT_CERTIFIED, stopHint } from './controlText'
+import { NOT_CERTIFIED, stopHint, stopTakenText } from './controlText'
 import { STOP_KEY_TEXT } from './stopKey'
 import { useStopKey } from './useStopKey'
 import { useStopRobot } from './useStopRobot'
@@ -14,17 +14,21 @@ export interface StopButtonProps {
   hasKey?: boolean
 }
 
-/** Stops the robot, for everybody, at once: at the touch, not at its end. Anybody who is connected may. */
+/**
+ * Stops the robot, for everybody, at once: at the touch, not at its end. Anybody who is connected may, but an observer
+ * from whom a supervisor took that right.
+ */
 export function StopButton({ robotId, hasKey = true }: StopButtonProps) {
-  const { availability, desk } = useControl(robotId)
+  const { availability, desk, me } = useControl(robotId)
   const restable = useReadable(desk.restable)
   const { isStopped, mine } = useStop(robotId)
   const stopRobot = useStopRobot(robotId)
-  const stop = () => void stopRobot()
+  const taken = stopTakenText(me)
+  const stop = () => void (taken === '' && stopRobot())
   useStopKey(stop, hasKey)
-  const hasNone = availability === 'unavailable' && restable.length === 0
+  const hasNone = taken !== '' || (availability === 'unavailable' && restable.length === 0)
   const state = mine?.phase === 'sending' ? 'stopping' : isStopped ? 'stopped' : hasNone ? 'none' : 'ready'
-  const what = stopHint(availability, restable)
+  const what = taken === '' ? stopHint(availability, restable) : taken
   return (
     <Tooltip multiline w={260} label={<StopHint what={what} hasNone={hasNone} />} openDelay={300}>
       <button
@@ -32,7 +36,8 @@ export function StopButton({ robotId, hasKey = true }: StopButtonProps) {
         className={classes.stop}
         data-state={state}
         data-testid="stop"
-        aria-description={availability === 'unavailable' ? what : undefined}
+        aria-disabled={taken !== ''}
+        aria-description={hasNone || availability === 'unavailable' ? what : undefined}
         aria-keyshortcuts="Escape Escape"
         onPointerDown={(event) => isPrimary(event) && stop()}
         // A keyboard or a screen reader: no pointer came before.

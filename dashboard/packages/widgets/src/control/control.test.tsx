@@ -67,6 +67,22 @@ describe('the stop button', () => {
     expect(desk().said).toHaveLength(1)
   })
 
+  test('an observer whose right was taken reads by whom, and stops nothing', () => {
+    desk().me.set({ ...ME, role: 'observer', mayStop: false, stopRightBy: 'Boss' })
+    show(<StopButton robotId="r" />)
+    expect(button().textContent).toContain('No stop')
+    expect(button().getAttribute('aria-disabled')).toBe('true')
+    expect(button().getAttribute('aria-description')).toBe('Boss took from you the right to stop this robot. Tell a supervisor what you see.')
+    fireEvent.pointerDown(button(), { button: 0 })
+    fireEvent.click(button(), { detail: 0 })
+    fireEvent.keyDown(document.body, { code: 'Escape' })
+    fireEvent.keyDown(document.body, { code: 'Escape' })
+    expect(desk().said).toEqual([])
+    act(() => desk().me.set({ ...ME, role: 'observer', stopRightBy: 'Boss' }))
+    fireEvent.pointerDown(button(), { button: 0 })
+    expect(desk().said).toEqual([['stop', '']])
+  })
+
   test('says how far it is', () => {
     show(<StopButton robotId="r" />)
     act(() => desk().stopState.set({ isStopped: false, by: '', reason: '', mine: SENDING }))
@@ -337,6 +353,18 @@ describe('news', () => {
     act(() => desk().tell({ type: 'granted', resource: 'motion' }))
     expect(screen.getByTestId('control-news').textContent).toContain('You have control.')
   })
+
+  test.each<[boolean, boolean, string]>([
+    [true, false, 'You may no longer stop this robot. Boss took from you the right'],
+    [true, true, 'You may stop this robot again. Boss gave the right back.'],
+    [false, false, 'Wanda may no longer stop this robot. Boss took the right to stop.'],
+    [false, true, 'Wanda may stop this robot again. Boss gave the right to stop back.'],
+  ])('of a right to stop that changed is said by whom (mine: %s, given back: %s)', (isMe, mayStop, text) => {
+    show(<ControlNews robotId="r" />)
+    const of = { ...ALICE, name: 'Wanda', role: 'observer' as const, isMe, mayStop, stopRightBy: 'Boss' }
+    act(() => desk().tell({ type: 'stopRight', of, mayStop, by: 'Boss' }))
+    expect(screen.getByTestId('control-news').textContent).toContain(text)
+  })
 })
 
 test('who is here is a sentence for those who can’t see the chips', () => {
@@ -355,8 +383,8 @@ test('a supervisor takes the right to stop from an observer, and gives it back; 
   await userEvent.click(screen.getByTestId('presence'))
   await userEvent.click(screen.getByText('Take the right to stop'))
   expect(desk().said).toEqual([['right', 'wanda', false]])
-  act(() => desk().peers.set([boss, { ...wanda, mayStop: false }, PATROL]))
-  expect(screen.getByText(/may not stop/)).toBeTruthy()
+  act(() => desk().peers.set([boss, { ...wanda, mayStop: false, stopRightBy: 'Mia' }, PATROL]))
+  expect(screen.getByText(/may not stop: Mia took that right/)).toBeTruthy()
   await userEvent.click(screen.getByText('Let stop again'))
   expect(desk().said).toEqual([['right', 'wanda', false], ['right', 'wanda', true]])
   act(() => desk().me.set(ME))

@@ -1,6 +1,6 @@
 /** Which events of control are worth a notice, and what it says. Who pressed a button sees the button change: no notice. */
-import { type ControlEvent } from '@mosaic/client'
-import { resourceSuffix, whyText } from './controlText'
+import type { ControlEvent } from '@mosaic/client'
+import { nameOf, resourceSuffix, stopTakenText, takerOf, whyText } from './controlText'
 
 export interface ControlNotice {
   tone: 'good' | 'bad'
@@ -25,9 +25,22 @@ export function noticeOf(event: ControlEvent, wasWaiting: boolean): ControlNotic
       return { tone: 'bad', title: `You no longer have control${resourceSuffix(event.resource)}.`, text: whyText(event), shownMs: null }
     case 'cleared':
       return { tone: 'good', title: 'The stop was cleared.', text: 'Commands act again.', shownMs: NEWS_MS }
+    case 'stopRight':
+      return stopRightNotice(event)
     case 'queued':
     case 'asked':
     case 'stopped':
       return null
   }
+}
+
+function stopRightNotice({ of, mayStop, by }: ControlEvent & { type: 'stopRight' }): ControlNotice {
+  const who = takerOf({ stopRightBy: by })
+  const tone = mayStop ? 'good' : 'bad'
+  if (!of.isMe) {
+    const text = mayStop ? `${who} gave the right to stop back.` : `${who} took the right to stop.`
+    return { tone, title: `${nameOf(of)} ${mayStop ? 'may stop this robot again.' : 'may no longer stop this robot.'}`, text, shownMs: NEWS_MS }
+  }
+  if (mayStop) return { tone, title: 'You may stop this robot again.', text: `${who} gave the right back.`, shownMs: NEWS_MS }
+  return { tone, title: 'You may no longer stop this robot.', text: stopTakenText(of), shownMs: null }
 }

@@ -62,6 +62,21 @@ export function stopHint(availability: Availability, restable: readonly string[]
   return `This robot knows no stop: its drive (${restable.join(', ')}) is sent zeros, and it moves again with the next command.`
 }
 
+/** Why this page may not stop the robot; empty where it may. */
+export function stopTakenText(me: PeerView | null): string {
+  return me?.mayStop === false ? `${takerOf(me)} took from you the right to stop this robot. Tell a supervisor what you see.` : ''
+}
+
+/** Who took the right to say stop; robots of before did not tell. */
+export function takerOf({ stopRightBy = '' }: Pick<PeerView, 'stopRightBy'>): string {
+  return stopRightBy === '' ? 'A supervisor' : stopRightBy
+}
+
+/** What an observer may do. */
+export function observerText(me: PeerView): string {
+  return `Your role is observer: you may watch${me.mayStop === false ? '' : ', and stop'}`
+}
+
 /** `Since 14:03:07, for 2 min`; empty while it is not known. */
 export function sinceText(sinceMs: number | null, nowMs: number): string {
   if (sinceMs === null) return ''
@@ -120,7 +135,7 @@ export function leaseText(lease: LeaseView, me: PeerView | null): LeaseText {
   if (lease.request !== null) return waitingText(lease)
   if (me?.role === 'observer') {
     const label = lease.state === 'free' ? 'Observing' : `${holder} has control`
-    return { label, action: null, hint: 'Your role is observer: you may watch and stop. An administrator can grant another role.' }
+    return { label, action: null, hint: `${observerText(me)}. An administrator can grant another role.` }
   }
   if (lease.state === 'free') return { label: 'Take control', action: 'take', hint: 'Nobody has control' }
   return { label: `${holder} has control`, action: 'ask', hint: lease.holder?.isPerson === true ? 'Ask for control' : 'A program drives; you may take control from it' }

@@ -1,6 +1,6 @@
 /** Who is connected, in the order that matters: who drives, then people, then programs. */
 import type { LeaseView, PeerView } from '@mosaic/client'
-import { nameOf, roleText } from './controlText'
+import { nameOf, roleText, takerOf } from './controlText'
 
 export interface Present {
   peerId: string
@@ -12,6 +12,8 @@ export interface Present {
   isMe: boolean
   /** False: a supervisor has taken from this observer the right to say stop. */
   mayStop: boolean
+  /** Who took that right; empty while it was not. */
+  stopTakenBy: string
 }
 
 export function presentOf(peers: readonly PeerView[], leases: Readonly<Record<string, LeaseView>>): Present[] {
@@ -28,6 +30,7 @@ export function presentOf(peers: readonly PeerView[], leases: Readonly<Record<st
       isPerson: peer.isPerson,
       isMe: peer.isMe,
       mayStop: peer.mayStop !== false,
+      stopTakenBy: peer.mayStop === false ? takerOf(peer) : '',
     }))
     .sort((one, other) => rank(one) - rank(other) || one.name.localeCompare(other.name))
 }
