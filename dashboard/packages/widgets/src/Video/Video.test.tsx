@@ -126,28 +126,25 @@ test('a picture that is not on the screen is not asked for', () => {
   expect(store.mediaStream.listenerCount).toBe(1)
 })
 
-test('the store hears how large its picture is shown, and whether it leads', () => {
-  const observed: (() => void)[] = []
-  class FakeResizeObserver {
-    constructor(private readonly changed: () => void) {}
-    observe(): void {
-      observed.push(this.changed)
-    }
-    disconnect(): void {}
-  }
-  vi.stubGlobal('ResizeObserver', FakeResizeObserver)
+test('the store hears how large its picture is shown, and whether it leads, also when another one comes or goes', () => {
+  vi.useFakeTimers()
   vi.stubGlobal('devicePixelRatio', 2)
   shown()
   const element = screen.getByTestId('video')
   element.getBoundingClientRect = () => new DOMRect(0, 0, 320, 180)
-  observed.at(-1)?.()
-  const take = addPicture('r', element)
-  observed.at(-1)?.()
-  take()
-  expect(store.sizes).toEqual([
-    { sizePx: 320 * 180 * 4, leads: false },
-    { sizePx: 320 * 180 * 4, leads: true },
-  ])
+  const lookedAt = () => {
+    vi.advanceTimersByTime(250)
+    return store.sizes.at(-1)
+  }
+  expect(lookedAt()).toEqual({ sizePx: 320 * 180 * 4, leads: false })
+  const takes = [addPicture('r', element)]
+  expect(lookedAt()?.leads).toBe(true)
+  const first = document.createElement('div')
+  document.body.prepend(first)
+  takes.push(addPicture('r', first))
+  expect(lookedAt()?.leads).toBe(false)
+  takes.forEach((take) => take())
+  first.remove()
 })
 
 test('the store hears of every displayed picture, and its age stands over it', () => {
