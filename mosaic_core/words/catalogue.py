@@ -12,21 +12,22 @@ from typing import Any
 from pydantic import Field
 
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
+from mosaic_core.words.plain_text import PlainText
 from mosaic_core.words.wire_model import WireModel, to_json
 
 
 class ChannelEntry(WireModel):
     """One data channel of a connector; most connectors have one whose label is the connector's."""
 
-    label: str
+    label: PlainText
     data_type: MosaicDataType
 
 
 class CatalogueEntry(WireModel):
     """One connector as operators see it."""
 
-    label: str
-    type: str
+    label: PlainText
+    type: PlainText
     kind: Kind = Kind.DATA
     data_type: MosaicDataType
     direction: Direction

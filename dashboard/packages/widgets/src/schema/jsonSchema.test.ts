@@ -40,6 +40,14 @@ test('units come from names where the schema has none', () => {
   expect(nameOf('load_1_min')).toBe('Load 1 min')
 })
 
+test('names, units and texts of a robot are plain text; the path stays as it is in the message', () => {
+  const key = 'gr\u202eip\u200b_v'
+  const [declared] = fieldsOf({ properties: { [key]: { type: 'number', unit: 'V\n', description: 'of\u001b[2J' } } })
+  expect(declared).toEqual({ path: [key], name: 'Gr\ufffdip', kind: 'number', unit: 'V ', description: 'of\ufffd[2J' })
+  expect(fieldValues(undefined, { [key]: 'a\nb' })[0]).toMatchObject({ name: 'Gr\ufffdip', value: 'a\nb' })
+  expect(formatted('a\nb')).toBe('a b')
+})
+
 test('without a schema the message itself tells its fields', () => {
   const values = fieldValues(undefined, { a: { percent: 5 }, ok: true, text: 'x', list: [1, 2] })
   expect(values.map(({ path, kind }) => [path.join('.'), kind])).toEqual([

@@ -1,4 +1,5 @@
 /** Reads the JSON Schema of a connector's messages: which fields there are, and in which units. */
+import { plainText } from '@mosaic/client'
 
 export type JsonSchema = Record<string, unknown>
 
@@ -42,7 +43,7 @@ function collect(node: JsonSchema, root: JsonSchema, path: readonly string[], de
     const here = [...path, key]
     const kind = kindOf(child)
     if (kind === null) return collect(child, root, here, depth + 1)
-    const field = { path: here, name: nameOf(key), kind, unit: unitOf(child, key), description: text(child['description']) }
+    const field = { path: here, name: nameOf(key), kind, unit: unitOf(child, key), description: plainText(text(child['description'])) }
     const initial = initialOf(child)
     return [initial === undefined ? field : { ...field, initial }]
   })
@@ -98,7 +99,7 @@ function propertiesOf(node: JsonSchema): Record<string, JsonSchema> {
 }
 
 function unitOf(node: JsonSchema, key: string): string {
-  const unit = text(node['unit'])
+  const unit = plainText(text(node['unit']))
   return unit === '' ? unitFromName(key) : (SYMBOLS[unit] ?? unit)
 }
 
@@ -140,7 +141,7 @@ export function unitFromName(key: string): string {
 
 /** `voltage_v` as people read it: `Voltage`. */
 export function nameOf(key: string): string {
-  const words = key.split('_')
+  const words = plainText(key).split('_')
   if (unitFromName(key) !== '') words.pop()
   const name = words.join(' ')
   return name.charAt(0).toUpperCase() + name.slice(1)

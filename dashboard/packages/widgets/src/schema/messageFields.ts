@@ -1,4 +1,5 @@
 /** The values of one message, flat and named: from its schema where there is one, else from the message itself. */
+import { plainText } from '@mosaic/client'
 import { fieldsOf, isObject, nameOf, unitFromName, type Field, type JsonSchema } from './jsonSchema'
 
 export interface FieldValue extends Field {
@@ -47,7 +48,7 @@ export function formatted(value: unknown, unit = ''): string {
   if (typeof value === 'number') return unit === '%' ? formattedPercent(value) : formattedNumber(value)
   if (typeof value === 'boolean') return value ? 'yes' : 'no'
   if (Array.isArray(value)) return formattedList(value)
-  return typeof value === 'string' ? value : JSON.stringify(value)
+  return plainText(typeof value === 'string' ? value : JSON.stringify(value))
 }
 
 function formattedPercent(value: number): string {
