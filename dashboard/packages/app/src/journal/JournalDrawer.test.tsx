@@ -65,6 +65,12 @@ test('entries are shown newest first, with their reason in words', async () => {
   expect(oldest).toContain('Stop')
 })
 
+test('whose account it was is told beside the name', async () => {
+  desk.answer = () => Promise.resolve([entry(1, 'stop', { account: '7d1c2f6e' })])
+  shown()
+  expect((await screen.findByText('Alice')).title).toBe('Account 7d1c2f6e')
+})
+
 test('a filter and a topic leave out the rest', async () => {
   desk.answer = () => Promise.resolve([entry(3, 'command.refused', { who: 'Bob' }), entry(2, 'stop'), entry(1, 'peer.connected', { who: 'Bob' })])
   shown()

@@ -97,7 +97,7 @@ function Entries({ entries }: { entries: readonly JournalEntry[] }) {
 }
 
 function Entry({ entry }: { entry: JournalEntry }) {
-  const { at, what, who, subject, code, message } = entry
+  const { at, what, who, account, subject, code, message } = entry
   const why = [explained(entry), message].filter((part) => part !== '')
   return (
     <li className={classes.entry} data-tone={toneOf(entry)}>
@@ -105,7 +105,8 @@ function Entry({ entry }: { entry: JournalEntry }) {
         {timeOf(at)}
       </time>
       <span>
-        <strong>{whatText(what)}</strong> {subject !== '' && <code>{subject}</code>} {who}
+        <strong>{whatText(what)}</strong> {subject !== '' && <code>{subject}</code>}{' '}
+        <span title={account === undefined ? undefined : `Account ${account}`}>{who}</span>
         {why.length > 0 && (
           <span className={classes.why}>
             {why.join(' ')} {code !== '' && <code>{code}</code>}

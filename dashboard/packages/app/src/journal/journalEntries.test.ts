@@ -28,6 +28,7 @@ test('a search finds every word, also in the sentence of a code', () => {
   expect(found(entries, 'bob somebody ELSE').map(({ number }) => number)).toEqual([1])
   expect(found(entries, 'motion')).toHaveLength(2)
   expect(found(entries, 'carol')).toEqual([])
+  expect(found([entry(3, { account: '7d1c2f6e' }), entry(4)], '7d1c').map(({ number }) => number)).toEqual([3])
 })
 
 test('a topic leaves out the rest', () => {

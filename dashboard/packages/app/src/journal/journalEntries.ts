@@ -21,7 +21,7 @@ export function about(entries: readonly JournalEntry[], topic: JournalTopic): re
 export function found(entries: readonly JournalEntry[], search: string): JournalEntry[] {
   const words = search.toLowerCase().split(/\s+/).filter(Boolean)
   return entries.filter((entry) => {
-    const text = `${entry.at} ${whatText(entry.what)} ${entry.who} ${entry.subject} ${entry.code} ${entry.message} ${explained(entry)}`.toLowerCase()
+    const text = `${entry.at} ${whatText(entry.what)} ${entry.who} ${entry.account ?? ''} ${entry.subject} ${entry.code} ${entry.message} ${explained(entry)}`.toLowerCase()
     return words.every((word) => text.includes(word))
   })
 }

@@ -374,6 +374,17 @@ test('who is here is a sentence for those who can’t see the chips', () => {
   expect(screen.getByRole('button', { name: 'Who is here. Driving: Alice. Watching: You, patrol.' })).toBeTruthy()
 })
 
+test('two accounts of one name are told apart; two tabs of one account are not', () => {
+  const tab = { ...ALICE, account: '7d1c2f6e-0b52' }
+  desk().peers.set([{ ...ME, name: 'Alice' }, tab, { ...tab, peerId: 'tab' }])
+  show(<Presence robotId="r" />)
+  const here = () => screen.getByTestId('presence').textContent
+  expect(here()).toContain('Watching: You, Alice, Alice.')
+  act(() => desk().peers.set([tab, { ...tab, peerId: 'other', account: '11aa22bb-99' }]))
+  expect(here()).toContain('Alice (11aa22bb)')
+  expect(here()).toContain('Alice (7d1c2f6e)')
+})
+
 test('a supervisor takes the right to stop from an observer, and gives it back; nobody else can', async () => {
   const wanda = { ...ALICE, peerId: 'wanda', name: 'Wanda', role: 'observer' as const }
   const boss = { ...ME, role: 'supervisor' as const }

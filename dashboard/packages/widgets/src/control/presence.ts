@@ -16,6 +16,15 @@ export interface Present {
   stopTakenBy: string
 }
 
+/** Two accounts that are called alike are told apart by the beginning of their ids. */
+function toldApart(peer: PeerView, peers: readonly PeerView[]): string {
+  const name = nameOf(peer)
+  const isTaken = peers.some((other) => other.account !== peer.account && !other.isMe && nameOf(other) === name)
+  return isTaken && peer.account !== undefined ? `${name} (${peer.account.slice(0, SHOWN_ID)})` : name
+}
+
+const SHOWN_ID = 8
+
 export function presentOf(peers: readonly PeerView[], leases: Readonly<Record<string, LeaseView>>): Present[] {
   const drives = ({ peerId }: PeerView) =>
     Object.values(leases)
@@ -24,7 +33,7 @@ export function presentOf(peers: readonly PeerView[], leases: Readonly<Record<st
   return peers
     .map((peer) => ({
       peerId: peer.peerId,
-      name: nameOf(peer),
+      name: toldApart(peer, peers),
       drives: drives(peer),
       role: roleText(peer.role),
       isPerson: peer.isPerson,
