@@ -148,22 +148,13 @@ class PathRate:
         if seen.newest_sent_s <= self._cut_at_s:
             self._refine(seen, now_s)
             return
-        allowed_s = _QUEUE_S + self._usual_s
-        allowed_s += _KEY_ALLOWANCE_S if now_s - self._key_at_s < _KEY_PATIENCE_S else 0.0
-        is_ours = self._takes_bps is None or self.sent_bps(now_s) > _FULL_SHARE * self._takes_bps
-        if not is_ours or seen.queue_s < _EMPTY_S:
+        is_full = self._is_full(seen, now_s)
+        if not is_full or seen.queue_s < _EMPTY_S:
             self._usual_s += (min(_MOST_USUAL_S, seen.queue_s) - self._usual_s) * elapsed_s / _USUAL_OVER_S
-        self._queued_reports = self._queued_reports + 1 if seen.queue_s > allowed_s else 0
         self._uneasy_reports = self._uneasy_reports + 1 if seen.queue_s > _EMPTY_S + self._usual_s else 0
-        is_plain = (
-            seen.path_bps is not None
-            and seen.path_bps < _PLAIN_SHARE * self.sent_bps(now_s)
-            and seen.newest_queue_s > allowed_s
-        )
-        self.is_queued = is_plain or self._queued_reports > 1
-        if is_plain or self._queued_reports >= (_UNKNOWN_REPORTS if seen.path_bps is None else 2):
+        if self._is_congested(seen, now_s):
             self._cut(seen, now_s)
-        elif self._uneasy_reports >= _EASE_REPORTS and seen.path_bps is not None and is_ours:
+        elif self._uneasy_reports >= _EASE_REPORTS and seen.path_bps is not None and is_full:
             self._ease(seen, seen.path_bps, now_s)
         elif self.loss > BAD_LOSS:
             self._cut_for_loss(now_s)
@@ -172,6 +163,24 @@ class PathRate:
             self._set(_TRAINS_SHARE * self._congested[1])
         elif seen.queue_s < _EMPTY_S + self._usual_s:
             self._set(self._budget_bps * self._growth(now_s) ** elapsed_s)
+
+    def _is_full(self, seen: PathSeen, now_s: float) -> bool:
+        """As much is sent as the path takes, as far as anything tells: a queue may be of our own making."""
+        takes_bps = self._takes_bps or seen.path_bps
+        return takes_bps is not None and self.sent_bps(now_s) > _FULL_SHARE * takes_bps
+
+    def _is_congested(self, seen: PathSeen, now_s: float) -> bool:
+        """A queue stands for so many reports, or plainly less comes through than is sent."""
+        allowed_s = _QUEUE_S + self._usual_s
+        allowed_s += _KEY_ALLOWANCE_S if now_s - self._key_at_s < _KEY_PATIENCE_S else 0.0
+        self._queued_reports = self._queued_reports + 1 if seen.queue_s > allowed_s else 0
+        is_plain = (
+            seen.path_bps is not None
+            and seen.path_bps < _PLAIN_SHARE * self.sent_bps(now_s)
+            and seen.newest_queue_s > allowed_s
+        )
+        self.is_queued = is_plain or self._queued_reports > 1
+        return is_plain or self._queued_reports >= (_UNKNOWN_REPORTS if seen.path_bps is None else 2)
 
     def _cut(self, seen: PathSeen, now_s: float) -> None:
         if seen.path_bps is not None:
@@ -184,6 +193,7 @@ class PathRate:
         self._pause(seen, now_s)
 
     def _ease(self, seen: PathSeen, path_bps: float, now_s: float) -> None:
+        """Sends a little less, without a pause: what stands drains meanwhile."""
         self._share.congested(path_bps, seen.left, now_s)
         self._congested, self._takes_bps = (now_s, path_bps), path_bps
         self._uneasy_reports = 0

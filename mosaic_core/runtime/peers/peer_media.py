@@ -118,8 +118,9 @@ class PeerMedia:
         elif label in media.labels() and not self._has_left:
             if on:
                 self._feeds[label].shown(wish.shown_px, leads=bool(wish.leads))
+            if on != (label in media.watched_by(self._peer_id)):
+                self._timeline.watched(label, on and label in media.cameras())
             media.watch(self._peer_id, label, on)
-            self._timeline.watched(label, on and label in media.cameras())
             if not on and self._operator.link is not None:
                 self._operator.link.picture_unwatched(label)
 

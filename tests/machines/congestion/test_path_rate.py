@@ -170,6 +170,12 @@ def test_a_short_queue_that_stays_although_less_is_sent_is_how_that_path_is() ->
     assert viewer.hear(100, queue_s=0.04, path_bps=eased_bps).rate.budget_bps > eased_bps
 
 
+def test_where_packets_are_few_and_all_of_them_late_that_is_how_the_path_is() -> None:
+    viewer = Viewer()
+    start_bps = viewer.rate.budget_bps
+    assert viewer.hear(100, queue_s=0.045).rate.budget_bps > start_bps
+
+
 @pytest.mark.parametrize("lost", [1, 2])
 def test_loss_without_a_queue_is_no_congestion(lost: int) -> None:
     assert Viewer().hear(40, lost=lost, received=20 - lost, trains_bps=20e6).rate.budget_bps == MAX_BPS
