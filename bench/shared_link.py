@@ -62,6 +62,8 @@ CONDITIONS = (
     Condition("scene cuts", "cuts", 3, 1, LARGE),
     Condition("2 cameras, scene cuts", "cuts", 3, 2, LARGE),
     Condition("beside a TCP download", "tcp", 1, 1),
+    Condition("beside a bulk transfer", "bulk", 1, 1),
+    Condition("beside a bulk transfer", "bulk", 3, 1, LARGE),
     Condition("a camera joins", "joins", 1, 2, late=1),
     Condition("two robots", "robots", 1, 1, robots=2),
 )
@@ -158,10 +160,12 @@ async def measured(condition: Condition, way: str, seconds: float, playwright: A
 async def _measured(condition: Condition, link: SharedLink, robots: Sequence[Watched], seconds: float) -> Measured:
     await asyncio.sleep(SETTLE_S)
     download = Download(link) if condition.part == "tcp" else None
-    await asyncio.sleep(SETTLE_S if download else 0.0)
+    if condition.part == "bulk":
+        await robots[0].transfer()
+    await asyncio.sleep(SETTLE_S if download or condition.part == "bulk" else 0.0)
     for robot in robots:
         await robot.take()
-    began_s, before, others = time.monotonic(), link.sent_bytes(), download.received if download else 0
+    began_s, before, others = time.monotonic(), link.sent_bytes(), await _others_bytes(robots, download)
     found = Measured()
     if condition.part == "cuts":
         found.events_s = await _wait(seconds, CUT_EVERY_S, lambda: robots[0].sender.order(CUT))
@@ -171,17 +175,22 @@ async def _measured(condition: Condition, link: SharedLink, robots: Sequence[Wat
         await asyncio.sleep(seconds)
     found.seconds = time.monotonic() - began_s
     found.used = (link.sent_bytes() - before) * 8 / found.seconds / condition.rate_mbps / 1e6
-    found.others_bytes = download.received - others if download else 0
+    found.others_bytes = await _others_bytes(robots, download) - others
     found.cameras = [pictures for robot in robots for pictures in await robot.take()]
     if download:
         download.end()
     return found
 
 
+async def _others_bytes(robots: Sequence[Watched], download: Download | None) -> int:
+    """Of the download or of the bulk transfer."""
+    return download.received if download else await robots[0].transferred_bytes()
+
+
 def cells(condition: Condition, found: Measured) -> list[str]:
     ages, link_bytes = found.ages(), condition.rate_mbps * 1e6 / 8 * found.seconds
     more = ""
-    if condition.part == "tcp":
+    if condition.part in ("tcp", "bulk"):
         more = f"pictures have {100 * (found.used - found.others_bytes / link_bytes):.0f} % of the link"
     elif condition.part == "robots":
         more = "pictures of each: " + " : ".join(str(len(one)) for one in found.cameras)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
-from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
+from aiortc import RTCConfiguration, RTCDataChannel, RTCPeerConnection, RTCSessionDescription
 from laboratory.networks import Namespace
 from video_bench.listener import CameraListener
 from video_bench.plain_aiortc import FilmTrack, NewestPicture
@@ -19,6 +19,8 @@ from shared_bench.noise import NoiseCamera
 
 PATIENCE_S = 40.0
 CUT = "cut"
+MESSAGE, FULL_BYTES = bytes(16 * 1024), 64 * 1024
+"""Of a bulk transfer: so much waits for the network."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +48,10 @@ class CamerasProcess:
     async def answer(self, offer_sdp: str) -> str:
         self._pipe.send(offer_sdp)
         return await asyncio.to_thread(self._received)
+
+    async def answer_bulk(self, offer_sdp: str) -> str:
+        """Of a second connection, on which data is sent as fast as it is taken from now on."""
+        return await self.answer(offer_sdp)
 
     def order(self, what: str) -> None:
         """:data:`CUT`, or the label of a camera that is wanted from now on."""
@@ -83,6 +89,8 @@ async def _served(pipe: Connection, cameras: Cameras) -> None:
         if order == CUT:
             for film in films:
                 film.cut()
+        elif order.startswith("v=0"):
+            pipe.send(await robot.answer_bulk(order))
         else:
             robot.watch(order)
     for film in films:
@@ -110,19 +118,48 @@ class OurCameras:
         self._streams = {label: SharedVideo(label, EncodingParams(), ConnectorCounters()) for label in labels}
         self._listener = CameraListener(self._streams, later=labels[cameras.count - cameras.late :])
         self._answerer = AiortcAnswerer(self._listener, ())
+        self._bulk = AiortcAnswerer(FloodListener(), ())
         self.watch = self._listener.watch
 
     async def answer(self, offer_sdp: str) -> str:
         return await self._answerer.answer(offer_sdp, list(self._streams), None)
+
+    async def answer_bulk(self, offer_sdp: str) -> str:
+        return await self._bulk.answer(offer_sdp, (), None)
 
     def post(self, number: int) -> Any:
         stream = self._streams[f"camera{number}"]
         return lambda image, at_s: stream.offer(Captured(image, at_s))
 
     async def close(self) -> None:
+        await self._bulk.close()
         await self._answerer.close()
         for stream in self._streams.values():
             stream.close()
+
+
+class FloodListener:
+    """Sends as much as is taken on the one channel of a second connection, an ``AnswererListener``."""
+
+    is_local = True
+
+    def __init__(self) -> None:
+        self.media = self
+
+    def channel_opened(self, channel: Any) -> None:
+        channel.give_way(True)
+
+        def refill() -> None:
+            while channel.buffered_bytes < FULL_BYTES:
+                channel.send(MESSAGE)
+
+        channel.on_drained = refill
+        refill()
+
+    def state_changed(self, state: str) -> None: ...
+    def bound_exceeded(self, why: str) -> None: ...
+    def candidate_found(self, candidate: Any) -> None: ...
+    def tracks_unbound(self, labels: Any) -> None: ...
 
 
 class AiortcCameras:
@@ -131,6 +168,7 @@ class AiortcCameras:
     def __init__(self, cameras: Cameras) -> None:
         self._newest = [NewestPicture() for _ in range(cameras.count)]
         self._peer = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+        self._bulk: RTCPeerConnection | None = None
 
     async def answer(self, offer_sdp: str) -> str:
         await self._peer.setRemoteDescription(RTCSessionDescription(offer_sdp, "offer"))
@@ -147,8 +185,27 @@ class AiortcCameras:
 
         return posted
 
+    async def answer_bulk(self, offer_sdp: str) -> str:
+        peer = self._bulk = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+
+        @peer.on("datachannel")
+        def arrived(channel: RTCDataChannel) -> None:
+            def refill() -> None:
+                while channel.bufferedAmount < FULL_BYTES:
+                    channel.send(MESSAGE)
+
+            channel.bufferedAmountLowThreshold = FULL_BYTES // 2
+            channel.on("bufferedamountlow", refill)
+            refill()
+
+        await peer.setRemoteDescription(RTCSessionDescription(offer_sdp, "offer"))
+        await peer.setLocalDescription(await peer.createAnswer())
+        return peer.localDescription.sdp
+
     def watch(self, label: str) -> None:
         """Every line sends from the beginning."""
 
     async def close(self) -> None:
+        if self._bulk is not None:
+            await self._bulk.close()
         await self._peer.close()

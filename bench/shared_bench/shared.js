@@ -36,6 +36,31 @@
     return peer.localDescription.sdp
   }
 
+  window.offerBulk = async () => {
+    const peer = (window.bulk = new RTCPeerConnection())
+    window.bulkBytes = 0
+    peer.createDataChannel('bulk').onmessage = ({ data }) => (window.bulkBytes += data.byteLength ?? data.size)
+    await peer.setLocalDescription()
+    await gathered(peer)
+    return peer.localDescription.sdp
+  }
+
+  window.answerWithBulk = async (sdp) => {
+    const peer = (window.bulk = new RTCPeerConnection())
+    peer.ondatachannel = ({ channel }) => {
+      const refill = () => {
+        while (channel.bufferedAmount < 65536) channel.send(new Uint8Array(16384))
+      }
+      channel.bufferedAmountLowThreshold = 32768
+      channel.onbufferedamountlow = refill
+      refill()
+    }
+    await peer.setRemoteDescription({ type: 'offer', sdp })
+    await peer.setLocalDescription()
+    await gathered(peer)
+    return peer.localDescription.sdp
+  }
+
   const speckled = (width, height, levels) => {
     const canvas = new OffscreenCanvas(width, height)
     const onto = canvas.getContext('2d')

@@ -55,6 +55,9 @@ class ChromiumCameras:
         }  # fmt: skip
         return str(await page.evaluate("(words) => window.answerWithNoise(words)", words))
 
+    async def answer_bulk(self, offer_sdp: str) -> str:
+        return str(await self._page.evaluate("(sdp) => window.answerWithBulk(sdp)", offer_sdp))
+
     def order(self, what: str) -> None:
         if what == CUT:
             self._cutting = asyncio.ensure_future(self._page.evaluate("() => window.cut()"))
@@ -70,6 +73,14 @@ class Watched:
     page: Any
     clock: PageClock
     sender: Any
+
+    async def transfer(self) -> None:
+        """Bulk data comes as fast as the sender may send it, from now on."""
+        answer = await self.sender.answer_bulk(await self.page.evaluate("() => window.offerBulk()"))
+        await self.page.evaluate("(sdp) => window.bulk.setRemoteDescription({ type: 'answer', sdp })", answer)
+
+    async def transferred_bytes(self) -> int:
+        return int(await self.page.evaluate("() => window.bulkBytes ?? 0"))
 
     async def take(self) -> list[list[Displayed]]:
         """What each camera has displayed since the last call."""
