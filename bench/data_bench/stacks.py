@@ -96,7 +96,9 @@ class Ours:
 
     def __init__(self) -> None:
         from mosaic_core.runtime.delivery.send_queue import SendQueue
+        from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 
+        self.congestion = PeerCongestion()
         self.received: Callable[[bytes], None] = lambda data: None
         self._is_open, self._room = asyncio.Event(), asyncio.Event()
         self._queue = SendQueue(lambda _: self._room.set())

@@ -15,6 +15,7 @@ from video_bench.plain_aiortc import FilmTrack, NewestPicture
 from video_bench.scene import Image
 
 from mosaic_core.contract.media import Captured
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from shared_bench.noise import NoiseCamera
 
 PATIENCE_S = 40.0
@@ -118,7 +119,7 @@ class OurCameras:
         self._streams = {label: SharedVideo(label, EncodingParams(), ConnectorCounters()) for label in labels}
         self._listener = CameraListener(self._streams, later=labels[cameras.count - cameras.late :])
         self._answerer = AiortcAnswerer(self._listener, ())
-        self._bulk = AiortcAnswerer(FloodListener(), ())
+        self._bulk = AiortcAnswerer(FloodListener(self._listener.congestion), ())
         self.watch = self._listener.watch
 
     async def answer(self, offer_sdp: str) -> str:
@@ -143,8 +144,8 @@ class FloodListener:
 
     is_local = True
 
-    def __init__(self) -> None:
-        self.media = self
+    def __init__(self, congestion: PeerCongestion) -> None:
+        self.media, self.congestion = self, congestion
 
     def channel_opened(self, channel: Any) -> None:
         channel.give_way(True)

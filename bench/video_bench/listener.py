@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
+
 
 class CameraListener:
     """Binds each line to the camera of its label. All of ``streams`` but the ``later`` ones are watched as soon as the
@@ -14,6 +16,7 @@ class CameraListener:
 
     def __init__(self, streams: Mapping[str, Any], viewer: str = "page", later: Collection[str] = ()) -> None:
         self.media = self
+        self.congestion = PeerCongestion()
         self._streams, self._viewer, self._later = streams, viewer, later
 
     def watch(self, label: str) -> None:

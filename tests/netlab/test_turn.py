@@ -23,6 +23,7 @@ from laboratory.turn_server import DEAD, SECRET, TURN_IP, URLS, Coturn
 
 from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
 from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer, IceTransportPolicy
 from mosaic_server.security.turn_credentials import turn_credential
@@ -40,6 +41,7 @@ class Ear:
 
     def __init__(self) -> None:
         self.heard: asyncio.Queue[bytes | str] = asyncio.Queue()
+        self.congestion = PeerCongestion()
 
     def channel_opened(self, channel: Any) -> None:
         channel.on_message = self.heard.put_nowait

@@ -15,6 +15,7 @@ from mosaic_core.adapters.video.shared_video import SharedVideo
 from mosaic_core.contract.media import EncodingParams
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.transport.media_transport import PictureFeed
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
@@ -27,6 +28,7 @@ class Side:
 
     def __init__(self) -> None:
         self.media = self
+        self.congestion = PeerCongestion()
         self.other: Any = None
         self.states: asyncio.Queue[str] = asyncio.Queue()
         self.channels: asyncio.Queue[Channel] = asyncio.Queue()

@@ -21,6 +21,7 @@ from mosaic_core.machines.delivery.framing import Frame, FrameReader, PayloadKin
 from mosaic_core.operator import MosaicOperator
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.transport.media_transport import PictureFeed
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.words import control, signaling
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
 from mosaic_core.words.data_type import Delivery, Kind, MosaicDataType
@@ -90,6 +91,7 @@ class ScriptedRobot:
         self.seen: asyncio.Queue[control.MediaSeen] = asyncio.Queue()
         self.is_answering = True
         self.media = self
+        self.congestion = PeerCongestion()
         self.answerer = AiortcAnswerer(self, ())
 
     # the answerer's listener

@@ -10,6 +10,7 @@ import pytest
 
 from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
 from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 
@@ -18,6 +19,8 @@ pytestmark = pytest.mark.webrtc
 
 class Nobody:
     """A listener that hears nothing."""
+
+    congestion = PeerCongestion()
 
     def __getattr__(self, name: str) -> Any:
         return lambda *_args, **_options: None

@@ -15,6 +15,7 @@ from typing import Any
 from mosaic_core.adapters.peers.aiortc_answerer import AiortcAnswerer
 from mosaic_core.adapters.peers.aiortc_offerer import AiortcOfferer
 from mosaic_core.machines.peers.chosen_path import ChosenPath
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -44,6 +45,7 @@ class _Side:
         self.state = ""
         self.failed = asyncio.Event()
         self.found: asyncio.Queue[IceCandidate] = asyncio.Queue()
+        self.congestion = PeerCongestion()
 
     def candidate_found(self, candidate: IceCandidate) -> None:
         self.found.put_nowait(candidate)

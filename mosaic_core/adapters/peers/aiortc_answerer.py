@@ -29,7 +29,6 @@ from mosaic_core.adapters.sound.sound_lines import SoundLines
 from mosaic_core.adapters.video.video_track import VideoTrack
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.transport.media_transport import NO_SOUND, SoundLabels
-from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.runtime.transport.transport import AnswererListener, OfferRefused
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
@@ -50,7 +49,7 @@ class AiortcAnswerer:
         self._ice_servers = ice_servers
         self._peer: AiortcPeer | None = None
         self._offer: VettedOffer | None = None
-        self._congestion = PeerCongestion()
+        self._congestion = listener.congestion
         self._served: set[str] = set()
         self._refused: set[str] = set()
         self._early: list[IceCandidate] = []
@@ -141,6 +140,8 @@ class AiortcAnswerer:
             relay_only=self._relay_only,
             takes_loopback=listener.is_local,
         )
+
+        peer.buffer.background = self._congestion.background
 
         @peer.pc.on("datachannel")
         def arrived(channel: RTCDataChannel) -> None:

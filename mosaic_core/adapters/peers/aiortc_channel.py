@@ -7,6 +7,7 @@ from collections.abc import Callable
 from aiortc import InvalidStateError, RTCDataChannel, RTCPeerConnection
 
 from mosaic_core.adapters.aiortc_private import SctpQueue
+from mosaic_core.machines.congestion.background_rate import BackgroundRate
 from mosaic_core.words.errors import ConnectionFailed
 
 LOW_WATER_BYTES = 16 * 1024
@@ -21,6 +22,8 @@ class PeerBuffer:
         self._queue: SctpQueue | None = None
         self._last_bytes = 0
         self.listeners: set[AiortcChannel] = set()
+        self.background: BackgroundRate | None = None
+        """How fast what gives way is sent."""
 
     @property
     def queue(self) -> SctpQueue:
@@ -94,7 +97,7 @@ class AiortcChannel:
         return self._queue.under_way_bytes
 
     def give_way(self, on: bool) -> None:
-        self._queue.give_way(on)
+        self._queue.give_way(on, self._buffer.background)
 
     def send(self, data: bytes | str) -> None:
         try:

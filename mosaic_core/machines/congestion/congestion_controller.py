@@ -27,6 +27,10 @@ class CongestionController(Protocol):
         """Send nothing before: what is sent now waits behind a queue."""
 
     @property
+    def usual_s(self) -> float:
+        """How long packets wait on this path whatever is sent."""
+
+    @property
     def is_queued(self) -> bool:
         """Packets wait on the way."""
 

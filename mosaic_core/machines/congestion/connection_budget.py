@@ -8,6 +8,7 @@ import math
 from collections.abc import Hashable
 
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
+from mosaic_core.machines.congestion.background_rate import BackgroundRate
 from mosaic_core.machines.congestion.budget_allocator import Demand, allocated
 from mosaic_core.machines.congestion.congestion_controller import CongestionController
 from mosaic_core.machines.congestion.packet_copies import PacketCopies
@@ -34,6 +35,8 @@ class ConnectionBudget:
         self._parts: dict[Hashable, int] = {}
         self._copies = PacketCopies()
         self._pacer = PacketPacer()
+        self.background = BackgroundRate()
+        """Of what gives way to the streams."""
         self._rose_at_s = now_s - RISE_INTERVAL_S
 
     # -- what the streams want -----------------------------------------------------------------------------------
@@ -100,6 +103,8 @@ class ConnectionBudget:
         if isinstance(feedback, PathSeen) and not self._hears_arrivals:  # a better controller takes over
             self._hears_arrivals = True
             self._rate = PathRate(*self._limits(), now_s, self._rate.budget_bps)
+        if isinstance(feedback, PathSeen) and self.background.reported(feedback, self._rate.usual_s, now_s):
+            return
         self._rate.handle(feedback, now_s)
         if isinstance(feedback, PathSeen):
             self._copies.reported(feedback.lost, feedback.received, now_s, is_queued=self._rate.is_queued)

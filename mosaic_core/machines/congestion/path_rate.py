@@ -71,7 +71,8 @@ class PathRate:
         self._queued_reports = self._uneasy_reports = 0
         self.is_queued = False
         """A queue stands. One report of it may as well be a busy processor, or a packet that radio held up."""
-        self._usual_s = 0.0
+        self.usual_s = 0.0
+        """How long packets wait on this path whatever is sent."""
         self.round_trip_s: float | None = None
         self.trains_bps: float | None = None
         """How fast the packets of single pictures came through lately."""
@@ -150,8 +151,8 @@ class PathRate:
             return
         is_full = self._is_full(seen, now_s)
         if not is_full or seen.queue_s < _EMPTY_S:
-            self._usual_s += (min(_MOST_USUAL_S, seen.queue_s) - self._usual_s) * elapsed_s / _USUAL_OVER_S
-        self._uneasy_reports = self._uneasy_reports + 1 if seen.queue_s > _EMPTY_S + self._usual_s else 0
+            self.usual_s += (min(_MOST_USUAL_S, seen.queue_s) - self.usual_s) * elapsed_s / _USUAL_OVER_S
+        self._uneasy_reports = self._uneasy_reports + 1 if seen.queue_s > _EMPTY_S + self.usual_s else 0
         if self._is_congested(seen, now_s):
             self._cut(seen, now_s)
         elif self._uneasy_reports >= _EASE_REPORTS and seen.path_bps is not None and is_full:
@@ -161,7 +162,7 @@ class PathRate:
         elif self.loss > _SOME_LOSS and self._budget_bps > _TRAINS_SHARE * (seen.trains_bps or math.inf):
             self._congested, self._takes_bps = (now_s, seen.trains_bps or self._budget_bps), None
             self._set(_TRAINS_SHARE * self._congested[1])
-        elif seen.queue_s < _EMPTY_S + self._usual_s:
+        elif seen.queue_s < _EMPTY_S + self.usual_s:
             self._set(self._budget_bps * self._growth(now_s) ** elapsed_s)
 
     def _is_full(self, seen: PathSeen, now_s: float) -> bool:
@@ -171,7 +172,7 @@ class PathRate:
 
     def _is_congested(self, seen: PathSeen, now_s: float) -> bool:
         """A queue stands for so many reports, or plainly less comes through than is sent."""
-        allowed_s = _QUEUE_S + self._usual_s
+        allowed_s = _QUEUE_S + self.usual_s
         allowed_s += _KEY_ALLOWANCE_S if now_s - self._key_at_s < _KEY_PATIENCE_S else 0.0
         self._queued_reports = self._queued_reports + 1 if seen.queue_s > allowed_s else 0
         is_plain = (

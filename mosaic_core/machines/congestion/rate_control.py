@@ -116,6 +116,7 @@ class RateControl:
     is_queued = False
     """Only arrival times would tell these two."""
     paused_until_s = float("-inf")
+    usual_s = 0.0
 
     def most_bps(self, now_s: float) -> float:
         """No copies: more than the budget is not known to fit."""

@@ -13,6 +13,7 @@ from mosaic_core.runtime.peers.bulk_connection import BulkAttempt, BulkConnectio
 from mosaic_core.runtime.peers.control_channel import ControlChannel
 from mosaic_core.runtime.peers.peer_channels import PeerChannels
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.runtime.transport.transport import Answerer, Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL, LANE_LABEL, LaneAnswer, LaneCandidate, LaneOffer
 from mosaic_core.words.errors import MosaicError
@@ -24,11 +25,16 @@ class BulkOfRobot(BulkConnection["_AnsweredAttempt"]):
     """Is the robot's end of the second connection with one operator."""
 
     def __init__(
-        self, operator: RemoteOperator, channels: PeerChannels, make_answerer: Callable[[Any], Answerer]
+        self,
+        operator: RemoteOperator,
+        channels: PeerChannels,
+        congestion: PeerCongestion,
+        make_answerer: Callable[[Any], Answerer],
     ) -> None:
         super().__init__(machine.RobotBulkMachine(), operator.answer, operator.peer_id)
         self.channels = channels
         self.operator = operator
+        self.congestion = congestion
         self.make_answerer = make_answerer
 
     def heard(self, message: LaneMessage) -> None:
@@ -92,6 +98,10 @@ class _AnsweredAttempt(BulkAttempt[Answerer]):
     @property
     def is_local(self) -> bool:
         return self._bulk.operator.is_local
+
+    @property
+    def congestion(self) -> PeerCongestion:
+        return self._bulk.congestion
 
     def state_changed(self, state: str) -> None:
         if state == "connected":

@@ -24,6 +24,7 @@ from mosaic_core.runtime.peers.site import Site
 from mosaic_core.runtime.signaling.server_link import Introduction
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.timing.machine_driver import MachineDriver
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, AnswererListener, Channel
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, PING_PERIOD_S, STOP_LABEL
@@ -60,6 +61,7 @@ class Peer:
         operator = RemoteOperator(introduction.sender, is_program=is_program, is_near=server.is_near, is_local=is_local)
         self.operator = operator
         self.timeline = PeerTimeline(operator)
+        self.congestion = PeerCongestion()
         self.connected_at_s: float | None = None
         self._start = start
         self._server = server
@@ -74,7 +76,7 @@ class Peer:
         self.media = PeerMedia(operator, site, self.timeline)
         self._transport = PeerTransport(introduction, site, self.timeline)
         self._offers = FurtherOffers(operator, self._transport.answer_again)
-        self._bulk = BulkOfRobot(operator, self._channels, self._bulk_answerer)
+        self._bulk = BulkOfRobot(operator, self._channels, self.congestion, self._bulk_answerer)
         self._machine = session.RobotPeerMachine(time.monotonic(), is_media_only=is_media_only(start.offer_sdp))
         self._driver = MachineDriver(self._machine, self._carry_out)
         self._closed = asyncio.Event()

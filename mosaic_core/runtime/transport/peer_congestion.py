@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Hashable
 
 from mosaic_core.machines.congestion.arrival_report import ArrivalReport
+from mosaic_core.machines.congestion.background_rate import BackgroundRate
 from mosaic_core.machines.congestion.budget_allocator import Demand
 from mosaic_core.machines.congestion.connection_budget import ConnectionBudget
 from mosaic_core.machines.congestion.rate_control import Feedback
@@ -24,6 +25,11 @@ class PeerCongestion:
         self._changed: dict[Hashable, Callable[[], None]] = {}
         self._pause = DeadlineTimer(self._tell)
         self._told: dict[Hashable, int] = {}
+
+    @property
+    def background(self) -> BackgroundRate:
+        """Of what gives way to the streams, on whichever peer connection it is sent."""
+        return self._budget.background
 
     # -- streams -------------------------------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ from typing import Protocol
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.machines.peers.network_change import NetworkChange
 from mosaic_core.runtime.transport.media_transport import NO_SOUND, IncomingSound, PictureFeed, SoundLabels
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
@@ -99,6 +100,10 @@ class AnswererListener(Protocol):
     @property
     def is_local(self) -> bool:
         """Whether the operator came over this machine's loopback; nobody else is led to what listens there."""
+
+    @property
+    def congestion(self) -> PeerCongestion:
+        """One for all peer connections with this operator."""
 
     def candidate_found(self, candidate: IceCandidate) -> None: ...
     def channel_opened(self, channel: Channel) -> None: ...

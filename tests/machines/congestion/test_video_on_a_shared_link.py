@@ -104,6 +104,45 @@ def test_beside_traffic_that_makes_way_for_nobody_pictures_stay_young(
     assert film.freezes(since_s) == 0
 
 
+class Transfer:
+    """Bulk data of the same robot for the same operator, as fast as it may be sent."""
+
+    def __init__(self, film: Film) -> None:
+        self.film, self.arrived_bytes = film, 0
+        self.send()
+
+    def send(self) -> None:
+        film = self.film
+        rate, now_s = film.budget.background, film.now_s
+        wait_s = rate.wait_s(now_s)
+        if wait_s == 0.0:
+            size_bytes = round(rate.burst_bytes)
+            rate.sent(size_bytes, now_s)
+            film.over(film.link, size_bytes, lambda: self.arrived(size_bytes))
+        film.at(now_s + max(1e-3, wait_s), self.send)
+
+    def arrived(self, size_bytes: int) -> None:
+        self.arrived_bytes += size_bytes
+
+
+@pytest.mark.parametrize("rate_mbps", [1, 3, 10])
+@pytest.mark.parametrize("seed", range(1, 3))
+def test_a_bulk_transfer_takes_what_pictures_leave_and_costs_them_no_more_than_20_ms(
+    rate_mbps: float, seed: int
+) -> None:
+    alone = Film(profile(rate_mbps), seed).play(SETTLE_S + 60)
+    film = Film(profile(rate_mbps), seed).play(SETTLE_S - 5)
+    transfer = Transfer(film)
+    film.play(5)
+    before_bytes = transfer.arrived_bytes
+    film.play(60)
+    assert film.freezes(SETTLE_S) <= alone.freezes(SETTLE_S)
+    assert film.p95_ms(SETTLE_S) < alone.p95_ms(SETTLE_S) + 20
+    assert mean_bps(film, SETTLE_S) > 0.8 * mean_bps(alone, SETTLE_S)
+    left_bps = 1e6 * rate_mbps - mean_bps(film, SETTLE_S)
+    assert (transfer.arrived_bytes - before_bytes) * 8 / 60 > 0.4 * left_bps
+
+
 class Viewer(Film):
     """Of a camera with others: a rung is encoded once, for the slowest of those who watch it."""
 

@@ -76,6 +76,12 @@ async def test_an_offer_is_answered_with_its_number_and_candidates_follow(kit: A
         assert lane.candidates[0].candidate == "candidate:5"
 
 
+async def test_both_connections_share_one_budget(kit: Any) -> None:
+    async with played(kit) as place:
+        lane = await place.offers()
+        assert lane.listener.congestion is next(iter(place.scene.robot._running.peers)).congestion
+
+
 async def test_bulk_travels_on_the_lane_both_ways(kit: Any) -> None:
     async with played(kit) as place:
         lane = await place.offers()

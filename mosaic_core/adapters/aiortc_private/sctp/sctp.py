@@ -8,6 +8,8 @@ from typing import TypeVar
 
 from aiortc.rtcsctptransport import RTCSctpTransport
 
+from mosaic_core.machines.congestion.background_rate import BackgroundRate
+
 T = TypeVar("T")
 
 
@@ -58,10 +60,11 @@ class SctpQueue:
         """Handed to the network, and not acknowledged yet."""
         return self._sctp._flight_size
 
-    def give_way(self, on: bool) -> None:
-        """Let others have the path; aiortc's own SCTP knows no such thing."""
-        if hasattr(self._sctp, "gives_way"):
+    def give_way(self, on: bool, rate: BackgroundRate | None) -> None:
+        """Let others have the path, and send no faster than at ``rate``; aiortc's own SCTP knows no such thing."""
+        if hasattr(self._sctp, "gives_way") and hasattr(self._sctp, "background"):
             self._sctp.gives_way = on
+            self._sctp.background = rate or BackgroundRate()
 
     async def _flush_and_tell(self) -> None:
         await type(self._sctp)._data_channel_flush(self._sctp)  # whatever it has become since

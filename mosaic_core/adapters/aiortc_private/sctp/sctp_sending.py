@@ -133,15 +133,25 @@ class QuickSending(QuickWindow):
         return self._flight_size >= 2 * batch_bytes and room_bytes < min(batch_bytes, waiting.size_bytes)
 
     async def _send_new_in_its_time(self, window_bytes: int) -> None:
+        """What gives way: at its rate, as long as the event loop has time for it."""
         if self._time_share is None:
             self._time_share = TimeShare(BACKGROUND_SHARE, BACKGROUND_CREDIT_S)
         began_s = time.monotonic()
-        wait_s = self._time_share.wait_s(began_s)
+        wait_s = max(self._time_share.wait_s(began_s), self.background.wait_s(began_s))
         if wait_s == 0:
-            await self._send_new(window_bytes)
-            self._time_share.took(began_s, time.monotonic())
-        elif self._share_handle is None:
+            wait_s = await self._send_background(self._time_share, window_bytes, began_s)
+        if wait_s > 0 and self._share_handle is None:
             self._share_handle = asyncio.get_running_loop().call_later(wait_s, self._time_has_come)
+
+    async def _send_background(self, share: TimeShare, window_bytes: int, began_s: float) -> float:
+        """Seconds until more may be sent, if nothing else says when: an acknowledgement may be long in coming."""
+        before_bytes = self._flight_size
+        if self.background.is_limited(began_s):
+            window_bytes = min(window_bytes, before_bytes + round(self.background.burst_bytes))
+        await self._send_new(window_bytes)
+        share.took(began_s, time.monotonic())
+        self.background.sent(self._flight_size - before_bytes, began_s)
+        return self.background.wait_s(began_s)
 
     def _time_has_come(self) -> None:
         self._share_handle = None

@@ -10,6 +10,7 @@ from aiortc.rtcsctptransport import USERDATA_MAX_LENGTH, SackChunk
 from aiortc.utils import uint32_gte
 
 from mosaic_core.adapters.aiortc_private.sctp.sctp_retransmitting import QuickRetransmitting
+from mosaic_core.machines.congestion.background_rate import BackgroundRate
 from mosaic_core.machines.congestion.standing_queue import BACKGROUND_TARGET_S, TARGET_S, StandingQueue
 
 INITIAL_WINDOW_BYTES = 10 * USERDATA_MAX_LENGTH
@@ -24,6 +25,7 @@ class QuickWindow(QuickRetransmitting):
     """The middle part of the sending half of ``QuickSctp``, see ``quick_sctp.py``."""
 
     _standing_queue: StandingQueue | None = None
+    background = BackgroundRate()
     gives_way = False
     """Of two flows on one path the one with the shorter queue in mind goes on with what the other leaves. It also
     leaves the event loop some time."""
