@@ -119,6 +119,14 @@ class Driver:
         self.page.keyboard.up("w")
         self.page.keyboard.up("a")
 
+    def let_go(self) -> None:
+        """Nothing is held any more: no button, no key, no lease."""
+        self.page.mouse.up()
+        self.release_keys()
+        if self.lease.get_attribute("data-state") == "mine":
+            self.lease.click()
+        self.expect_no_control()
+
     def drive_off(self, observer: Any) -> None:
         """Hold the keys until the robot moves."""
         start_s = time.monotonic()

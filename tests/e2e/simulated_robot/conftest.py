@@ -9,6 +9,7 @@ import threading
 import time
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -56,7 +57,7 @@ def robot(server: Any, seed: Any, tmp_path_factory: pytest.TempPathFactory) -> I
 
 @dataclass
 class PoseObserver:
-    """An operator on a thread of its own that only watches the pose; it keeps where the robot was and when."""
+    """An operator on a thread of its own that watches the pose; it keeps where the robot was and when."""
 
     url: str
     email: str
@@ -89,7 +90,7 @@ class PoseObserver:
             self._loop.close()
 
     async def _watch(self) -> None:
-        async with await MosaicOperator.login(self.url, self.email, self.password) as operator:
+        async with await MosaicOperator.login(self.url, self.email, self.password, is_person=True) as operator:
             self._connection = connection = await operator.connect(self.robot_id, reconnect=True)
             connection.receivable("pose").subscribe(self._take)
             await self._done.wait()
@@ -100,7 +101,7 @@ class PoseObserver:
         self.poses.append((info.stamp_us / 1e6, pose["position"]["x"], pose["position"]["y"], 2 * math.atan2(z, w)))
 
     def clear_stop(self) -> None:
-        """Let the robot move again where a test that failed left it stopped; the account is a supervisor."""
+        """Let the robot move again where it was stopped: the account is a supervisor, and no program may."""
         assert self._connection is not None
         asyncio.run_coroutine_threadsafe(self._connection.control.clear_stop(), self._loop).result(timeout=10)
 
@@ -167,13 +168,54 @@ def driver_of(server: Any, seed: Any, robot: Any, sign_in: Callable[[Page], None
     return signed_in
 
 
+@dataclass
+class Seats:
+    """Places at the robot's page. Whoever rises lets go and leaves the page to the next one as it is: connecting takes
+    a second. After a test that failed, and where the page was closed, the next one opens it anew."""
+
+    tabs: Tabs
+    _free: list[tuple[Driver, ExitStack]] = field(default_factory=list)
+
+    @contextmanager
+    def taken(self, driver_of: Callable[[Page], Driver], failures: Callable[[], int]) -> Iterator[Driver]:
+        person, tab = self._free.pop() if self._free else self._new(driver_of)
+        before = failures()
+        yield person
+        if person.page.is_closed() or failures() > before:
+            tab.close()
+            return
+        self._free.append((person, tab))
+        person.let_go()
+
+    def close(self) -> None:
+        for _, tab in self._free:
+            tab.close()
+
+    def _new(self, driver_of: Callable[[Page], Driver]) -> tuple[Driver, ExitStack]:
+        tab = ExitStack()
+        return driver_of(tab.enter_context(self.tabs.lent())), tab
+
+
+@pytest.fixture(scope="package")
+def seats(tabs: Tabs, robot: Any) -> Iterator[Seats]:
+    kept = Seats(tabs)
+    yield kept
+    kept.close()
+
+
 @pytest.fixture
-def driver(tabs: Tabs, driver_of: Any, observer: PoseObserver) -> Iterator[Driver]:
+def seated(seats: Seats, driver_of: Any, request: pytest.FixtureRequest) -> Callable[[], Any]:
+    """`with seated() as person`: signed in, on the robot's page."""
+    return lambda: seats.taken(driver_of, lambda: request.session.testsfailed)
+
+
+@pytest.fixture
+def driver(seated: Any, observer: PoseObserver) -> Iterator[Driver]:
     """A signed-in person on the robot's page; the robot stands still."""
     wait_for(observer.rests, "the robot rests before the test")
     observer.clear_stop()
-    with tabs.lent() as page:
-        yield driver_of(page)
+    with seated() as person:
+        yield person
 
 
 @pytest.fixture
@@ -184,7 +226,7 @@ def ann(driver: Driver) -> Driver:
 
 
 @pytest.fixture
-def bob(ann: Driver, tabs: Tabs, driver_of: Any) -> Iterator[Driver]:
+def bob(ann: Driver, seated: Any) -> Iterator[Driver]:
     """Who comes second."""
-    with tabs.lent() as page:
-        yield driver_of(page)
+    with seated() as person:
+        yield person

@@ -87,6 +87,6 @@ def test_a_browser_that_dies_while_driving_stops_the_robot_and_is_noticed(
     assert noticed_s < 2.0 + 1.0 + LATE_S, "2 s of silence, a snapshot a second"
 
 
-def test_two_people_see_the_same_robot(driver: Any, driver_of: Any, tabs: Any) -> None:
-    with tabs.lent() as page:
-        assert mean_difference(driver.picture(), driver_of(page).picture()) < 12
+def test_two_people_see_the_same_robot(driver: Any, seated: Any) -> None:
+    with seated() as other:
+        assert mean_difference(driver.picture(), other.picture()) < 12

@@ -38,3 +38,4 @@ def test_at_every_size_the_pad_stands_beside_its_picture_and_rests_without_it(dr
     expect(page.locator(PAD)).to_have_attribute("aria-disabled", "true")
     page.evaluate("window.scrollTo(0, 0)")
     expect(status).to_have_text("Ready")
+    page.set_viewport_size({"width": 1280, "height": 900})

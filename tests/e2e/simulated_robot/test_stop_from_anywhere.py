@@ -89,8 +89,6 @@ def _watches_and_stops(watcher: Driver, ann: Any, observer: Any) -> None:
     banner = watcher.page.get_by_test_id("stopped-banner")
     expect(banner).to_be_visible()
     expect(banner.get_by_role("button", name="Hold to clear")).to_have_count(0)
-    ann.release_keys()
-    clear(ann)
 
 
 def test_escape_twice_stops_wherever_the_focus_is(ann: Any, observer: Any) -> None:
@@ -99,8 +97,6 @@ def test_escape_twice_stops_wherever_the_focus_is(ann: Any, observer: Any) -> No
     ann.page.keyboard.press("Escape")
     observer.expect_rest(time.monotonic())
     expect(ann.page.get_by_test_id("stopped-banner")).to_be_visible()
-    ann.release_keys()
-    clear(ann)
 
 
 @pytest.mark.parametrize("stop", [by_python, by_command_line])
@@ -116,5 +112,5 @@ def test_a_program_and_the_command_line_stop_who_drives_in_the_browser(
     observer.expect_rest(time.monotonic())
     assert observer.stays()
     ann.release_keys()
-    clear(ann)
+    observer.clear_stop()
     ann.drive_off(observer)

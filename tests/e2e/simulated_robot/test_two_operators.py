@@ -80,15 +80,15 @@ def test_a_supervisor_takes_over_from_who_is_driving(ann: Any, bob: Any, observe
 def test_who_freezes_while_driving_stops_and_loses_control_to_who_waits(
     own_browser: Any,
     driver_of: Any,
-    tabs: Any,
+    seated: Any,
     robot: Any,
     observer: Any,
 ) -> None:
     wait_for(observer.rests, "the robot rests before the test")
     frozen = driver_of(own_browser.browser.contexts[0].pages[0])
     frozen.take_control()
-    with tabs.lent() as page:
-        _waits_and_drives(driver_of(page), frozen, own_browser, observer)
+    with seated() as waiting:
+        _waits_and_drives(waiting, frozen, own_browser, observer)
 
 
 def _waits_and_drives(waiting: Any, frozen: Any, own_browser: Any, observer: Any) -> None:
