@@ -1,4 +1,4 @@
-"""Every page and state of the dashboard under axe-core, light and dark, on a screen and on a phone."""
+"""Every page and state of the dashboard under axe-core, light and dark, on a screen and on a phone, held either way."""
 
 from __future__ import annotations
 
@@ -134,11 +134,24 @@ def test_the_connection_is_checked(page: Page, examined: Examination, server: An
     examined.look("check")
 
 
-def test_who_may_only_watch(page: Page, examined: Examination, server: Any, seed: Any, observer: str) -> None:
+def test_who_may_only_watch(
+    page: Page, examined: Examination, server: Any, seed: Any, observer: str, tabs: Tabs, sign_in: Any
+) -> None:
     page.goto(server.plain_url)
     page.evaluate(SIGN_IN, observer)
     open_robot(page, server, seed)
     examined.look("observer")
+    with tabs.lent() as supervisor:
+        sign_in(supervisor)
+        open_robot(supervisor, server, seed)
+        supervisor.get_by_test_id("presence").click()
+        supervisor.get_by_role("button", name="Take the right to stop").click()
+        page.get_by_text("You may no longer stop this robot.").wait_for()
+        expect(page.get_by_test_id("stop")).to_be_disabled()
+        examined.look("observer without the right to stop")
+        supervisor.get_by_role("button", name="Let stop again").click()
+        page.get_by_text("You may stop this robot again.").wait_for()
+        expect(page.get_by_test_id("stop")).to_be_enabled()
 
 
 def test_the_page_of_a_robot(
@@ -207,6 +220,7 @@ def card(page: Page, label: str) -> Locator:
 
 
 def menu_of(page: Page, label: str) -> None:
+    expect(page.get_by_role("menu")).to_have_count(0)  # the one before fades away
     page.get_by_role("button", name=f"Menu of {label}").click()
     page.get_by_role("menuitem", name="Delivery").wait_for()
 

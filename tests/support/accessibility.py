@@ -12,8 +12,9 @@ from playwright.sync_api import Page
 AXE = Path(__file__).parents[2] / "dashboard" / "node_modules" / "axe-core" / "axe.min.js"
 DESKTOP = {"width": 1280, "height": 900}
 PHONE = {"width": 390, "height": 844}
-LOOKS: tuple[tuple[Any, Any], ...] = (("dark", PHONE), ("light", DESKTOP))
-"""Each colour scheme and each size once. The last is how tests have it otherwise."""
+LANDSCAPE = {"width": 667, "height": 375}
+LOOKS: tuple[tuple[Any, Any], ...] = (("dark", PHONE), ("light", LANDSCAPE), ("dark", DESKTOP), ("light", DESKTOP))
+"""Both colour schemes on a screen, and each small size in one of them. The last is how tests have it otherwise."""
 GENERATED = re.compile(r"mantine-[a-z0-9]{9}")
 """Ids that are others in every run."""
 BAD = ("critical", "serious")
@@ -44,7 +45,7 @@ class Examination:
     """Where each was met first."""
 
     def look(self, state: str, within: str = "html") -> None:
-        """At this part of the page as it is now, in dark colours on a phone and in light ones on a screen."""
+        """At this part of the page as it is now, in both colour schemes and in three sizes."""
         for scheme, size in LOOKS:
             self.page.set_viewport_size(size)
             self.page.emulate_media(color_scheme=scheme)
