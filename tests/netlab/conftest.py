@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.processes import mosaic_here
+from support.processes import QUICK_MOSAIC, mosaic_here
 
 from mosaic_core.testing import until
 from mosaic_core.testing.distributions import write_distribution
@@ -61,7 +61,7 @@ def _start_server(lab: Lab, folder: Path, stack: ExitStack, wait_for: Callable[.
     ready = folder / "ready.json"
     words = ["server", "run", "--host", "0.0.0.0", "--port", "0", "--insecure-public", "--data-dir", str(folder)]  # noqa: S104
     hosts = [word for address in (ROUTER_ROBOT_IP, ROUTER_OPERATOR_IP) for word in ("--allow-host", address)]
-    server = Process([*lab.router.prefix, *MOSAIC, *words, *hosts, "--ready-file", str(ready)])
+    server = Process([*lab.router.prefix, *QUICK_MOSAIC, *words, *hosts, "--ready-file", str(ready)])
     stack.callback(server.stop)
     server.start()
     wait_for(

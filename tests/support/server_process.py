@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from support.processes import MOSAIC, Process
+from support.processes import QUICK_MOSAIC, Process
 
 PASSWORD = "correct horse battery"  # noqa: S105 (of throw-away accounts)
 
@@ -41,10 +41,13 @@ class ServerProcess(Process):
 
     def seed(self, robot_name: str = "Test robot") -> Seed:
         """A new account in an organization of its own, which has one robot; also while the server runs."""
+        from mosaic_server.security.passwords import hash_at
         from mosaic_server.storage.accounts import add_account
         from mosaic_server.storage.database import Database
         from mosaic_server.storage.robots import add_robot, renew_token
+        from support.quick_server import CHEAP
 
+        hash_at(CHEAP)
         self._seeds += 1
         email = f"person{self._seeds}@example.org"
         database = Database(self.data_dir)
@@ -60,7 +63,7 @@ class ServerProcess(Process):
         ready = self.data_dir / "ready.json"
         ready.unlink(missing_ok=True)
         where = ["--data-dir", str(self.data_dir), "--port", str(self.port), "--ready-file", str(ready)]
-        self.words = [*MOSAIC, "server", "run", *where]
+        self.words = [*QUICK_MOSAIC, "server", "run", *where]
         super().start()
         self.expect(lambda: ready.exists() and ready.read_text(), "the server listens")
         self.port = json.loads(ready.read_text())["port"]

@@ -14,7 +14,7 @@ from typing import Any
 from laboratory.nats import ROBOT_WAN, NatLab
 from laboratory.processes import MOSAIC, started
 from laboratory.turn_server import DEAD, SECRET, TURN_IP, URLS, Coturn
-from support.processes import mosaic_here
+from support.processes import QUICK_MOSAIC, mosaic_here
 
 from mosaic_core.operator import MosaicOperator
 from mosaic_core.words.ice import IceTransportPolicy
@@ -70,7 +70,7 @@ def run_fleet(
     wait_for: Callable[..., Any],
     *,
     urls: tuple[str, ...] = (DEAD, *URLS.values()),
-    mosaic_server: Sequence[str] = MOSAIC,
+    mosaic_server: Sequence[str] = QUICK_MOSAIC,
 ) -> Fleet:
     """Until the stack closes. ``mosaic_server`` runs instead of ``mosaic`` where the server is."""
     data = ["--data-dir", str(folder)]

@@ -17,7 +17,7 @@ from typing import Any
 from laboratory.nats import command
 from laboratory.networks import Namespace
 from laboratory.processes import MOSAIC, started
-from support.processes import mosaic_here
+from support.processes import QUICK_MOSAIC, mosaic_here
 
 V6 = {"robot": "2001:db8:1", "operator": "2001:db8:2"}  # the documentation's prefix (RFC 3849)
 V4 = {"robot": "198.51.100", "operator": "203.0.113"}
@@ -74,7 +74,7 @@ def _start(
     hosts = [word for prefix in V6.values() for word in ("--allow-host", f"{prefix}::1")]
     server = started(
         stack,
-        [*networks["router"].prefix, *MOSAIC, *words, *hosts, "--ready-file", str(ready)],
+        [*networks["router"].prefix, *QUICK_MOSAIC, *words, *hosts, "--ready-file", str(ready)],
         folder / "server.log",
     )
     wait_for(lambda: ready.exists() and bool(ready.read_text()), "the server listens", alive=server, log=[])

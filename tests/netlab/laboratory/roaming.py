@@ -17,7 +17,7 @@ from laboratory.forwarding import ROUTER_OPERATOR_IP, ROUTER_ROBOT_IP, Lab
 from laboratory.networks import Namespace, ip
 from laboratory.processes import MOSAIC, Process
 from laboratory.site import TWIST, Track
-from support.processes import mosaic_here
+from support.processes import QUICK_MOSAIC, mosaic_here
 
 from mosaic_core.operator import MosaicOperator, RobotConnection
 from mosaic_core.testing import until
@@ -110,7 +110,7 @@ def roaming_site(lab: Lab, folder: Path, stack: ExitStack, wait_for: Callable[..
     notes.touch()
     words = ["server", "run", "--host", "0.0.0.0", "--port", str(port), "--insecure-public", "--data-dir", str(folder)]  # noqa: S104
     hosts = [word for address in (ROUTER_ROBOT_IP, ROUTER_OPERATOR_IP) for word in ("--allow-host", address)]
-    server = Process([*lab.router.prefix, *MOSAIC, *words, *hosts, "--ready-file", str(ready)])
+    server = Process([*lab.router.prefix, *QUICK_MOSAIC, *words, *hosts, "--ready-file", str(ready)])
     stack.callback(server.stop)
 
     def start_server() -> None:
