@@ -70,8 +70,7 @@ def lint(session: nox.Session) -> None:
 
 @nox.session
 def types(session: nox.Session) -> None:
-    for package in TYPED:
-        session.run(PYTHON, "-m", "mypy", package, external=True)
+    session.run(PYTHON, "-m", "mypy", *TYPED, external=True)
 
 
 @nox.session
