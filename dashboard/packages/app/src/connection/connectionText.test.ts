@@ -27,6 +27,8 @@ describe('the badge', () => {
     expect(connectionText(failed).text).toBe('Failed')
     expect(connectionText(failed, { isOnline: false }).text).toBe('Offline')
     expect(connectionText(failed, { isOnline: false, isServerAway: true }).text).toBe('No server')
+    expect(connectionText({ ...failed, phase: 'connecting' }, { isServerAway: true }).text).toBe('No server')
+    expect(connectionText({ ...failed, phase: 'connecting' }, { isOnline: false }).text).toBe('Connecting')
     expect(connectionText({ ...failed, phase: 'connected' }, { isServerAway: true }).text).toBe('Connected')
   })
 

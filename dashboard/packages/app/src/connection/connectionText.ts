@@ -36,15 +36,16 @@ export interface KnownPresence {
 export function connectionText(state: ConnectionState, presence: KnownPresence = {}): ConnectionText {
   const known = reasonOf(state.code ?? '')
   return {
-    ...((state.phase === 'failed' && withoutRobot(presence)) || PHASES[state.phase]),
+    ...(withoutRobot(state.phase, presence) ?? PHASES[state.phase]),
     reason: state.code === undefined ? '' : (state.message ?? known.sentence),
     cure: state.code === undefined ? '' : cureOf(state.code, state.phase),
   }
 }
 
-function withoutRobot({ isOnline, isServerAway }: KnownPresence): typeof OFFLINE | typeof NO_SERVER | null {
-  if (isServerAway === true) return NO_SERVER
-  return isOnline === false ? OFFLINE : null
+function withoutRobot(phase: ConnectionPhase, { isOnline, isServerAway }: KnownPresence): typeof OFFLINE | typeof NO_SERVER | null {
+  // A connection begins with the server; one that was up may come back by itself.
+  if (isServerAway === true && (phase === 'connecting' || phase === 'failed')) return NO_SERVER
+  return isOnline === false && phase === 'failed' ? OFFLINE : null
 }
 
 function cureOf(code: string, phase: ConnectionPhase): string {

@@ -1,11 +1,12 @@
 import type { RobotConnection } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
-import { lazy, Suspense, useState } from 'react'
+import { lazyDialog } from '@mosaic/widgets'
+import { useState } from 'react'
 import { connectionText, formattedRoundTrip } from '../connection/connectionText'
 import { useServerAway } from '../shell/useServerAway'
 import classes from './robot.module.css'
 
-const ConnectionDetails = lazy(() => import('../connection/ConnectionDetails'))
+const ConnectionDetails = lazyDialog(() => import('../connection/ConnectionDetails'))
 
 /** State of the connection and its round trip, whose width stays the same while numbers change; a click tells more. */
 export function ConnectionBadge({ connection, isOnline }: { connection: RobotConnection; isOnline: boolean | undefined }) {
@@ -25,7 +26,7 @@ export function ConnectionBadge({ connection, isOnline }: { connection: RobotCon
         )}
         <button type="button" className={classes.badgeButton} aria-label="Connection details" onClick={() => setIsOpen(true)} />
       </span>
-      <Suspense>{isOpen && <ConnectionDetails connection={connection} onClose={() => setIsOpen(false)} />}</Suspense>
+      {isOpen && <ConnectionDetails connection={connection} onClose={() => setIsOpen(false)} />}
     </>
   )
 }

@@ -1,14 +1,15 @@
 import { ActionIcon, Menu } from '@mantine/core'
 import type { RobotSummary } from '@mosaic/client'
 import { useControl, useMosaicClient, useReadable } from '@mosaic/react'
+import { lazyDialog } from '@mosaic/widgets'
 import { IconDotsVertical, IconKey, IconListDetails, IconUserShield } from '@tabler/icons-react'
-import { lazy, Suspense, useState } from 'react'
+import { useState } from 'react'
 
 /** The other robots sign in without one. */
 const SIMPLE_TOKEN = 1
-const JournalDrawer = lazy(() => import('../journal/JournalDrawer'))
-const NewTokenDialog = lazy(() => import('../robots/NewTokenDialog'))
-const GrantsDialog = lazy(() => import('../grants/GrantsDialog'))
+const JournalDrawer = lazyDialog(() => import('../journal/JournalDrawer'))
+const NewTokenDialog = lazyDialog(() => import('../robots/NewTokenDialog'))
+const GrantsDialog = lazyDialog(() => import('../grants/GrantsDialog'))
 
 /** What only some may see of a robot: the journal for supervisors, roles and its token for administrators. */
 export function RobotMenu({ robotId, robot }: { robotId: string; robot: RobotSummary | undefined }) {
@@ -45,11 +46,9 @@ export function RobotMenu({ robotId, robot }: { robotId: string; robot: RobotSum
           )}
         </Menu.Dropdown>
       </Menu>
-      <Suspense>
-        {open === 'journal' && <JournalDrawer robotId={robotId} name={robot?.name ?? 'robot'} onClose={close} />}
-        {open === 'token' && <NewTokenDialog robotId={robotId} name={robot?.name ?? 'robot'} onClose={close} />}
-        {open === 'grants' && <GrantsDialog robotId={robotId} name={robot?.name ?? 'robot'} onClose={close} />}
-      </Suspense>
+      {open === 'journal' && <JournalDrawer robotId={robotId} name={robot?.name ?? 'robot'} onClose={close} />}
+      {open === 'token' && <NewTokenDialog robotId={robotId} name={robot?.name ?? 'robot'} onClose={close} />}
+      {open === 'grants' && <GrantsDialog robotId={robotId} name={robot?.name ?? 'robot'} onClose={close} />}
     </>
   )
 }

@@ -4,6 +4,7 @@ import { Button } from '@mantine/core'
 import {
   ControlFrame,
   ControlNews,
+  lazyDialog,
   LeaseButtons,
   LeaseRequests,
   Mismatch,
@@ -31,7 +32,7 @@ import { useViewChoices, type ViewChoicesControl } from './useViewChoices'
 import { strayLabels } from './viewChoices'
 
 const NotDescribed = lazy(() => import('../describe/NotDescribed'))
-const DescribeDialog = lazy(() => import('../describe/DescribeDialog'))
+const DescribeDialog = lazyDialog(() => import('../describe/DescribeDialog'))
 
 export function RobotPage() {
   const { robotId = '' } = useParams()
@@ -199,7 +200,7 @@ function DescribeMore({ robot }: { robot: RobotSummary }) {
       <Button size="compact-sm" variant="default" leftSection={<IconListDetails size={16} stroke={1.6} />} onClick={() => setIsOpen(true)}>
         {robot.myRole === 'observer' ? 'See what it has' : 'Change what it has'}
       </Button>
-      <Suspense>{isOpen && <DescribeDialog robot={robot} onClose={() => setIsOpen(false)} />}</Suspense>
+      {isOpen && <DescribeDialog robot={robot} onClose={() => setIsOpen(false)} />}
     </div>
   )
 }

@@ -13,7 +13,7 @@ export interface ShellProps {
   header?: ReactNode
   /** What the page adds beside the account. */
   menu?: ReactNode
-  /** What it has to say above everything else. It lies over the page: nothing may move under a driving thumb. */
+  /** What it has to say above everything else. */
   notice?: ReactNode
   children: ReactNode
 }
@@ -37,7 +37,7 @@ export function Shell({ header, menu, notice, children }: ShellProps) {
           <SignOut />
         </span>
       </header>
-      <div className={classes.notices}>
+      <div className={classes.notices} data-over={header !== undefined}>
         <ServerBanner />
         {notice}
       </div>

@@ -2,10 +2,11 @@ import { ActionIcon, Slider, Tooltip } from '@mantine/core'
 import { driveOf, type DriveCommand, type Refusal } from '@mosaic/client'
 import { useControl, useLimits, useReadable } from '@mosaic/react'
 import { IconAlertTriangle, IconChevronDown, IconChevronLeft, IconChevronRight, IconChevronUp, IconDeviceGamepad2 } from '@tabler/icons-react'
-import { lazy, Suspense, useEffect, useId, useRef, useState, useSyncExternalStore, type PointerEvent, type RefObject } from 'react'
+import { useEffect, useId, useRef, useState, useSyncExternalStore, type PointerEvent, type RefObject } from 'react'
 import { limitText, refusalText, type LimitText } from '../control/controlText'
 import { gamepadHint } from '../gamepad/gamepadHint'
 import { pageGamepads } from '../gamepad/GamepadSource'
+import { lazyDialog } from '../registry/lazyDialog'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { refuses } from '../stores/storeKinds'
 import { velocityText } from './driveCommand'
@@ -17,7 +18,7 @@ import { driveStatus, driveStatusWith, type DriveStatus } from './driveStatus'
 import { stickAt, thumbOffset } from './padGeometry'
 import { useDriveSession } from './useDriveSession'
 
-const GamepadEditor = lazy(() => import('../gamepad/GamepadEditor'))
+const GamepadEditor = lazyDialog(() => import('../gamepad/GamepadEditor'))
 
 /** How long a refusal stays in sight after the last one. */
 const REFUSAL_SHOWN_MS = 4000
@@ -88,7 +89,7 @@ function GamepadButton() {
           <IconDeviceGamepad2 size={17} stroke={1.7} />
         </ActionIcon>
       </Tooltip>
-      <Suspense>{isOpen && <GamepadEditor source={pageGamepads()} onClose={() => setIsOpen(false)} />}</Suspense>
+      {isOpen && <GamepadEditor source={pageGamepads()} onClose={() => setIsOpen(false)} />}
     </>
   )
 }

@@ -2,14 +2,15 @@ import { Button } from '@mantine/core'
 import { reasonOf } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { IconCamera, IconFolder, IconPlayerPauseFilled, IconPlayerPlayFilled, IconPlayerRecordFilled, IconPlayerStopFilled } from '@tabler/icons-react'
-import { lazy, Suspense, useState } from 'react'
+import { useState } from 'react'
 import { Notice } from '../frame/Notice'
+import { lazyDialog } from '../registry/lazyDialog'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import classes from './Recorder.module.css'
 import { formattedBytes, formattedDuration, type CameraRecording, type RecorderStatus } from './recorderMessages'
 import { useRecorder, type RecorderControl } from './useRecorder'
 
-const RecordedFiles = lazy(() => import('./RecordedFiles'))
+const RecordedFiles = lazyDialog(() => import('./RecordedFiles'))
 
 const STATES = { idle: 'Not recording', recording: 'Recording', paused: 'Paused' }
 const CAMERA_STATES: Record<string, string> = {
@@ -64,7 +65,7 @@ export function Recorder({ entry, store }: WidgetProps) {
       <span className={classes.said} role="status">
         {said}
       </span>
-      <Suspense>{showsFiles && <RecordedFiles recorder={recorder} onClose={() => setShowsFiles(false)} />}</Suspense>
+      {showsFiles && <RecordedFiles recorder={recorder} onClose={() => setShowsFiles(false)} />}
     </div>
   )
 }
