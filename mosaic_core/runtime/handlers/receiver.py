@@ -158,9 +158,11 @@ class Receiver:
             waiting = self._handle(*arguments)
             if waiting is not None:
                 await waiting
-        except asyncio.CancelledError:
-            self.watch.finish(accepted=True)
-            raise
+        except (KeyboardInterrupt, asyncio.CancelledError) as error:
+            if self.inbox.is_closed:
+                self.watch.finish(accepted=True)
+                raise
+            self._raised(item, error)  # nobody but the plugin: something was cancelled that it waited for
         except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything)
             self._raised(item, error)
         else:

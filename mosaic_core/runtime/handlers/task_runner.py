@@ -97,10 +97,11 @@ class TaskRunner(Runner):
 
     async def _outcome(self) -> BaseException | None:
         """The error that ended it. A ``SystemExit`` that left the task would end the event loop and the robot. So would
-        a ``KeyboardInterrupt``, which is the user's own when the handler shall stop anyway."""
+        a ``KeyboardInterrupt``, which is the user's own when the handler shall stop anyway; and what cancels the body
+        is ours only then: else something was cancelled that it waited for."""
         try:
             await self._iterate()
-        except KeyboardInterrupt as error:
+        except (KeyboardInterrupt, asyncio.CancelledError) as error:
             if self._host.is_stopping:
                 raise
             return error

@@ -130,6 +130,37 @@ async def test_once_the_command_has_returned_nothing_is_repeated_and_a_newer_one
     assert scene.receiver.watch.due_at_s > time.monotonic() + 10.0, "only the time-out is due"
 
 
+class Ending(Slow):
+    """Lets out what usually ends a task, or the program."""
+
+    error: type[BaseException] = asyncio.CancelledError
+
+    async def handle_data(self, data: dict[str, Any]) -> None:  # type: ignore[override]
+        if data["v"] < 0:
+            raise self.error
+        self.speed = data["v"]
+
+
+@pytest.mark.parametrize("error", [asyncio.CancelledError, KeyboardInterrupt])
+async def test_an_async_handle_data_that_raises_what_would_end_its_task_fails_and_takes_the_next_command(
+    error: type[BaseException],
+) -> None:
+    handler = Ending()
+    handler.error = error
+    scene = Scene(handler)
+    scene.receiver.start()
+    scene.says(b'{"v": -1.0}')
+    await until(lambda: scene.done)
+    assert scene.done[0].refusal is not None
+    assert (scene.done[0].refusal.gate, scene.done[0].refusal.code) == (Gate.HANDLER, "plugin.failed")
+    bob = Sender("bob", "t")  # whoever sent what broke it rests
+    opening = scene.receiver.channel_opened(bob)
+    scene.receiver.accept(Incoming("slow", b'{"v": 0.5}', bob, 1, time.monotonic(), 0, opening, 0))
+    await until(lambda: handler.speed == 0.5)
+    scene.receiver.close()
+    await scene.receiver.closed()
+
+
 class Mule(Slow):
     """Swallows what cancels its ``handle_data``: once, or for ever."""
 

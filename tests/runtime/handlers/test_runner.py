@@ -196,6 +196,24 @@ async def test_a_keyboard_interrupt_in_a_body_is_a_failure_like_any_other(kit: A
         assert isinstance(setup.failures[0], KeyboardInterrupt)
 
 
+class Bereft(FlakyTask):
+    """Waits for something that is cancelled."""
+
+    async def messages(self) -> AsyncIterator[str]:
+        self.attempts += 1
+        if self.attempts == 1:
+            waited_for = asyncio.get_running_loop().create_future()
+            waited_for.cancel()
+            await waited_for
+        yield "here"
+
+
+async def test_a_body_whose_work_is_cancelled_by_somebody_else_fails_and_comes_back(kit: Any) -> None:
+    async with Setup(Bereft()) as setup:
+        await kit.until(lambda: setup.sent == [b"here"])
+        assert isinstance(setup.failures[0], asyncio.CancelledError)
+
+
 class Mule(DataChannelSendable[str]):
     """Swallows what cancels it, until it is let go."""
 
