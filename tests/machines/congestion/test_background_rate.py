@@ -85,6 +85,7 @@ def test_what_was_sent_meanwhile_is_not_held_against_it_when_pictures_come_back(
 def test_where_there_is_room_it_grows_until_nothing_limits_it() -> None:
     transfer = Transfer()
     transfer.hear(17)
+    assert not transfer.is_its_queue
     assert transfer.bps() == pytest.approx(4 * START_BPS, rel=0.2)
     transfer.hear(70)
     assert not transfer.rate.is_limited(transfer.now_s)
@@ -134,6 +135,19 @@ def test_what_is_usual_on_a_path_is_no_queue() -> None:
     transfer = Transfer()
     transfer.hear(17, queue_s=0.05, usual_s=0.045)
     assert transfer.bps() > 3 * START_BPS
+
+
+def test_a_little_that_is_sent_proves_no_room() -> None:
+    transfer = Transfer()
+    transfer.hear(30, most_bytes=START_BPS / 8 * REPORT_S / 4)
+    assert transfer.bps() == pytest.approx(START_BPS, rel=0.05)
+
+
+def test_a_packet_at_a_time_is_sent_where_it_is_slow_and_5_ms_where_it_is_fast() -> None:
+    transfer = Transfer()
+    assert transfer.rate.burst_bytes == BURST_BYTES
+    transfer.hear(50)
+    assert transfer.rate.burst_bytes == pytest.approx(START_BPS * 4 ** (50 * REPORT_S) / 8 * 0.005, rel=0.2)
 
 
 def test_who_sends_nothing_answers_for_no_queue_and_proves_no_room() -> None:
