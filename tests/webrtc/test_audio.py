@@ -198,6 +198,43 @@ async def test_several_operators_hear_the_robot_and_it_is_encoded_once(house: An
         assert place.stream._counters.messages <= recorded.posted
 
 
+async def test_sound_is_taken_out_of_the_budget_while_it_is_sent(house: Any) -> None:
+    async with house() as place:
+        ann = await place.guest("ann")
+        budget = ann.peers.robot_side.congestion._budget
+        assert budget.parts == {}
+        place.listen(ann)
+        speaking = place.record()
+        await ann.hears()
+        await until(lambda: budget.parts)
+        (share,) = budget.parts.values()
+        assert 16_000 < share < 128_000
+        await until(lambda: budget._hears_arrivals)
+        speaking.end()
+        await until(lambda: budget.parts == {})
+
+
+async def test_no_packet_of_sound_is_repeated_whoever_asks_for_it(house: Any) -> None:
+    async with house() as place:
+        ann = await place.guest("ann")
+        place.listen(ann)
+        speaking = place.record()
+        await ann.hears()
+        speaking.end()
+        (sender,) = (one.sender for one in ann.peers.robot._peer.pc.getTransceivers() if one.mid == "1")
+        again: list[bytes] = []
+
+        async def noted(data: bytes) -> None:
+            again.append(data)
+
+        sender.transport._send_rtp = noted
+        numbers = [packet.sequence_number for packet in sender._RTCRtpSender__rtp_history.values()]
+        assert numbers
+        for number in numbers:
+            await sender._retransmit(number)
+        assert again == []
+
+
 async def test_who_joins_late_hears_what_is_said_now(house: Any) -> None:
     async with house() as place:
         ann = await place.guest("ann")

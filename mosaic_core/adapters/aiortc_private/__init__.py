@@ -21,8 +21,13 @@ from mosaic_core.adapters.aiortc_private.ice.liveness import watch_liveness
 from mosaic_core.adapters.aiortc_private.ice.paths import chosen_path
 from mosaic_core.adapters.aiortc_private.ice.remote_addresses import keep_off_loopback
 from mosaic_core.adapters.aiortc_private.rtp.codecs import KeptLines, has_common_codec, prefer_codecs, sent_codec
-from mosaic_core.adapters.aiortc_private.rtp.pacing import PacedTransport
-from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import PacketNumbers, agree_on_arrivals, sequence_number_of
+from mosaic_core.adapters.aiortc_private.rtp.pacing import PacedTransport, WatchedTransport
+from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import (
+    PacketNumbers,
+    agree_on_arrivals,
+    never_repeat,
+    sequence_number_of,
+)
 from mosaic_core.adapters.aiortc_private.rtp.senders import RtpOriginLearner, SenderFeedback, name_stream, ssrc_of
 from mosaic_core.adapters.aiortc_private.sctp.quick_sctp import quicken
 from mosaic_core.adapters.aiortc_private.sctp.sctp import SctpQueue
@@ -37,6 +42,7 @@ __all__ = [
     "SctpQueue",
     "SenderFeedback",
     "SessionDescription",
+    "WatchedTransport",
     "agree_on_arrivals",
     "candidate_from_sdp",
     "candidate_to_sdp",
@@ -45,6 +51,7 @@ __all__ = [
     "ice_transports",
     "keep_off_loopback",
     "name_stream",
+    "never_repeat",
     "prefer_codecs",
     "quicken",
     "sent_codec",

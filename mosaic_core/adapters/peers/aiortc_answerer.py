@@ -156,7 +156,7 @@ class AiortcAnswerer:
         for transceiver in peer.pc.getTransceivers():
             if transceiver.mid not in mids:
                 continue
-            label = bound.get(transceiver.mid or "") or sound.bind(transceiver)
+            label = bound.get(transceiver.mid or "") or sound.bind(transceiver, offer.sdp)
             if label is None:
                 prefer_codecs(transceiver, CODEC_ORDER)
                 transceiver.direction = "inactive"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from aiortc import RTCRtpTransceiver
 
-from mosaic_core.adapters.aiortc_private import name_stream, prefer_codecs, sent_codec
+from mosaic_core.adapters.aiortc_private import agree_on_arrivals, name_stream, prefer_codecs, sent_codec
 from mosaic_core.runtime.transport.media_transport import OPUS
 from mosaic_core.runtime.transport.transport import AnswererListener
 
@@ -20,7 +20,7 @@ class SoundLines:
     spoken: Mapping[str, str]
     listener: AnswererListener
 
-    def bind(self, transceiver: RTCRtpTransceiver) -> str | None:
+    def bind(self, transceiver: RTCRtpTransceiver, offer_sdp: str) -> str | None:
         """The label that has the line now."""
         mid = transceiver.mid or ""
         label = self.heard.get(mid) or self.spoken.get(mid)
@@ -35,7 +35,10 @@ class SoundLines:
         if mid in self.heard:
             feed = self.listener.media.track_bound(label)
             feed.codec_agreed(OPUS)
-            transceiver.sender.replaceTrack(SoundTrack(label, feed))
+            track = SoundTrack(label, feed)
+            if agree_on_arrivals(transceiver, offer_sdp):
+                track.count_in(self.listener.congestion, transceiver.sender)
+            transceiver.sender.replaceTrack(track)
             name_stream(transceiver.sender, label)
             transceiver.direction = "sendonly"
         else:

@@ -7,14 +7,22 @@ from typing import Any
 
 import av
 import numpy as np
+from aiortc import RTCRtpSender
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
+from mosaic_core.adapters.aiortc_private import PacketNumbers, WatchedTransport, never_repeat
 from mosaic_core.adapters.sound.shared_sound import SoundFeed
 from mosaic_core.adapters.sound.sound_encoder import RATE_HZ, SoundEncoder
 from mosaic_core.adapters.video.video_track import FeedTrack
 from mosaic_core.contract.sound import Sound
+from mosaic_core.machines.congestion.budget_allocator import DRIVES, Demand
+from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
 from mosaic_core.runtime.transport.media_transport import HeardSound
+from mosaic_core.runtime.transport.peer_congestion import PeerCongestion
 
+MEASURED_S, SILENT_S = 1.0, 3.0
+ASSUMED_BPS = 48_000
+"""Of the first second: Opus at its usual rate, with headers."""
 SILENT_PEAK = 33
 """Of 32 767: quieter than -60 dB is nobody's voice."""
 
@@ -23,6 +31,51 @@ class SoundTrack(FeedTrack):
     """One microphone for one operator, or an operator's voice."""
 
     kind = "audio"
+    _share: SoundShare | None = None
+
+    def count_in(self, connection: PeerCongestion, sender: RTCRtpSender) -> None:
+        """It shares the operator's budget: the other side reports when each of its packets arrived."""
+        self._share = SoundShare(connection, sender)
+
+    def stop(self) -> None:
+        super().stop()
+        if self._share is not None:
+            self._share.end()
+
+
+class SoundShare:
+    """Takes what sound needs out of the budget of one operator, before all pictures, while it is sent."""
+
+    def __init__(self, connection: PeerCongestion, sender: RTCRtpSender) -> None:
+        self._connection = connection
+        self._numbers = PacketNumbers(sender, connection.reported)
+        self._transport = WatchedTransport(sender, self._left)
+        self._silence = DeadlineTimer(self.end)
+        self._began_s = self._bytes = 0.0
+        never_repeat(sender)
+
+    def _left(self, data: bytes) -> None:
+        number = self._numbers.take()
+        if number is None:
+            return
+        self._connection.packet_left(number, len(data))
+        self._connection.sent(len(data))
+        self._note(len(data), time.monotonic())
+
+    def _note(self, size_bytes: int, now_s: float) -> None:
+        """Once per second, what it takes is what it took."""
+        self._bytes += size_bytes
+        if now_s - self._began_s < MEASURED_S:
+            return
+        is_known = now_s - self._began_s < SILENT_S
+        bps = round(self._bytes * 8 / (now_s - self._began_s)) if is_known else ASSUMED_BPS
+        self._connection.want(self, Demand(bps, bps, DRIVES), lambda: None)
+        self._silence.set(now_s + SILENT_S)
+        self._began_s, self._bytes = now_s, 0.0
+
+    def end(self) -> None:
+        self._silence.cancel()
+        self._connection.want_nothing(self)
 
 
 class AiortcIncomingSound:

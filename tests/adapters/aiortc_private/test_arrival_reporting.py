@@ -116,7 +116,7 @@ async def offered(pc: RTCPeerConnection) -> str:
 
 
 @pytest.mark.parametrize("takes_it", [True, False])
-async def test_reports_are_offered_for_video_alone_and_sent_only_if_they_are_taken(takes_it: bool) -> None:
+async def test_reports_are_offered_for_pictures_and_sound_and_sent_only_if_they_are_taken(takes_it: bool) -> None:
     ours, theirs = (
         RTCPeerConnection(RTCConfiguration(iceServers=[])),
         RTCPeerConnection(RTCConfiguration(iceServers=[])),
@@ -124,16 +124,19 @@ async def test_reports_are_offered_for_video_alone_and_sent_only_if_they_are_tak
     try:
         plain = await offered(ours)
         offer = offer_reports(plain)
+        sounds = [codec.payloadType for codec in SessionDescription.parse(plain).media[1].rtp.codecs]
         assert [line for line in offer.splitlines() if line not in plain.splitlines()] == [
             f"a=extmap:{NUMBER_ID} {NUMBER_URI}",
             *(f"a=rtcp-fb:{payload_type} transport-cc" for payload_type in (97, 99, 101)),
+            f"a=extmap:{NUMBER_ID} {NUMBER_URI}",
+            *(f"a=rtcp-fb:{payload_type} transport-cc" for payload_type in sounds),
         ]
-        assert [NUMBER_URI in str(media) for media in SessionDescription.parse(offer).media] == [True, False, False]
+        assert [NUMBER_URI in str(media) for media in SessionDescription.parse(offer).media] == [True, True, False]
         await theirs.setRemoteDescription(RTCSessionDescription(offer, "offer"))
-        transceiver = theirs.getTransceivers()[0]
-        if takes_it:
-            assert agree_on_arrivals(transceiver, offer)
-        transceiver.direction = "sendonly"
+        for transceiver in theirs.getTransceivers():
+            if takes_it:
+                assert agree_on_arrivals(transceiver, offer)
+            transceiver.direction = "sendonly"
         answer = (await theirs.createAnswer()).sdp
         assert agreed_number_id(answer) == (NUMBER_ID if takes_it else None)
         await ours.setRemoteDescription(RTCSessionDescription(answer, "answer"))

@@ -20,18 +20,12 @@ _COPY_PAUSE_S = 0.002
 _MARKER = 0x80
 
 
-class PacedTransport:
-    """Stands between a sender and its DTLS transport. ``left(data)`` is told of every RTP packet; the feed says after
-    each packet of a picture how long the next one waits, and whether it is copied. Repeats and RTCP are never held up:
-    they are sent by the task that also receives."""
+class WatchedTransport:
+    """Stands between a sender and its DTLS transport. ``left(data)`` is told of every RTP packet."""
 
-    def __init__(self, sender: RTCRtpSender, feed: PictureFeed, left: Callable[[bytes], None]) -> None:
-        self._sender = sender
+    def __init__(self, sender: RTCRtpSender, left: Callable[[bytes], None]) -> None:
         self._transport = sender.transport
-        self._feed, self._left = feed, left
-        self._send_again = sender._retransmit
-        self._to_copy: list[int] = []
-        self._copying = BackgroundTasks()
+        self._left = left
         sender.setTransport(self)  # type: ignore[arg-type] # it is one for all that a sender asks of it
 
     def __getattr__(self, name: str) -> Any:
@@ -41,6 +35,22 @@ class PacedTransport:
         if not is_rtcp(data):
             self._left(data)
         await self._transport._send_rtp(data)
+
+
+class PacedTransport(WatchedTransport):
+    """Paces and copies the packets of pictures: the feed says after each of them how long the next one waits, and
+    whether it is sent twice. Repeats and RTCP are never held up: they are sent by the task that also receives."""
+
+    def __init__(self, sender: RTCRtpSender, feed: PictureFeed, left: Callable[[bytes], None]) -> None:
+        super().__init__(sender, left)
+        self._sender = sender
+        self._feed = feed
+        self._send_again = sender._retransmit
+        self._to_copy: list[int] = []
+        self._copying = BackgroundTasks()
+
+    async def _send_rtp(self, data: bytes) -> None:
+        await super()._send_rtp(data)
         if asyncio.current_task() is not self._sender._RTCRtpSender__rtp_task:  # type: ignore[attr-defined]
             return
         self._note_copy(data)

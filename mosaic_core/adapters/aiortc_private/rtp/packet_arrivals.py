@@ -2,8 +2,8 @@
 negotiate: each packet of a picture and each repeat carries a number of its own. Beside it stands the wish that the
 picture is shown as soon as it is there.
 
-Only with retransmission on a stream of its own (RTX): a packet sent twice under one RTP sequence number must be the
-same bytes, or SRTP would encrypt two texts with one key stream.
+Only with retransmission on a stream of its own (RTX), or with none as for sound: a packet sent twice under one RTP
+sequence number must be the same bytes, or SRTP would encrypt two texts with one key stream.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ def agree_on_arrivals(transceiver: RTCRtpTransceiver, offer_sdp: str) -> bool:
     """Accept reports of arrivals for the codec that will be sent, if the offer has them. After the codecs are sorted,
     before the answer is made."""
     sent = transceiver._codecs[0]
-    if not any(codec.name == "rtx" and codec.parameters["apt"] == sent.payloadType for codec in transceiver._codecs):
+    repeated = {codec.parameters["apt"] for codec in transceiver._codecs if codec.name == "rtx"}
+    if transceiver.kind == "video" and sent.payloadType not in repeated:
         return False
     for media in SessionDescription.parse(offer_sdp).media:
         if media.rtp.muxId != transceiver.mid:
@@ -50,6 +51,14 @@ def agree_on_arrivals(transceiver: RTCRtpTransceiver, offer_sdp: str) -> bool:
         ]
         return True
     return False
+
+
+def never_repeat(sender: RTCRtpSender) -> None:
+    """Let no packet of a numbered stream without RTX be sent again, whoever asks for it."""
+
+    async def nothing(sequence_number: int) -> None: ...
+
+    sender._retransmit = nothing  # type: ignore[method-assign]
 
 
 def sequence_number_of(data: bytes, ssrc: int) -> int:

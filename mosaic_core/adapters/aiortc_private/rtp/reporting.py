@@ -29,19 +29,19 @@ _HEADER_BYTES = 12
 
 
 def offer_reports(sdp: str) -> str:
-    """Our offer ``sdp``, with reports of arrivals for all that its video lines may receive."""
+    """Our offer ``sdp``, with reports of arrivals for all pictures and sounds that it may receive."""
     return "".join(_with_reports(sdp.splitlines(keepends=True)))
 
 
 def _with_reports(lines: list[str]) -> Iterator[str]:
-    is_video = False
+    is_media = False
     for line in lines:
         if line.startswith("m="):
-            is_video = line.startswith("m=video")
+            is_media = line.startswith(("m=video", "m=audio"))
         yield line
-        if is_video and line.startswith("a=mid:"):
+        if is_media and line.startswith("a=mid:"):
             yield f"a=extmap:{NUMBER_ID} {NUMBER_URI}\r\n"
-        elif is_video and line.startswith("a=rtpmap:") and " rtx/" not in line:
+        elif is_media and line.startswith("a=rtpmap:") and " rtx/" not in line:
             yield f"a=rtcp-fb:{line.split()[0].removeprefix('a=rtpmap:')} transport-cc\r\n"
 
 
