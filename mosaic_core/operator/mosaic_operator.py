@@ -27,7 +27,7 @@ from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.transport.operator_transport import OffererFactory
 from mosaic_core.runtime.transport.transport import NetworkWatcher, SocketConnector
 from mosaic_core.words import signaling
-from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
+from mosaic_core.words.codes import RESULT_REASONS, reason
 from mosaic_core.words.described import DescribedConnector
 from mosaic_core.words.ice import IceServer, IceTransportPolicy
 from mosaic_core.words.signaling import RobotStatus, SignalingMessage
@@ -286,8 +286,7 @@ class MosaicOperator:
 
     def _refused(self, code: int) -> None:
         """The server took an offer or candidate for none of ours; it does not say which, so: those being made."""
-        known = RESULT_REASONS.get(ResultCode(code), "") if code in list(ResultCode) else ""
-        why = known or "signal.unknown_connection"
+        why = RESULT_REASONS.get(code, "signal.unknown_connection")
         for connection in list(self._connections.values()):
             if connection.state in ("connecting", "reconnecting"):
                 close = signaling.ClosePeerConnection(

@@ -49,7 +49,7 @@ class CloseCode(IntEnum):
     TOO_SLOW = 4429
 
 
-CLOSE_REASONS: dict[CloseCode, str] = {
+CLOSE_REASONS: dict[int, str] = {
     CloseCode.BAD_MESSAGE: "signal.bad_message",
     CloseCode.AUTH: "auth.failed",
     CloseCode.FORBIDDEN: "auth.forbidden",
@@ -88,7 +88,7 @@ class ResultCode(IntEnum):
     ROBOT_NOT_READY_TO_CONNECT = 20007
 
 
-RESULT_REASONS: dict[ResultCode, str] = {
+RESULT_REASONS: dict[int, str] = {
     ResultCode.ACCESS_TOKEN_DECRYPTING_FAILED: "auth.failed",
     ResultCode.ACCESS_TOKEN_EXPIRED: "auth.expired",
     ResultCode.ACCESS_TOKEN_NOT_EXIST: "auth.required",

@@ -13,20 +13,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from mosaic_core.machines.signaling.signaling_events import (
-    ChangeState,
-    CloseSocket,
-    ConnectFailed,
-    DeadlinePassed,
-    FrameReceived,
-    NetworkChanged,
-    SendSignal,
-    SocketClosed,
-    SocketOpened,
-)
-from mosaic_core.machines.signaling.signaling_session import SignalingSession, SocketEffect, refusal_code
+from mosaic_core.machines.signaling.signaling_events import ChangeState, SendSignal
+from mosaic_core.machines.signaling.signaling_session import SignalingSession, SocketEffect, SocketEvent
 from mosaic_core.words import signaling as wire
-from mosaic_core.words.codes import CLOSE_REASONS, CloseCode, ResultCode
+from mosaic_core.words.codes import CLOSE_REASONS, CloseCode
 from mosaic_core.words.errors import WireError
 
 
@@ -49,10 +39,7 @@ class ServerDoubted:
     """Ask for what is answered at once, to see whether the server is still there."""
 
 
-Event = (
-    SocketOpened | ConnectFailed | FrameReceived | SocketClosed | NetworkChanged | RobotsWatched | ServerDoubted
-    | DeadlinePassed
-)  # fmt: skip
+Event = SocketEvent | RobotsWatched | ServerDoubted
 Effect = SocketEffect | Deliver
 
 
@@ -64,34 +51,14 @@ class OperatorSignaling(SignalingSession):
         self._access_token = access_token
         self._robot_ids: tuple[str, ...] = ()
 
-    def handle(self, event: Event, now_s: float) -> Sequence[Effect]:
-        """What to do now, in order."""
-        if self.state == "stopped":
-            return []
-        match event:
-            case SocketOpened():
-                return self._opened(now_s)
-            case ConnectFailed(message, code):
-                return self._lost(code, message, now_s)
-            case FrameReceived(text):
-                return self._frame(text, now_s)
-            case SocketClosed(code):
-                return self._closed(code, now_s)
-            case NetworkChanged():
-                return self._moved()
-            case RobotsWatched(robot_ids):
-                self._robot_ids = tuple(dict.fromkeys(robot_ids))
-                return self._subscription()
-            case ServerDoubted():
-                return self._subscription()
-            case DeadlinePassed():
-                return self._overdue(now_s)
+    def _own(self, event: RobotsWatched | ServerDoubted) -> Sequence[Effect]:
+        if isinstance(event, RobotsWatched):
+            self._robot_ids = tuple(dict.fromkeys(event.robot_ids))
+        return self._subscription()
 
     def _closed(self, close_code: int | None, now_s: float) -> Sequence[Effect]:
-        if self.state == "offline":
-            return []
         if close_code in (CloseCode.AUTH, CloseCode.FORBIDDEN) and not self._refusal:
-            self._refusal = CLOSE_REASONS[CloseCode(close_code)]
+            self._refusal = CLOSE_REASONS[close_code]
         return self._stopped(self._refusal) if self._refusal else self._lost_by(close_code, now_s)
 
     def _frame(self, text: str, now_s: float) -> Sequence[Effect]:
@@ -99,30 +66,16 @@ class OperatorSignaling(SignalingSession):
             message = self._read(text, now_s)
         except WireError:
             return []  # a server that is newer than us may say what we don't understand
-        match message:
-            case wire.PingPing():
-                return [SendSignal(wire.PingPong(ping_id=message.ping_id))]
-            case wire.AuthorizeRequest() if self.state == "greeting":
-                self.state, self.agreed = "authorizing", wire.agreed_extensions(message.extensions)
-                return [SendSignal(wire.Authorize(access_token=self._access_token, extensions=self.agreed or None))]
-            case wire.AuthorizeResult() if self.state == "authorizing":
-                return self._authorized(message.code, now_s)
-            case wire.ErrorEcho() if self.state == "authorizing" and message.request_type.startswith("authorize"):
-                return self._authorized(message.code, now_s)
-            case wire.SessionWelcome() if self.state == "welcoming":
-                self._welcomed(message)
-                return self._ready(now_s)
-            case _:
-                return [Deliver(message)] if self.state == "ready" else []
+        if self.state != "ready" or isinstance(message, wire.PingPing):
+            return self._before_session(message, now_s)
+        return [Deliver(message)]
+
+    def _credentials(self) -> wire.Authorize:
+        return wire.Authorize(access_token=self._access_token, extensions=self.agreed or None)
 
     def _authorized(self, code: int, now_s: float) -> Sequence[Effect]:
-        if code != ResultCode.SUCCESS:
-            self._refusal = refusal_code(code)
-            return [*self._stopped(self._refusal), CloseSocket(1000, self._refusal)]
-        if self.agreed:
-            self.state = "welcoming"
-            return []
-        return self._ready(now_s)
+        effects = super()._authorized(code, now_s)
+        return [*self._stopped(self._refusal), *effects] if self._refusal else effects
 
     def _ready(self, now_s: float) -> Sequence[Effect]:
         self._became_ready(now_s)

@@ -16,27 +16,20 @@ from mosaic_core.machines.signaling.peer_admission import PeerAdmission, PeerIde
 from mosaic_core.machines.signaling.signaling_events import (
     ChangeState,
     CloseSocket,
-    ConnectFailed,
-    DeadlinePassed,
     Effect,
-    Event,
-    FrameReceived,
     MessageReady,
-    NetworkChanged,
     PeerConnected,
     PeerEnded,
     Report,
     RobotFacts,
     SendSignal,
     ShutdownBegun,
-    SocketClosed,
-    SocketOpened,
     VerifyTicket,
 )
-from mosaic_core.machines.signaling.signaling_session import SignalingSession, refusal_code
+from mosaic_core.machines.signaling.signaling_session import SignalingSession, SocketEffect
 from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
 from mosaic_core.words import signaling as wire
-from mosaic_core.words.codes import CloseCode, ResultCode, reason
+from mosaic_core.words.codes import CloseCode, reason
 from mosaic_core.words.errors import WireError
 
 REFUSED_POLICY = BackoffPolicy(first_s=30.0, max_s=300.0)
@@ -55,25 +48,8 @@ class RobotSignaling(SignalingSession):
         self._grumbled: set[str] = set()
         self._status: wire.RobotStatus | None = None
 
-    def handle(self, event: Event, now_s: float) -> Sequence[Effect]:
-        """What to do now, in order."""
-        if self.state == "stopped":
-            return []
+    def _own(self, event: MessageReady | PeerConnected | PeerEnded | ShutdownBegun) -> Sequence[Effect]:
         match event:
-            case SocketOpened():
-                self._status = None
-                self._grumbled.clear()
-                return self._opened(now_s)
-            case ConnectFailed(message, code):
-                return self._lost(code, message, now_s)
-            case FrameReceived(text):
-                return self._frame(text, now_s)
-            case SocketClosed(code):
-                return self._closed(code, now_s)
-            case NetworkChanged():
-                return self._moved()
-            case DeadlinePassed():
-                return self._overdue(now_s)
             case MessageReady(message):
                 return [SendSignal(message)] if self.state == "ready" else []
             case PeerConnected(peer_id):
@@ -86,16 +62,19 @@ class RobotSignaling(SignalingSession):
 
     # -- the socket ----------------------------------------------------------------------------------------------
 
-    def _closed(self, code: int | None, now_s: float) -> Sequence[Effect]:
-        if self.state == "offline":
-            return []
-        if code == CloseCode.REPLACED:
+    def _opened(self, now_s: float) -> Sequence[SocketEffect]:
+        self._status = None
+        self._grumbled.clear()
+        return super()._opened(now_s)
+
+    def _closed(self, close_code: int | None, now_s: float) -> Sequence[Effect]:
+        if close_code == CloseCode.REPLACED:
             return self._stopped("signal.replaced")
-        if code == CloseCode.AUTH:
+        if close_code == CloseCode.AUTH:
             self._refusal = self._refusal or "auth.failed"
         if self._refusal:
             return self._lost(self._refusal, reason(self._refusal).sentence, now_s)
-        return self._lost_by(code, now_s)
+        return self._lost_by(close_code, now_s)
 
     def _backoff_for(self, code: str) -> Backoff:
         return self._refused_backoff if code.startswith("auth.") else self._backoff
@@ -121,38 +100,9 @@ class RobotSignaling(SignalingSession):
             return self._in_session(message, now_s)
         return self._before_session(message, now_s)
 
-    def _before_session(self, message: wire.SignalingMessage, now_s: float) -> Sequence[Effect]:
-        match message:
-            case wire.AuthorizeRequest():
-                return self._authorize(message.extensions)
-            case wire.AuthorizeResult() if self.state == "authorizing":
-                return self._authorized(message.code, now_s)
-            case wire.ErrorEcho() if message.request_type.startswith("authorize"):
-                return self._authorized(message.code, now_s)
-            case wire.SessionWelcome() if self.state == "welcoming":
-                self._welcomed(message)
-                return self._ready(now_s)
-            case wire.PingPing():
-                return [SendSignal(wire.PingPong(ping_id=message.ping_id))]
-            case _:
-                return []
-
-    def _authorize(self, offered: dict[str, int] | None) -> Sequence[Effect]:
-        self.state = "authorizing"
-        self.agreed = wire.agreed_extensions(offered)
-        answer = wire.Authorize(
-            robot_id=self._facts.robot_id, data=self._facts.token, extensions=self.agreed if self.agreed else None
-        )
-        return [SendSignal(answer)]
-
-    def _authorized(self, code: int, now_s: float) -> Sequence[Effect]:
-        if code != ResultCode.SUCCESS:
-            self._refusal = refusal_code(code)
-            return [CloseSocket(1000, self._refusal)]
-        if self.agreed:
-            self.state = "welcoming"
-            return []
-        return self._ready(now_s)
+    def _credentials(self) -> wire.Authorize:
+        facts = self._facts
+        return wire.Authorize(robot_id=facts.robot_id, data=facts.token, extensions=self.agreed or None)
 
     def _ready(self, now_s: float) -> Sequence[Effect]:
         self._became_ready(now_s)

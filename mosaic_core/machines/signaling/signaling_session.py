@@ -4,8 +4,11 @@ and what of it a person should hear.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from typing import Any
 
+from mosaic_core.machines.signaling import signaling_events as events
 from mosaic_core.machines.signaling.signaling_events import ChangeState, CloseSocket, ReconnectAfter, Report, SendSignal
 from mosaic_core.machines.timing.backoff import Backoff
 from mosaic_core.words import signaling as wire
@@ -16,10 +19,14 @@ GREETING_TIMEOUT_S = 10.0
 SILENCE_TIMEOUT_S = 15.0
 """Our server pings every 5 s; three missed pings are a dead socket that TCP has not noticed yet."""
 
+SocketEvent = (
+    events.SocketOpened | events.ConnectFailed | events.FrameReceived | events.SocketClosed | events.NetworkChanged
+    | events.DeadlinePassed
+)  # fmt: skip
 SocketEffect = SendSignal | CloseSocket | ReconnectAfter | ChangeState | Report
 
 
-class SignalingSession:
+class SignalingSession(ABC):
     """Keeps the state of one socket after the other. ``draw`` gives random numbers of [0, 1), ``now_s`` is any
     monotonic clock."""
 
@@ -37,6 +44,44 @@ class SignalingSession:
         self._refusal = ""
         self._reported = ""
 
+    def handle(self, event: Any, now_s: float) -> Sequence[Any]:
+        """What to do now, in order."""
+        if self.state == "stopped":
+            return []
+        match event:
+            case events.SocketOpened():
+                return self._opened(now_s)
+            case events.ConnectFailed(message, code):
+                return self._lost(code, message, now_s)
+            case events.FrameReceived(text):
+                return self._frame(text, now_s)
+            case events.SocketClosed(code):
+                return [] if self.state == "offline" else self._closed(code, now_s)
+            case events.NetworkChanged():
+                return self._moved()
+            case events.DeadlinePassed():
+                return self._overdue(now_s)
+            case _:
+                return self._own(event)
+
+    @abstractmethod
+    def _own(self, event: Any) -> Sequence[Any]:
+        """What only this side is told."""
+
+    @abstractmethod
+    def _frame(self, text: str, now_s: float) -> Sequence[Any]: ...
+
+    @abstractmethod
+    def _closed(self, close_code: int | None, now_s: float) -> Sequence[Any]: ...
+
+    @abstractmethod
+    def _credentials(self) -> wire.Authorize:
+        """Who we are, with the extensions that are :attr:`agreed`."""
+
+    @abstractmethod
+    def _ready(self, now_s: float) -> Sequence[Any]:
+        """The session can be used."""
+
     def _opened(self, now_s: float) -> Sequence[SocketEffect]:
         self.state, self.agreed, self._welcome, self._refusal = "greeting", {}, None, ""
         self.deadline_s = now_s + GREETING_TIMEOUT_S
@@ -48,9 +93,34 @@ class SignalingSession:
             self.deadline_s = now_s + SILENCE_TIMEOUT_S
         return wire.parse_signaling(text)
 
-    def _welcomed(self, message: wire.SessionWelcome) -> None:
-        self._welcome = message
-        self.agreed = wire.agreed_extensions(message.extensions, self.agreed)
+    def _before_session(self, message: wire.SignalingMessage, now_s: float) -> Sequence[Any]:
+        """Who we are is asked, and judged."""
+        match message:
+            case wire.PingPing():
+                return [SendSignal(wire.PingPong(ping_id=message.ping_id))]
+            case wire.AuthorizeRequest() if self.state == "greeting":
+                self.state, self.agreed = "authorizing", wire.agreed_extensions(message.extensions)
+                return [SendSignal(self._credentials())]
+            case wire.AuthorizeResult() if self.state == "authorizing":
+                return self._authorized(message.code, now_s)
+            case wire.ErrorEcho() if self.state == "authorizing" and message.request_type.startswith("authorize"):
+                return self._authorized(message.code, now_s)
+            case wire.SessionWelcome() if self.state == "welcoming":
+                self._welcome = message
+                self.agreed = wire.agreed_extensions(message.extensions, self.agreed)
+                return self._ready(now_s)
+            case _:
+                return []
+
+    def _authorized(self, code: int, now_s: float) -> Sequence[Any]:
+        if code != ResultCode.SUCCESS:
+            known = RESULT_REASONS.get(code, "")
+            self._refusal = known if known.startswith("auth.") else "auth.failed"
+            return [CloseSocket(1000, self._refusal)]
+        if self.agreed:
+            self.state = "welcoming"
+            return []
+        return self._ready(now_s)
 
     def _became_ready(self, now_s: float) -> None:
         self.state, self._ready_at_s = "ready", now_s
@@ -84,7 +154,7 @@ class SignalingSession:
 
     def _lost_by(self, close_code: int | None, now_s: float) -> Sequence[SocketEffect]:
         """The socket was closed, and not because of who we are."""
-        known = CLOSE_REASONS.get(CloseCode(close_code), "") if close_code in list(CloseCode) else ""
+        known = CLOSE_REASONS.get(close_code or 0, "")
         message = reason(known).sentence if known else f"The server closed the connection (code {close_code})."
         return self._lost(known or "signal.unreachable", message, now_s)
 
@@ -92,9 +162,3 @@ class SignalingSession:
         """For good."""
         self.state, self.deadline_s = "stopped", None
         return [ChangeState("stopped"), Report(code, reason(code).sentence)]
-
-
-def refusal_code(result: int) -> str:
-    """Why an authorization failed, by the number in which the server says it."""
-    known = RESULT_REASONS.get(ResultCode(result), "") if result in list(ResultCode) else ""
-    return known if known.startswith("auth.") else "auth.failed"
