@@ -13,7 +13,7 @@ import pytest
 from platformdirs import user_data_path
 from rich.console import Console
 
-from mosaic_core.cli.diagnosis.doctor_report import json_document, print_report
+from mosaic_core.cli.diagnosis.doctor_examination import json_document, print_report
 from mosaic_core.doctor import server_checks
 from mosaic_core.doctor.config_checks import config_checks, device_checks, device_finding, read_config
 from mosaic_core.doctor.examination import CheckRun, Examined, Progress, examined

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import ast
 import json
+import re
+from collections.abc import Iterable
+from importlib.machinery import PathFinder
+from importlib.metadata import EntryPoint
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
+    from mosaic_core.cli.configuration.connector_description import Row
     from mosaic_core.contract.configurer import Configurer
     from mosaic_core.runtime.configuration.resolver import InstalledConnector
 
@@ -21,7 +26,6 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 @app.command("list")
 def list_types(as_json: AsJson = False) -> None:
     """List the installed connector types; imports none of them."""
-    from mosaic_core.cli.configuration.plugin_docstring import first_docstring_line
     from mosaic_core.cli.terminal.plain_table import print_table
     from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
@@ -51,11 +55,7 @@ def show(
     typer.secho(connector_type, bold=True, nl=False)
     typer.echo(f"  ({installed.source})\n{(configurer.__doc__ or '').strip()}\n")
     for heading, rows in param_tables(configurer):
-        table = _table(heading, "type", "default", "unit", "description")
-        for row in rows:
-            table.add_row(*row)
-        _print(table)
-        typer.echo()
+        _print_params(heading, rows)
     typer.echo("Example:\n")
     typer.echo(example_yaml(connector_type, configurer))
 
@@ -79,17 +79,64 @@ def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]])
     }
 
 
-def _table(*columns: str) -> Table:
+def _print_params(heading: str, rows: Iterable[Row]) -> None:
     from rich.table import Table
 
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
-    for column in columns:
-        # Names are pasted into files: they are never cut or wrapped, descriptions may be.
-        table.add_column(column, overflow="fold", no_wrap=column not in ("description", "default", "type"))
-    return table
-
-
-def _print(table: Table) -> None:
     from mosaic_core.cli.terminal.rich_table import console
 
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for column in (heading, "type", "default", "unit", "description"):
+        # Names are pasted into files: they are never cut or wrapped, descriptions may be.
+        table.add_column(column, overflow="fold", no_wrap=column not in ("description", "default", "type"))
+    for row in rows:
+        table.add_row(*row)
     console(pipe_width=200).print(table)  # one row per line, for grep
+    typer.echo()
+
+
+# -- a configurer's docstring, read from its source: `mosaic connectors list` imports no plugin ----------------------
+
+
+def first_docstring_line(entry_point: EntryPoint) -> str:
+    """What the class says of itself; empty where the source can't be found or read."""
+    source = _source_of(entry_point.module)
+    if source is None:
+        return ""
+    try:
+        text = source.read_text("utf-8")
+    except (OSError, ValueError):
+        return ""
+    name = entry_point.attr
+    return _first_line(_class_of(text, name), name) or _first_line(text, name)
+
+
+def _class_of(text: str, name: str) -> str:
+    """The lines of one class: parsing a whole module takes ten times longer."""
+    found = re.search(rf"^class {re.escape(name)}\b.*\n(?:[ \t].*\n|\n)*", text, re.MULTILINE)
+    return found[0] if found is not None else ""
+
+
+def _first_line(source: str, name: str) -> str:
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError):
+        return ""
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef) and node.name == name:
+            return (ast.get_docstring(node) or "").partition("\n")[0]
+    return ""
+
+
+def _source_of(module: str) -> Path | None:
+    top, *inner = module.split(".")
+    spec = PathFinder.find_spec(top)
+    if spec is None:
+        return None
+    if not inner:
+        return Path(spec.origin) if spec.origin else None
+    for folder in spec.submodule_search_locations or ():
+        path = Path(folder, *inner)
+        for candidate in (path.with_suffix(".py"), path / "__init__.py"):
+            if candidate.is_file():
+                return candidate
+    return None

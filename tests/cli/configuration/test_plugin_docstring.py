@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from mosaic_core.cli.configuration.plugin_docstring import first_docstring_line
+from mosaic_core.cli.configuration.connectors_commands import first_docstring_line
 
 BROKEN_BEFORE = "def broken(:\n\n\n"
 

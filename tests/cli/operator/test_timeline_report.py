@@ -6,7 +6,7 @@ import io
 
 from rich.console import Console
 
-from mosaic_core.cli.operator.timeline_report import BAR_CELLS, timeline_table
+from mosaic_core.cli.operator.operator_session import BAR_CELLS, timeline_table
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
 
 

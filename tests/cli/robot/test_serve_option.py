@@ -11,7 +11,7 @@ import pytest
 
 from mosaic_core.cli.robot import lan_serving
 from mosaic_core.cli.robot.lan_serving import LanServing, lan_server
-from mosaic_core.cli.robot.serve_option import address_of, wish_of, with_address
+from mosaic_core.cli.robot.run_options import address_of, wish_of, with_address
 from mosaic_core.cli.terminal.error_report import exit_code_of
 from mosaic_core.words.config import AuthConfig, ServerConfig
 from mosaic_core.words.errors import MosaicError, PluginError
