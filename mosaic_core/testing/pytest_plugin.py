@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -15,8 +16,11 @@ if TYPE_CHECKING:
     from mosaic_core.testing.fake_hosts import FakeClock
 
 
-class InstallDistribution(Protocol):
-    """The type of the fixture :func:`install_distribution`."""
+class InstallDistribution:
+    """Installs distributions in ``folder``, which is on ``sys.path``; the fixture :func:`install_distribution`."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
 
     def __call__(
         self,
@@ -25,11 +29,18 @@ class InstallDistribution(Protocol):
         version: str = "1.0.0",
         modules: Mapping[str, str] | None = None,
         entry_points: Mapping[str, Mapping[str, str]] | None = None,
-    ) -> Path: ...
+    ) -> Path:
+        from mosaic_core.testing.distributions import write_distribution
+
+        write_distribution(self._folder, name, version=version, modules=modules, entry_points=entry_points)
+        return self._folder
 
 
-class ImpairedNetwork(Protocol):
-    """The type of the fixture :func:`impaired_network`."""
+class ImpairedNetwork:
+    """Makes networks that end with ``stack``; the fixture :func:`impaired_network`."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        self._stack = stack
 
     def __call__(
         self,
@@ -39,7 +50,16 @@ class ImpairedNetwork(Protocol):
         nat: NatKind | tuple[NatKind, NatKind] | None = None,
         with_relay: bool = True,
         seed: int = 1,
-    ) -> Network: ...
+    ) -> Network:
+        if in_memory:
+            if nat is not None:
+                raise ValueError("there is no NAT in memory; leave in_memory out")
+            from mosaic_core.laboratory.memory_network import MemoryNetwork
+
+            return MemoryNetwork(profile, seed=seed)
+        from mosaic_core.laboratory.networks import WebRtcNetwork
+
+        return self._stack.enter_context(WebRtcNetwork(profile, nat=nat, with_relay=with_relay, seed=seed))
 
 
 @pytest.fixture
@@ -54,23 +74,12 @@ def fake_clock() -> FakeClock:
 def install_distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[InstallDistribution]:
     """``install_distribution("acme-lamp", modules={"acme": "…"}, entry_points={"mosaic.connectors": {"lamp":
     "acme:Lamp"}})``: a distribution that is installed until the test ends. Returns its folder on ``sys.path``."""
-    from mosaic_core.testing.distributions import forget_modules_of, write_distribution
+    from mosaic_core.testing.distributions import forget_modules_of
 
     folder = tmp_path / "site-packages"
     folder.mkdir()
     monkeypatch.syspath_prepend(str(folder))
-
-    def install(
-        name: str,
-        *,
-        version: str = "1.0.0",
-        modules: Mapping[str, str] | None = None,
-        entry_points: Mapping[str, Mapping[str, str]] | None = None,
-    ) -> Path:
-        write_distribution(folder, name, version=version, modules=modules, entry_points=entry_points)
-        return folder
-
-    yield install
+    yield InstallDistribution(folder)
     forget_modules_of(folder)
 
 
@@ -83,26 +92,5 @@ def impaired_network() -> Iterator[ImpairedNetwork]:
     its own, the robot's first) behind such a NAT, joined by a TURN server unless ``with_relay`` is off. The network
     that is returned may ``become`` another one, be ``cut`` and ``heal``.
     """
-    from contextlib import ExitStack
-
     with ExitStack() as stack:
-
-        def make(
-            profile: LinkProfile | str = "pristine",
-            *,
-            in_memory: bool = False,
-            nat: NatKind | tuple[NatKind, NatKind] | None = None,
-            with_relay: bool = True,
-            seed: int = 1,
-        ) -> Network:
-            if in_memory:
-                if nat is not None:
-                    raise ValueError("there is no NAT in memory; leave in_memory out")
-                from mosaic_core.laboratory.memory_network import MemoryNetwork
-
-                return MemoryNetwork(profile, seed=seed)
-            from mosaic_core.laboratory.networks import WebRtcNetwork
-
-            return stack.enter_context(WebRtcNetwork(profile, nat=nat, with_relay=with_relay, seed=seed))
-
-        yield make
+        yield ImpairedNetwork(stack)

@@ -1,11 +1,13 @@
 """Text that people chose, without what acts on a terminal or a page: control characters, line ends, marks of direction.
 
 A name, a reason or a message of the other side passes here once, when it is read from the wire: whoever shows it later
-need not think of it.
+need not think of it. Lines of the log can't be forged either: there control characters are spelled out.
 """
 
 from __future__ import annotations
 
+import logging
+from types import TracebackType
 from typing import Annotated, TypeAlias
 
 from pydantic import AfterValidator, Field
@@ -32,3 +34,25 @@ def plain(text: str) -> str:
 
 PlainText: TypeAlias = Annotated[str, AfterValidator(plain), Field(json_schema_extra={"format": "plain"})]
 """A field of a message that people read. Pages read it alike, by the format in the schema."""
+
+
+_ESCAPES = {code: f"\\u{code:04x}" for code in (*_BLANKS, *_CONTROLS, *_DIRECTIONS)}
+_INDENT = "    "
+
+ExceptionInfo: TypeAlias = tuple[type[BaseException], BaseException, TracebackType | None] | tuple[None, None, None]
+
+
+def on_one_line(text: str) -> str:
+    r"""``text`` with every control character spelled as JSON would (``\u001b``)."""
+    return text.translate(_ESCAPES)
+
+
+class TextLines(logging.Formatter):
+    """A record on one line for people; below it, indented, the traceback if there is one."""
+
+    def formatMessage(self, record: logging.LogRecord) -> str:
+        return on_one_line(super().formatMessage(record))
+
+    def formatException(self, ei: ExceptionInfo) -> str:
+        lines = super().formatException(ei).split("\n")
+        return "\n".join(_INDENT + on_one_line(line) for line in lines)

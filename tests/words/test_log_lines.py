@@ -11,7 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from mosaic_core.cli.terminal.log_output import JsonLines
-from mosaic_core.words.log_lines import TextLines, on_one_line
+from mosaic_core.words.plain_text import TextLines, on_one_line
 
 FORGED = "bob\n12:00:00 INFO    ann holds the lease\x1b[2J\x9b1m\u202e"
 ACTING = {"Cc", "Zl", "Zp"}

@@ -18,8 +18,7 @@ from mosaic_core.adapters.aiortc_private.ice.gathering import (
     widen_udp_buffer,
 )
 from mosaic_core.adapters.aiortc_private.ice.liveness import watch_liveness
-from mosaic_core.adapters.aiortc_private.ice.paths import chosen_path
-from mosaic_core.adapters.aiortc_private.ice.remote_addresses import keep_off_loopback
+from mosaic_core.adapters.aiortc_private.ice.paths import chosen_path, keep_off_loopback
 from mosaic_core.adapters.aiortc_private.rtp.codecs import KeptLines, has_common_codec, prefer_codecs, sent_codec
 from mosaic_core.adapters.aiortc_private.rtp.pacing import PacedTransport, WatchedTransport
 from mosaic_core.adapters.aiortc_private.rtp.packet_arrivals import (

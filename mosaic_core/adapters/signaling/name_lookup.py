@@ -11,7 +11,7 @@ import contextlib
 import socket
 import threading
 
-from mosaic_core.machines.diagnosis.address_choice import tried_addresses
+from mosaic_core.machines.diagnosis.host_addresses import tried_addresses
 
 
 async def ipv4_addresses(host: str) -> list[str]:

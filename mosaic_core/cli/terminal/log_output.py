@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from mosaic_core.words.log_lines import TextLines, on_one_line
+from mosaic_core.words.plain_text import TextLines, on_one_line
 
 if TYPE_CHECKING:
     from rich.console import Console

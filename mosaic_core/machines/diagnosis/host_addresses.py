@@ -1,10 +1,24 @@
-"""What the addresses of a machine are worth for a peer connection."""
+"""What the addresses of a machine are worth for a peer connection, and which of a server's name are worth a try."""
 
 from __future__ import annotations
 
 import ipaddress
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import chain, zip_longest
 from typing import Literal
+
+MAX_ADDRESSES = 4
+"""Two of each family: a pair of servers behind one name, over IPv4 and IPv6."""
+
+
+def tried_addresses(found: Sequence[str], most: int = MAX_ADDRESSES) -> list[str]:
+    """Up to ``most`` of ``found``, the families in turn, each in the order of the name server."""
+    known = list(dict.fromkeys(found))
+    families = ([one for one in known if ":" in one], [one for one in known if ":" not in one])
+    if known and ":" not in known[0]:
+        families = families[::-1]
+    return [one for one in chain.from_iterable(zip_longest(*families)) if one is not None][:most]
+
 
 AddressKind = Literal["loopback", "link-local", "private", "shared", "public", "unique-local"]
 

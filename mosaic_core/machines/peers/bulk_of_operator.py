@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from mosaic_core.machines.peers.bulk_events import BulkCloseHeard, BulkFailed, DropBulk, TellBulkClosed
+from mosaic_core.machines.peers.peer_events import BulkCloseHeard, BulkFailed, DropBulk, TellBulkClosed
 from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
 from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 

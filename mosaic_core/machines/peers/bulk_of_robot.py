@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from mosaic_core.machines.peers.bulk_events import BulkCloseHeard, BulkFailed, DropBulk, TellBulkClosed
+from mosaic_core.machines.peers.peer_events import BulkCloseHeard, BulkFailed, DropBulk, TellBulkClosed
 from mosaic_core.machines.timing.deadline import DeadlinePassed as DeadlinePassed
 from mosaic_core.machines.timing.pacing import TokenBucket
 from mosaic_core.words.signaling import IceCandidate

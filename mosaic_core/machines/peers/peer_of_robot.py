@@ -107,6 +107,12 @@ class ClosePeer:
 Effect = TellConnected | TreatAsOurs | TreatAsOriginal | ClosePeer
 
 
+def is_media_only(sdp: str) -> bool:
+    """Whether an offer has lines for pictures or sound and none for data channels, so that it can carry none."""
+    kinds = {line[2:].split(" ", 1)[0] for line in sdp.splitlines() if line.startswith("m=")}
+    return bool(kinds) and "application" not in kinds
+
+
 class RobotPeerMachine:
     """The machine. ``now_s`` is any monotonic clock; ``is_media_only``: the offer has no line for data channels."""
 

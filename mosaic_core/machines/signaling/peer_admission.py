@@ -13,7 +13,6 @@ from mosaic_core.words import signaling as wire
 from mosaic_core.words.control import Role
 from mosaic_core.words.errors import AuthError
 from mosaic_core.words.ice import IceServer
-from mosaic_core.words.session_description import fingerprints
 
 PREPARED_FOR_S = 60.0
 """An offer follows its preparation within a second; after a minute nobody is coming."""
@@ -213,3 +212,10 @@ class PeerAdmission:
     def _forget_old(self, now_s: float) -> None:
         for peer_id in [key for key, entry in self._prepared.items() if now_s - entry.at_s > PREPARED_FOR_S]:
             del self._prepared[peer_id]
+
+
+def fingerprints(sdp: str) -> frozenset[str]:
+    """Of the certificates that a session description names: whose offers have the same ones are one and the same peer
+    connection."""
+    prefix = "a=fingerprint:"
+    return frozenset(line.removeprefix(prefix).strip().lower() for line in sdp.splitlines() if line.startswith(prefix))

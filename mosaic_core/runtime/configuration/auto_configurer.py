@@ -6,7 +6,7 @@ collected and nothing starts.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -16,18 +16,21 @@ from pydantic import PydanticUserError
 
 from mosaic_core.contract.configurer import Configurer, Shared
 from mosaic_core.contract.handler import Handler
-from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions, terms_of
+from mosaic_core.machines.delivery.delivery_terms import chosen, terms_of
 from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry, effective_safety, safety_limits
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
 from mosaic_core.runtime.configuration.config_loader import check_config, load_config
 from mosaic_core.runtime.configuration.connector import Connector
+from mosaic_core.runtime.configuration.handler_problems import (
+    WithHandlers,
+    delivery_problems,
+    label_problems,
+    safety_problems,
+)
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
-from mosaic_core.runtime.configuration.label_problems import WithHandlers, label_problems
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
-from mosaic_core.runtime.configuration.safety_problems import safety_problems
 from mosaic_core.words.config import LABEL, RobotConfig
-from mosaic_core.words.data_type import Direction, MosaicDataType
 from mosaic_core.words.errors import ConfigError, Problem
 
 Made: TypeAlias = tuple[CheckedConnector, Configurer[Any]]
@@ -175,16 +178,3 @@ def _taken_channels(connectors: Sequence[Connector], checked: Mapping[str, Check
             message = f"connector '{connector.config.label}' makes two channels of one name"
             problems.append(checked[connector.config.label].broken(message))
     return problems
-
-
-def delivery_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
-    """Contradictions of what the file says, alone or together with the connector's own choice."""
-    contract = chosen(handlers[0].delivery, one.config.delivery)
-    sends = any(handler.direction is not Direction.TO_ROBOT for handler in handlers)
-    is_media = all(handler.data_type is MosaicDataType.MEDIA for handler in handlers)
-    for key, message, cure in contradictions(contract, sends=sends, is_media=is_media):
-        if one.config.delivery is not None and getattr(one.config.delivery, key) is not None:
-            yield one.problem(f"connector '{one.config.label}': {message}", "delivery", key, cure=cure)
-        else:
-            whose = f"connector '{one.config.label}' of {one.installed.source}"
-            yield one.broken(f"{whose} chose a delivery that can't be: {message}", cure=cure)

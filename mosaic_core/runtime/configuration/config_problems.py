@@ -9,7 +9,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import AliasChoices, BaseModel, SecretStr, ValidationError
 from pydantic_core import ErrorDetails
 
-from mosaic_core.runtime.configuration.resolver import nearest
+from mosaic_core.runtime.configuration.resolver import guess
 from mosaic_core.runtime.configuration.yaml_document import Place, YamlDocument
 from mosaic_core.words.errors import Problem
 
@@ -144,8 +144,7 @@ def _problem(mistake: ErrorDetails, place: Place, model: type[BaseModel], docume
         return document.problem((*place, loc[-1]), f"'{loc[-1]}' is missing", cure=_description(model, loc))
     message, cure = _expectation(mistake, str(place[-1]) if place else "")
     if word and mistake["type"] in _EXPECTED:
-        guess = nearest(str(mistake["input"]), _QUOTED.findall(word))
-        message, cure = f"{message} or {word}", f"did you mean '{guess}'?" if guess else cure
+        message, cure = f"{message} or {word}", guess(str(mistake["input"]), _QUOTED.findall(word), cure)
     if mistake["type"] == "literal_error" and not cure:
         cure = _description(model, loc)
     got = "" if mistake["type"] in _EXPLAINED else _shown(mistake["input"], place, document)
@@ -157,8 +156,7 @@ def _expectation(mistake: ErrorDetails, key: str) -> tuple[str, str]:
     context = {name: f"{one:g}" if isinstance(one, float) else one for name, one in mistake.get("ctx", {}).items()}
     if kind in ("literal_error", "enum"):
         known = _QUOTED.findall(str(context.get("expected", "")))
-        guess = nearest(str(mistake["input"]), known)
-        return f"expected {context.get('expected')}", f"did you mean '{guess}'?" if guess else ""
+        return f"expected {context.get('expected')}", guess(str(mistake["input"]), known)
     for known_as in (key, str(context.get("pattern"))):
         if kind == "string_pattern_mismatch" and known_as in _PATTERNS:
             return f"expected {_PATTERNS[known_as]}", ""
@@ -189,10 +187,7 @@ def _noun(value: Any) -> str:
 
 def _nearest_key(loc: tuple[int | str, ...], model: type[BaseModel]) -> str:
     known = known_keys(model, loc[:-1])
-    guess = nearest(str(loc[-1]), known)
-    if guess:
-        return f"did you mean '{guess}'?"
-    return f"known: {', '.join(known)}" if known else "no keys are known here"
+    return guess(str(loc[-1]), known, f"known: {', '.join(known)}" if known else "no keys are known here")
 
 
 def known_keys(model: type[BaseModel], loc: tuple[int | str, ...]) -> list[str]:

@@ -43,6 +43,12 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return by_lower[match[0]] if match else None
 
 
+def guess(word: str, known: Iterable[str], otherwise: str = "") -> str:
+    """The cure for a word that nobody knows: the name that was probably meant, else ``otherwise``."""
+    match = nearest(word, known)
+    return f"did you mean '{match}'?" if match else otherwise
+
+
 class ConnectorResolver:
     """Connector types by name.
 

@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, Generic, Protocol, TypeVar
 
-from mosaic_core.machines.peers.bulk_events import BulkCloseHeard, BulkFailed, DropBulk, TellBulkClosed
+from mosaic_core.machines.peers.peer_events import BulkCloseHeard, BulkFailed, DropBulk, TellBulkClosed
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.timing.machine_driver import Machine, MachineDriver
 from mosaic_core.words.control import ControlMessage, LaneAnswer, LaneCandidate, LaneClose, LaneOffer

@@ -29,7 +29,6 @@ from mosaic_core.runtime.transport.transport import Answerer, AnswererFactory, A
 from mosaic_core.words import control
 from mosaic_core.words.control import CHANNEL_PROTOCOL, CONTROL_LABEL, PING_PERIOD_S, STOP_LABEL
 from mosaic_core.words.ice import IceServer
-from mosaic_core.words.session_description import is_media_only
 from mosaic_core.words.signaling import IceCandidate
 
 DOUBT_S = 2 * PING_PERIOD_S + 0.2
@@ -77,7 +76,7 @@ class Peer:
         self._transport = PeerTransport(introduction, site, self.timeline)
         self._offers = FurtherOffers(operator, self._transport.answer_again)
         self._bulk = BulkOfRobot(operator, self._channels, self.congestion, self._bulk_answerer)
-        self._machine = session.RobotPeerMachine(time.monotonic(), is_media_only=is_media_only(start.offer_sdp))
+        self._machine = session.RobotPeerMachine(time.monotonic(), is_media_only=session.is_media_only(start.offer_sdp))
         self._driver = MachineDriver(self._machine, self._carry_out)
         self._closed = asyncio.Event()
 

@@ -9,7 +9,7 @@ import aioice.ice
 import pytest
 from aioice import Candidate, Connection
 
-from mosaic_core.adapters.aiortc_private.ice.remote_addresses import keep_off_loopback
+from mosaic_core.adapters.aiortc_private.ice.paths import keep_off_loopback
 
 
 class Transport:

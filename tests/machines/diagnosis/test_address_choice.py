@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_core.machines.diagnosis.address_choice import MAX_ADDRESSES, tried_addresses
+from mosaic_core.machines.diagnosis.host_addresses import MAX_ADDRESSES, tried_addresses
 
 ADDRESSES = st.sampled_from([*(f"192.0.2.{n}" for n in range(9)), *(f"2001:db8::{n}" for n in range(9))])
 

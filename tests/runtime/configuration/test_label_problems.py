@@ -12,8 +12,8 @@ from mosaic_core import CameraLabel, Params
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 from mosaic_core.runtime.configuration.checked_config import Validation
 from mosaic_core.runtime.configuration.config_loader import validate_file
+from mosaic_core.runtime.configuration.handler_problems import named_in
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
-from mosaic_core.runtime.configuration.label_problems import named_in
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.words.config import RobotConfig
 from mosaic_core.words.errors import ConfigError, Problem

@@ -13,8 +13,8 @@ from mosaic_core import DataChannelReceivable, DataChannelStringReceivable, Mess
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.params import NoParams
 from mosaic_core.runtime.configuration.checked_config import Validation
+from mosaic_core.runtime.configuration.handler_problems import field_paths
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
-from mosaic_core.runtime.configuration.safety_problems import field_paths
 from mosaic_core.testing import connector, joined
 from mosaic_core.words.config import ControlConfig, SafetyConfig
 from mosaic_core.words.errors import ConfigError

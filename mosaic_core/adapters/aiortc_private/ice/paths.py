@@ -1,11 +1,17 @@
-"""The candidate pair that a peer connection uses; W3C's ``getSelectedCandidatePair``, which aiortc does not have."""
+"""The candidate pair that a peer connection uses; W3C's ``getSelectedCandidatePair``, which aiortc does not have. None
+leads to this machine's own loopback, wherever a remote candidate may lead.
+"""
 
 from __future__ import annotations
 
-from aiortc import RTCPeerConnection
+import logging
+
+from aioice import Candidate
+from aiortc import RTCIceTransport, RTCPeerConnection
 
 from mosaic_core.adapters.aiortc_private.ice.gathering import ice_transports
 from mosaic_core.machines.peers.chosen_path import ChosenPath
+from mosaic_core.machines.peers.home_address import leads_home
 
 _COMPONENT = 1
 
@@ -25,3 +31,21 @@ def chosen_path(pc: RTCPeerConnection) -> ChosenPath | None:
 
 def _shown(host: str, port: int) -> str:
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+logger = logging.getLogger(__name__)
+
+
+def keep_off_loopback(transport: RTCIceTransport) -> None:
+    """From now on; before the first remote candidate. Also a name that a stranger's answer leads there is refused: what
+    is asked for is looked up first."""
+    connection = transport._connection
+    add = connection._add_remote_candidate
+
+    def add_unless_it_leads_home(remote_candidate: Candidate, network_host: str) -> None:
+        if leads_home(network_host):
+            logger.info("a remote ICE candidate leads to this machine's loopback (%s) and is left out", network_host)
+        else:
+            add(remote_candidate, network_host)
+
+    connection._add_remote_candidate = add_unless_it_leads_home  # type: ignore[method-assign]

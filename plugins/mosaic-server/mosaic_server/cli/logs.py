@@ -8,7 +8,7 @@ import sys
 import time
 from typing import Any
 
-from mosaic_core.words.log_lines import TextLines
+from mosaic_core.words.plain_text import TextLines
 
 _TEXT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
 _FIELDS = ("robotId", "peerId", "label", "code")
