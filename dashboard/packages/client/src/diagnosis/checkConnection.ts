@@ -1,5 +1,5 @@
 /** The operator's half of `mosaic doctor`: this browser, the server, ICE. Needs no robot, connects to none. */
-import type { Finding, IceServer } from '@mosaic/protocol'
+import type { Finding } from '@mosaic/protocol'
 import { wallClockMs } from '../timing/clock'
 import { MosaicError } from '../words/MosaicError'
 import { isTurn, sortedIceServers } from '../words/iceServers'
@@ -8,7 +8,7 @@ import type { RestApi } from '../signaling/RestApi'
 import type { ServerState } from '../words/types'
 import { browserFindings, type Abilities } from './browserFindings'
 import { clockFinding, clockSkew } from './clockSkew'
-import { failed, passed, warned } from './findings'
+import { failed, passed, skipped, warned } from './findings'
 import { gatherIce } from './gatherIce'
 import { addressFinding, hasAnswered, iceFindings, natFinding, type IceAnswer } from './iceAnswers'
 
@@ -62,22 +62,25 @@ function roundTrip(ms: number): Finding {
 }
 
 async function checkIce({ platform, api }: CheckSurroundings, found: (finding: Finding) => void): Promise<void> {
-  let servers: IceServer[]
-  try {
-    servers = await api.iceServers()
-  } catch (error) {
-    const sentence = `The server's ICE servers are unknown: ${error instanceof Error ? error.message : String(error)}`
-    found(failed('ice.servers', 'signal.bad_message', { sentence }))
-    servers = []
-  }
-  const { usable, unusable } = sortedIceServers(servers)
+  const servers = await api.iceServers().catch((error: unknown) => {
+    found(unknownServers(error))
+    return null
+  })
+  const { usable, unusable } = sortedIceServers(servers ?? [])
   const [together, ...answers] = await Promise.all([
     gatherIce(platform, usable),
     ...usable.map((server) => gatherIce(platform, [server], [server.urls].flat().some(isTurn))),
   ])
   found(addressFinding(together))
   if (usable.length > 0) found(natFinding(together, stunHosts(answers)))
-  iceFindings(answers, unusable).forEach(found)
+  if (servers !== null) iceFindings(answers, unusable).forEach(found)
+}
+
+/** That the server is away has been said already, and is all that is wrong. */
+function unknownServers(error: unknown): Finding {
+  const sentence = `The server's ICE servers are unknown: ${error instanceof Error ? error.message : String(error)}`
+  const isAway = error instanceof MosaicError && error.code === 'signal.unreachable'
+  return isAway ? skipped('ice.servers', sentence) : failed('ice.servers', 'signal.bad_message', { sentence })
 }
 
 /** Different servers that told how a UDP socket looks from outside. */

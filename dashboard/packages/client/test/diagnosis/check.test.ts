@@ -5,6 +5,7 @@ import { browserFindings, type Abilities } from '../../src/diagnosis/browserFind
 import { clockFinding, clockSkew } from '../../src/diagnosis/clockSkew'
 import { checkConnection } from '../../src/diagnosis/checkConnection'
 import { addressFinding, hasAnswered, iceFindings, natFinding, type Gathered, type IceAnswer } from '../../src/diagnosis/iceAnswers'
+import { MosaicError } from '../../src/words/MosaicError'
 import { sortedIceServers } from '../../src/words/iceServers'
 import type { Platform } from '../../src/platform/Platform'
 import type { RestApi } from '../../src/signaling/RestApi'
@@ -193,6 +194,12 @@ describe('the whole check', () => {
     expect(found.every(({ code }) => Object.hasOwn(REASONS, code))).toBe(true)
     return found
   }
+
+  test('a server that is away is named alone', async () => {
+    const away = () => Promise.reject(new MosaicError('signal.unreachable'))
+    const found = codes(await checked({ introduction: away, iceServers: away }))
+    expect(found.filter((one) => /^(server|ice\.)/.test(one) && !one.includes(' skipped '))).toEqual(['server.http fail signal.unreachable'])
+  })
 
   test('a server that answers nothing is one finding, and no exception', async () => {
     const found = await checked({ introduction: () => Promise.reject(new Error('down')), iceServers: () => Promise.reject(new Error('down')) })
