@@ -22,7 +22,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-sys.path.append(str(Path(__file__).parent.parent / "tests" / "netlab"))
+sys.path.extend(str(Path(__file__).parents[1] / "tests" / room) for room in (".", "netlab"))
 
 from laboratory.forwarding import Lab
 from laboratory.roaming import Roamer, RoamingSite, roaming_site

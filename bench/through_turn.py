@@ -24,7 +24,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-sys.path.append(str(Path(__file__).parents[1] / "tests" / "netlab"))
+sys.path.extend(str(Path(__file__).parents[1] / "tests" / room) for room in (".", "netlab"))
 
 from laboratory.browser import signed_in, visit
 from laboratory.fleet import Fleet, run_fleet

@@ -10,7 +10,7 @@ import httpx
 import pytest
 from playwright.sync_api import Locator, Page, Route, expect
 from support.accessibility import Examination
-from support.people import SIGN_IN, Tabs, access_token
+from support.people import SIGN_IN, Tabs, access_token, wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(240)]
 
@@ -130,6 +130,7 @@ def test_the_server_is_not_there(page: Page, examined: Examination, server: Any,
 def test_the_connection_is_checked(page: Page, examined: Examination, server: Any, sign_in: Any) -> None:
     sign_in(page)
     page.goto(f"{server.url}/check")
+    page.get_by_test_id("check").wait_for()
     examined.look("check under way")
     page.get_by_role("button", name="Check again").and_(page.locator(":not([data-loading])")).wait_for()
     examined.look("check")
@@ -211,7 +212,7 @@ def patch(page: Page, path: str, **changes: Any) -> None:
 
 def open_robot(page: Page, server: Any, seed: Any) -> None:
     page.goto(f"{server.url}/robots/{seed.robot_id}")
-    page.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(page)
     expect(page.locator("[data-label]")).to_have_count(CONNECTORS.count("label:"))
     page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
+from support.people import wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
 
@@ -18,7 +19,7 @@ CONNECTORS = """\
 
 @pytest.fixture(scope="module")
 def robot(start_robot: Any) -> Any:
-    return start_robot(CONNECTORS)
+    return start_robot(CONNECTORS, wait=False)
 
 
 @pytest.fixture
@@ -40,7 +41,7 @@ def test_bulk_arrives_over_a_connection_of_its_own_and_the_details_say_so(page: 
         }"""
     )
     page.goto(f"{server.url}/robots/{seed.robot_id}")
-    page.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(page)
     page.wait_for_function("() => document.querySelector('[data-testid=trail-text]')?.textContent")
     labels = page.evaluate("() => window.peers.map((one) => one.labels)")
     assert ["_lane", "pose"] in labels

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, Playwright, expect
+from support.people import wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
 
@@ -53,7 +54,8 @@ def robot(start_robot: Any, said: Path) -> Any:
   - {{ type: microphone, label: cabin, params: {{ source: "tone:{TONE_HZ}" }} }}
   - {{ type: speaker, label: horn, params: {{ output: "{said}" }} }}
   - {{ type: test-pattern, label: front, params: {{ width: 160, height: 120, fps: 5 }} }}
-"""
+""",
+        wait=False,
     )
 
 
@@ -71,7 +73,7 @@ def page(ears: Browser, server: Any, seed: Any, robot: Any, sign_in: Callable[[P
     shown = context.new_page()
     sign_in(shown)
     shown.goto(f"{server.url}/robots/{seed.robot_id}")
-    shown.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(shown)
     yield shown
     context.close()
 

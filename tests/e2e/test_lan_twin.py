@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
+from support.people import wait_connected
 from support.processes import free_port, mosaic_here
 from support.robot_process import RobotProcess
 
@@ -79,7 +80,7 @@ def shot(page: Page, name: str) -> None:
 
 def drive(page: Page, robot: LanRobot, wait_for: Callable[..., float]) -> None:
     """Hold a key until the robot has turned away from what the camera saw."""
-    page.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(page)
     page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")
     before = page.evaluate(GRAY)
     lease = page.get_by_test_id("lease-motion")
@@ -129,7 +130,7 @@ def test_the_pin_pairs_a_browser_which_drives_and_stays_paired_until_it_is_revok
     shot(page, "lan-driving")
     copy_from_plain_http(page)
     page.reload()
-    page.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(page)
     [device] = json.loads(robot.lan("devices", "list", "--json"))
     assert (device["name"], device["role"]) == ("Ann's phone", "supervisor")
     robot.lan("devices", "revoke", "Ann's phone")

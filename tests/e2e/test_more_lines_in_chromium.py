@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, Route, WebSocketRoute
+from support.people import wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(180)]
 
@@ -21,7 +22,7 @@ NEW_CAMERA = "gripper"
 
 @pytest.fixture(scope="module")
 def robot(start_robot: Any) -> Any:
-    return start_robot(CONNECTORS)
+    return start_robot(CONNECTORS, wait=False)
 
 
 def without_camera(catalogue: dict[str, Any]) -> dict[str, Any]:
@@ -72,7 +73,7 @@ def test_a_camera_that_came_later_is_watched_while_the_first_one_goes_on(page: P
         }"""
     )
     page.goto(f"{server.url}/robots/{seed.robot_id}")
-    page.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(page)
     for label in ("front", NEW_CAMERA):
         plays = f"""() => (document.querySelector('video[aria-label="Picture of {label}"]')?.videoWidth ?? 0) > 0"""
         page.wait_for_function(plays)

@@ -15,7 +15,7 @@ import httpx
 import pytest
 from playwright.sync_api import Locator, Page, expect
 from support.accessibility import Examination
-from support.people import Tabs
+from support.people import Tabs, wait_connected
 
 sys.path.insert(0, str(Path(__file__).parent))
 from original_robot import READY, OriginalRobot
@@ -71,7 +71,7 @@ def card(page: Page, label: str) -> Locator:
 
 def open_robot(page: Page, server: Any, seed: Any) -> None:
     page.goto(f"{server.url}/robots/{seed.robot_id}")
-    page.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(page)
 
 
 def shot(page: Page, name: str, tmp_path: Path) -> None:
@@ -104,7 +104,7 @@ def test_an_original_robot_is_described_by_its_yaml_file_and_then_driven_and_wat
     examined.expect_nothing()
 
     page.reload()
-    page.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(page)
     see_all(page)
     drive(page, original, wait_for)
 

@@ -15,6 +15,7 @@ from typing import Any
 import av
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
+from support.people import wait_connected
 
 pytestmark = pytest.mark.e2e
 
@@ -56,7 +57,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def robot(start_robot: Any, folder: Path) -> Any:
-    return start_robot(CONNECTORS.replace("FOLDER", str(folder)))
+    return start_robot(CONNECTORS.replace("FOLDER", str(folder)), wait=False)
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +69,7 @@ def page(browser: Browser, server: Any, seed: Any, sign_in: Callable[[Page], Non
     opened.set_default_timeout(20_000)
     sign_in(opened)
     opened.goto(f"{server.url}/robots/{seed.robot_id}")
-    opened.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(opened)
     opened.evaluate(COME_ON)
     yield opened
     context.close()

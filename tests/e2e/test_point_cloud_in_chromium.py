@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from playwright.sync_api import Browser, Page, Playwright, expect
+from support.people import wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
 
@@ -28,7 +29,7 @@ def cloud_robot(start_robot: Any, tmp_path_factory: pytest.TempPathFactory) -> A
     path = tmp_path_factory.mktemp("cloud") / "spiral.npy"
     np.save(path, spiral.astype(np.float32))
     params = f"{{ source: {path}, rate_hz: 5 }}"
-    return start_robot(f"  - {{ type: point-cloud, label: cloud, params: {params} }}\n")
+    return start_robot(f"  - {{ type: point-cloud, label: cloud, params: {params} }}\n", wait=False)
 
 
 @contextmanager
@@ -46,7 +47,7 @@ def robot_page(browser: Browser, server: Any, seed: Any, sign_in: Callable[[Page
     page.on("pageerror", lambda error: errors.append(str(error)))
     sign_in(page)
     page.goto(f"{server.url}/robots/{seed.robot_id}")
-    page.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(page)
     yield page
     page.context.close()
     assert not errors, errors

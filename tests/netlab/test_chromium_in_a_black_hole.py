@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from laboratory.browser import open_robot
 from playwright.sync_api import Page, expect, sync_playwright
+from support.people import wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.netlab, pytest.mark.timeout(120)]
 
@@ -42,7 +43,7 @@ def test_a_key_held_through_a_black_hole_moves_nothing_afterwards(
             page.get_by_text("Connected", exact=True).wait_for(state="hidden")
             healing_s = time.monotonic()
             site.lab.heal()
-            page.get_by_text("Connected", exact=True).wait_for()
+            wait_connected(page)
             back_s = time.monotonic()
             wait_for(lambda: time.monotonic() > back_s + 1.0, "time passes, the key is still held")
             assert site.track.moves(healing_s) == []

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Page, expect
-from support.people import Driver
+from support.people import Driver, wait_connected
 
 pytestmark = [pytest.mark.e2e, pytest.mark.timeout(120)]
 
@@ -19,14 +19,17 @@ PICTURES = os.environ.get("MOSAIC_E2E_PICTURES")
 GATHERING_MS = 6_000
 LINKING_MS = 15_000
 """The page's patience with ICE servers and with a path to the robot; its clock is set forward by as much."""
-COUNT_SETTLED = """(() => {
+KEEP_SETTLED = """(() => {
   const method = '%s'
   const plain = RTCPeerConnection.prototype[method]
-  window.settled = 0
+  window.settled = []
   RTCPeerConnection.prototype[method] = function (...words) {
-    return plain.apply(this, words).finally(() => (window.settled += 1))
+    return plain.apply(this, words).finally(() => window.settled.push(this))
   }
 })()"""
+
+BOTH_HAVE_ADDRESSES = """() => window.settled.length === 2
+  && window.settled.every(({ localDescription }) => localDescription.sdp.includes(' typ host'))"""
 
 
 def photographed(page: Page, name: str) -> None:
@@ -68,12 +71,12 @@ def test_ice_servers_that_help_nobody_are_named_and_hinder_nobody(
     dead, useless = "stun:192.0.2.77:3478", "turn:192.0.2.77:3478"  # TEST-NET-1 (RFC 5737): nobody is there
     page.route("**/webrtc/ice-servers", lambda route: route.fulfill(json=[{"urls": [dead]}, {"urls": [useless]}]))
     page.clock.install()
-    page.add_init_script(COUNT_SETTLED % "setLocalDescription")
+    page.add_init_script(KEEP_SETTLED % "setLocalDescription")
     sign_in(page)
     page.goto(server.url)
     page.get_by_role("link", name="Check connection").click()
     check = page.get_by_test_id("check")
-    page.wait_for_function("() => window.settled === 2")
+    page.wait_for_function(BOTH_HAVE_ADDRESSES)
     page.clock.fast_forward(GATHERING_MS)
     expect(check).to_have_attribute("aria-busy", "false")
     expect(check).to_contain_text(f"What to do first: {useless} is left out")
@@ -82,7 +85,7 @@ def test_ice_servers_that_help_nobody_are_named_and_hinder_nobody(
     expect(silent).to_have_attribute("data-status", "warn")
     photographed(page, "check-ice")
     page.goto(f"{server.url}/robots/{seed.robot_id}")
-    page.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(page)
 
 
 def test_a_connected_robot_shows_how_the_connection_came_up(
@@ -90,7 +93,7 @@ def test_a_connected_robot_shows_how_the_connection_came_up(
 ) -> None:
     sign_in(page)
     page.goto(f"{server.url}/robots/{seed.robot_id}")
-    page.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(page)
     page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")
     page.get_by_role("button", name="Connection details").click()
     timeline = page.get_by_test_id("timeline")
@@ -114,11 +117,11 @@ def test_a_connection_that_fails_shows_how_far_it_got(
       }
       Object.defineProperty(RTCPeerConnection.prototype, 'onicecandidate', { set() {}, get: () => null })
     """)
-    page.add_init_script(COUNT_SETTLED % "setRemoteDescription")
+    page.add_init_script(KEEP_SETTLED % "setRemoteDescription")
     page.clock.install()
     sign_in(page)
     page.goto(f"{server.url}/robots/{seed.robot_id}")
-    page.wait_for_function("() => window.settled === 1")
+    page.wait_for_function("() => window.settled.length === 1")
     page.clock.fast_forward(LINKING_MS)
     notice = page.get_by_role("alert").filter(has_text="ice.")
     notice.wait_for()

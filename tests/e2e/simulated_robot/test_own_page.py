@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tarfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -202,8 +203,9 @@ def _in_the_dashboard(name: str) -> Path:
 
 def _check_and_build(folder: Path) -> None:
     shutil.copy(Path(__file__).parent / "check_page.mjs", folder)
-    _run(["node", "check_page.mjs", "tsconfig.json", "tsconfig.node.json"], folder)
-    _run([*VITE, "build"], folder)
+    check = ["node", "check_page.mjs", "tsconfig.json", "tsconfig.node.json"]
+    with ThreadPoolExecutor() as side_by_side:
+        list(side_by_side.map(lambda words: _run(words, folder), (check, [*VITE, "build"])))
 
 
 def _environment(**more: str) -> dict[str, str]:

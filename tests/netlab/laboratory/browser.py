@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from laboratory.fleet import Fleet
 from playwright.sync_api import Page, sync_playwright
+from support.people import wait_connected
 
 QUIET = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 REAL_ADDRESSES = "--disable-features=WebRtcHideLocalIpsWithMdns"
@@ -76,7 +77,7 @@ def open_robot(page: Page, place: Place) -> None:
     """Sign in, and go to the robot's page, until it is connected."""
     sign_in(page, place)
     page.goto(f"{place.url}/robots/{place.account['robotId']}")
-    page.get_by_text("Connected", exact=True).wait_for()
+    wait_connected(page)
 
 
 @contextmanager

@@ -28,7 +28,7 @@ export function App({ code }: AppProps) {
   if (asks) return <ReplaceSession failure={shown} isBusy={isBusy} onAnswer={answer} />
   if (isBusy) {
     return (
-      <Center h="100dvh" aria-label="Signing in">
+      <Center h="100dvh" role="status" aria-label="Signing in">
         <Loader size="sm" />
       </Center>
     )
