@@ -75,6 +75,11 @@ def test_whoever_is_not_signed_in_yet(page: Page, examined: Examination, server:
     page.goto(server.url)
     page.get_by_role("heading", name="Pair with Rover").wait_for()
     examined.look("pairing")
+    page.route("**/api/v1/account/**", lambda _: None)  # never answered
+    page.goto(server.plain_url)
+    page.goto(f"{server.url}/#code=of-anybody")
+    page.get_by_label("Signing in").wait_for()
+    examined.look("signing in")
 
 
 def test_a_code_in_the_address_asks_who_is_signed_in(
