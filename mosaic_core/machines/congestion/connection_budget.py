@@ -88,7 +88,8 @@ class ConnectionBudget:
 
     def wants_copy(self, size_bytes: int, now_s: float) -> bool:
         """Whether a packet that has just left is sent once more, unasked."""
-        return self._copies.wants(size_bytes, self._spare_bps(now_s), now_s)
+        spare_bps = self._spare_bps(now_s) if self._copies.are_sent else 0.0
+        return self._copies.wants(size_bytes, spare_bps, now_s)
 
     # -- what comes back -----------------------------------------------------------------------------------------
 

@@ -43,6 +43,11 @@ class PacketCopies:
         """Whether a packet that was asked for is sent twice: it is late already."""
         return _DOUBLE_REPEATS_FROM <= self.loss < _TO_BLAME
 
+    @property
+    def are_sent(self) -> bool:
+        """Whether there are any now."""
+        return self._share > 0.0
+
     def picture_bps(self, budget_bps: int, *, is_limited: bool) -> int:
         """What of the budget is for pictures. ``is_limited``: the path takes no more than the budget."""
         return (

@@ -62,6 +62,8 @@ class PathRate:
         self._budget_bps = min(float(self._max_bps), max(float(min_bps), start_bps))
         self._sent: deque[tuple[float, int]] = deque()
         self._losses: deque[tuple[float, int, int]] = deque()
+        self.loss = 0.0
+        """Share of the packets of the last second that got lost."""
         self._congested: tuple[float, float] | None = None
         self._cut_at_s = now_s - _LOSS_INTERVAL_S
         self._key_at_s = now_s - _KEY_PATIENCE_S
@@ -98,13 +100,6 @@ class PathRate:
         if self._congested is None or now_s - self._congested[0] >= _MEMORY_S:
             return False
         return self._takes_bps is None or _SHARE * self._takes_bps < 2.0 * self._budget_bps
-
-    @property
-    def loss(self) -> float:
-        """Share of the packets of the last second that got lost."""
-        lost = sum(lost for _, lost, _ in self._losses)
-        total = lost + sum(received for _, _, received in self._losses)
-        return lost / total if total >= _LEAST_PACKETS else 0.0
 
     def sent_bps(self, now_s: float) -> float:
         """What was sent during the last second, with what was sent again."""
@@ -245,6 +240,9 @@ class PathRate:
         self._losses.append((now_s, seen.lost, seen.received))
         while self._losses[0][0] < now_s - _LOSS_WINDOW_S:
             self._losses.popleft()
+        lost = sum(lost for _, lost, _ in self._losses)
+        total = lost + sum(received for _, _, received in self._losses)
+        self.loss = lost / total if total >= _LEAST_PACKETS else 0.0
 
     def _set(self, budget_bps: float) -> None:
         self._budget_bps = min(float(self._max_bps), max(float(self._min_bps), budget_bps))
