@@ -17,28 +17,26 @@ from mosaic_core.testing import connector, joined
 SLOW = LinkProfile("slow", delay_ms=20, rate_mbps=1)
 
 
-def measured(network: Any) -> Speed:
-    async def run() -> Speed:
-        async with joined(connector(ConnectionCheckConfigurer, label="link"), network=network) as link:
-            path = await measured_path(link.connection)
-            assert link.connection.state == "connected"
-            return path
-
-    return asyncio.run(asyncio.wait_for(run(), 30))
+async def measured(network: Any) -> Speed:
+    link_check = connector(ConnectionCheckConfigurer, label="link")
+    async with asyncio.timeout(30), joined(link_check, network=network) as link:
+        path = await measured_path(link.connection)
+        assert link.connection.state == "connected"
+        return path
 
 
-def test_an_echo_tells_of_both_directions(impaired_network: Any) -> None:
-    path = measured(impaired_network(SLOW))
+async def test_an_echo_tells_of_both_directions(impaired_network: Any) -> None:
+    path = await measured(impaired_network(SLOW))
     assert path.way == "there and back"
     assert 0.2e6 < path.throughput_bps < 1.1e6
     assert path.round_trip_ms >= 40
 
 
-def test_without_an_echo_acknowledgements_tell_of_the_way_there(
+async def test_without_an_echo_acknowledgements_tell_of_the_way_there(
     impaired_network: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(path_trials, "_way_of", path_trials._Unread)
-    path = measured(impaired_network(SLOW))
+    path = await measured(impaired_network(SLOW))
     assert path.way == "operator to robot"
     assert 0.2e6 < path.throughput_bps < 1.1e6
     assert path.round_trip_ms >= 40

@@ -136,42 +136,31 @@ def test_a_reliable_flow_delivers_everything_once_and_in_order(
     assert asyncio.run(run()) == [str(number) for number in range(count)]
 
 
-def test_an_unreliable_flow_loses_its_share_and_is_late() -> None:
-    async def run() -> list[float]:
-        impairment = Impairment(LinkProfile("x", delay_ms=30, loss=0.3))
-        came: list[float] = []
-        start_s = time.monotonic()
-        flow = MessageFlow(
-            impairment,
-            impairment.up,
-            lambda: False,
-            lambda _: came.append(time.monotonic() - start_s),
-            is_reliable=False,
-        )
-        for _ in range(200):
-            flow.take(b"x")
-        await until(lambda: len(came) == 200 - impairment.up.lost)
-        return came
-
-    came = asyncio.run(run())
+async def test_an_unreliable_flow_loses_its_share_and_is_late() -> None:
+    impairment = Impairment(LinkProfile("x", delay_ms=30, loss=0.3))
+    came: list[float] = []
+    start_s = time.monotonic()
+    flow = MessageFlow(
+        impairment, impairment.up, lambda: False, lambda _: came.append(time.monotonic() - start_s), is_reliable=False
+    )
+    for _ in range(200):
+        flow.take(b"x")
+    await until(lambda: len(came) == 200 - impairment.up.lost)
     assert 100 < len(came) < 180
     assert min(came) >= 0.029
 
 
-def test_pictures_are_late_but_not_fewer() -> None:
-    async def run() -> float:
-        impairment = Impairment(LinkProfile("x", delay_ms=100))
-        sent = iter(range(1000))
+async def test_pictures_are_late_but_not_fewer() -> None:
+    impairment = Impairment(LinkProfile("x", delay_ms=100))
+    sent = iter(range(1000))
 
-        async def following() -> int:
-            await asyncio.sleep(0.01)
-            return next(sent)
+    async def following() -> int:
+        await asyncio.sleep(0.01)
+        return next(sent)
 
-        late = LatePictures(impairment, lambda: False, following)
-        start_s = time.monotonic()
-        assert [await late.next() for _ in range(20)] == list(range(20))
-        took_s = time.monotonic() - start_s
-        late.stop()
-        return took_s
-
-    assert 0.25 < asyncio.run(run()) < 1.5
+    late = LatePictures(impairment, lambda: False, following)
+    start_s = time.monotonic()
+    assert [await late.next() for _ in range(20)] == list(range(20))
+    took_s = time.monotonic() - start_s
+    late.stop()
+    assert 0.25 < took_s < 1.5

@@ -33,17 +33,13 @@ class TickingConfigurer(DataChannelConfigurer[NoParams]):
         return Ticking(self.label)
 
 
-def way(network: Any) -> str:
+async def way(network: Any) -> str:
     """Connects, waits for data, and tells by which kinds of candidates."""
-
-    async def run() -> str:
-        async with asyncio.timeout(30), joined(connector(TickingConfigurer, label="tick"), network=network) as link:
-            await link.connection.receivable("tick").next_message()
-            path = link.connection._peer.offerer.path()
-            assert path is not None
-            return f"{path.local_type} {path.remote_type}"
-
-    return asyncio.run(run())
+    async with asyncio.timeout(30), joined(connector(TickingConfigurer, label="tick"), network=network) as link:
+        await link.connection.receivable("tick").next_message()
+        path = link.connection._peer.offerer.path()
+        assert path is not None
+        return f"{path.local_type} {path.remote_type}"
 
 
 @pytest.mark.parametrize(
@@ -56,23 +52,23 @@ def way(network: Any) -> str:
         ("full-cone", "symmetric"),
     ],
 )
-def test_they_meet_through_stun_where_the_nats_allow_it(
+async def test_they_meet_through_stun_where_the_nats_allow_it(
     impaired_network: Any, robot: NatKind, operator: NatKind
 ) -> None:
-    assert "relay" not in way(impaired_network(nat=(robot, operator), with_relay=False))
+    assert "relay" not in await way(impaired_network(nat=(robot, operator), with_relay=False))
 
 
-def test_behind_symmetric_nats_they_meet_at_the_relay(impaired_network: Any) -> None:
-    assert way(impaired_network("starlink", nat="symmetric")) == "relay relay"
+async def test_behind_symmetric_nats_they_meet_at_the_relay(impaired_network: Any) -> None:
+    assert await way(impaired_network("starlink", nat="symmetric")) == "relay relay"
 
 
 @pytest.mark.parametrize("robot", ["symmetric", "port-restricted"])
-def test_without_a_relay_they_cannot_meet_and_the_code_says_so(
+async def test_without_a_relay_they_cannot_meet_and_the_code_says_so(
     impaired_network: Any, robot: NatKind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from mosaic_core.laboratory import joining
 
     monkeypatch.setattr(joining, "PATIENCE_S", 3.0)
     with pytest.raises(ConnectionFailed) as failed:
-        way(impaired_network(nat=(robot, "symmetric"), with_relay=False))
+        await way(impaired_network(nat=(robot, "symmetric"), with_relay=False))
     assert failed.value.code in ("ice.timeout", "ice.failed")

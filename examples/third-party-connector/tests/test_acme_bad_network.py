@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from pathlib import Path
 
 import pytest
@@ -24,40 +23,31 @@ def brightness(led: Path) -> str:
     return (led / "brightness").read_text()
 
 
-def test_the_thermometer_is_read_through_walls(impaired_network: ImpairedNetwork, tmp_path: Path) -> None:
+async def test_the_thermometer_is_read_through_walls(impaired_network: ImpairedNetwork, tmp_path: Path) -> None:
     (tmp_path / "temp").write_text("42500\n")
     thermometer = connector(ThermometerConfigurer, params={"path": str(tmp_path / "temp"), "period_s": 0.05})
 
-    async def run() -> None:
-        async with joined(thermometer, network=impaired_network("wifi-walls")) as link:
-            message = await link.connection.receivable("under_test").next_message()
-            assert message.json() == {"temperature_c": 42.5}
-
-    asyncio.run(run())
+    async with joined(thermometer, network=impaired_network("wifi-walls")) as link:
+        message = await link.connection.receivable("under_test").next_message()
+        assert message.json() == {"temperature_c": 42.5}
 
 
-def test_the_lamp_goes_dark_when_the_cable_is_pulled(impaired_network: ImpairedNetwork, led: Path) -> None:
+async def test_the_lamp_goes_dark_when_the_cable_is_pulled(impaired_network: ImpairedNetwork, led: Path) -> None:
     lamp = connector(LampConfigurer, params={"led": str(led)}, safety={"timeout_s": 0.5})
 
-    async def run() -> None:
-        async with joined(lamp, network=impaired_network("4g", in_memory=True)) as link:
-            pad = link.connection.sendable("under_test")
-            await pad.wait_open()
-            await until(lambda: pad.send_json({"brightness_percent": 50}) and brightness(led) == "100")
-            link.network.cut()
-            await until(lambda: brightness(led) == "0")
-
-    asyncio.run(run())
+    async with joined(lamp, network=impaired_network("4g", in_memory=True)) as link:
+        pad = link.connection.sendable("under_test")
+        await pad.wait_open()
+        await until(lambda: pad.send_json({"brightness_percent": 50}) and brightness(led) == "100")
+        link.network.cut()
+        await until(lambda: brightness(led) == "0")
 
 
-def test_operators_behind_another_nat_are_reached_through_a_relay(
+async def test_operators_behind_another_nat_are_reached_through_a_relay(
     impaired_network: ImpairedNetwork, tmp_path: Path
 ) -> None:
     (tmp_path / "temp").write_text("1000\n")
     thermometer = connector(ThermometerConfigurer, params={"path": str(tmp_path / "temp"), "period_s": 0.05})
 
-    async def run() -> None:
-        async with joined(thermometer, network=impaired_network(nat="symmetric")) as link:
-            await link.connection.receivable("under_test").next_message()
-
-    asyncio.run(run())
+    async with joined(thermometer, network=impaired_network(nat="symmetric")) as link:
+        await link.connection.receivable("under_test").next_message()

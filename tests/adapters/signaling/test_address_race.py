@@ -61,28 +61,24 @@ async def all_left() -> None:
         await address_race._leaving.done()
 
 
-def race(*addresses: str, timeout_s: float = LONG_S) -> tuple[str, Attempts]:
+async def race(*addresses: str, timeout_s: float = LONG_S) -> tuple[str, Attempts]:
     attempts = Attempts()
-
-    async def run() -> str:
-        try:
-            return await first_address(looked_up(addresses), attempts.attempt, timeout_s, attempts.give_back)
-        finally:
-            await all_left()
-
-    return asyncio.run(run()), attempts
+    try:
+        return await first_address(looked_up(addresses), attempts.attempt, timeout_s, attempts.give_back), attempts
+    finally:
+        await all_left()
 
 
-def test_a_dead_address_delays_nobody_and_is_dropped() -> None:
+async def test_a_dead_address_delays_nobody_and_is_dropped() -> None:
     began_s = time.monotonic()
-    won, attempts = race("dead-1", "good", "dead-2")
+    won, attempts = await race("dead-1", "good", "dead-2")
     assert won == "good"
     assert attempts.cancelled == ["dead-1", "dead-2"]
     assert time.monotonic() - began_s < LONG_S / 2
 
 
-def test_what_a_second_address_got_is_given_back() -> None:
-    won, attempts = race("slow", "good", "unreachable")
+async def test_what_a_second_address_got_is_given_back() -> None:
+    won, attempts = await race("slow", "good", "unreachable")
     assert (won, attempts.given_back) == ("good", ["slow"])
 
 
@@ -94,19 +90,16 @@ def test_what_a_second_address_got_is_given_back() -> None:
         (("unreachable", "unreachable"), OSError),
     ],
 )
-def test_the_error_that_tells_most_is_raised(addresses: Sequence[str], error: type[Exception]) -> None:
+async def test_the_error_that_tells_most_is_raised(addresses: Sequence[str], error: type[Exception]) -> None:
     with pytest.raises(error) as failed:
-        race(*addresses, timeout_s=0.05)
+        await race(*addresses, timeout_s=0.05)
     assert type(failed.value) is error
 
 
-def test_a_look_up_counts_as_well() -> None:
-    async def run() -> None:
-        never: asyncio.Future[Sequence[str]] = asyncio.get_running_loop().create_future()
-        await first_address(never, Attempts().attempt, 0.05)
-
+async def test_a_look_up_counts_as_well() -> None:
+    never: asyncio.Future[Sequence[str]] = asyncio.get_running_loop().create_future()
     with pytest.raises(TimeoutError):
-        asyncio.run(run())
+        await first_address(never, Attempts().attempt, 0.05)
 
 
 async def test_who_gives_up_the_race_gives_up_all_tries() -> None:

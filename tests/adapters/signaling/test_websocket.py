@@ -97,20 +97,16 @@ def test_an_address_that_leads_nowhere_does_not_keep_it_from_the_next(
         runner.run(run())
 
 
-def test_a_server_that_sends_on_to_another_address_is_named_with_it() -> None:
+async def test_a_server_that_sends_on_to_another_address_is_named_with_it() -> None:
     async def moved(connection: ServerConnection, request: Request) -> Response:
         headers = Headers(Location="wss://elsewhere.example/ws/robot", Connection="close")
         return Response(301, "Moved Permanently", headers, b"")
 
-    async def run() -> SignalingError:
-        async with serve(lambda connection: connection.wait_closed(), "127.0.0.1", 0, process_request=moved) as server:
-            with pytest.raises(SignalingError) as failed:
-                await open_websocket(f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}/ws/robot")
-            return failed.value
-
-    error = asyncio.run(run())
-    assert "wss://elsewhere.example/ws/robot" in str(error)
-    assert "server.ws_url" in (error.cure or "")
+    async with serve(lambda connection: connection.wait_closed(), "127.0.0.1", 0, process_request=moved) as server:
+        with pytest.raises(SignalingError) as failed:
+            await open_websocket(f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}/ws/robot")
+    assert "wss://elsewhere.example/ws/robot" in str(failed.value)
+    assert "server.ws_url" in (failed.value.cure or "")
 
 
 async def test_nothing_is_compressed_and_a_frame_beyond_the_limit_closes_the_socket() -> None:

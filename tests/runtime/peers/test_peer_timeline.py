@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 
 import pytest
@@ -46,12 +45,12 @@ def test_a_connection_that_was_up_needs_no_such_line(caplog: pytest.LogCaptureFi
     assert caplog.messages == []
 
 
-def test_a_camera_that_gives_nothing_is_told_once_and_one_that_does_is_not(
+async def test_a_camera_that_gives_nothing_is_told_once_and_one_that_does_is_not(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(peer_timeline, "FIRST_FRAME_TIMEOUT_S", 0.01)
 
-    async def scenario() -> None:
+    with caplog.at_level(logging.WARNING):
         it = timeline()
         for label in ("front", "rear", "side"):
             it.watched(label, True)
@@ -61,9 +60,6 @@ def test_a_camera_that_gives_nothing_is_told_once_and_one_that_does_is_not(
         await until(lambda: bool(caplog.messages))
         it.watched("rear", False)
         it.ended("peer.closed", was_connected=True)
-
-    with caplog.at_level(logging.WARNING):
-        asyncio.run(scenario())
     [line] = caplog.messages
     assert "rear" in line
     assert "media.not_sent" in line
