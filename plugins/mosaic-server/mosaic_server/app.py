@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from functools import cache
 from importlib.metadata import version
 
 from fastapi import FastAPI
 from starlette.middleware.cors import CORSMiddleware
+from starlette.responses import JSONResponse, Response
 
 from mosaic_server.rest import (
     account,
@@ -46,6 +48,7 @@ def create_app(settings: Settings) -> FastAPI:
         title="MOSAIC server",
         version=version("mosaic-server"),
         lifespan=lifespan,
+        openapi_url=None,  # it would write the same text anew for everybody who asks
         docs_url=None,  # these pages load scripts from strangers
         redoc_url=None,
         responses={400: {"model": Failure}, 401: {"model": Failure}, 403: {"model": Failure}},
@@ -57,6 +60,15 @@ def create_app(settings: Settings) -> FastAPI:
     for routes in (*of_accounts, *of_robots, *of_originals):
         app.include_router(routes.router)
     app.include_router(socket_routes.router)
+
+    @cache
+    def description() -> bytes:
+        return bytes(JSONResponse(app.openapi()).body)
+
+    @app.get("/openapi.json", include_in_schema=False)
+    async def described() -> Response:
+        return Response(description(), media_type="application/json")
+
     app.include_router(dashboard_router(settings.dashboard_dir))
     if settings.allowed_origins:
         app.add_middleware(

@@ -124,7 +124,6 @@ def make_server(
         timeout_graceful_shutdown=SHUTDOWN_S,
         timeout_keep_alive=30,
         proxy_headers=False,  # ForwardedRequests reads them
-        h11_max_incomplete_event_size=16 * 1024,
     )
     return Server(config, entrance, on_listening, on_ending)
 

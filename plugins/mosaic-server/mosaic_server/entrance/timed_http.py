@@ -1,8 +1,11 @@
-"""uvicorn's HTTP protocol with the time-outs that it lacks: headers, bodies that stop coming, answers nobody takes."""
+"""uvicorn's HTTP protocol with the time-outs that it lacks: headers, bodies that stop coming, answers nobody takes; and
+without bodies in crumbs."""
 
 from __future__ import annotations
 
 import asyncio
+import time
+from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable
 
 import h11
@@ -39,11 +42,40 @@ class _Deadline:
         return self._timer is not None
 
 
+MOST_HEAD_BYTES = 16 * 1024
+CRUMBS = "a body (it comes in crumbs)"
+FREE_PIECES = 64
+LEAST_PIECE_BYTES = 512
+"""On average, of the pieces beyond the free ones: each of them costs the event loop as much as a large one."""
+
+
+class _Uncrumbled(h11.Connection):
+    """Reads no more of a body that comes in crumbs; ``given_up`` is told, and ends the connection."""
+
+    def __init__(self, given_up: Callable[[], object]) -> None:
+        super().__init__(h11.SERVER, MOST_HEAD_BYTES)
+        self._given_up = given_up
+        self._pieces = self._bytes = 0
+
+    def next_event(self) -> h11.Event | type[h11.NEED_DATA] | type[h11.PAUSED]:
+        event = super().next_event()
+        if isinstance(event, h11.Request):
+            self._pieces = self._bytes = 0
+        elif isinstance(event, h11.Data):
+            self._pieces += 1
+            self._bytes += len(event.data)
+            if self._pieces > FREE_PIECES + self._bytes // LEAST_PIECE_BYTES:
+                self._given_up()
+                return h11.NEED_DATA
+        return event
+
+
 class TimedHttp(H11Protocol):
     """One admitted connection until it ends or becomes a WebSocket. Event-loop thread only."""
 
     def __init__(self, entrance: Entrance, place: Place, **uvicorns: Any) -> None:
         super().__init__(**uvicorns)
+        self.conn = _Uncrumbled(self._give_up)
         self._entrance = entrance
         self._place = place
         self._header, self._body, self._unread = _Deadline(), _Deadline(), _Deadline()
@@ -100,6 +132,11 @@ class TimedHttp(H11Protocol):
             self._body.start(self.transport, bounds.silence_s)
         else:
             self._body.stop()
+
+    def _give_up(self) -> None:
+        if not self.transport.is_closing():
+            self._entrance.refusals.note(CRUMBS, self._place.address or "a proxy", time.monotonic())
+            self.transport.abort()
 
     def _stop_deadlines(self) -> None:
         for deadline in (self._header, self._body, self._unread):

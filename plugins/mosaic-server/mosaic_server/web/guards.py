@@ -22,6 +22,10 @@ from mosaic_server.settings import Settings
 from mosaic_server.web.origins import host_name, is_address
 
 MAX_BODY_BYTES = 1024 * 1024
+MAX_STRANGERS_BODY_BYTES = 8 * 1024
+STRANGERS_ROUTES = ("/api/v1/account/", "/api/v1/pairing", "/api/v1/robots/auth/")
+"""Nobody need be signed in for them, so that their bodies are read whoever sends them: a megabyte of JSON may cost the
+event loop a quarter of a second. What belongs into one is a name, an e-mail, a password."""
 MAX_MAP_BODY_BYTES = MAX_PGM_BYTES + MAX_YAML_BYTES + 64 * 1024
 """Of the one route that takes files; beside them it carries a name."""
 MAP_ROUTE = "/api/v1/occupancy_map"
@@ -83,7 +87,7 @@ class Guards:
             await send(message)
 
         try:
-            most_bytes = MAX_MAP_BODY_BYTES if scope["path"] == MAP_ROUTE else MAX_BODY_BYTES
+            most_bytes = _most_body_bytes(scope["path"])
             if _announced_bytes(headers) > most_bytes:
                 await _too_large(scope, receive, watched, most_bytes)
             else:
@@ -119,6 +123,12 @@ def content_security_policy(host: str) -> str:
         f"img-src 'self' data: blob:; media-src 'self' blob:; font-src 'self' data:; worker-src 'self' blob:; "
         f"connect-src 'self'{sockets}; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
     )
+
+
+def _most_body_bytes(path: str) -> int:
+    if path.startswith(STRANGERS_ROUTES):
+        return MAX_STRANGERS_BODY_BYTES
+    return MAX_MAP_BODY_BYTES if path == MAP_ROUTE else MAX_BODY_BYTES
 
 
 def _announced_bytes(headers: Headers) -> int:

@@ -94,6 +94,21 @@ def test_a_body_that_stops_coming_ends_its_connection(start_server: StartServer,
         assert is_closed(connection)
 
 
+def test_a_body_in_crumbs_ends_its_connection(
+    start_server: StartServer, settings: Settings, caplog: pytest.LogCaptureFixture
+) -> None:
+    head = b"POST /api/v1/account/signup HTTP/1.1\r\nHost: 127.0.0.1\r\nTransfer-Encoding: chunked\r\n\r\n"
+    with start_server(settings) as server:
+        with dial(server, head + b"1\r\n{\r\n" * 100) as connection:
+            assert is_closed(connection)
+        with dial(server, head + b"200\r\n" + b" " * 512 + b"\r\n" + b"1\r\n{\r\n" * 60 + b"0\r\n\r\n") as connection:
+            assert connection.recv(8) == b"HTTP/1.1", "some small pieces are nothing strange"
+        with dial(server, head + (b"200\r\n" + b" " * 512 + b"\r\n") * 200 + b"0\r\n\r\n") as connection:
+            assert connection.recv(8) == b"HTTP/1.1", "nor are many that hold something"
+    refused = [record.getMessage() for record in caplog.records if record.name == "mosaic_server.entrance.refusals"]
+    assert refused == ["refused a body (it comes in crumbs) from 127.0.0.1"]
+
+
 def test_a_slow_answer_is_no_silence(start_server: StartServer, settings: Settings) -> None:
     """Time-outs are of the client's part alone: here the answer waits for the turn of its address."""
     bounds = Bounds(header_s=0.2, silence_s=0.2, requests_per_s=1.0, request_burst=1.0)

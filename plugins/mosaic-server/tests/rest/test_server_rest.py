@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 from collections.abc import Callable
 from dataclasses import replace
@@ -249,6 +250,12 @@ def test_nothing_secret_is_logged(server: Any, caplog: pytest.LogCaptureFixture)
         assert secret not in logged
 
 
+@pytest.mark.parametrize("path", ["account/login/access-token", "account/signup", "pairing", "robots/auth/check"])
+def test_of_somebody_who_need_not_be_signed_in_only_a_small_body_is_read(server: Any, path: str) -> None:
+    fields = {str(number): 1 for number in range(2000)}
+    assert server.http.post(f"/api/v1/{path}", json=fields).status_code == 413
+
+
 def test_a_body_may_not_be_huge(server: Any) -> None:
     body = b"x" * 1_100_000
     assert server.http.post("/api/v1/account/signup", content=body).status_code == 413
@@ -344,8 +351,10 @@ def test_unknown_routes_and_broken_bodies_answer_in_the_envelope(server: Any) ->
         assert "geheim" not in answer.text
 
 
-def test_openapi_names_every_route(server: Any) -> None:
+def test_openapi_names_every_route_and_is_written_once(server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     paths = server.http.get("/openapi.json").json()["paths"]
+    monkeypatch.setattr(json, "dumps", lambda *_, **__: 1 / 0)
+    assert server.http.get("/openapi.json").status_code == 200
     assert {"/api/v1/webrtc/connection", "/api/v1/robots/{robot_id}/catalogue", "/api/v1/users/me"} <= paths.keys()
 
 
