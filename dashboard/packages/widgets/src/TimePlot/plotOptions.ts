@@ -32,7 +32,7 @@ export function plotOptions(fields: readonly Field[], look: PlotLook, windowS: n
         size: (_plot, labels: readonly string[] | null) => axisWidthPx(labels ?? []),
         grid: { ...grid, show: index === 0 },
         ticks: grid,
-        values: (_plot, splits) => splits.map((split) => `${axisNumber(split)}${unit === '' ? '' : ` ${unit}`}`),
+        values: (_plot, splits) => axisNumbers(splits).map((number) => `${number}${unit === '' ? '' : ` ${unit}`}`),
       })),
     ],
     series: [
@@ -69,6 +69,9 @@ export function axisWidthPx(labels: readonly string[]): number {
   return Math.max(52, Math.ceil(TICK_AND_GAP_PX + DIGIT_PX * Math.max(0, ...labels.map((label) => label.length))))
 }
 
-function axisNumber(value: number): string {
-  return String(Number(value.toPrecision(4)))
+/** As many digits as keep neighbours apart, and no rounding error of the steps between them. */
+export function axisNumbers(splits: readonly number[]): string[] {
+  const [first = 0, second = first + 1] = splits
+  const decimals = Math.min(100, Math.max(0, 2 - Math.floor(Math.log10(Math.abs(second - first)))))
+  return splits.map((split) => String(Number(split.toFixed(decimals))))
 }
