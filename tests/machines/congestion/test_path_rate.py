@@ -186,6 +186,82 @@ def test_a_lot_of_loss_is() -> None:
     assert viewer.hear(60, lost=8, received=12, trains_bps=20e6).rate.budget_bps < MAX_BPS / 2
 
 
+def test_with_some_loss_no_more_is_sent_than_pictures_came_through_at() -> None:
+    viewer = Viewer().hear(40, trains_bps=20e6)
+    viewer.hear(1, lost=10, received=10, trains_bps=20e6)
+    assert viewer.rate.budget_bps == MAX_BPS
+    viewer.hear(1, trains_bps=1e6)
+    assert viewer.rate.budget_bps == 850_000
+    assert viewer.rate.is_limited(viewer.now_s)
+    assert viewer.rate.most_bps(viewer.now_s) == 850_000
+
+
+def test_hardly_any_loss_says_nothing() -> None:
+    viewer = Viewer().hear(40, trains_bps=20e6).hear(1, lost=2, trains_bps=20e6)
+    assert viewer.hear(1, trains_bps=1e6).rate.budget_bps == MAX_BPS
+
+
+def test_a_lot_of_loss_costs_half_of_its_share_once_per_second() -> None:
+    viewer = Viewer().hear(40, trains_bps=20e6).hear(1, lost=44, received=176, trains_bps=20e6)
+    lost = viewer.hear(1, lost=44, received=176, trains_bps=20e6).rate.loss
+    while viewer.rate.budget_bps == MAX_BPS:
+        lost = viewer.hear(1, lost=44, received=176, trains_bps=20e6).rate.loss
+    assert viewer.rate.budget_bps == pytest.approx(MAX_BPS * (1 - lost / 2), rel=0.001)
+    assert viewer.rate.is_limited(viewer.now_s)
+    once_bps = viewer.rate.budget_bps
+    assert viewer.hear(9, lost=44, received=176, trains_bps=20e6).rate.budget_bps == once_bps
+    assert viewer.hear(2, lost=44, received=176, trains_bps=20e6).rate.budget_bps < once_bps
+
+
+def test_after_a_cut_a_queue_is_counted_anew() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6).hear(2, queue_s=0.07, path_bps=1.6e6)
+    cut_bps = viewer.rate.budget_bps
+    assert viewer.hear(1, queue_s=0.07, path_bps=1.5e6).rate.budget_bps == cut_bps
+    assert viewer.hear(1, queue_s=0.07, path_bps=1.5e6).rate.budget_bps == pytest.approx(0.8 * 1.5e6)
+
+
+def test_what_eased_is_near_what_the_path_takes_and_is_tried_again_after_as_many_reports() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6).hear(5, queue_s=0.04, path_bps=1e6)
+    assert viewer.rate.is_limited(viewer.now_s)
+    assert viewer.hear(4, queue_s=0.04, path_bps=0.8e6).rate.budget_bps == 850_000
+    assert viewer.hear(1, queue_s=0.04, path_bps=0.8e6).rate.budget_bps == pytest.approx(0.85 * 0.8e6)
+
+
+def test_a_congestion_is_forgotten_after_20_s() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, path_bps=1e6)
+    assert viewer.rate.is_limited(viewer.now_s + 19.9)
+    assert not viewer.rate.is_limited(viewer.now_s + 20.0)
+
+
+def test_silence_is_a_second_without_reports_and_lowers_it_once_per_second() -> None:
+    viewer = Viewer().hear(20)
+    before_bps, heard_s = viewer.rate.budget_bps, viewer.now_s
+    for after_s, factor in ((0.5, 1.0), (0.9, 1.0), (1.01, 0.7), (1.5, 0.7), (1.9, 0.7), (2.02, 0.49)):
+        viewer.rate.sent(10_000, heard_s + after_s)
+        viewer.rate.tick(heard_s + after_s)
+        assert viewer.rate.budget_bps == pytest.approx(factor * before_bps, rel=0.001)
+
+
+def test_who_has_sent_nothing_for_a_while_is_given_a_second_for_the_first_report() -> None:
+    viewer = Viewer().hear(20)
+    before_bps, again_s = viewer.rate.budget_bps, viewer.now_s + 5.0
+    for after_s in (0.0, 0.5, 0.9):
+        viewer.rate.sent(10_000, again_s + after_s)
+        viewer.rate.tick(again_s + after_s)
+    assert viewer.rate.budget_bps == before_bps
+    viewer.rate.sent(10_000, again_s + 1.0)
+    viewer.rate.tick(again_s + 1.0)
+    assert viewer.rate.budget_bps < before_bps
+
+
+def test_what_was_sent_is_of_the_last_second() -> None:
+    rate = PathRate(MIN_BPS, MAX_BPS, 0.0, START_BPS)
+    rate.sent(1000, 10.0)
+    rate.sent(500, 10.5)
+    assert rate.sent_bps(10.9) == 12_000
+    assert rate.sent_bps(11.0) == 4_000
+
+
 def test_silence_lowers_it_but_only_while_something_is_sent() -> None:
     viewer = Viewer().hear(20)
     before_bps = viewer.rate.budget_bps
