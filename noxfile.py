@@ -28,11 +28,10 @@ PYTHON = str(VENV_PYTHON) if VENV_PYTHON.exists() else sys.executable
 REAL_PEERS = "webrtc or netlab"
 """Tests of real connections."""
 TEST_FILES = sorted(path for place in ("tests", "plugins", "examples") for path in (ROOT / place).rglob("test_*.py"))
-SHARED_OUT = ("--dist", "loadscope", "--no-loadscope-reorder")
 CORES = os.cpu_count() or 1
-PURE_WORKERS = CORES + 1
-PEERS_WORKERS = 2 * CORES
-"""More processes than processors, as most of these tests wait for somebody's patience to end."""
+WORKERS = 2 * CORES + 1
+"""More processes than processors, as half of these tests wait for somebody's patience to end."""
+SIDE_BY_SIDE = ("-n", str(WORKERS), "--dist", "loadscope", "--no-loadscope-reorder")
 BUILT: set[str] = set()
 """What sessions of this run have built."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
@@ -41,14 +40,15 @@ TYPED = ["mosaic_core", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) f
 
 @nox.session
 def tests(session: nox.Session) -> None:
-    """Everything in Python but the browser: pure and loopback on all cores, then real peers, which mostly wait, side by
-    side in networks of their own; without root, where those can't be made, one after the other."""
+    """Everything in Python but the browser, side by side, each process in a network of its own: while real peers wait,
+    others compute. Without root, where such networks can't be made, real peers follow one after the other."""
     if session.posargs:
         session.run(PYTHON, "-m", "pytest", "-m", "not e2e", *session.posargs, external=True)
-        return
-    _test(session, f"not e2e and not ({REAL_PEERS})", "-n", str(PURE_WORKERS), *SHARED_OUT)
-    apart = ("-n", str(PEERS_WORKERS), *SHARED_OUT, "--own-networks") if _may_make_networks() else ()
-    _test(session, f"not e2e and ({REAL_PEERS})", *apart, files=_with_mark("webrtc", "netlab"))
+    elif _may_make_networks():
+        _test(session, "not e2e", *SIDE_BY_SIDE, "--own-networks")
+    else:
+        _test(session, f"not e2e and not ({REAL_PEERS})", *SIDE_BY_SIDE)
+        _test(session, f"not e2e and ({REAL_PEERS})", files=_with_mark("webrtc", "netlab"))
 
 
 @nox.session

@@ -20,8 +20,11 @@ addr add fd77::2/64 dev lan0 nodad
 link set lan1 up
 link set lan0 up
 route add default via 192.168.77.1 dev lan0
+rule add ipproto udp dport 53 unreachable
+rule add ipproto tcp dport 53 unreachable
 """
-"""What `ip -batch` does there. A cable and no dummy: not every kernel has those."""
+"""What `ip -batch` does there. A cable and no dummy: not every kernel has those. Who asks for a name hears at once that
+nobody answers."""
 
 
 def enter_own_network() -> None:
