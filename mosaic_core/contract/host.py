@@ -67,43 +67,34 @@ class HandlerHost(Protocol):
 
     def monotonic_s(self) -> float:
         """Seconds of the robot's monotonic clock."""
-        ...
 
     def wait(self, seconds: float) -> bool:
         """Block this thread for ``seconds`` or until stop; ``True`` when the handler shall stop."""
-        ...
 
     def wait_async(self, seconds: float) -> Awaitable[bool]:
         """The same for ``async`` bodies."""
-        ...
 
     @property
     def is_stopping(self) -> bool: ...
 
     def send(self, message: Outgoing) -> bool:
         """Hand a message over; ``False`` if nobody listens or the queue is full."""
-        ...
 
     def is_heard(self, channel: str) -> bool:
         """Whether anybody has the data channel open now."""
-        ...
 
     def offer(self, label: str, item: Picture | Sound) -> bool:
         """Hand a picture or a piece of sound over; a newer picture replaces one that still waits. ``False`` if nobody
         watches or listens, or the event loop is behind."""
-        ...
 
     def count_loss(self, reason: Loss, messages: int) -> None:
         """Count messages that the handler itself had to leave out, as the framework counts those that it leaves out."""
-        ...
 
     def tap_media(self, label: str, codec: TapCodec) -> MediaTap:
         """The encoded pictures of another connector; nothing flows until the tap is entered."""
-        ...
 
     def tap_pictures(self, label: str) -> PictureTap:
         """The pictures of another connector as they were captured; nothing flows until the tap is entered."""
-        ...
 
 
 class UnboundHost:

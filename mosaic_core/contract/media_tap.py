@@ -34,20 +34,16 @@ class MediaTap(Protocol):
     @property
     def dropped(self) -> int:
         """Pictures that were lost because :meth:`next` was not called for too long."""
-        ...
 
     @property
     def failure(self) -> str:
         """The ``media.*`` or ``channel.*`` code why no picture can come; empty while one may."""
-        ...
 
     def next(self, timeout_s: float) -> TappedPicture | None:
         """Wait for the next picture; ``None`` when ``timeout_s`` is over. Raises nothing."""
-        ...
 
     def ask_key_frame(self) -> None:
         """Let a key frame come soon, where the source can make one; throttled, and one for all viewers. Any thread."""
-        ...
 
     def __enter__(self) -> Self: ...
     def __exit__(
@@ -72,12 +68,10 @@ class PictureTap(Protocol):
     def failure(self) -> str:
         """The ``media.*`` or ``channel.*`` code why no picture can come, ``media.encoded_only`` if the camera encodes
         by itself; empty while one may come."""
-        ...
 
     def next(self, timeout_s: float) -> TappedImage | None:
         """Wait for the next picture that is captured from now on; ``None`` when ``timeout_s`` is over, or when none
         can come. Raises nothing."""
-        ...
 
     def __enter__(self) -> Self: ...
     def __exit__(

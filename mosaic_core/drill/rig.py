@@ -77,9 +77,9 @@ class DrillOperator:
         """From now on nothing passes on this one channel, either way."""
         self.link.lost_labels.add(label)
 
-    async def until_refused(self, code: str, timeout_s: float = 1.0) -> bool:
-        """Whether the robot has said so by then."""
-        return await until(lambda: code in self.refusals, timeout_s)
+    async def until_refused(self, code: str) -> bool:
+        """Whether the robot says so within a second."""
+        return await until(lambda: code in self.refusals, 1.0)
 
 
 @dataclass(slots=True)

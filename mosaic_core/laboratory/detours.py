@@ -25,15 +25,12 @@ class Detour(Protocol):
 
     def of_robot(self, candidate: str) -> str | None:
         """What the operator is told instead; ``None``: nothing."""
-        ...
 
     def of_operator(self, candidate: str) -> str | None:
         """What the robot is told instead; ``None``: nothing."""
-        ...
 
     def offer(self, sdp: str) -> str:
         """The operator's description as the robot gets it."""
-        ...
 
 
 class PathDetour:

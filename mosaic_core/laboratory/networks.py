@@ -29,15 +29,12 @@ class Network(Protocol):
     def robot_ice_servers(self) -> tuple[IceServer, ...]: ...
     def become(self, profile: LinkProfile | str) -> None:
         """Another network from now on, both ways."""
-        ...
 
     def cut(self) -> None:
         """From now on nothing arrives, and nobody is told: a cable was pulled."""
-        ...
 
     def heal(self) -> None:
         """The cable is back."""
-        ...
 
 
 class WebRtcNetwork:

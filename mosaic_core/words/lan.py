@@ -62,8 +62,6 @@ class LanServer(Protocol):
 
     def prepared(self, wish: LanWish) -> LanChild:
         """Make what it needs on disk. Raises :class:`MosaicError` for a wish that can't be fulfilled."""
-        ...
 
     def shown(self, news: LanNews, height: int) -> str:
         """What a terminal with so many free lines shows: addresses, PIN and, where it fits, a QR code."""
-        ...

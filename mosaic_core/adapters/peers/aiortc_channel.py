@@ -53,6 +53,7 @@ class AiortcChannel:
         self.on_open: Callable[[], None] | None = None
         self.on_close: Callable[[], None] | None = None
         self.on_drained: Callable[[], None] | None = None
+        self.label, self.protocol = channel.label, channel.protocol
         self._channel = channel
         self._buffer = buffer
         self._queue = buffer.queue
@@ -61,14 +62,6 @@ class AiortcChannel:
         channel.on("message", self._received)
         channel.on("open", self._opened)
         channel.on("close", self._closed)
-
-    @property
-    def label(self) -> str:
-        return self._channel.label
-
-    @property
-    def protocol(self) -> str:
-        return self._channel.protocol
 
     @property
     def is_reliable(self) -> bool:

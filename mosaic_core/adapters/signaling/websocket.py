@@ -5,7 +5,6 @@ errors that say what is wrong.
 from __future__ import annotations
 
 import asyncio
-import ipaddress
 import socket
 import ssl
 from collections.abc import AsyncIterator
@@ -27,6 +26,7 @@ from websockets.proxy import get_proxy
 from websockets.uri import parse_uri
 
 from mosaic_core.adapters.signaling.name_lookup import addresses_of
+from mosaic_core.machines.peers.home_address import is_loopback_name
 from mosaic_core.words.errors import SignalingError
 from mosaic_core.words.signaling import SIZE_AFTER_AUTHORIZATION
 
@@ -104,7 +104,7 @@ async def open_websocket(url: str, *, certificate: Path | None = None) -> WebSoc
 async def _connected(url: str) -> socket.socket | None:
     """A TCP connection to the first address of the server that answers; ``None`` where the way leads over a proxy."""
     uri = parse_uri(url)
-    if not _is_local(url) and get_proxy(uri) is not None:
+    if not is_loopback_name(uri.host) and get_proxy(uri) is not None:
         return None
     tried = [
         (socket.AF_INET6, (address, uri.port, 0, 0)) if ":" in address else (socket.AF_INET, (address, uri.port))
@@ -125,14 +125,6 @@ def _pinned(certificate: Path) -> ssl.SSLContext:
     context.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN  # it need not be an authority's
     context.check_hostname = False
     return context
-
-
-def _is_local(url: str) -> bool:
-    host = urlsplit(url).hostname or ""
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 def _cause(url: str, error: Exception) -> tuple[str, str | None]:

@@ -36,19 +36,10 @@ class Nat:
     ``choose(count)`` returns a number below ``count``: where to look for the next free port.
     """
 
-    def __init__(
-        self,
-        kind: NatKind,
-        public_host: str,
-        choose: Callable[[int], int],
-        *,
-        idle_s: float = IDLE_S,
-        ports: range = PORTS,
-    ) -> None:
+    def __init__(self, kind: NatKind, public_host: str, choose: Callable[[int], int], *, ports: range = PORTS) -> None:
         self.kind = kind
         self.public_host = public_host
         self._choose = choose
-        self._idle_s = idle_s
         self._all_ports = ports
         self._by_port: dict[int, _Mapping] = {}
         self._ports: dict[tuple[Endpoint, Endpoint | None], int] = {}
@@ -67,7 +58,7 @@ class Nat:
             self._ports[key] = port
             self._by_port[port] = _Mapping(inside, key[1], now_s)
         mapping = self._by_port[port]
-        mapping.ends_at_s = mapping.spoken_to[remote] = now_s + self._idle_s
+        mapping.ends_at_s = mapping.spoken_to[remote] = now_s + IDLE_S
         return self.public_host, port
 
     def inbound(self, public: Endpoint, remote: Endpoint, now_s: float) -> Endpoint | None:

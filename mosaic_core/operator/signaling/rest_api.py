@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 import httpx
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
+from mosaic_core.machines.peers.home_address import is_loopback_name
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.codes import RESULT_REASONS, ResultCode, reason
@@ -20,7 +21,6 @@ from mosaic_core.words.wire_model import WireModel
 
 TIMEOUT_S = 10.0
 PAGE = 100
-_LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
 
 class RobotSummary(WireModel):
@@ -131,7 +131,7 @@ async def log_in(
 
 
 def _client(base_url: str, transport: httpx.AsyncBaseTransport | None, headers: dict[str, str]) -> httpx.AsyncClient:
-    is_local = urlsplit(base_url).hostname in _LOOPBACK  # a proxy of the environment can't reach our loopback
+    is_local = is_loopback_name(urlsplit(base_url).hostname or "")  # no proxy reaches our loopback
     return httpx.AsyncClient(
         base_url=base_url, headers=headers, timeout=TIMEOUT_S, transport=transport, trust_env=not is_local
     )

@@ -6,13 +6,13 @@ import re
 from collections.abc import Iterator, Sequence
 from urllib.parse import urlsplit
 
+from mosaic_core.machines.peers.home_address import is_loopback_name
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.config import RobotConfig
 from mosaic_core.words.errors import Problem
 
 _SNAKE = re.compile(r"[a-z0-9]+(_[a-z0-9]+)*")
-_LOOPBACK = ("localhost", "127.0.0.1", "::1")
 CLICK_PERIOD_S = 1.0
 """A person clicking a pad of the original dashboard again and again does so about once a second."""
 
@@ -33,7 +33,7 @@ def _server_hints(config: RobotConfig, document: YamlDocument) -> Iterator[Probl
         yield document.problem((), message, cure="run it with `mosaic run --serve`, or add a server section")
         return
     url = urlsplit(config.server.ws_url)
-    if url.scheme == "ws" and url.hostname not in _LOOPBACK:
+    if url.scheme == "ws" and not is_loopback_name(url.hostname or ""):
         message = "the token and all signaling travel unencrypted"
         yield document.problem(("server", "ws_url"), message, cure="use wss:// outside a trusted network")
     for index, server in enumerate(config.server.webrtc.ice_servers):
