@@ -5,6 +5,7 @@ the robot by itself when the stop is cleared.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS
@@ -44,15 +45,19 @@ class ReleaseFirst:
 
 class CommandPauses:
     """Tells how long the sender of one channel has paused. Only where no number is missing is a silence a pause: what
-    the link lost was sent."""
+    the link lost was sent. Nor is what the link held up: by the sender's own stamps nothing was silent then."""
 
     def __init__(self, opened_s: float) -> None:
         self._last_s = opened_s
         self._last_seq: int | None = None
+        self._last_stamp_us = 0
 
-    def arrived(self, seq: int | None, now_s: float) -> float:
-        """The pause before this message, which may be refused for another reason; ``seq`` ``None``: it has no frame."""
-        before_s, before = self._last_s, self._last_seq
-        self._last_s, self._last_seq = now_s, seq
-        is_next = seq is None or before is None or (seq - before) % SEQ_MODULUS == 1
-        return now_s - before_s if is_next else 0.0
+    def arrived(self, seq: int | None, now_s: float, stamp_us: int = 0) -> float:
+        """The pause before this message, which may be refused for another reason; ``seq`` ``None``: it has no frame.
+        ``stamp_us``: when it was made, by the sender's clock; 0: unknown."""
+        before_s, before, before_us = self._last_s, self._last_seq, self._last_stamp_us
+        self._last_s, self._last_seq, self._last_stamp_us = now_s, seq, stamp_us
+        if seq is not None and before is not None and (seq - before) % SEQ_MODULUS != 1:
+            return 0.0
+        made_s = (stamp_us - before_us) / 1e6 if stamp_us and before_us else math.inf
+        return min(now_s - before_s, made_s)

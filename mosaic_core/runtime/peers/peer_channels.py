@@ -204,7 +204,7 @@ class PeerChannels:
             frame.epoch if link.is_framed else None,
             opening,
             receiver.watch.generation,
-            pauses.arrived(seq, now_s) >= route.release_pause_s,
+            pauses.arrived(seq, now_s, frame.stamp_us) >= route.release_pause_s,
         )
 
     def _arrival(self, gates: CommandChannel, link: DataPort, frame: Frame, item: Incoming) -> ArrivedCommand:

@@ -52,3 +52,14 @@ def test_a_silence_is_a_pause_where_no_number_is_missing(
 def test_a_pause_ends_with_every_message() -> None:
     it = CommandPauses(10.0)
     assert [it.arrived(seq, 10.0 + seq / 10) for seq in (1, 2, 3)] == pytest.approx([0.1] * 3)
+
+
+@pytest.mark.parametrize(
+    ("stamps_us", "pause_s"),
+    [((7_000_000, 7_050_000), 0.05), ((7_000_000, 9_000_000), 0.4), ((7_000_000, 0), 0.4), ((0, 7_000_000), 0.4)],
+    ids=["held up", "paused", "unknown", "unknown before"],
+)
+def test_what_the_link_held_up_is_no_pause(stamps_us: tuple[int, int], pause_s: float) -> None:
+    it = CommandPauses(10.0)
+    it.arrived(1, 10.0, stamps_us[0])
+    assert it.arrived(2, 10.4, stamps_us[1]) == pytest.approx(pause_s)

@@ -220,7 +220,8 @@ class Robot:
             age_s, is_newest = order.arrived(packet.seq, packet.stamp_us, now_s)
         channel, is_ours = self.channels[resource], not party.is_original
         arrival = ArrivedCommand(channel, party.peer_id, party.role, is_ours, packet.epoch, now_s, age_s, is_newest)
-        pause_s = self.pauses[party.peer_id, resource].arrived(packet.seq if packet.epoch is not None else None, now_s)
+        seq = packet.seq if packet.epoch is not None else None
+        pause_s = self.pauses[party.peer_id, resource].arrived(seq, now_s, packet.stamp_us)
         refusal = refusal_on_arrival(arrival)
         if refusal is None and pause_s >= TIMEOUT_S:
             self.receivers[resource].release.let_go(self.key_of(party.peer_id))

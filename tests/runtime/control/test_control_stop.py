@@ -98,6 +98,9 @@ async def test_what_waits_in_a_full_queue_never_acts_not_even_after_the_stop_is_
         await kit.until(lambda: motor.log.count("safety.stop") >= 2)
         drive.say({"v": "goes on"}, epoch=epoch)
         await kit.until(lambda: "safety.release_first" in ann.codes())
+        await asyncio.sleep(0.1)
+        drive.say({"v": "held up by the link"}, epoch=epoch, age_s=0.1)
+        await kit.until(lambda: ann.codes().count("safety.release_first") == 2)
         await asyncio.sleep(0.1)  # it moves nothing that one could send a zero of: only a pause is letting go
         drive.say({"v": "after"}, epoch=epoch)
         await kit.until(lambda: motor.log[-1] == "after")
