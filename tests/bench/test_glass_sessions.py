@@ -50,16 +50,16 @@ def run(work: Coroutine[Any, Any, T]) -> T:
 
 @pytest.mark.parametrize("way", [OURS, AIORTC], ids=lambda way: way.sender)
 def test_a_known_delay_is_found_again(chromium: str, way: Way) -> None:
-    async def median_age_ms(browser: Any, delay_ms: float) -> float:
+    async def young_age_ms(browser: Any, delay_ms: float) -> float:
         network = LinkProfile("known", delay_ms=delay_ms)
         async with session(browser, None, Shot(way, (320, 240), "pattern", network)) as one:
             await one.displayed(2.0)
-            return rank(ages_ms(await one.displayed(2.0)), 0.5)
+            return rank(ages_ms(await one.displayed(2.0)), 0.1)  # a busy machine makes pictures older, none younger
 
     async def ages() -> list[float]:
         async with async_playwright() as playwright:
             browser = await playwright.chromium.launch(executable_path=chromium, args=FLAGS)
-            found = await asyncio.gather(*(median_age_ms(browser, delay_ms) for delay_ms in (0.0, DELAY_MS)))
+            found = await asyncio.gather(*(young_age_ms(browser, delay_ms) for delay_ms in (0.0, DELAY_MS)))
             await browser.close()
             return found
 

@@ -88,7 +88,7 @@ def listeners(robot: Any, label: str) -> Callable[[int], bool]:
 
 def test_the_robots_microphone_is_heard_beside_its_picture(page: Page, robot: Any, wait_for: Any) -> None:
     hears = listeners(robot, "cabin")
-    assert hears(0)
+    wait_for(lambda: hears(0), "the robot captures nothing yet")
     page.get_by_role("button", name="Listen").click()
     expect(page.get_by_role("meter", name="Level in dB")).to_have_attribute(
         "aria-valuenow", re.compile(r"^-(1\d|2\d)$"), timeout=15_000
