@@ -67,8 +67,9 @@ def shown_name(session: Session, account_id: str) -> str:
     return f"{own.full_name} ({own.email})" if own.full_name and taken else own.full_name or own.email
 
 
-_TWINS = str.maketrans("аеорсухјѕԁһοανρτυк0іӏιıi1|", "aeopcyxjsdhoavptukolllllll")
-"""Cyrillic and Greek letters, and signs, that look like small Latin ones."""
+_TWINS = str.maketrans("аеорсухјѕԁһοανρτυк0іӏιıi1|", "aeopcyxjsdhoavptukolllllll", "\u115f\u1160\u2800")
+"""Cyrillic and Greek letters, and signs, that look like small Latin ones; without the letters and signs that look like
+a space."""
 
 
 def _looks(name: str) -> str:

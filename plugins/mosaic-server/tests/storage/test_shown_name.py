@@ -54,6 +54,8 @@ def test_a_name_of_ones_own_stands_alone(session: Session, add: Add) -> None:
         "\u0410nn",
         "\u00c1nn",
         "An\u200bn",
+        "An\u3164n",
+        "A\u2800nn",
         "ann@example.org",
         "Ann (ann@example.org)",
     ],
