@@ -61,6 +61,11 @@ def _receiver_problems(one: CheckedConnector, handler: DataChannelReceivable[Any
             message = f"the messages of connector '{one.config.label}' have no number '{field}'"
             cure = guess(field, sorted(known), f"they have: {', '.join(sorted(known))}")
             yield one.problem(message, "safety", "limits", field, cure=cure)
+    for field in sorted(fields.difference(safety.limits)):
+        if known and field not in known:
+            message = f"connector '{one.config.label}' of {one.installed.source} moves by '{field}'"
+            cure = guess(field, sorted(known), f"they have: {', '.join(sorted(known))}")
+            yield one.broken(f"{message}, a number that its messages don't have: nothing would limit it", cure=cure)
 
 
 def delivery_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
@@ -98,7 +103,7 @@ def field_paths(schema: dict[str, Any] | None) -> frozenset[str]:
 
 def _numbers(schema: dict[str, Any], definitions: dict[str, Any], depth: int) -> Iterator[str]:
     for name, field in schema.get("properties", {}).items():
-        for choice in (field, *field.get("anyOf", ()), *field.get("allOf", ())):
+        for choice in (field, *(one for kind in ("anyOf", "allOf", "oneOf") for one in field.get(kind, ()))):
             inner = definitions.get(str(choice.get("$ref", "")).rsplit("/", 1)[-1], choice)
             if inner.get("type") in ("number", "integer"):
                 yield name

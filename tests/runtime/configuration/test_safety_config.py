@@ -208,6 +208,30 @@ def test_guards_that_are_taken_away_are_worth_a_hint(
     assert all(word in one for word, one in zip(words, told, strict=True))
 
 
+class Aliased(Message):
+    speed: float = Field(default=0.0, alias="v")
+
+
+class Misnamed(DataChannelReceivable[Aliased]):
+    motion_fields: ClassVar[tuple[str, ...]] = ("speed",)
+
+    def handle_data(self, data: Aliased) -> None:
+        """Takes everything."""
+
+
+class MisnamedConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "misnamed"
+
+    def configure(self) -> Misnamed:
+        return Misnamed(self.label)
+
+
+def test_a_motion_field_that_the_messages_do_not_have_is_a_mistake_of_the_plugin() -> None:
+    (told,) = problems_of(MisnamedConfigurer, {})
+    assert "moves by 'speed', a number that its messages don't have" in told
+    assert "they have: v" in told
+
+
 class TwoNames(Message):
     v: float = Field(default=0.0, validation_alias=AliasChoices("v", "speed"))
 
