@@ -12,6 +12,8 @@ from mosaic_core.machines.delivery.framing import SEQ_MODULUS
 
 PAUSE_S = 1.0
 """The pause that counts where a receiver has no time-out."""
+OPENING_S = 2.0
+"""A sender may learn so late that its channel is open: what it sends then at once, it would have sent before."""
 MAX_HOLDING = 4096
 """Sessions that are remembered: whoever comes again and again under new ones shall not fill our memory. Those that came
 first are forgotten first."""
@@ -48,7 +50,7 @@ class CommandPauses:
     the link lost was sent. Nor is what the link held up: by the sender's own stamps nothing was silent then."""
 
     def __init__(self, opened_s: float) -> None:
-        self._last_s = opened_s
+        self._last_s = opened_s + OPENING_S
         self._last_seq: int | None = None
         self._last_stamp_us = 0
 
@@ -60,4 +62,4 @@ class CommandPauses:
         if seq is not None and before is not None and (seq - before) % SEQ_MODULUS != 1:
             return 0.0
         made_s = (stamp_us - before_us) / 1e6 if stamp_us and before_us else math.inf
-        return min(now_s - before_s, made_s)
+        return max(0.0, min(now_s - before_s, made_s))

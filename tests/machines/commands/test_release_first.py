@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mosaic_core.machines.commands.release_first import MAX_HOLDING, CommandPauses, ReleaseFirst
+from mosaic_core.machines.commands.release_first import MAX_HOLDING, OPENING_S, CommandPauses, ReleaseFirst
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS
 
 
@@ -45,12 +45,12 @@ def test_whoever_comes_again_and_again_does_not_fill_the_memory() -> None:
 def test_a_silence_is_a_pause_where_no_number_is_missing(
     seqs: tuple[int | None, ...], pauses: tuple[float, ...]
 ) -> None:
-    it = CommandPauses(10.0)
+    it = CommandPauses(10.0 - OPENING_S)
     assert (it.arrived(seqs[0], 10.5), it.arrived(seqs[1], 12.0)) == pauses
 
 
 def test_a_pause_ends_with_every_message() -> None:
-    it = CommandPauses(10.0)
+    it = CommandPauses(10.0 - OPENING_S)
     assert [it.arrived(seq, 10.0 + seq / 10) for seq in (1, 2, 3)] == pytest.approx([0.1] * 3)
 
 
@@ -60,6 +60,14 @@ def test_a_pause_ends_with_every_message() -> None:
     ids=["held up", "paused", "unknown", "unknown before"],
 )
 def test_what_the_link_held_up_is_no_pause(stamps_us: tuple[int, int], pause_s: float) -> None:
-    it = CommandPauses(10.0)
+    it = CommandPauses(10.0 - OPENING_S)
     it.arrived(1, 10.0, stamps_us[0])
     assert it.arrived(2, 10.4, stamps_us[1]) == pytest.approx(pause_s)
+
+
+@pytest.mark.parametrize(("after_s", "pause_s"), [(0.4, 0.0), (OPENING_S, 0.0), (OPENING_S + 0.5, 0.5)])
+@pytest.mark.parametrize("seq", [None, 7])
+def test_who_sends_as_soon_as_the_channel_is_known_to_be_open_has_not_paused(
+    seq: int | None, after_s: float, pause_s: float
+) -> None:
+    assert CommandPauses(10.0).arrived(seq, 10.0 + after_s) == pytest.approx(pause_s)
