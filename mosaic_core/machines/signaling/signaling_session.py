@@ -98,7 +98,7 @@ class SignalingSession(ABC):
         match message:
             case wire.PingPing():
                 return [SendSignal(wire.PingPong(ping_id=message.ping_id))]
-            case wire.AuthorizeRequest() if self.state == "greeting":
+            case wire.AuthorizeRequest():  # an original server may ask again
                 self.state, self.agreed = "authorizing", wire.agreed_extensions(message.extensions)
                 return [SendSignal(self._credentials())]
             case wire.AuthorizeResult() if self.state == "authorizing":
