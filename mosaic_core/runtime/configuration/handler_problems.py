@@ -50,21 +50,25 @@ def _receiver_problems(one: CheckedConnector, handler: DataChannelReceivable[Any
         if getattr(safety, key) == "zero" and not fields:
             message = f"connector '{one.config.label}' names no motion fields that could be set to zero"
             yield one.problem(message, "safety", key, cure="write `callback`, or name its fields in `limits`")
-    for field in sorted(fields):
-        if _has_two_names(message_type_of(type(handler)), field.split(".")):
-            message = f"'{field}' of the messages of connector '{one.config.label}' can be written under two names"
-            cure = "give it one name in its model: a limit sees no other"
-            yield one.problem(message, "safety", code="config.broken_plugin", cure=cure)
+    yield from _field_problems(one, handler, fields)
+
+
+def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], fields: set[str]) -> Iterator[Problem]:
+    """Of each field that is limited or moves something: its messages must have it, under one name."""
+    twice = {field for field in fields if _has_two_names(message_type_of(type(handler)), field.split("."))}
+    for field in sorted(twice):
+        message = f"'{field}' of the messages of connector '{one.config.label}' can be written under two names"
+        cure = "give it one name in its model: a limit sees no other"
+        yield one.problem(message, "safety", code="config.broken_plugin", cure=cure)
     known = field_paths(message_schema(handler))
-    for field in safety.limits:
-        if known and field not in known:
+    unknown = [field for field in sorted(fields - twice) if known and field not in known]
+    for field in unknown:
+        cure = guess(field, sorted(known), f"they have: {', '.join(sorted(known))}")
+        if field in one.safety.limits:
             message = f"the messages of connector '{one.config.label}' have no number '{field}'"
-            cure = guess(field, sorted(known), f"they have: {', '.join(sorted(known))}")
             yield one.problem(message, "safety", "limits", field, cure=cure)
-    for field in sorted(fields.difference(safety.limits)):
-        if known and field not in known:
+        else:
             message = f"connector '{one.config.label}' of {one.installed.source} moves by '{field}'"
-            cure = guess(field, sorted(known), f"they have: {', '.join(sorted(known))}")
             yield one.broken(f"{message}, a number that its messages don't have: nothing would limit it", cure=cure)
 
 
