@@ -139,8 +139,10 @@ class ConnectionBudget:
     # ------------------------------------------------------------------------------------------------------------
 
     def _limits(self) -> tuple[int, int]:
-        least_bps = sum(one.least_bps for one in self._demands.values())
-        return least_bps, max(least_bps, sum(one.most_bps for one in self._demands.values()))
+        """What can be no more and no less, such as sound, says nothing of how much may be tried."""
+        demands = self._demands.values()
+        least_bps, most_bps = (sum(one.least_bps for one in demands), sum(one.most_bps for one in demands))
+        return least_bps, most_bps if most_bps > least_bps else max(least_bps, START_BPS)
 
     def _limit(self) -> None:
         if self._demands:

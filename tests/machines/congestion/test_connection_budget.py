@@ -148,3 +148,13 @@ def test_streams_begin_better_pictures_one_after_the_other() -> None:
     assert not budget.may_rise(RISE_INTERVAL_S - 0.01)
     assert budget.may_rise(RISE_INTERVAL_S)
     assert not budget.may_rise(RISE_INTERVAL_S + 0.5)
+
+
+@pytest.mark.parametrize("hears_arrivals", [True, False])
+def test_sound_alone_does_not_make_the_pictures_that_come_later_begin_small(hears_arrivals: bool) -> None:
+    budget = watched("ears", demand=Demand(48_000, 48_000, DRIVES))
+    if hears_arrivals:
+        budget.handle(None, seen(), 1.0)
+    assert budget.parts == {"ears": 48_000}
+    budget.want("front", CAMERA)
+    assert budget.parts == {"ears": 48_000, "front": START_BPS - 48_000}

@@ -18,6 +18,7 @@ from mosaic_core.adapters.aiortc_private.sctp.sctp_retransmitting import INITIAL
 from mosaic_core.adapters.aiortc_private.sctp.sctp_sending import QuickSending
 from mosaic_core.adapters.aiortc_private.sctp.sctp_window import INITIAL_WINDOW_BYTES
 from mosaic_core.machines.congestion.ack_pace import LEAST, AckPace
+from mosaic_core.machines.congestion.background_rate import BackgroundRate
 
 ACK_DELAY_S = 0.02
 """RFC 9260 §6.2 allows 0.5 s; a sender with a window of few packets would wait for us."""
@@ -105,6 +106,7 @@ def quicken(sctp: RTCSctpTransport, exceeded: Callable[[str], None] | None = Non
     sctp.__class__ = QuickSctp
     assert isinstance(sctp, QuickSctp)
     sctp.exceeded = exceeded
+    sctp.background = BackgroundRate()
     sctp._cwnd = INITIAL_WINDOW_BYTES
     sctp._rto = INITIAL_RTO_S
     waiting, sctp._data_channel_queue = sctp._data_channel_queue, MeasuredQueue(lambda entry: len(entry[2]))

@@ -25,7 +25,7 @@ class QuickWindow(QuickRetransmitting):
     """The middle part of the sending half of ``QuickSctp``, see ``quick_sctp.py``."""
 
     _standing_queue: StandingQueue | None = None
-    background = BackgroundRate()
+    background: BackgroundRate
     gives_way = False
     """Of two flows on one path the one with the shorter queue in mind goes on with what the other leaves. It also
     leaves the event loop some time."""
