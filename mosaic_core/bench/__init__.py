@@ -1,1 +1,2 @@
-"""What ``mosaic bench`` measures: a real robot and a real operator over a bad network in user space."""
+"""Measures delays and pictures for ``mosaic bench``: a real robot and a real operator over a bad network in user
+space."""

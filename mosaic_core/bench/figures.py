@@ -13,7 +13,7 @@ FREEZE_S = 0.2
 
 @dataclass(slots=True)
 class Seen:
-    """What an operator noted between two times."""
+    """The observations of an operator between two times."""
 
     began_at_s: float = 0.0
     ended_at_s: float = 0.0
@@ -26,7 +26,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """One row. ``None``: it was not seen at all."""
+    """The figures of one run, a row of the table. ``None``: it was not seen at all."""
 
     profile: str
     connect_s: float | None = None

@@ -1,4 +1,4 @@
-"""One row of the table: a robot and an operator meet over one network, are measured, lose it for two seconds."""
+"""Runs one row of the table: a robot and an operator meet over one network, are measured, lose it for two seconds."""
 
 from __future__ import annotations
 

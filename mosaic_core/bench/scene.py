@@ -38,6 +38,8 @@ class Film(MediaTrackHandler):
 
 
 class FilmConfigurer(MediaTrackConfigurer[NoParams]):
+    """Makes the camera that the benchmark watches."""
+
     connector_type = "bench-film"
 
     def configure(self) -> Film:
@@ -45,6 +47,8 @@ class FilmConfigurer(MediaTrackConfigurer[NoParams]):
 
 
 class BenchCommand(Message):
+    """A command with the time when it was sent."""
+
     sent_s: float
 
 
@@ -66,6 +70,8 @@ class Obeying(DataChannelReceivable[BenchCommand]):
 
 
 class Value(Message):
+    """A value with the time when it was sent."""
+
     sent_s: float
 
 
@@ -80,6 +86,8 @@ class Telling(DataChannelSendable[Value]):
 
 
 class TellingConfigurer(DataChannelConfigurer[NoParams]):
+    """Makes the connector that sends the benchmark's values."""
+
     connector_type = "bench-values"
 
     def configure(self) -> Telling:
@@ -90,6 +98,8 @@ def scene(obeyed: Obeyed) -> tuple[ConnectorEntry, ...]:
     """The connectors; what arrives is noted in ``obeyed``."""
 
     class ObeyingConfigurer(DataChannelConfigurer[NoParams]):
+        """Makes the connector that takes the benchmark's commands."""
+
         connector_type = "bench-commands"
 
         def configure(self) -> Obeying:

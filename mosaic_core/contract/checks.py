@@ -1,4 +1,4 @@
-"""What a distribution adds to ``mosaic doctor``: an entry point of the group ``mosaic.doctor``.
+"""Declares the checks that a distribution adds to ``mosaic doctor``: an entry point of the group ``mosaic.doctor``.
 
 Its name is the group of the findings, its value an ``async def`` generator that takes a :class:`CheckContext` and
 yields findings::
@@ -35,7 +35,7 @@ class NamedConnector:
 
 @dataclass(frozen=True, slots=True)
 class CheckContext:
-    """What a check may look at. Without a YAML file there are no connectors."""
+    """The configuration that a check may look at. Without a YAML file there are no connectors."""
 
     connectors: tuple[NamedConnector, ...] = ()
     config_path: Path | None = None

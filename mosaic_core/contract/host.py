@@ -1,4 +1,4 @@
-"""What the framework gives a handler: time, waiting, and a way out. Plugin authors see it through the handler.
+"""Declares what the framework gives a handler: time, waiting, and a way out. Plugin authors see it through the handler.
 
 The runtime implements :class:`HandlerHost` for real robots, the kit in ``mosaic_core.testing`` with a fake clock.
 """
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 Loss: TypeAlias = Literal["replaced", "dropped", "too_large", "thinned", "refused", "lost"]
-"""Why a message did not arrive; each has a counter per connector (``runtime.counters``)."""
+"""Why a message did not arrive; each has a counter per connector (``runtime.observation.counters``)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sender:
-    """Who sent a message: one peer of one operator. ``role`` is observer, operator or supervisor, as the server signed
-    it. ``is_person``: a person decides there, not a program; ``is_original``: an original dashboard, which knows no
-    leases. Both are known after its hello."""
+    """The sender of a message: one peer of one operator. ``role`` is observer, operator or supervisor, as the server
+    signed it. ``is_person``: a person decides there, not a program; ``is_original``: an original dashboard, which knows
+    no leases. Both are known after its hello."""
 
     peer_id: str
     session_id: str
@@ -39,7 +39,7 @@ class Sender:
 
 @dataclass(frozen=True, slots=True)
 class Outgoing:
-    """One message on its way out. ``channel`` is the data channel's label, ``to`` a peer id or ``None`` for all.
+    """A message on its way out. ``channel`` is the data channel's label, ``to`` a peer id or ``None`` for all.
 
     ``followers``: more payloads that travel right behind the first, each a message of its own to whoever receives
     them; here they are queued, replaced and counted as one. ``original_text`` makes what original operators get
@@ -61,7 +61,7 @@ class Outgoing:
 
 
 class HandlerHost(Protocol):
-    """What a handler is given before it runs. Every method may be called from any thread and never blocks, but for
+    """Gives a handler time, waiting and a way out. Every method may be called from any thread and never blocks, but for
     :meth:`wait`.
     """
 

@@ -1,4 +1,4 @@
-"""What a media handler may yield, and how its pictures shall be encoded."""
+"""Declares the pictures and sounds that a media handler may yield, and how its pictures shall be encoded."""
 
 from __future__ import annotations
 

@@ -16,7 +16,8 @@ TapCodec: TypeAlias = Literal["h264", "vp8"]
 
 @dataclass(frozen=True, slots=True)
 class TappedPicture:
-    """One encoded picture. H.264 comes with start codes (Annex B) and its parameter sets before every key frame.
+    """An encoded picture of a tapped camera. H.264 comes with start codes (Annex B) and its parameter sets before every
+    key frame.
 
     ``captured_at_s``: seconds of the robot's monotonic clock; later than that of the picture before.
     """
@@ -53,8 +54,9 @@ class MediaTap(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TappedImage:
-    """One picture as it was captured. ``image``: ``uint8``, (height, width, 3) in BGR order, or (height, width) for
-    gray; a copy that is the reader's own. ``captured_at_s``: seconds of the robot's monotonic clock."""
+    """A picture of a tapped camera as it was captured. ``image``: ``uint8``, (height, width, 3) in BGR order, or
+    (height, width) for gray; a copy that is the reader's own. ``captured_at_s``: seconds of the robot's monotonic
+    clock."""
 
     image: Image
     captured_at_s: float

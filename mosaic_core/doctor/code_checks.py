@@ -1,4 +1,5 @@
-"""What the source of connectors does on the event loop of a robot, told before it costs an operator the connection."""
+"""Checks the source of connectors for what blocks a robot's event loop, told before it costs an operator the
+connection."""
 
 from __future__ import annotations
 

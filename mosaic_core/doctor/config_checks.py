@@ -24,7 +24,8 @@ MAX_PROBLEMS = 10
 
 @dataclass(frozen=True, slots=True)
 class ConfigRead:
-    """What could be read: ``server`` and ``connectors`` also of a file with mistakes, as far as they have none."""
+    """The parts of a configuration that could be read: ``server`` and ``connectors`` also of a file with mistakes, as
+    far as they have none."""
 
     path: Path
     problems: tuple[Problem, ...]

@@ -15,7 +15,8 @@ CHECK_TIMEOUT_S = 18.0
 
 @dataclass(frozen=True, slots=True)
 class CheckRun:
-    """One check: its ``name`` is the group of its findings. ``is_heavy``: takes the processor, so runs by itself."""
+    """A check to run: its ``name`` is the group of its findings. ``is_heavy``: takes the processor, so runs by
+    itself."""
 
     name: str
     start: Callable[[], AsyncIterator[Finding]]
@@ -36,7 +37,7 @@ class Examined:
 
 
 class Progress:
-    """Whom an examination tells; does nothing by itself."""
+    """Hears how an examination goes on; does nothing by itself."""
 
     def began(self, name: str) -> None:
         """A check starts."""

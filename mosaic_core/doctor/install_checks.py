@@ -1,5 +1,5 @@
-"""What is installed: versions in lockstep, plugins that load, the fast event loop, and what encodes pictures, of which
-``mosaic doctor encoders`` tells more."""
+"""Checks the installation: versions in lockstep, plugins that load, the fast event loop, and what encodes pictures, of
+which ``mosaic doctor encoders`` tells more."""
 
 from __future__ import annotations
 

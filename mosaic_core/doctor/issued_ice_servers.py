@@ -28,7 +28,8 @@ NO_ROBOT = Issued(
 
 
 class IssuedIceServers:
-    """What the server hands to this robot; whoever probes them waits until that is known, or never will be."""
+    """The ICE servers that the server hands to this robot; whoever probes them waits until that is known, or never will
+    be."""
 
     def __init__(self) -> None:
         self._settled: asyncio.Future[Issued] = asyncio.get_running_loop().create_future()

@@ -19,7 +19,7 @@ from mosaic_core.words.finding import Finding, failed, passed, skipped, warned
 LEAST_PYTHON = (3, 11)
 TESTED_MACHINES = {"x86_64", "aarch64", "amd64", "arm64"}
 WANTED_RMEM_BYTES = 4 * 1024 * 1024
-"""What ``adapters.aiortc_private.gathering`` asks for."""
+"""What ``adapters.aiortc_private.ice.gathering`` asks for."""
 LEAST_FREE_BYTES = 1024**3
 LAG_PERIOD_S, LAG_SAMPLES = 0.005, 200
 LAG_LIMIT_MS = 20.0

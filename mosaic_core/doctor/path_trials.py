@@ -28,7 +28,7 @@ UNREAD_LABEL = "_path_trial"
 
 
 class _Way(Protocol):
-    """Where pieces go, and how many bytes of them have arrived."""
+    """A way on which pieces of data go, and how many bytes of them have arrived."""
 
     name: str
 
@@ -73,7 +73,7 @@ def _way_of(connection: RobotConnection) -> _Way:
 
 
 class _Echo:
-    """Both channels of a ``connection-check``."""
+    """Measures a path there and back, over both channels of a ``connection-check``."""
 
     name = "there and back"
 

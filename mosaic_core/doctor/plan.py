@@ -29,8 +29,8 @@ WHOLE_TIMEOUT_S = 36.0
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """What is examined. ``server_url`` comes before the configuration's own; ``whole_way`` makes what a connection
-    through the server needs, from the configuration's server."""
+    """The subject of an examination. ``server_url`` comes before the configuration's own; ``whole_way`` makes what a
+    connection through the server needs, from the configuration's server."""
 
     config: Path | None = None
     server_url: str = ""

@@ -38,7 +38,7 @@ _ICE_SERVERS = TypeAdapter(list[IceServer])
 
 @dataclass(frozen=True, slots=True)
 class ServerAddress:
-    """Where the server is, by its WebSocket URL."""
+    """The address of the server, by its WebSocket URL."""
 
     ws_url: str
 

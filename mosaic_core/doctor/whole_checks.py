@@ -35,7 +35,7 @@ _ACCOUNT_CURES = {
 
 @dataclass(frozen=True, slots=True)
 class _Tried:
-    """One of the two connections, and by what words it is told of."""
+    """A connection that is tried, and the words by which it is told of."""
 
     check: str
     what: str
@@ -51,7 +51,7 @@ _RELAYED = _Tried(
 
 @dataclass(frozen=True, slots=True)
 class WholeWay:
-    """Who connects to what; ``sign_in`` raises :class:`MosaicError`."""
+    """The robot and the account that the whole way connects; ``sign_in`` raises :class:`MosaicError`."""
 
     robot_id: str
     sign_in: Callable[[], Awaitable[MosaicOperator]]

@@ -1,4 +1,4 @@
-"""One operator's commands to one receiver, frame by frame: honest ones at a steady rate, and any other."""
+"""Sends one operator's commands to one receiver, frame by frame: honest ones at a steady rate, and any other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a drill found out: one line per exercise and receiver."""
+"""Tells the findings of a drill: one line per exercise and receiver."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class NotExercised(Exception):
 
 
 class ExerciseFailed(Exception):
-    """It did not do what it must."""
+    """A receiver did not do in an exercise what it must."""
 
     def __init__(self, why: str, *, limit: str = "", measured: str = "") -> None:
         super().__init__(why)
@@ -40,6 +40,8 @@ class ExerciseFailed(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Passed:
+    """An exercise that a receiver passed: the limit, and what was measured."""
+
     limit: str
     measured: str
     why: str = ""

@@ -34,7 +34,7 @@ _NO_SERVER = ServerConfig(
 
 @dataclass(frozen=True, slots=True)
 class DrilledReceiver:
-    """One receiver under drill. ``command`` is ``None`` where none could be made, and ``no_command`` says why."""
+    """A receiver under drill. ``command`` is ``None`` where none could be made, and ``no_command`` says why."""
 
     label: str
     handler: DataChannelReceivable[Any]
@@ -50,7 +50,7 @@ class _Camera(MediaTrackHandler):
 
 
 class DrillOperator:
-    """One operator: a connection, its link, and the right to say anything on it."""
+    """Plays one operator: a connection, its link, and the right to say anything on it."""
 
     def __init__(self, operator: MosaicOperator, connection: RobotConnection, link: MemoryLink) -> None:
         self.operator = operator

@@ -1,4 +1,4 @@
-"""How the candidates of a peer connection are changed so that its packets go through a laboratory in user space."""
+"""Changes the candidates of a peer connection so that its packets go through a laboratory in user space."""
 
 from __future__ import annotations
 
@@ -59,7 +59,8 @@ class PathDetour:
 
 
 class NatDetour:
-    """Both are behind a NAT: only what the public network knows is told, as the door that leads there."""
+    """Puts robot and operator behind a NAT: only what the public network knows is told, as the door that leads
+    there."""
 
     def __init__(self, path: NattedPath) -> None:
         self._path = path

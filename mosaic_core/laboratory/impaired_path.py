@@ -28,7 +28,7 @@ _SOCKET_BYTES = 4 * 1024 * 1024
 
 
 class ImpairedPath(Impairment):
-    """One network for all peers that are relayed over it; ``with`` runs it. ``seed`` makes losses repeatable.
+    """Impairs one network for all peers that are relayed over it; ``with`` runs it. ``seed`` makes losses repeatable.
 
     :attr:`up` (towards the robot) and :attr:`down` may be changed while it runs, from any thread.
     """
@@ -111,7 +111,7 @@ class ImpairedPath(Impairment):
 
 
 class _Front:
-    """One relayed address of the robot: a socket that operators see, and one towards the robot for each of them."""
+    """Relays one address of the robot: a socket that operators see, and one towards the robot for each of them."""
 
     def __init__(self, path: ImpairedPath, sock: socket.socket, robot: Address) -> None:
         self._path = path

@@ -1,4 +1,4 @@
-"""Both directions of a network that can be made bad, whatever travels over it: messages in memory, or real packets."""
+"""Impairs both directions of a network, whatever travels over it: messages in memory, or real packets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What travels over a peer connection in memory: messages on channels, pictures, voices."""
+"""Carries what travels over a peer connection in memory: messages on channels, pictures, voices."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def memory_picture(captured: Captured) -> MemoryFrame:
 
 
 class MemoryChannel:
-    """One end of a data channel; over a perfect network messages arrive in the loop's next turn, in order."""
+    """An end of a data channel in memory; over a perfect network messages arrive in the loop's next turn, in order."""
 
     def __init__(self, link: Cable, label: str, protocol: str, is_reliable: bool, *, is_first: bool) -> None:
         self.label = label

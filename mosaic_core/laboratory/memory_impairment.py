@@ -1,5 +1,5 @@
-"""What a bad network does to messages and pictures that travel in memory: whole ones are late or lost, where a real one
-does that to packets. On a reliable channel a lost message comes a round trip later, and those after it wait for it.
+"""Impairs messages and pictures that travel in memory: whole ones are late or lost, where a real one does that to
+packets. On a reliable channel a lost message comes a round trip later, and those after it wait for it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ RESEND_S = 0.02
 
 
 class MessageFlow:
-    """One direction of one channel. ``is_cut`` says whether anything passes now."""
+    """Delays and loses the messages of one direction of one channel. ``is_cut`` says whether anything passes now."""
 
     def __init__(
         self,

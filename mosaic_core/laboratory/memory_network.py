@@ -26,7 +26,7 @@ from mosaic_core.words.signaling import IceCandidate
 
 
 class MemoryLink:
-    """One connection between an operator (the offerer) and a robot (the answerer); implements both ends."""
+    """Connects an operator (the offerer) and a robot (the answerer) in memory; implements both ends."""
 
     def __init__(self, number: int, listener: OffererListener, impairment: Impairment | None = None) -> None:
         self.sdp = f"memory {number}"

@@ -71,7 +71,7 @@ class NattedPath(ImpairedPath):
 
 
 class Household:
-    """One side: a NAT and the doors to everybody outside."""
+    """A NAT of one side, with the doors to everybody outside."""
 
     def __init__(self, path: NattedPath, nat: Nat, outward: ImpairedLink, inward: ImpairedLink) -> None:
         self.nat = nat

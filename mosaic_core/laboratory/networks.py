@@ -18,7 +18,8 @@ from mosaic_core.words.ice import IceServer
 
 
 class Network(Protocol):
-    """What :func:`~mosaic_core.testing.joined` needs. Event loop only, but for the three that change it."""
+    """Makes the peer connections that :func:`~mosaic_core.testing.joined` needs. Event loop only, but for the three
+    that change it."""
 
     open_stream: PictureStreamFactory
     open_sound: SoundStreamFactory

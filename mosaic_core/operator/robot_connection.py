@@ -1,4 +1,4 @@
-"""One connection to one robot, as programs see it: its state, its stores, its refusals."""
+"""Keeps the connection to one robot, as programs see it: its state, its stores, its refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What a robot has while it runs: handlers, who commands it, its peers and its servers, each built on those before."""
+"""Holds what a robot has while it runs: handlers, who commands it, its peers and its servers, each built on those
+before."""
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ _PEERS_PATIENCE_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class RobotPlan:
-    """What a robot is made of."""
+    """The parts that a robot is made of."""
 
     config: RobotConfig
     connectors: tuple[Connector, ...]

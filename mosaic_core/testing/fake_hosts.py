@@ -54,7 +54,7 @@ class FakeClock:
 
 
 class FakeHost:
-    """What the runtime is for a handler, for tests.
+    """Stands in for the runtime in tests of a handler.
 
     Waiting advances :attr:`clock`. What the handler sends is in :attr:`sent`, :attr:`pictures` and :attr:`sounds`;
     set :attr:`accepts` to ``False`` to play a link that takes nothing.

@@ -87,7 +87,7 @@ class RefusedMessage:
 
 @dataclass(slots=True)
 class Fed:
-    """What became of a script."""
+    """The outcome of a script of steps."""
 
     accepted: list[Any] = field(default_factory=list)
     """The messages that ``handle_data`` took, as it got them."""

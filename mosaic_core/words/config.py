@@ -1,4 +1,4 @@
-"""The models of the robot's YAML file. ``runtime.config_loader`` reads the file; here is only its meaning."""
+"""Models the robot's YAML file; ``runtime.configuration.config_loader`` reads the file, here is only its meaning."""
 
 from __future__ import annotations
 
@@ -19,11 +19,13 @@ LABEL = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_.:/-]{0,63}$")
 
 
 class AuthParams(ConfigModel):
+    """The secrets by which the robot proves its identity."""
+
     token: SecretStr | None = Field(default=None, description="The robot's token; write ${MOSAIC_TOKEN}.")
 
 
 class AuthConfig(ConfigModel):
-    """Who the robot is."""
+    """The robot's identity."""
 
     type: Literal["simple-token", "no-authorization"] = Field(description="How the robot proves who it is.")
     robot_id: UUID = Field(description="The robot's id, as the server shows it.")
@@ -42,6 +44,8 @@ class AuthConfig(ConfigModel):
 
 
 class WebrtcConfig(ConfigModel):
+    """Settings of the robot's peer connections."""
+
     ice_servers: tuple[IceServer, ...] = Field(default=(), description="STUN and TURN servers beside the server's own.")
     ice_transport_policy: IceTransportPolicy = Field(
         default="all", description="relay: only paths through TURN, to test it or to hide this machine's addresses."
@@ -49,6 +53,8 @@ class WebrtcConfig(ConfigModel):
 
 
 class ServerConfig(ConfigModel):
+    """The server of the robot: its URL and the robot's identity there."""
+
     ws_url: str = Field(
         description="The server, without a path: wss://mosaic.example.org", pattern=r"^wss?://[^/\s?#@]+/?$"
     )

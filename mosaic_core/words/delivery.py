@@ -1,4 +1,4 @@
-"""What ``delivery:`` of a connector may say in the YAML file, and what a handler may choose for itself."""
+"""Models ``delivery:`` of a connector in the YAML file, and what a handler may choose for itself."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mosaic_core.words.wire_model import ConfigModel
 
 
 class DeliveryContract(ConfigModel):
-    """How the data travels and within what bounds; a mode alone (``latest``) is the short form of it.
+    """The way in which data travels, and its bounds; a mode alone (``latest``) is the short form of it.
 
     What is left out is the connector's own choice if the mode stays, and otherwise what the mode usually has.
     """

@@ -1,4 +1,4 @@
-"""What a check found: one sentence for people, a stable code for programs, and what to do about it."""
+"""Models the finding of a check: one sentence for people, a stable code for programs, and what to do about it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What limits a command: the fields of a message and how far and how fast they may go, and the curves that slow down.
+"""Holds the limits of a command: the fields of a message and how far and how fast they may go, and the curves that slow
+down.
 
 Fields are dotted paths of the JSON message (``linear.x``). Units are those of the message.
 """
@@ -49,8 +50,8 @@ class FieldLimit:
 
 @dataclass(frozen=True, slots=True)
 class SlowDownCurves:
-    """How much of the speed is left; ``None`` switches a cause off. Milliseconds for ``rtt_ms`` and ``picture_ms``,
-    a share from 0 to 1 for ``loss``. Raises :class:`ValueError` for a curve that isn't one."""
+    """The curves that say how much of the speed is left; ``None`` switches a cause off. Milliseconds for ``rtt_ms`` and
+    ``picture_ms``, a share from 0 to 1 for ``loss``. Raises :class:`ValueError` for a curve that isn't one."""
 
     rtt_ms: Curve | None = ((150.0, 1.0), (300.0, 0.6), (600.0, 0.25), (1200.0, 0.0))
     loss: Curve | None = ((0.05, 1.0), (0.2, 0.5), (0.5, 0.2))

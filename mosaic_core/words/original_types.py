@@ -1,4 +1,4 @@
-"""What the connector types of the original MOSAIC carry: for robots that announce nothing themselves.
+"""Lists the connector types of the original MOSAIC and what they carry: for robots that announce nothing themselves.
 
 One table of the ``type`` words that people meet: those of a robot's YAML file, and those of an original dashboard's
 ``connectorConfig`` (its store classes, and the slugs before them). What drives also says how its command looks.

@@ -1,4 +1,4 @@
-"""What ``safety:`` of a connector and ``control:`` of a robot may say in the YAML file."""
+"""Models ``safety:`` of a connector and ``control:`` of a robot in the YAML file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _DEFAULTS = SlowDownCurves()
 
 
 class FieldBounds(ConfigModel):
-    """How far and how fast one number of the message may go, in the message's own unit."""
+    """Bounds how far and how fast one number of the message may go, in the message's own unit."""
 
     min: float | None = Field(default=None, le=0, description="Least value.")
     max: float | None = Field(default=None, ge=0, description="Greatest value.")
@@ -32,7 +32,8 @@ class FieldBounds(ConfigModel):
 
 
 class SlowDown(ConfigModel):
-    """How much of the speed is left on a bad link; the least of all curves counts. `off` switches one off."""
+    """Curves that say how much of the speed is left on a bad link; the least of all curves counts. `off` switches one
+    off."""
 
     rtt_ms: CurveInFile = _DEFAULTS.rtt_ms or "off"
     loss: CurveInFile = _DEFAULTS.loss or "off"
@@ -104,7 +105,7 @@ class SafetyConfig(ConfigModel):
 
 
 class ControlConfig(ConfigModel):
-    """Who may command, for the whole robot."""
+    """Rules who may command, for the whole robot."""
 
     legacy_peers: Literal["allow", "observe", "refuse"] = Field(
         default="allow",

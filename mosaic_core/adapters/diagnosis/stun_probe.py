@@ -22,7 +22,7 @@ TIMEOUT_S = 4.0
 
 @dataclass(frozen=True, slots=True)
 class StunAnswer:
-    """What one server said; ``mapping`` is ``None`` if it said nothing of use, and ``problem`` says why."""
+    """The answer of one STUN server; ``mapping`` is ``None`` if it said nothing of use, and ``problem`` says why."""
 
     url: str
     mapping: Mapping | None

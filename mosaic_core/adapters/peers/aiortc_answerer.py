@@ -199,7 +199,7 @@ class AiortcAnswerer:
 
 @dataclass(frozen=True, slots=True)
 class _Wishes:
-    """What has no line yet and may be given one, and the operator's wish which (mid → label)."""
+    """The sources that have no line yet and may be given one, and the operator's wish which (mid → label)."""
 
     cameras: Sequence[str]
     sound: SoundLabels

@@ -1,4 +1,4 @@
-"""One data channel of aiortc behind the runtime's :class:`Channel`, with backpressure for the whole peer."""
+"""Wraps a data channel of aiortc behind the runtime's :class:`Channel`, with backpressure for the whole peer."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class PeerBuffer:
 
 
 class AiortcChannel:
-    """One data channel of aiortc; a ``runtime.transport.Channel``. All calls and callbacks on the event loop."""
+    """Wraps a data channel of aiortc; a ``runtime.transport.Channel``. All calls and callbacks on the event loop."""
 
     def __init__(self, channel: RTCDataChannel, buffer: PeerBuffer) -> None:
         self.on_message: Callable[[bytes | str], None] | None = None

@@ -25,7 +25,7 @@ _log = logging.getLogger(__name__)
 
 
 class AiortcOfferer:
-    """One peer connection, offered by this side."""
+    """Makes a peer connection that this side offers."""
 
     def __init__(
         self, listener: OffererListener, ice_servers: Sequence[IceServer], *, relay_only: bool = False

@@ -1,4 +1,5 @@
-"""What both sides of a peer connection share: gathering, candidates, states, and an end that never hangs."""
+"""Wraps a peer connection of aiortc, for what both sides share: gathering, candidates, states, and an end that never
+hangs."""
 
 from __future__ import annotations
 
@@ -46,7 +47,7 @@ _TOLD_STATES = ("connecting", "connected", "failed", "closed")
 
 
 class AiortcPeer:
-    """One ``RTCPeerConnection``. ICE servers are always given explicitly: aiortc's default is a public one."""
+    """Wraps one ``RTCPeerConnection``. ICE servers are always given explicitly: aiortc's default is a public one."""
 
     ERRORS = (
         InternalError, InvalidAccessError, InvalidStateError, OperationError, ValueError, AssertionError, LookupError,

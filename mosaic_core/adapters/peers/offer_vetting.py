@@ -29,7 +29,7 @@ _END_OF_CANDIDATES = "a=end-of-candidates"
 
 @dataclass(frozen=True, slots=True)
 class OfferedLine:
-    """One m-line. ``is_wanted``: the operator is ready to receive on it, ``is_sending``: it will send."""
+    """A media line of an offer. ``is_wanted``: the operator is ready to receive on it, ``is_sending``: it will send."""
 
     mid: str
     kind: str

@@ -39,7 +39,7 @@ PING_TIMEOUT_S = 10.0
 
 
 class WebSocket:
-    """One WebSocket to a server; a ``TextSocket``."""
+    """Wraps a WebSocket to a server; a ``TextSocket``."""
 
     def __init__(self, connection: ClientConnection) -> None:
         self._connection = connection

@@ -31,7 +31,7 @@ class SoundFeed(NewestFeed):
 
 
 class SharedSound(PlainStream):
-    """One microphone's sound, encoded once for all listeners; a ``runtime.transport.SoundStream``."""
+    """Encodes one microphone's sound once for all listeners; a ``runtime.transport.SoundStream``."""
 
     def __init__(self, label: str, encoding: SoundEncoding, counters: ConnectorCounters) -> None:
         self._encoder = SoundEncoder(encoding.bitrate_bps)

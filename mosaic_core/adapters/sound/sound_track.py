@@ -28,7 +28,7 @@ SILENT_PEAK = 33
 
 
 class SoundTrack(FeedTrack):
-    """One microphone for one operator, or an operator's voice."""
+    """Sends the sound of one microphone to one operator, or an operator's voice to the robot."""
 
     kind = "audio"
     _share: SoundShare | None = None

@@ -1,4 +1,4 @@
-"""One rung's encoder on a thread of its own: takes the newest picture, leaves out what it has no time for.
+"""Runs one rung's encoder on a thread of its own: takes the newest picture, leaves out what it has no time for.
 
 libav releases the GIL while it encodes, so neither the event loop nor the handler waits for it.
 """
@@ -45,7 +45,7 @@ class EncoderOrder:
 
 
 class EncoderListener(Protocol):
-    """Whom encoders tell, each on its own thread."""
+    """Hears what encoders make, from each on its own thread."""
 
     def encoded(self, key: EncodedRung, packet: av.Packet[Any]) -> None: ...
     def failed(self, key: EncodedRung, error: EncoderUnavailable) -> None:

@@ -34,8 +34,8 @@ _CURE = (
 
 @dataclass(frozen=True, slots=True)
 class SourceState:
-    """What the packets are: ``sendable_as`` a negotiable codec or ``None``; ``bitrate_bps`` roughly, 0 at first.
-    ``is_within_ceiling``: its true rate is known to be no more than one operator may be sent."""
+    """The kind of packets that a source sends: ``sendable_as`` a negotiable codec or ``None``; ``bitrate_bps`` roughly,
+    0 at first. ``is_within_ceiling``: its true rate is known to be no more than one operator may be sent."""
 
     sendable_as: CodecName | None
     bitrate_bps: int = 0

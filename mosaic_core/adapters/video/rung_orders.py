@@ -23,7 +23,8 @@ _SOURCE_FLOOR = 0.75
 
 @dataclass(frozen=True, slots=True)
 class SourceShape:
-    """What is known of a source: the size of its pictures once one was seen, and its packets if it sends such."""
+    """The shape of a source, as far as it is known: the size of its pictures once one was seen, and its packets if it
+    sends such."""
 
     size: tuple[int, int] | None = None
     packets: SourceState | None = None

@@ -1,5 +1,5 @@
-"""One camera for all its viewers: converted once, encoded once per codec and rung that somebody watches, and sent to
-each viewer from a key frame on, on the best rung that its link takes.
+"""Shares one camera among all its viewers: converted once, encoded once per codec and rung that somebody watches, and
+sent to each viewer from a key frame on, on the best rung that its link takes.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _MIME_TYPES: dict[CodecName, str] = {"VP8": "video/VP8", "H264": "video/H264"}
 
 
 class SharedVideo:
-    """One camera's pictures, encoded once for all viewers; a ``runtime.transport.PictureStream``."""
+    """Encodes one camera's pictures once for all viewers; a ``runtime.transport.PictureStream``."""
 
     def __init__(
         self,

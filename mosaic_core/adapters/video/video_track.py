@@ -44,7 +44,7 @@ class FeedTrack(MediaStreamTrack):
 
 
 class VideoTrack(FeedTrack):
-    """One camera for one operator.
+    """Sends the pictures of one camera to one operator.
 
     ``on_origin(rtp_origin)`` is called once, after the first picture has left. ``has_arrivals``: the operator's side
     reports when each packet arrived. ``connection``: whose budget it shares with the operator's other cameras.

@@ -1,4 +1,4 @@
-"""One viewer of one camera: which of the camera's encoded pictures it is sent."""
+"""Feeds one viewer of one camera: chooses which of the camera's encoded pictures it is sent."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _CODECS: dict[str, CodecName] = {"video/vp8": "VP8", "video/h264": "H264"}
 
 
 class ViewerFeed:
-    """One viewer's packets of one camera; a ``runtime.transport.PictureFeed``. Event loop only.
+    """Feeds one viewer the packets of one camera; a ``runtime.transport.PictureFeed``. Event loop only.
 
     ``wants_key`` is called when this viewer can't go on without a key frame, ``changed`` when what it may be sent did.
     """

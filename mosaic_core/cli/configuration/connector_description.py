@@ -1,4 +1,4 @@
-"""What people read about a connector's params, made from its models alone."""
+"""Describes a connector's params for people, from its models alone."""
 
 from __future__ import annotations
 

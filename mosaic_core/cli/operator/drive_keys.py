@@ -70,7 +70,7 @@ class KeyReader:
 
 @dataclass(frozen=True, slots=True)
 class KeyedVelocity:
-    """What the keys say now, in shares of full speed: ahead and left are positive."""
+    """The velocity that the pressed keys ask for, in shares of full speed: ahead and left are positive."""
 
     ahead: int = 0
     left: int = 0

@@ -97,7 +97,7 @@ class DriveSession:
 
 
 class _Driver:
-    """One drive, from the first key to the last."""
+    """Drives a robot by the keys of one session, from the first key to the last."""
 
     def __init__(
         self, session: DriveSession, connection: RobotConnection, pad: SendableStore, command: DriveCommand

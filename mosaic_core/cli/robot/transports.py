@@ -1,4 +1,5 @@
-"""What carries a robot's pictures, sound and peer connections; a library is loaded only for a robot that needs it.
+"""Chooses the libraries that carry a robot's pictures, sound and peer connections; a library is loaded only for a robot
+that needs it.
 
 Encoders for a camera, aiortc with its codecs for peers: together they take as much memory as all the rest.
 """

@@ -1,4 +1,4 @@
-"""How good is the link to one operator? Round-trip time, loss of commands, age of the picture it looks at.
+"""Measures the quality of the link to one operator: round-trip time, loss of commands, age of the picture it looks at.
 
 Everything is measured by the robot's monotonic clock, and an operator that falls silent only makes it worse.
 """
@@ -40,7 +40,8 @@ class _Bin:
 
 
 class LinkQuality:
-    """One peer's. ``now_s`` is the robot's monotonic clock, of which ``t0_us`` are the stamps of its pings."""
+    """Measures the quality of one peer's link. ``now_s`` is the robot's monotonic clock, of which ``t0_us`` are the
+    stamps of its pings."""
 
     def __init__(self) -> None:
         self._rtt_ms: float | None = None

@@ -27,7 +27,7 @@ class _Kind:
 
 
 class RefusalNews:
-    """Those of one operator. Events are its refusals, effects those to tell now."""
+    """Merges the refusals of one operator into news. Events are its refusals, effects those to tell now."""
 
     def __init__(self) -> None:
         self._kinds: dict[tuple[str, str, str | None], _Kind] = {}

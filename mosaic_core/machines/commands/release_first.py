@@ -20,7 +20,8 @@ first are forgotten first."""
 
 
 class ReleaseFirst:
-    """Who must let go first, of one receiver. ``key``: of a session, which survives its connections."""
+    """Remembers which operators of one receiver must let go of their controls before they may move it again. ``key``:
+    of a session, which survives its connections."""
 
     def __init__(self) -> None:
         self._holding: dict[str, None] = {}

@@ -1,4 +1,4 @@
-"""What a command becomes before it acts: clamped, then scaled, then slewed, so no plugin sees more than is allowed.
+"""Limits a command before it acts: clamps, then scales, then slews it, so no plugin sees more than is allowed.
 
 Works on the parsed JSON message: a dict of dicts with numbers, addressed by dotted paths. A field that is missing
 counts as 0 and stays missing, but for one that has not fallen to 0 yet: leaving it out stops no faster. Rates hold
@@ -33,9 +33,10 @@ class OutOfRange(Refused):
 
 @dataclass(frozen=True, slots=True)
 class Shaped:
-    """What may act. ``is_zero``: every motion field is 0. ``is_idle``: it has been for a second and nothing else has
-    changed: accept it, but don't hand it over, and disarm the watchdog. ``was_limited``: it differs from the wish.
-    ``wants_motion``: some motion field of the wish isn't 0, whatever is left of it."""
+    """The command that may act, after the safety envelope. ``is_zero``: every motion field is 0. ``is_idle``: it has
+    been for a second and nothing else has changed: accept it, but don't hand it over, and disarm the watchdog.
+    ``was_limited``: it differs from the wish. ``wants_motion``: some motion field of the wish isn't 0, whatever is left
+    of it."""
 
     message: dict[str, Any]
     is_zero: bool
@@ -46,7 +47,7 @@ class Shaped:
 
 @dataclass(frozen=True, slots=True)
 class EnvelopeState:
-    """What was put out last, for :meth:`SafetyEnvelope.restore`."""
+    """The command that was put out last, for :meth:`SafetyEnvelope.restore`."""
 
     output: tuple[float, ...]
     at_s: float | None

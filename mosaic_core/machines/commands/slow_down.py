@@ -1,4 +1,4 @@
-"""How much of the speed is left on a bad link: the least that any curve leaves, and which causes take it."""
+"""Computes how much of the speed is left on a bad link: the least that any curve leaves, and which causes take it."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def on_curve(curve: Curve, value: float) -> float:
 
 
 class LimitReport:
-    """When is a speed limit worth telling? On a change that one can see, and at most five times a second."""
+    """Decides when a speed limit is worth telling: on a change that one can see, and at most five times a second."""
 
     def __init__(self) -> None:
         self._told: tuple[float, tuple[Cause, ...]] = (1.0, ())

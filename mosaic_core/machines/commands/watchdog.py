@@ -1,4 +1,5 @@
-"""When has a motion receiver been silent for too long? It fires once per silence, and only after a first command."""
+"""Notices that a motion receiver has been silent for too long: fires once per silence, and only after a first
+command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many packets of a dense flow one acknowledgement stands for.
+"""Decides how many packets of a dense flow one acknowledgement stands for.
 
 Acknowledgements are up to half of all work, but some senders wait for them: after each they send only a few packets,
 whatever the window (RFC 9260 §6.1 D leaves it to them). So fewer and fewer are sent, until the sender is seen to wait.

@@ -1,5 +1,5 @@
-"""What a receiver tells about the arrival of single packets: it notes the number of each, and reports, some times per
-second, all that came and all that is missing before them.
+"""Logs the arrival of single packets for a receiver: notes the number of each, and reports, some times per second, all
+that came and all that is missing before them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _MOST_TICKS = (1 << 15) - 1
 
 @dataclass(slots=True)
 class _Report:
-    """One that is being made: from number ``first``, counted without end, to an arrival."""
+    """A report of arrivals that is being made: from number ``first``, counted without end, to an arrival."""
 
     first: int
     ticks: list[int | None]

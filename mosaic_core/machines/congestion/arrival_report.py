@@ -26,7 +26,8 @@ _MAX_PACKETS = 8192
 
 @dataclass(frozen=True, slots=True)
 class ArrivalReport:
-    """When packets arrived, by the receiver's clock; ``None``: not (yet). One per number from ``first_number`` on."""
+    """The times when packets arrived, by the receiver's clock; ``None``: not (yet). One per number from
+    ``first_number`` on."""
 
     first_number: int
     arrivals_s: tuple[float | None, ...]

@@ -1,4 +1,4 @@
-"""How much of what may wait is sent beside the pictures of one connection: less as soon as a queue begins, before the
+"""Sets the rate of what may wait beside the pictures of one connection: less as soon as a queue begins, before the
 pictures have to give up anything, and little by little more while there is none.
 """
 

@@ -17,8 +17,8 @@ DRIVES, SEEN = 0, 1
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """What one stream can use. ``rank``: the lowest is served first; ``weight``: its part of what its rank gets beyond
-    everyone's least, such as how large it is shown."""
+    """The bandwidth that one stream can use. ``rank``: the lowest is served first; ``weight``: its part of what its
+    rank gets beyond everyone's least, such as how large it is shown."""
 
     least_bps: int
     most_bps: int

@@ -1,4 +1,5 @@
-"""What is asked of whoever estimates how much one peer connection carries: from arrival times, or from less."""
+"""Declares the interface of whoever estimates how much one peer connection carries: from arrival times, or from
+less."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
-"""What one peer connection may send, and which part of it each of its streams gets: one estimate from all that is sent,
-one division of it.
-"""
+"""Divides what one peer connection may send among its streams: one estimate from all that is sent, one division of
+it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When the next packet of a picture leaves: a large picture is spread over some milliseconds instead of burst.
+"""Decides when the next packet of a picture leaves: a large picture is spread over some milliseconds instead of burst.
 
 A key frame of 30 packets sent at once overruns the short queues of access points and modems, and each packet that is
 lost costs a round trip. Ordinary pictures fit into the burst and are not delayed.

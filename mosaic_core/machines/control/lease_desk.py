@@ -1,4 +1,5 @@
-"""Who may command? One holder per resource, fenced by an epoch; a person's choice beats a program's.
+"""Grants leases, which say who may command: one holder per resource, fenced by an epoch; a person's choice beats a
+program's.
 
 ::
 

@@ -1,4 +1,4 @@
-"""What happens to leases and what follows: the vocabulary of ``LeaseDesk``, see ``lease_desk.py``."""
+"""Declares what happens to leases and what follows: the vocabulary of ``LeaseDesk``, see ``lease_desk.py``."""
 
 from __future__ import annotations
 
@@ -57,6 +57,8 @@ class PartyLeft:
 
 @dataclass(frozen=True, slots=True)
 class Requested:
+    """A session asks for the lease of a resource."""
+
     peer_id: str
     resource: str
     reason: str = ""
@@ -65,7 +67,7 @@ class Requested:
 
 @dataclass(frozen=True, slots=True)
 class Released:
-    """It gives back what it holds or no longer waits."""
+    """A session gives back the lease that it holds, or no longer waits for it."""
 
     peer_id: str
     resource: str

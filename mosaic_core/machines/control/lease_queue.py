@@ -1,4 +1,4 @@
-"""Who gets a lease next? Persons before programs, then first come; every session stands in a queue once."""
+"""Queues those who wait for a lease: persons before programs, then first come; every session stands in a queue once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an operator knows of who commands a robot, and what it says to take, keep and give back a lease.
+"""Keeps the leases of a robot as an operator knows them, and says what takes, keeps and gives them back.
 
 The robot decides; this machine asks, remembers the answers, and keeps alive what is held. ``now_s`` is any monotonic
 clock.
@@ -18,7 +18,8 @@ DEFAULT_EXPIRY_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class LeaseView:
-    """Who commands ``resource``. ``epoch`` is the one of the current grant; ``is_mine``: this connection holds it."""
+    """The lease of ``resource``, as the operator knows it: who commands it. ``epoch`` is the one of the current grant;
+    ``is_mine``: this connection holds it."""
 
     resource: str
     holder: PeerInfo | None = None
@@ -71,6 +72,8 @@ class Say:
 
 @dataclass(frozen=True, slots=True)
 class Granted:
+    """The robot granted a lease."""
+
     resource: str
     epoch: int
 
@@ -85,6 +88,8 @@ class Queued:
 
 @dataclass(frozen=True, slots=True)
 class Denied:
+    """The robot denied a lease; ``code`` says why."""
+
     resource: str
     code: str
     message: str = ""
@@ -92,7 +97,7 @@ class Denied:
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """What was held is held no longer, and not because the program gave it back."""
+    """A lease that was held is held no longer, and not because the program gave it back."""
 
     resource: str
     code: str

@@ -1,4 +1,4 @@
-"""Saying stop until the robot has answered: at once on both lanes, again after 10 ms, then every 30 ms on its lane.
+"""Saying stop until the robot has answered: at once on both channels, again after 10 ms, then every 30 ms on its own.
 
 A call ends when the robot has told that its safe actions have returned, or two seconds after its first answer.
 """
@@ -18,7 +18,7 @@ SAFE_PATIENCE_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class StopReport:
-    """What came of a stop; seconds since it was said.
+    """The outcome of a stop; times in seconds since it was said.
 
     ``acknowledged_s``: the answer was here. ``received_s``: the robot had it, and ``safe_s``: its last safe action had
     returned, both on the robot's clock and right to within ``uncertainty_s``; ``None`` where the clocks are not known

@@ -1,4 +1,4 @@
-"""Who may say stop: everybody but an observer from whom a supervisor took that right, until one gives it back.
+"""Decides who may say stop: everybody but an observer from whom a supervisor took that right, until one gives it back.
 
 Never an operator or a supervisor, and never by itself: else a stop that is not heard would be the robot's own doing.
 """
@@ -26,7 +26,7 @@ UNCHANGED = RightToStop()
 
 
 class StopRights:
-    """Those of one robot. ``key``: the account of a party, so that a new connection gives nothing back."""
+    """Decides who may stop one robot. ``key``: the account of a party, so that a new connection gives nothing back."""
 
     def __init__(self) -> None:
         self._changed: OrderedDict[str, RightToStop] = OrderedDict()

@@ -1,4 +1,4 @@
-"""What the numbers of a channel's messages tell: which ones never came, and which came late.
+"""Reads the numbers of a channel's messages: which ones never came, and which came late.
 
 A late one counted as missed before it came. Under ``latest`` it is older than what everybody has seen already, and
 nobody gets it any more. ``tests/wire/arrivals.json`` is replayed by the TypeScript twin of this module too.

@@ -70,7 +70,7 @@ _FLAGS = {0: FrameFlag.NONE, _LATCHED: FrameFlag.LATCHED}
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One whole message."""
+    """A whole message with its frame header."""
 
     kind: PayloadKind
     payload: bytes

@@ -35,7 +35,7 @@ _REMEMBERED = 16
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """One part of a message. ``header`` is the same in all of its parts."""
+    """A part of a message. ``header`` is the same in all of its parts."""
 
     header: bytes
     index: int

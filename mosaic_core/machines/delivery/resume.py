@@ -207,7 +207,8 @@ class ResumeSender(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """What one message is: ``is_new`` unless it came before; ``lost`` messages between the last one and it."""
+    """The verdict on a message that arrived: ``is_new`` unless it came before; ``lost`` messages between the last one
+    and it."""
 
     is_new: bool
     lost: int = 0

@@ -29,7 +29,8 @@ class SharedBudget:
 
 
 class Holding:
-    """What one peer holds of a budget. ``give_back`` makes it hold less; it is called when this one holds most."""
+    """The bytes that one peer holds of a shared budget. ``give_back`` makes it hold less; it is called when this one
+    holds most."""
 
     def __init__(self, budget: SharedBudget, give_back: Callable[[], None]) -> None:
         self.give_back = give_back

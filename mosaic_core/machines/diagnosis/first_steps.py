@@ -1,4 +1,5 @@
-"""What to do first about many findings: one cause often has several effects, and only the cause is worth a step."""
+"""Chooses what to do first about many findings: one cause often has several effects, and only the cause is worth a
+step."""
 
 from __future__ import annotations
 

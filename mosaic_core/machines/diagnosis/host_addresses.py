@@ -1,4 +1,5 @@
-"""What the addresses of a machine are worth for a peer connection, and which of a server's name are worth a try."""
+"""Judges what the addresses of a machine are worth for a peer connection, and which of a server's name are worth a
+try."""
 
 from __future__ import annotations
 

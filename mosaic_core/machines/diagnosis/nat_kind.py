@@ -1,4 +1,5 @@
-"""What kind of NAT stands between a machine and the network, from what STUN servers say they see (RFC 5780 §4.3).
+"""Tells which kind of NAT stands between a machine and the network, from what STUN servers say they see (RFC 5780
+§4.3).
 
 One socket asks several servers. If all see the same address and port, a peer can use that as well; if each sees
 another port, none of them is of use to a third.
@@ -16,7 +17,7 @@ NatKind = Literal["none", "endpoint-independent", "symmetric", "unknown", "block
 
 @dataclass(frozen=True, slots=True)
 class Mapping:
-    """What one STUN server answered: ``server`` is where the question went, ``mapped`` how it saw us."""
+    """The address mapping that one STUN server saw: ``server`` is where the question went, ``mapped`` how it saw us."""
 
     server: Address
     mapped: Address

@@ -1,4 +1,5 @@
-"""How fast a path is, from a bounded amount of data: robots that run share it with others, and may pay by the byte.
+"""Measures how fast a path is, from a bounded amount of data: robots that run share it with others, and may pay by the
+byte.
 
 What is under way doubles with every round trip, as TCP's does, and never is more than the path takes in half a second:
 the pings that keep the connection alive are behind it.
@@ -19,7 +20,7 @@ _NEARLY = 0.7
 
 
 class PathTrial:
-    """One trial. Time is any monotonic clock, in seconds."""
+    """Measures the rate of a path in one trial. Time is any monotonic clock, in seconds."""
 
     def __init__(self, began_s: float) -> None:
         self._began_s = began_s

@@ -1,4 +1,4 @@
-"""What the error codes of STUN and TURN servers mean for whoever set them up (RFC 8489 §14.8, RFC 8656 §19)."""
+"""Explains the error codes of STUN and TURN servers to whoever set them up (RFC 8489 §14.8, RFC 8656 §19)."""
 
 from __future__ import annotations
 

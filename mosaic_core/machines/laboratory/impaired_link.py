@@ -1,5 +1,5 @@
-"""One direction of a bad network: when a packet arrives, or that it never does. Delay, jitter, loss, reordering and a
-bottleneck with a finite queue; times and random numbers are arguments.
+"""Models one direction of a bad network: when a packet arrives, or that it never does. Delay, jitter, loss, reordering
+and a bottleneck with a finite queue; times and random numbers are arguments.
 """
 
 from __future__ import annotations
@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class LinkProfile:
-    """What a network does to packets, each way. ``delay_ms`` is one way, ``jitter_ms`` its largest deviation."""
+    """The properties of a bad network, for packets each way. ``delay_ms`` is one way, ``jitter_ms`` its largest
+    deviation."""
 
     name: str
     delay_ms: float = 0.0
@@ -37,7 +38,8 @@ PROFILES: dict[str, LinkProfile] = {
 
 
 class ImpairedLink:
-    """One direction. ``profile`` may be changed at any time; what is on its way stays on its way."""
+    """Delays, loses and reorders the packets of one direction of a network. ``profile`` may be changed at any time;
+    what is on its way stays on its way."""
 
     def __init__(self, profile: LinkProfile) -> None:
         self.profile = profile

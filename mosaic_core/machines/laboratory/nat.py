@@ -31,7 +31,7 @@ class _Mapping:
 
 
 class Nat:
-    """One translator with one public address.
+    """Translates addresses as a NAT with one public address.
 
     ``choose(count)`` returns a number below ``count``: where to look for the next free port.
     """

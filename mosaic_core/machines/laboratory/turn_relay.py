@@ -38,8 +38,8 @@ class _Allocation:
 
 
 class TurnRelay:
-    """One server at ``host``. The names that clients have for others may differ from those on the public network:
-    ``resolve(name)`` and ``name_for(client, endpoint)`` translate."""
+    """Relays packets as a TURN server at ``host``. The names that clients have for others may differ from those on the
+    public network: ``resolve(name)`` and ``name_for(client, endpoint)`` translate."""
 
     def __init__(
         self,

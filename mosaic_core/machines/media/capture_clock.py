@@ -1,4 +1,5 @@
-"""When a picture was captured, on the robot's clock, from its RTP timestamp and the origin that the robot announced.
+"""Computes when a picture was captured, on the robot's clock, from its RTP timestamp and the origin that the robot
+announced.
 
 An RTP timestamp counts 90 000 a second and wraps every 13 hours; the capture is taken to be the one nearest to now.
 """

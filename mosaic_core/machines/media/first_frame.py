@@ -10,8 +10,8 @@ FIRST_FRAME_TIMEOUT_S = 8.0
 
 @dataclass(frozen=True, slots=True)
 class ReceivedSoFar:
-    """What one track has received: ``packets`` that came, ``frames`` that were decoded, and how many packets the sender
-    reports to have sent (RTCP sender reports; ``None``: it has sent no report).
+    """The counts of what one track has received: ``packets`` that came, ``frames`` that were decoded, and how many
+    packets the sender reports to have sent (RTCP sender reports; ``None``: it has sent no report).
     """
 
     packets: int

@@ -1,4 +1,4 @@
-"""When to make a key frame: wishes of all viewers are merged, and a token bucket keeps them rare.
+"""Decides when to make a key frame: wishes of all viewers are merged, and a token bucket keeps them rare.
 
 A key frame costs as much as ten other pictures. Under loss every viewer asks again and again; answering each wish
 would cause more loss. No wish is forgotten: one that comes too soon is granted when its time has come.

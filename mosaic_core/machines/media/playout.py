@@ -1,5 +1,5 @@
-"""One talker's sound between the network and the loudspeaker: a short wait evens out its jitter, what is missing is
-silence, what comes too late is dropped, and what piles up is skipped, so that latency never accumulates.
+"""Buffers one talker's sound between the network and the loudspeaker: a short wait evens out its jitter, what is
+missing is silence, what comes too late is dropped, and what piles up is skipped, so that latency never accumulates.
 
 Positions and lengths are counted in samples of the talker's clock.
 """

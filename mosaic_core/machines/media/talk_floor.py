@@ -1,4 +1,4 @@
-"""Who may be heard on a loudspeaker: who comes first keeps the floor until it was silent for half a second; the
+"""Decides who may be heard on a loudspeaker: who comes first keeps the floor until it was silent for half a second; the
 others are told once per attempt that somebody else talks.
 """
 

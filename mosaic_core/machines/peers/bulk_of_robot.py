@@ -30,12 +30,16 @@ MAX_CANDIDATES = 64
 
 @dataclass(frozen=True, slots=True)
 class OfferHeard:
+    """The operator offered a bulk connection."""
+
     attempt: int
     sdp: str
 
 
 @dataclass(frozen=True, slots=True)
 class CandidateHeard:
+    """The operator sent an ICE candidate of the bulk connection."""
+
     attempt: int
     candidate: IceCandidate
 
@@ -49,6 +53,8 @@ class BulkAnswerMade:
 
 @dataclass(frozen=True, slots=True)
 class Connected:
+    """The bulk connection is up."""
+
     attempt: int
 
 
@@ -65,6 +71,8 @@ class AnswerOffer:
 
 @dataclass(frozen=True, slots=True)
 class AddBulkCandidate:
+    """Give the bulk connection an ICE candidate of the operator."""
+
     candidate: IceCandidate
 
 

@@ -1,4 +1,4 @@
-"""What happened when between the click and the first picture: each moment once, so it is bounded by itself.
+"""Notes the moments between the click and the first picture: each moment once, so it is bounded by itself.
 
 Addresses may be in a detail, for the user's own eyes; :meth:`ConnectionTimeline.summary`, which is for logs, has none.
 Secrets never are.
@@ -24,7 +24,8 @@ class TimelineMark:
 
 
 class ConnectionTimeline:
-    """One attempt. ``now_s`` is any monotonic clock; one thread (the event loop)."""
+    """Notes the moments of one attempt to connect, each once. ``now_s`` is any monotonic clock; one thread (the event
+    loop)."""
 
     def __init__(self, now_s: float) -> None:
         self._began_s = now_s

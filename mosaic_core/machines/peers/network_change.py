@@ -1,5 +1,5 @@
-"""What a change of this machine's network means for its connections: an address that is gone took its connections with
-it, another way out leaves them behind, and a sleep outlasts everybody's patience.
+"""Decides what a change of this machine's network means for its connections: an address that is gone took its
+connections with it, another way out leaves them behind, and a sleep outlasts everybody's patience.
 """
 
 from __future__ import annotations

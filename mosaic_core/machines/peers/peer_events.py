@@ -1,5 +1,5 @@
-"""What happens to a peer connection on either side of it; to the second one for bulk, too, and what either side does at
-its end.
+"""Declares what happens to a peer connection on either side of it; to the second one for bulk, too, and what either
+side does at its end.
 """
 
 from __future__ import annotations

@@ -45,6 +45,8 @@ class AnswerMade:
 
 @dataclass(frozen=True, slots=True)
 class AnswerFailed:
+    """The operator's offer could not be answered."""
+
     code: str
     message: str = ""
 
@@ -62,6 +64,8 @@ class ChannelOpened:
 
 @dataclass(frozen=True, slots=True)
 class ByeReceived:
+    """The operator said goodbye, and why."""
+
     code: str
     message: str = ""
 
@@ -87,12 +91,13 @@ class TellConnected:
 
 @dataclass(frozen=True, slots=True)
 class TreatAsOurs:
-    """It said hello: send the catalogue, wait for ``media.watch``."""
+    """Treat the operator as ours, since it said hello: send the catalogue, wait for ``media.watch``."""
 
 
 @dataclass(frozen=True, slots=True)
 class TreatAsOriginal:
-    """It knows no control channel: show it every camera. Always after :class:`TellConnected`."""
+    """Treat the operator as an original one, which knows no control channel: show it every camera. Always after
+    :class:`TellConnected`."""
 
 
 @dataclass(frozen=True, slots=True)

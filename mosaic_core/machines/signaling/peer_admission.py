@@ -23,7 +23,8 @@ MAX_CANDIDATES = 64
 
 @dataclass(frozen=True, slots=True)
 class PeerIdentity:
-    """Who is at the other end, as far as known. ``is_program``: its server says that no person signed in there."""
+    """The identity of a peer's operator, as far as known. ``is_program``: its server says that no person signed in
+    there."""
 
     session_id: str
     operator_id: str = ""
@@ -34,6 +35,8 @@ class PeerIdentity:
 
 @dataclass(frozen=True, slots=True)
 class StartPeer:
+    """Start a peer that answers an operator's offer."""
+
     peer_id: str
     identity: PeerIdentity
     offer_sdp: str
@@ -46,6 +49,8 @@ class StartPeer:
 
 @dataclass(frozen=True, slots=True)
 class StopPeer:
+    """Stop a peer; ``code`` says why."""
+
     peer_id: str
     code: str
     was_connected: bool = False
@@ -53,6 +58,8 @@ class StopPeer:
 
 @dataclass(frozen=True, slots=True)
 class AddCandidate:
+    """Give a peer an ICE candidate of its operator."""
+
     peer_id: str
     candidate: wire.IceCandidate
 

@@ -23,9 +23,9 @@ MAX_ACCOUNTS = 1024
 
 @dataclass(frozen=True, slots=True)
 class Comer:
-    """Who wants a place. ``account``: as its ticket says; empty where an original server sends none. Nobody can be told
-    from others then: each counts as an account of its own for places, and all share one rate of offers, for whoever
-    comes under a new name each time would have none."""
+    """An operator who wants a place on a robot. ``account``: as its ticket says; empty where an original server sends
+    none. Nobody can be told from others then: each counts as an account of its own for places, and all share one rate
+    of offers, for whoever comes under a new name each time would have none."""
 
     peer_id: str
     account: str
@@ -54,7 +54,7 @@ class NoPlace(Exception):
 
 
 class RobotPlaces:
-    """Who has a place on one robot. ``now_s`` is any monotonic clock."""
+    """Gives the places of one robot to operators, and limits their offers. ``now_s`` is any monotonic clock."""
 
     def __init__(self, count: int) -> None:
         self._count = count

@@ -1,4 +1,4 @@
-"""What the signaling session hears (events, past) and what it wants done (effects, imperative)."""
+"""Declares what a signaling session hears (events, past) and what it wants done (effects, imperative)."""
 
 from __future__ import annotations
 
@@ -34,11 +34,15 @@ class ConnectFailed:
 
 @dataclass(frozen=True, slots=True)
 class FrameReceived:
+    """A text frame came from the server."""
+
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class SocketClosed:
+    """The socket to the server has closed; ``code`` ``None``: without a close frame."""
+
     code: int | None = None
 
 
@@ -56,6 +60,8 @@ class MessageReady:
 
 @dataclass(frozen=True, slots=True)
 class PeerConnected:
+    """A peer's connection is up."""
+
     peer_id: str
 
 
@@ -81,17 +87,23 @@ Event = (
 
 @dataclass(frozen=True, slots=True)
 class SendSignal:
+    """Send a signaling message to the server."""
+
     message: wire.SignalingMessage
 
 
 @dataclass(frozen=True, slots=True)
 class CloseSocket:
+    """Close the socket to the server."""
+
     code: int = 1000
     reason: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class ReconnectAfter:
+    """Open a socket to the server again after this delay."""
+
     delay_s: float
 
 
@@ -118,7 +130,8 @@ Effect = (
 
 @dataclass(frozen=True, slots=True)
 class RobotFacts:
-    """What the session says about its robot. ``token`` is ``None`` for a robot without authorization."""
+    """The facts that a signaling session tells its server about the robot. ``token`` is ``None`` for a robot without
+    authorization."""
 
     robot_id: str
     token: str | None

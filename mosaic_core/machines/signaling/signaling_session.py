@@ -1,5 +1,5 @@
-"""What robot and operator decide alike about their socket to a server: how long each wait may take, when to try again,
-and what of it a person should hear.
+"""Decides what robot and operator decide alike about their socket to a server: how long each wait may take, when to try
+again, and what of it a person should hear.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""How far a machine's wall clock is from a server's, by the ``Date`` header of an answer, and what that breaks."""
+"""Measures how far a machine's wall clock is from a server's, by the ``Date`` header of an answer, and what that
+breaks."""
 
 from __future__ import annotations
 

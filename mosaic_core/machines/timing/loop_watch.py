@@ -1,4 +1,5 @@
-"""When an event loop counts as blocked, and who of those on its stack is to blame. Knows neither clock nor thread.
+"""Decides when an event loop counts as blocked, and who of those on its stack is to blame. Knows neither clock nor
+thread.
 
 A guard asks the loop to answer, and looks again every :data:`LOOK_PERIOD_S`. What the whole machine or the guard itself
 was late does not count: then everybody stood still.
@@ -69,7 +70,7 @@ class LookAtStack:
 
 @dataclass(frozen=True, slots=True)
 class TellBlocked:
-    """It was blocked for so long; ``is_over``: it has come round since."""
+    """The event loop was blocked for so long; ``is_over``: it has come round since."""
 
     duration_s: float
     is_over: bool

@@ -67,7 +67,7 @@ class ControlChannel:
         return self._port.send(PayloadKind.JSON, message.to_text().encode())
 
     def send_on_stop_channel(self, message: ControlMessage) -> bool:
-        """The stop's own lane; ``False`` while it is not open."""
+        """The stop channel; ``False`` while it is not open."""
         return self._stop_port.send(PayloadKind.JSON, message.to_text().encode())
 
     def ping(self) -> None:

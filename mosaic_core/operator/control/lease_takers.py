@@ -1,4 +1,4 @@
-"""Who in this program asked for a lease, and who holds one: brings the robot's answers to the right place."""
+"""Remembers who in this program asked for a lease, and who holds one: brings the robot's answers to the right place."""
 
 from __future__ import annotations
 

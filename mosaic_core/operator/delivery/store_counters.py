@@ -1,4 +1,4 @@
-"""What one store has received and sent, over all its channels and connections."""
+"""Counts what one store has received and sent, over all its channels and connections."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ class BulkOfOperator(BulkConnection["_OfferedAttempt"]):
 
 
 class _OfferedAttempt(BulkAttempt[Offerer]):
-    """One offer of the bulk connection, and what its offerer says of it."""
+    """Makes one offer of the bulk connection, and hears what its offerer says of it."""
 
     end: Offerer
 

@@ -18,8 +18,8 @@ def _new_timeline() -> ConnectionTimeline:
 
 @dataclass(frozen=True, slots=True)
 class ConnectionPlan:
-    """What a connection is made from. ``catalogue`` is the server's short one, ``described`` what people wrote down
-    of a robot that announces none, ``clock_us`` the operator's clock."""
+    """The ingredients of a connection to one robot. ``catalogue`` is the server's short one, ``described`` what people
+    wrote down of a robot that announces none, ``clock_us`` the operator's clock."""
 
     robot_id: str
     peer_id: str

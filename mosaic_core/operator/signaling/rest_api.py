@@ -39,7 +39,7 @@ class RobotSummary(WireModel):
 
 
 class NewConnection(WireModel):
-    """What the server made for one robot. An original server knows no ``session_id``."""
+    """The connection that the server made for one robot, with its ids. An original server knows no ``session_id``."""
 
     robot_id: str
     rtc_session_id: str
@@ -50,7 +50,8 @@ _ICE_SERVERS = TypeAdapter(list[IceServer])
 
 
 class RestApi:
-    """One signed-in account. Raises :class:`AuthError` or :class:`SignalingError`; close it at the end."""
+    """Calls the server's REST API for one signed-in account. Raises :class:`AuthError` or :class:`SignalingError`;
+    close it at the end."""
 
     def __init__(self, base_url: str, access_token: str, transport: httpx.AsyncBaseTransport | None = None) -> None:
         self._base_url = base_url

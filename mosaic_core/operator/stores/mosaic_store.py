@@ -1,4 +1,5 @@
-"""What all stores have in common: a program holds one of a connector, whatever happens to the connection underneath.
+"""Declares what all stores have in common: a program holds one of a connector, whatever happens to the connection
+underneath.
 
 All methods and callbacks on the event loop. The names and their meaning are those of the dashboard's stores.
 """

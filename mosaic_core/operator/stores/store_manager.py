@@ -30,7 +30,8 @@ class _Counted:
 
 
 class StoreManager:
-    """One per operator, for all its robots. ``opened(store)`` and ``released(store)`` are told to the connection."""
+    """Keeps the stores of one operator, for all its robots. ``opened(store)`` and ``released(store)`` are told to the
+    connection."""
 
     def __init__(
         self,

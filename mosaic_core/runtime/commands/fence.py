@@ -1,4 +1,4 @@
-"""Who may command now: the leases and the stop, under the same lock as the safe actions.
+"""Decides who may command now: the leases and the stop, under the same lock as the safe actions.
 
 A receiver asks here when a command begins to act, on its own thread; the event loop changes leases and says stop. So a
 command that was admitted before a change either began to act before it, and is made safe by it, or never acts.

@@ -1,5 +1,5 @@
-"""What waits for a receiver: one slot per sender under ``latest``, otherwise a queue as bounded as a sender's.
-Thread-safe.
+"""Queues the commands that wait for a receiver: one slot per sender under ``latest``, otherwise a queue as bounded as a
+sender's. Thread-safe.
 
 A message whose sender has left is forgotten; one that waited too long behind a slow ``handle_data`` is handed out as
 stale, so that an old command never moves anything.
@@ -17,7 +17,7 @@ from mosaic_core.machines.delivery.send_scheduler import LIMITS, Priority, Queue
 
 @dataclass(frozen=True, slots=True)
 class Incoming:
-    """One message for a receiver. ``seq`` and ``epoch`` are ``None`` on the bare channels of original operators;
+    """A message for a receiver. ``seq`` and ``epoch`` are ``None`` on the bare channels of original operators;
     ``opening`` and ``generation`` are its watch's when it arrived."""
 
     channel: str
@@ -33,7 +33,7 @@ class Incoming:
 
 
 class Inbox:
-    """Filled on the event loop, emptied by the receiver."""
+    """Queues the commands that wait for one receiver. Filled on the event loop, emptied by the receiver."""
 
     def __init__(self, *, newest_only: bool, limits: QueueLimits = LIMITS[Priority.RELIABLE]) -> None:
         self._newest_only = newest_only

@@ -1,4 +1,4 @@
-"""How good each operator's link is: pings them, takes what they report, and says how much of the speed is left.
+"""Watches how good each operator's link is: pings them, takes what they report, and says how much of the speed is left.
 
 Written on the event loop, read on receivers' threads at the moment a command acts.
 """
@@ -20,7 +20,7 @@ _LAST_US = 2**63
 
 
 class MeasuredLink:
-    """One operator's link. Any thread."""
+    """The measured quality of one operator's link. Any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

@@ -1,4 +1,4 @@
-"""One receiver under watch: which command may act, who is moving it, and when its safe action must run."""
+"""Watches one receiver for safety: which command may act, who is moving it, and when its safe action must run."""
 
 from __future__ import annotations
 

@@ -48,7 +48,8 @@ class Configured:
 
 @dataclass(frozen=True, slots=True)
 class Rehearsal:
-    """What a start would refuse, what is only odd, and the connectors that each lease covers, by resource."""
+    """The result of a rehearsed start: what it would refuse, what is only odd, and the connectors that each lease
+    covers, by resource."""
 
     problems: tuple[Problem, ...]
     hints: tuple[Problem, ...]

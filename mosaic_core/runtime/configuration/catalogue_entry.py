@@ -1,4 +1,4 @@
-"""What operators learn of a connector, derived from its handlers: nothing is written twice."""
+"""Derives the catalogue entry of a connector, which operators see, from its handlers: nothing is written twice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One built connector: what its YAML entry became, ready for the robot to run."""
+"""Declares a built connector: what its YAML entry became, ready for the robot to run."""
 
 from __future__ import annotations
 

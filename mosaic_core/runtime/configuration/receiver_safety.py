@@ -1,4 +1,4 @@
-"""What holds for one receiver in the end: the YAML file's limits where it says something, else the handler's own."""
+"""Merges the safety limits of one receiver: the YAML file's limits where it says something, else the handler's own."""
 
 from __future__ import annotations
 

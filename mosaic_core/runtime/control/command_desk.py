@@ -53,7 +53,7 @@ class Controlled(Protocol):
 
 
 class DeskListener(Protocol):
-    """Whom the desk tells; on the event loop."""
+    """Hears what the command desk decides; on the event loop."""
 
     def lease_changed(self, resource: str, holder: Sender | None, epoch: int, cause: str) -> None: ...
     def stop_changed(self, is_stopped: bool, by: str, reason: str) -> None: ...

@@ -1,4 +1,4 @@
-"""What decides who commands one robot, put together: fence, desk, links, reports and journal."""
+"""Puts together what decides who commands one robot: fence, desk, links, reports and journal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""One open data channel of one peer: the frame of our own operators, or the bare payload of original ones."""
+"""Reads and writes one open data channel of one peer: the frame of our own operators, or the bare payload of original
+ones."""
 
 from __future__ import annotations
 

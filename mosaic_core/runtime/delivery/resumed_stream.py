@@ -1,5 +1,5 @@
-"""One reliable channel of one session on the robot: keeps what its operator has not confirmed, whatever happens to the
-connection, and tells what comes twice.
+"""Resumes one reliable channel of a session on the robot: keeps what its operator has not confirmed, whatever happens
+to the connection, and tells what comes twice.
 """
 
 from __future__ import annotations

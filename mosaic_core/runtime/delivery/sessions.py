@@ -1,5 +1,5 @@
-"""What the robot remembers of its operators' sessions while they have no connection: 60 seconds after a loss, of a
-bounded number of sessions; a good-bye ends it at once.
+"""Remembers the sessions of operators while they have no connection: 60 seconds after a loss, of a bounded number of
+sessions; a good-bye ends it at once.
 """
 
 from __future__ import annotations

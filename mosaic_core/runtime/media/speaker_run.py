@@ -21,7 +21,7 @@ MAX_BEHIND_S = 0.1
 
 
 class SpeakerRun:
-    """One loudspeaker's thread. Methods on the event loop."""
+    """Plays sound on one loudspeaker's thread. Methods on the event loop."""
 
     def __init__(self, handler: AudioReceivable, failures: Failures) -> None:
         self._handler = handler

@@ -85,7 +85,7 @@ class TalkHub:
 
 
 class _Speaker:
-    """One loudspeaker: who has its floor."""
+    """A loudspeaker and who has its floor."""
 
     def __init__(
         self, handler: AudioReceivable, failures: Failures, counters: ConnectorCounters, tell: TellTalking

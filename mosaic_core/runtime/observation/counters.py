@@ -1,4 +1,4 @@
-"""What is counted per connector, and the picture of the robot that the live table shows."""
+"""Counts messages per connector, and declares the picture of the robot that the live table shows."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ class ConnectorCounters:
     refused_by: Counter[str] = field(default_factory=Counter)
     """The same by the gate that refused."""
     lost: int = 0
-    """Accepted, but never delivered: the connection was gone for longer than the queue could keep them."""
+    """Never delivered: the connection was gone for longer than the queue could keep them, or whoever an answer was for
+    takes none."""
     resent: int = 0
     """Repeated after a connection was lost."""
     last_at_s: float | None = None
@@ -79,7 +80,7 @@ class ConnectorCounters:
 
 
 class HandlerLosses:
-    """What one handler says that it left out; any thread."""
+    """Counts the messages that one handler says it left out; any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -95,8 +96,9 @@ class HandlerLosses:
 
 @dataclass(frozen=True, slots=True)
 class ConnectorSnapshot:
-    """One row of the live table. ``state``: ``waiting``, ``running``, ``failed``, ``ended`` or ``stopped``; the queue
-    is the longest of any operator, or that of the receiver; the counts are those of :class:`ConnectorCounters`."""
+    """The state and counts of one connector: a row of the live table. ``state``: ``waiting``, ``running``, ``failed``,
+    ``ended`` or ``stopped``; the queue is the longest of any operator, or that of the receiver; the counts are those of
+    :class:`ConnectorCounters`."""
 
     label: str
     type: str
@@ -147,7 +149,8 @@ class PeerSnapshot:
 
 @dataclass(frozen=True, slots=True)
 class LeaseSnapshot:
-    """Who commands one resource. ``holder_id``: its peer; ``None``: it is free. ``waiting``: names, the next first."""
+    """The lease of one resource: who commands it. ``holder_id``: its peer; ``None``: it is free. ``waiting``: names,
+    the next first."""
 
     resource: str
     epoch: int
@@ -168,7 +171,7 @@ class StopSnapshot:
 
 @dataclass(frozen=True, slots=True)
 class ServerSnapshot:
-    """How the robot stands to one server. ``name``: ``fleet`` for that of its configuration, ``lan`` for its own."""
+    """The robot's connection to one server. ``name``: ``fleet`` for that of its configuration, ``lan`` for its own."""
 
     name: str
     url: str
@@ -177,8 +180,8 @@ class ServerSnapshot:
 
 @dataclass(frozen=True, slots=True)
 class LoopSnapshot:
-    """What held up the event loop since the robot started: how often each connector's code did (under the empty label
-    whatever is no connector's), the longest time, and the last one's place."""
+    """The times that something held up the event loop since the robot started: how often each connector's code did
+    (under the empty label whatever is no connector's), the longest time, and the last one's place."""
 
     blocks: Mapping[str, int]
     longest_s: float

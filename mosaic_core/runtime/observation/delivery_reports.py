@@ -12,7 +12,7 @@ from mosaic_core.words.control import DELIVERY_REPORT_PERIOD_S, ControlMessage, 
 
 
 class Reader(Protocol):
-    """One operator."""
+    """An operator who reads the reports."""
 
     def answer(self, message: ControlMessage) -> None: ...
 

@@ -60,7 +60,7 @@ def metrics_text(snapshot: RobotSnapshot, software: str) -> str:
 
 
 class _Snapshot(Collector):
-    """One look at a robot. Its counters count elsewhere, so that nothing is kept here."""
+    """Collects the metrics of one look at a robot. Its counters count elsewhere, so that nothing is kept here."""
 
     def __init__(self, robot: RobotSnapshot, software: str) -> None:
         self._robot = robot

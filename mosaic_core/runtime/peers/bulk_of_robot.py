@@ -60,7 +60,7 @@ class BulkOfRobot(BulkConnection["_AnsweredAttempt"]):
 
 
 class _AnsweredAttempt(BulkAttempt[Answerer]):
-    """One answered offer of the bulk connection, and what its answerer says of it."""
+    """Answers one offer of the bulk connection, and hears what its answerer says of it."""
 
     media: Any = None
     """It has no lines: no label is given to the answerer."""

@@ -1,4 +1,5 @@
-"""What one peer says about control, and its coming and going, led to whom it concerns: stop, lease, link, near path."""
+"""Leads what one peer says about control, and its coming and going, to whom it concerns: stop, lease, link, near
+path."""
 
 from __future__ import annotations
 

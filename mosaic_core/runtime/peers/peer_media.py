@@ -1,4 +1,5 @@
-"""What one operator sees, hears and says: its lines for pictures, sound and voice, and what it is told of them."""
+"""Manages the pictures and sound of one operator: its lines for pictures, sound and voice, and what it is told of
+them."""
 
 from __future__ import annotations
 

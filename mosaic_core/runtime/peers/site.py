@@ -1,4 +1,4 @@
-"""What all peers of a robot share: its routes, pictures, loudspeakers, catalogue, identity, and whom to tell."""
+"""Holds what all peers of a robot share: its routes, pictures, loudspeakers, catalogue, identity, and whom to tell."""
 
 from __future__ import annotations
 

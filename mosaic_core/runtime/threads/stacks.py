@@ -1,4 +1,4 @@
-"""What the event loop's thread does, as lines of a stack, and whose code each of them is."""
+"""Reads what the event loop's thread does, as lines of a stack, and whose code each of them is."""
 
 from __future__ import annotations
 

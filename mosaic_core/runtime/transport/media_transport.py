@@ -1,4 +1,4 @@
-"""What the runtime needs from the network for pictures and sound, as Protocols; ``adapters`` implement them.
+"""Declares what the runtime needs from the network for pictures and sound, as Protocols; ``adapters`` implement them.
 
 Everything here is called on the event loop, but for :meth:`MediaStream.offer` and :class:`PicturePreparer`.
 """
@@ -21,7 +21,7 @@ OPUS = "audio/opus"
 
 
 class PictureFeed(Protocol):
-    """Where a track takes its pictures from; one feed per (peer, label)."""
+    """Gives a track the pictures that it sends; one feed per (peer, label)."""
 
     @property
     def codec_order(self) -> Sequence[str]:

@@ -1,4 +1,5 @@
-"""What the operator needs from a peer connection, as Protocols; ``adapters.aiortc_offerer`` implements them.
+"""Declares what the operator needs from a peer connection, as Protocols; ``adapters.peers.aiortc_offerer`` implements
+them.
 
 Everything here is called on the event loop and calls back on the event loop.
 """
@@ -32,7 +33,7 @@ class IncomingVideo(Protocol):
 
 
 class OutgoingSound(Protocol):
-    """One's own voice on its way to a loudspeaker of the robot."""
+    """The operator's own voice on its way to a loudspeaker of the robot."""
 
     def send(self, sound: Sound) -> bool:
         """Send one piece; ``False`` where older sound had to go, because the link does not take it. Raises
@@ -40,7 +41,7 @@ class OutgoingSound(Protocol):
 
 
 class OffererListener(Protocol):
-    """What an operator-side peer connection tells."""
+    """Hears what an operator-side peer connection tells."""
 
     def candidate_found(self, candidate: IceCandidate) -> None: ...
     def state_changed(self, state: str) -> None:
@@ -82,4 +83,6 @@ class Offerer(Protocol):
 
 
 class OffererFactory(Protocol):
+    """Makes an offerer for one attempt to connect."""
+
     def __call__(self, listener: OffererListener, ice_servers: Sequence[IceServer]) -> Offerer: ...

@@ -1,4 +1,5 @@
-"""What the runtime needs from the network, as Protocols; ``adapters`` implement them over aiortc and websockets.
+"""Declares what the runtime needs from the network, as Protocols; ``adapters`` implement them over aiortc and
+websockets.
 
 Everything here is called on the event loop and calls back on the event loop.
 """
@@ -18,7 +19,7 @@ from mosaic_core.words.signaling import IceCandidate
 
 
 class Channel(Protocol):
-    """One data channel. Callbacks are plain attributes, set by the owner."""
+    """A data channel of a peer connection. Callbacks are plain attributes, set by the owner."""
 
     on_message: Callable[[bytes | str], None] | None
     on_open: Callable[[], None] | None
@@ -72,7 +73,7 @@ class OfferRefused(ConnectionFailed):
 
 
 class LineListener(Protocol):
-    """What becomes of the media lines of an operator's offers."""
+    """Hears what becomes of the media lines of an operator's offers."""
 
     def track_bound(self, label: str) -> PictureFeed:
         """A media line of the offer was given to ``label``; the feed may stay silent for ever."""
@@ -91,7 +92,7 @@ class LineListener(Protocol):
 
 
 class AnswererListener(Protocol):
-    """What a robot-side peer connection tells."""
+    """Hears what a robot-side peer connection tells."""
 
     @property
     def media(self) -> LineListener:
@@ -143,6 +144,8 @@ class Answerer(Protocol):
 
 
 class AnswererFactory(Protocol):
+    """Makes an answerer for one peer."""
+
     def __call__(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> Answerer: ...
 
 
@@ -161,10 +164,14 @@ class TextSocket(Protocol):
 
 
 class NetworkWatcher(Protocol):
+    """Watches this machine's network, and calls ``changed`` for every change, until it is cancelled."""
+
     async def __call__(self, changed: Callable[[NetworkChange], None]) -> None:
         """Call ``changed`` at every change of this machine's network, until cancelled."""
 
 
 class SocketConnector(Protocol):
+    """Opens a WebSocket to a server."""
+
     async def __call__(self, url: str) -> TextSocket:
         """Open ``url``; raises :class:`SignalingError` (``signal.unreachable``) with the cause in words."""

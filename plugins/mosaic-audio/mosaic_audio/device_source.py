@@ -1,4 +1,5 @@
-"""What a sound device hears, with the time when it heard it. Only the newest 200 ms wait: latency never piles up."""
+"""Records what a sound device hears, with the time when it heard it. Only the newest 200 ms wait: latency never piles
+up."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ def device_sounds(
 
 
 class _Inbox:
-    """Filled on PortAudio's thread, emptied on the body's."""
+    """Queues the newest sound. Filled on PortAudio's thread, emptied on the body's."""
 
     def __init__(self, rate_hz: int) -> None:
         self._rate_hz = rate_hz

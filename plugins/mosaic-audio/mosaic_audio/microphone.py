@@ -24,6 +24,8 @@ SUFFIXES = {".aac", ".flac", ".m4a", ".mka", ".mkv", ".mp3", ".mp4", ".oga", ".o
 
 
 class MicrophoneParams(SoundEncoding):
+    """Params of a microphone."""
+
     source: int | str = Field(
         default=DEFAULT,
         description="Name or number of a sound device (`python -m sounddevice` lists them), a sound file, or "
@@ -52,6 +54,8 @@ class MicrophoneParams(SoundEncoding):
 
 
 class Microphone(AudioTrackHandler):
+    """Hears a sound device, a sound file or a tone, and sends it to operators."""
+
     widget = "audio"
 
     def __init__(self, label: str, params: MicrophoneParams) -> None:
@@ -129,7 +133,7 @@ def tone(frequency_hz: float, rate_hz: int = 48_000, level: float = 0.25) -> Ite
 
 
 class MicrophoneConfigurer(MediaTrackConfigurer[MicrophoneParams]):
-    """What a sound device hears; a sound file or a tone."""
+    """Sends what a sound device hears, a sound file or a tone."""
 
     connector_type = "microphone"
 

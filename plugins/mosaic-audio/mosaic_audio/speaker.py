@@ -15,7 +15,7 @@ from mosaic_core import AudioReceivable, MediaTrackConfigurer, Params, Sender, S
 
 
 class Sink(Protocol):
-    """Where sound goes. Used on the speaker's thread."""
+    """Plays or writes sound. Used on the speaker's thread."""
 
     def play(self, sound: Sound) -> None: ...
     def rest(self) -> None:
@@ -24,6 +24,8 @@ class Sink(Protocol):
 
 
 class SpeakerParams(Params):
+    """Params of a loudspeaker."""
+
     output: int | str = Field(
         default=DEFAULT,
         description="Name or number of a sound device (`python -m sounddevice` lists them), or a `.wav` file to write.",
@@ -35,6 +37,8 @@ class SpeakerParams(Params):
 
 
 class Speaker(AudioReceivable):
+    """Plays an operator's voice on a sound device or into a file."""
+
     widget = "push-to-talk"
 
     def __init__(self, label: str, params: SpeakerParams) -> None:
@@ -85,7 +89,7 @@ def _sink_of(output: int | str) -> Sink:
 
 
 class SpeakerConfigurer(MediaTrackConfigurer[SpeakerParams]):
-    """What an operator says, out of a sound device."""
+    """Plays what an operator says on a sound device."""
 
     connector_type = "speaker"
 

@@ -34,6 +34,8 @@ LATE_S = 0.5
 
 
 class CameraParams(EncodingParams):
+    """Params of a camera."""
+
     source: int | str = Field(
         default="/dev/video0", description="Device path or number, video file, or URL (rtsp://, http://, https://)."
     )
@@ -69,6 +71,8 @@ class CameraParams(EncodingParams):
 
 
 class Camera(MediaTrackHandler):
+    """Sends the pictures of a device, a video file or a URL to operators."""
+
     widget = "video"
 
     def __init__(self, label: str, params: CameraParams) -> None:

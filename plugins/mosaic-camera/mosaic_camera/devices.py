@@ -1,4 +1,4 @@
-"""What video devices this machine has, and why one can't be opened. Reads /sys and /dev only."""
+"""Lists the video devices of this machine, and why one can't be opened. Reads /sys and /dev only."""
 
 from __future__ import annotations
 

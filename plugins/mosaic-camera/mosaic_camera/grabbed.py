@@ -1,4 +1,4 @@
-"""What a source is asked for, and what it gives: one picture or packet, with its time."""
+"""Declares what a source is asked for, and what it gives: one picture or packet, with its time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def takes_all(at_s: float) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class WantedSource:
-    """What the configuration asks for; ``None``: whatever the source has."""
+    """The size and rate that the configuration asks a source for; ``None``: whatever the source has."""
 
     source: int | str
     width: int | None = None
@@ -34,9 +34,9 @@ class WantedSource:
 
 @dataclass(frozen=True, slots=True)
 class Grabbed:
-    """One picture, or one packet that holds one. ``captured_at_s``: monotonic clock; ``position_s``: place in the
-    recording, 0 for live sources; ``is_key``: it needs no other picture; ``image`` is ``None`` where it was not taken,
-    and so not decoded."""
+    """A picture that a source gave, or a packet that holds one. ``captured_at_s``: monotonic clock; ``position_s``:
+    place in the recording, 0 for live sources; ``is_key``: it needs no other picture; ``image`` is ``None`` where it
+    was not taken, and so not decoded."""
 
     image: Image | av.Packet[Any] | None
     captured_at_s: float

@@ -23,7 +23,7 @@ WRAP = 2**VALUE_BITS
 
 @dataclass(frozen=True, slots=True)
 class Marks:
-    """What :func:`read_marks` found; ``captured_at_s`` wraps every 119 hours."""
+    """The marks that :func:`read_marks` found in a picture; ``captured_at_s`` wraps every 119 hours."""
 
     frame: int
     captured_at_s: float

@@ -1,4 +1,4 @@
-"""Where pictures come from: a device, a file or a URL, behind one small class over ``cv2.VideoCapture``.
+"""Opens the source of pictures: a device, a file or a URL, behind one small class over ``cv2.VideoCapture``.
 
 OpenCV is used for all three: it takes a device's own capture time stamps, and it reads every container and stream
 that FFmpeg reads. All methods belong to one thread (the grabber's).

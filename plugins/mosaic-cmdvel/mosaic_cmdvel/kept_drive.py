@@ -28,7 +28,8 @@ CLOSE_TIMEOUT_S = 1.0
 
 
 class KeptDrive:
-    """One drive and its device. Enter it with the robot (``Shared``); entering never fails and never blocks."""
+    """Keeps a drive and opens its device again after a failure. Enter it with the robot (``Shared``); entering never
+    fails and never blocks."""
 
     def __init__(self, label: str, drive: Drive[Any], retry_s: tuple[float, ...] = RETRY_S) -> None:
         self._label = label

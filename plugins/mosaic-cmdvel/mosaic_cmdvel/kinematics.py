@@ -13,7 +13,7 @@ from mosaic_cmdvel.twist import Twist
 
 @dataclass(frozen=True, slots=True)
 class WheelSpeeds:
-    """Both wheels in rad/s; positive rolls forward."""
+    """The speeds of both wheels in rad/s; positive rolls forward."""
 
     left_radps: float
     right_radps: float

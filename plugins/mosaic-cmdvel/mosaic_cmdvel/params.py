@@ -1,4 +1,4 @@
-"""What a ``cmd-vel`` connector may be told in YAML: which drive with which params, and its limits."""
+"""Models the params of a ``cmd-vel`` connector: which drive with which params, and its limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a key frame says about the pictures after it: enough to know when a file can't take them any more."""
+"""Reads what a key frame says about the pictures after it: enough to know when a file can't take them any more."""
 
 from __future__ import annotations
 

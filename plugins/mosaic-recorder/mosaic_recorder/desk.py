@@ -1,4 +1,4 @@
-"""What one recorder does: which cameras are recorded, the answers to commands, and the news for everybody.
+"""Decides what one recorder does: which cameras are recorded, the answers to commands, and the news for everybody.
 
 It lives as long as the robot: when that stops, every file is finished. Handlers come and go with their tap and voice.
 """

@@ -1,4 +1,4 @@
-"""What operators and the recorder say to each other: JSON, on the recorder's own channel, both ways."""
+"""Models what operators and the recorder say to each other: JSON, on the recorder's own channel, both ways."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ _OPTIONS: dict[Container, dict[str, str]] = {
 
 
 class MovieFile:
-    """One file of a recording, written by one thread. Raises :class:`OSError` when the disk does not take it; close it
+    """Writes one file of a recording, from one thread. Raises :class:`OSError` when the disk does not take it; close it
     then, too.
     """
 

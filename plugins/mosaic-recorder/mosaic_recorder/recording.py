@@ -1,4 +1,4 @@
-"""One camera's recording, on a thread of its own: from the tap into files, until somebody stops it or a limit does."""
+"""Records one camera, on a thread of its own: from the tap into files, until somebody stops it or a limit does."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OpenTap = Callable[[], MediaTap]
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """When a recording ends by itself. ``key_interval_s`` 0: no key frame is asked for."""
+    """The limits at which a recording ends by itself. ``key_interval_s`` 0: no key frame is asked for."""
 
     max_seconds: float | None = None
     max_bytes: int | None = None

@@ -66,7 +66,7 @@ class GpsPosition(Message):
 
 
 class GpsNmea(DataChannelSendable[GpsPosition]):
-    """One message per epoch of the receiver, also without a fix."""
+    """Sends a position per epoch of a GPS receiver, also without a fix."""
 
     delivery: ClassVar[Delivery] = Delivery.LATEST
     widget: ClassVar[str | None] = "gps"

@@ -37,7 +37,7 @@ FIXES = {
 
 @dataclass(frozen=True, slots=True)
 class NmeaPosition:
-    """Where the antenna is: WGS84 degrees, metres above mean sea level. ``None``: the receiver does not say.
+    """The position of the antenna: WGS84 degrees, metres above mean sea level. ``None``: the receiver does not say.
 
     ``course_rad`` is clockwise from true north, as navigation counts it. ``time_utc`` needs an RMC for its date.
     """

@@ -1,4 +1,5 @@
-"""Where NMEA lines come from: a serial port or a TCP server. A read returns in time for a stop to be noticed."""
+"""Reads NMEA lines from where they come: a serial port or a TCP server. A read returns in time for a stop to be
+noticed."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Lines:
 
 @dataclass(slots=True)
 class Pace:
-    """How long to wait before a recorded sentence, so that a file plays at the pace of its recording."""
+    """Computes how long to wait before a recorded sentence, so that a file plays at the pace of its recording."""
 
     _before: time | None = None
 

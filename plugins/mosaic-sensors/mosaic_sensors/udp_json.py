@@ -60,7 +60,7 @@ def _children(value: Any) -> list[Any]:
 
 
 class UdpJson(DataChannelSendable[dict[str, Any]]):
-    """One message per datagram. What is no JSON object counts as refused."""
+    """Sends a JSON message per datagram. What is no JSON object counts as refused."""
 
     def __init__(self, label: str, params: UdpJsonParams) -> None:
         super().__init__(label)

@@ -47,8 +47,8 @@ def udp_address(source: str) -> Address:
 
 
 class Datagrams:
-    """What arrives for ``handler`` at ``listens_at``: listens while it is entered, again and again if need be. On the
-    handler's own thread.
+    """Receives the datagrams for ``handler`` at ``listens_at``: listens while it is entered, again and again if need
+    be. On the handler's own thread.
 
     What is refused, and what the kernel dropped because its buffer was full, is counted for the handler's connector.
     """

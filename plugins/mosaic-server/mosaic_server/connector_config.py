@@ -66,7 +66,7 @@ def _connectors(entry: CatalogueEntry) -> Iterator[dict[str, Any]]:
         yield _connector(f"{entry.label}-receiver", "ConnectionCheckSenderStore")
         yield _connector(f"{entry.label}-sender", "ConnectionCheckReceiverStore")
     elif entry.widget == "point-cloud":
-        # Original dashboards get clouds on lanes of their own, and whichever lane is open carries all of them.
+        # Original dashboards get clouds on channels of their own, and whichever is open carries all of them.
         yield _connector(entry.label, "PointCloudStore", params={"parallelNum": 1})
     elif (store := _store(entry)) is not None:
         yield _connector(entry.label, store)

@@ -1,4 +1,4 @@
-"""Where a server keeps its things; cheap to import, for programs that only look there."""
+"""Finds the data directory of a server; cheap to import, for programs that only look there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the two files of an occupancy map must be: a PGM picture, and the YAML text that says where it lies. Pure."""
+"""Checks the two files of an occupancy map: a PGM picture, and the YAML text that says where it lies. Pure."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from enum import StrEnum
 
 
 class Role(StrEnum):
-    """What an account may do with a robot, from the least to the most."""
+    """Roles: what an account may do with a robot, from the least to the most."""
 
     OBSERVER = "observer"
     OPERATOR = "operator"

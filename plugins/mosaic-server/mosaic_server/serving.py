@@ -33,7 +33,7 @@ SHUTDOWN_S = 1
 
 @dataclass(frozen=True, slots=True)
 class Listening:
-    """Where the server can be reached; what `--ready-file` and `--announce-fd` write."""
+    """The addresses at which the server can be reached; what `--ready-file` and `--announce-fd` write."""
 
     host: str
     port: int

@@ -1,4 +1,4 @@
-"""What a running server was told on its command line."""
+"""Holds the settings that a running server was given on its command line."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ GRAVITY_MPS2 = 9.80665
 
 
 class Imu(Message):
-    """What an IMU at the robot's centre reads; at rest it feels gravity upwards (REP-145)."""
+    """The reading of an IMU at the robot's centre; at rest it feels gravity upwards (REP-145)."""
 
     angular_velocity: AngularVelocity
     linear_acceleration: Acceleration

@@ -17,7 +17,7 @@ MAX_CATCH_UP_S = 0.25
 
 
 class SimParams(Params):
-    """What every part of the simulated robot takes."""
+    """Params that every part of the simulated robot takes."""
 
     seed: int = Field(default=1, ge=0, description="Connectors and drives of one seed share one world.")
 

@@ -1,4 +1,4 @@
-"""How the robot moves: a differential drive with inertia that collides with the room. Pure; one call is one step."""
+"""Moves the robot: a differential drive with inertia that collides with the room. Pure; one call is one step."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Chassis:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Where the robot is and how it moves; yaw is not wrapped, so that it can be differentiated."""
+    """The robot's pose and velocity; yaw is not wrapped, so that it can be differentiated."""
 
     x_m: float = 0.0
     y_m: float = 0.0

@@ -14,7 +14,8 @@ _TOO_NEAR = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Hits:
-    """One entry per ray. ``distance`` counts in lengths of the ray's direction vector; ``inf`` where nothing is hit.
+    """The surfaces that rays hit, an entry per ray. ``distance`` counts in lengths of the ray's direction vector;
+    ``inf`` where nothing is hit.
 
     ``u`` is the place along the surface in texture repeats, ``facing`` the cosine between ray and surface normal.
     """

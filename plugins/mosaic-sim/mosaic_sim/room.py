@@ -16,7 +16,7 @@ Floats: TypeAlias = NDArray[np.float64]
 
 
 class Material(IntEnum):
-    """What a surface is made of: the renderer's texture, and how brightly a laser comes back."""
+    """The material of a surface: the renderer's texture, and how brightly a laser comes back."""
 
     NORTH = 0
     EAST = 1

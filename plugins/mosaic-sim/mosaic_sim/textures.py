@@ -1,4 +1,5 @@
-"""What surfaces look like: procedural pictures made once, packed one pixel per ``uint32`` (0x00RRGGBB), with mipmaps.
+"""Draws the textures of surfaces: procedural pictures made once, packed one pixel per ``uint32`` (0x00RRGGBB), with
+mipmaps.
 
 All of it is drawn by numpy from a seed; the package ships no image file.
 """

@@ -110,7 +110,8 @@ class _SentExtensions(HeaderExtensionsMap):
 
 
 class _Connection:
-    """One DTLS transport, with all its senders. The transport holds it, so that both go together."""
+    """The numbering of packets on one DTLS transport, for all its senders. The transport holds it, so that both go
+    together."""
 
     def __init__(self, transport: Any) -> None:
         self.listeners: list[Callable[[ArrivalReport], None]] = []

@@ -57,7 +57,7 @@ def be_prompt(receiver: RTCRtpReceiver) -> None:
 
 
 class Gaps:
-    """When the oldest packet began to be missed, and what to do about it. Times in seconds by any clock."""
+    """Notes since when the oldest packet is missing, and decides what to do about it. Times in seconds by any clock."""
 
     def __init__(self) -> None:
         self._since_s: float | None = None

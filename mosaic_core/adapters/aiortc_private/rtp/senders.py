@@ -1,4 +1,5 @@
-"""One RTP sender: its stream's name, its RTP origin, and what the operator reports about it.
+"""Reads and watches one RTP sender of aiortc: its stream's name, its RTP origin, and what the operator reports about
+it.
 
 aiortc turns a request for a key frame into a private flag and a bandwidth estimate into a property of its own encoder;
 neither reaches a track that brings packets.

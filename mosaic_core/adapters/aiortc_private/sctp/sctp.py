@@ -1,4 +1,4 @@
-"""What waits in SCTP's queue, which aiortc keeps to itself."""
+"""Measures what waits in SCTP's queue, which aiortc keeps to itself."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class MeasuredQueue(deque[T]):
 
 
 class SctpQueue:
-    """What waits in SCTP's queues of one peer connection, and the moments when it gets less."""
+    """Measures what waits in SCTP's queues of one peer connection, and tells when it gets less."""
 
     def __init__(self, sctp: RTCSctpTransport, on_progress: Callable[[], None]) -> None:
         self._sctp = sctp

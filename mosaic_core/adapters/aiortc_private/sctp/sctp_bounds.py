@@ -124,7 +124,7 @@ class BoundedReceiving(RTCSctpTransport):
 
 
 class QuickInboundStream(InboundStream):
-    """One stream of what arrives, with its share of what the connection holds.
+    """Reassembles the messages of one inbound stream, with its share of what the connection holds.
 
     aiortc looks through all that waits at every packet; one in the midst of a message completes nothing."""
 

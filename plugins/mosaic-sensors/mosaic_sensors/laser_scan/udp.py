@@ -40,7 +40,7 @@ def read_scan(datagram: bytes, now_s: float) -> Scan:
 
 
 class UdpLaserScan(LaserScanSender):
-    """One scan per datagram. What is none counts as refused."""
+    """Sends a laser scan per datagram. What is none counts as refused."""
 
     def __init__(self, label: str, params: UdpLaserScanParams) -> None:
         super().__init__(label, params)

@@ -1,4 +1,4 @@
-"""What all readers of cloud files share: bounds, header lines, and rows of text or bytes to structured arrays."""
+"""Reads the parts that all cloud files share: bounds, header lines, and rows of text or bytes to structured arrays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every point cloud connector lets its user choose, whatever its source."""
+"""Models the params of every point cloud connector, whatever its source."""
 
 from __future__ import annotations
 

@@ -12,7 +12,8 @@ from mosaic_sensors.udp_socket import Datagrams, udp_address
 
 
 class UdpPointCloud(PointCloudSender):
-    """One cloud per complete set of datagrams. An incomplete one counts as lost, a datagram that is none as refused."""
+    """Sends a point cloud per complete set of datagrams. An incomplete one counts as lost, a datagram that is none as
+    refused."""
 
     def __init__(self, label: str, params: PointCloudParams, source: str, frame_id: str = "") -> None:
         super().__init__(label, params)

@@ -24,7 +24,7 @@ class ProxyHeader(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RequestSource:
-    """Whom a request comes from, and over what, if a proxy says so."""
+    """The address that a request comes from, and its scheme, as a proxy says."""
 
     address: str
     scheme: str | None = None

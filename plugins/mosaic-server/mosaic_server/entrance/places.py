@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(slots=True, eq=False)
 class Place:
-    """One connection. Nobody is served by an idle one: it goes when its address needs the place."""
+    """The place of one connection. Nobody is served by an idle one: it goes when its address needs the place."""
 
     address: str | None
     """``None``: a proxy that speaks for many; it counts in the whole alone."""

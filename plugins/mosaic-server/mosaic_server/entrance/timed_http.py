@@ -71,7 +71,7 @@ class _Uncrumbled(h11.Connection):
 
 
 class TimedHttp(H11Protocol):
-    """One admitted connection until it ends or becomes a WebSocket. Event-loop thread only."""
+    """Serves one admitted connection until it ends or becomes a WebSocket. Event-loop thread only."""
 
     def __init__(self, entrance: Entrance, place: Place, **uvicorns: Any) -> None:
         super().__init__(**uvicorns)

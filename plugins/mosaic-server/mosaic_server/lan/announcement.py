@@ -18,7 +18,8 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Announced:
-    """What everybody on the network may know. ``fingerprint``: SHA-256 of the TLS certificate, empty over http."""
+    """The facts about a server that everybody on the network may know. ``fingerprint``: SHA-256 of the TLS certificate,
+    empty over http."""
 
     name: str
     robot_id: str

@@ -39,7 +39,7 @@ REVOCATION_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class ServingPlace:
-    """Where this server is, and what of."""
+    """The place of a robot's own server: its directory, address and certificate, and the robot that it serves."""
 
     home: LanHome
     host: str
@@ -180,7 +180,7 @@ async def _tell(place: ServingPlace, server: Server, listening: asyncio.Event, o
 
 
 class _Teller:
-    """What was told last, so that only changes are."""
+    """Tells the robot about its server, and remembers the last so that only changes are told."""
 
     def __init__(self, place: ServingPlace, announcement: Announcement, offers: StandingOffer) -> None:
         self._place = place

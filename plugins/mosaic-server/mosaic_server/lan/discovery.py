@@ -18,7 +18,7 @@ RESOLVE_MS = 2000
 
 @dataclass(frozen=True, slots=True)
 class FoundRobot:
-    """One announcement. ``urls``: by address, then by name."""
+    """A robot that was found by its announcement. ``urls``: by address, then by name."""
 
     name: str
     robot_id: str

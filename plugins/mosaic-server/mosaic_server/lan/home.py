@@ -1,4 +1,5 @@
-"""What a robot's own server keeps beside its database: the robot's id and token, and where it can be reached now."""
+"""Keeps the files of a robot's own server beside its database: the robot's id and token, and where it can be reached
+now."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from mosaic_server.security.robot_tokens import new_robot_token
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """Where the running server can be reached, for other commands on the same machine."""
+    """The addresses at which the running server can be reached, for other commands on the same machine."""
 
     name: str
     robot_id: str
@@ -23,7 +24,8 @@ class Reach:
 
 
 class LanHome:
-    """One directory, for its owner alone. One robot per directory: give another one its own ``MOSAIC_DATA_DIR``."""
+    """Keeps the files of a robot's own server in one directory, for its owner alone. One robot per directory: give
+    another one its own ``MOSAIC_DATA_DIR``."""
 
     def __init__(self, directory: Path | None = None) -> None:
         self.directory = directory or default_data_dir() / "lan"

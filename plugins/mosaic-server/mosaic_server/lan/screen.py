@@ -1,4 +1,4 @@
-"""What a person at the robot sees: where to open the page, the PIN to type, and a QR code that does both."""
+"""Draws what a person at the robot sees: where to open the page, the PIN to type, and a QR code that does both."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people say a robot has, for robots that announce no catalogue: whoever may operate one may describe it."""
+"""Takes what people say a robot has, for robots that announce no catalogue: whoever may operate one may describe it."""
 
 from __future__ import annotations
 

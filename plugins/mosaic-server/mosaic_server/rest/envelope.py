@@ -58,7 +58,7 @@ class Failure(BaseModel):
 
 
 class DoneMessage(WireModel):
-    """What the original answers to a change."""
+    """The message with which the original answers a change."""
 
     message: str
 

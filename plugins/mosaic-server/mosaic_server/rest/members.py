@@ -48,7 +48,7 @@ class CreatedUser(Created):
 
 
 class UserChange(WireModel):
-    """What isn't given stays."""
+    """Changes to an account. What isn't given stays."""
 
     is_active: bool | None = None
     is_program: bool | None = None

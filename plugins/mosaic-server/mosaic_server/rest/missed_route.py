@@ -1,4 +1,4 @@
-"""What a request that met no route is told: whether the path is wrong or the method, and the nearest path."""
+"""Answers a request that met no route: whether the path is wrong or the method, and the nearest path."""
 
 from __future__ import annotations
 

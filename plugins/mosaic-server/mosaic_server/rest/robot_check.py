@@ -26,7 +26,7 @@ router = APIRouter(prefix="/api/v1/robots", tags=["robots"])
 
 
 class RobotCredentials(WireModel):
-    """What the robot would say on its socket."""
+    """The credentials that the robot would send on its socket."""
 
     robot_id: str
     token: str | None = Field(default=None, max_length=1000, pattern=NO_NUL, repr=False)

@@ -69,7 +69,7 @@ class NewRobot(WireModel):
 
 
 class RobotChange(WireModel):
-    """What isn't given stays."""
+    """Changes to a robot. What isn't given stays."""
 
     name: str | None = Field(default=None, min_length=1, max_length=200, pattern=NAME)
     description: str | None = Field(default=None, max_length=10_000, pattern=NO_NUL)

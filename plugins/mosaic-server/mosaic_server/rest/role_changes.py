@@ -1,4 +1,4 @@
-"""How a refused change of roles or accounts is answered, wherever it was asked for."""
+"""Answers a refused change of roles or accounts, wherever it was asked for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What anybody may know of this server."""
+"""Tells anybody what may be known of this server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What texts of strangers may consist of."""
+"""Restricts what texts of strangers may consist of."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ WRONG_PINS = Limit(20, 3600.0)
 
 @dataclass(frozen=True, slots=True)
 class PairingSecrets:
-    """What is shown to people; only the hashes are kept."""
+    """The secrets of a pairing that are shown to people; only the hashes are kept."""
 
     pin: str
     code: str

@@ -21,7 +21,7 @@ MAX_PASSWORD_LENGTH = 1024
 
 @dataclass(frozen=True, slots=True)
 class HashingCost:
-    """What one hash costs whoever checks or guesses a password: argon2's parameters, RFC 9106's second choice."""
+    """The cost of one hash for whoever checks or guesses a password: argon2's parameters, RFC 9106's second choice."""
 
     passes: int = DEFAULT_TIME_COST
     memory_kib: int = DEFAULT_MEMORY_COST
@@ -30,7 +30,8 @@ class HashingCost:
 
 @dataclass(frozen=True, slots=True)
 class HashedPassword:
-    """What is kept of a password. Where a server runs, its hashing line makes it before a transaction begins."""
+    """The hash that is kept of a password. Where a server runs, its hashing line makes it before a transaction
+    begins."""
 
     text: str = field(repr=False)
 

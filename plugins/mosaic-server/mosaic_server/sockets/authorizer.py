@@ -26,7 +26,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class AdmittedSocket:
-    """What a socket was let in with; it has to leave when that no longer holds."""
+    """The credentials that a socket was let in with; it has to leave when that no longer holds."""
 
     side: Side
     id: str

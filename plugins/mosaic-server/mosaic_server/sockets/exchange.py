@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 
 
 class Wire(Protocol):
-    """What the exchange needs of a socket; :class:`mosaic_server.sockets.link.Link` is the real one."""
+    """The parts of a socket that the exchange needs; :class:`mosaic_server.sockets.link.Link` is the real one."""
 
     @property
     def heard_at_s(self) -> float: ...

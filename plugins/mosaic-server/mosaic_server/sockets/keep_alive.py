@@ -1,4 +1,4 @@
-"""When to ping and when to give a socket up. Pure; the clock is the caller's.
+"""Decides when to ping and when to give a socket up. Pure; the clock is the caller's.
 
 TCP alone keeps a cut cable for many minutes, so anything heard (message, pong) counts as life, and silence ends it.
 """
@@ -21,7 +21,7 @@ class KeepAlivePeriods:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What to do with the sockets after one check."""
+    """The sockets to ping and to close after one check."""
 
     dead: list[int]
     ping: list[int]

@@ -66,7 +66,7 @@ class _LimitedProtocol(ServerProtocol):
 
 
 class Link:
-    """What the application may do to its socket below ASGI. Event-loop thread only."""
+    """Sends on and closes a socket below ASGI. Event-loop thread only."""
 
     def __init__(self, protocol: LinkedProtocol) -> None:
         self._protocol = protocol

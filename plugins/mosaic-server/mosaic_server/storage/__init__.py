@@ -1,1 +1,1 @@
-"""What outlives the process: accounts, robots, ICE servers and keys, in one SQL database."""
+"""Stores what outlives the process: accounts, robots, ICE servers and keys, in one SQL database."""

@@ -16,7 +16,7 @@ _DAY_MS = 24 * 3600 * 1000
 
 
 class AuditAction(StrEnum):
-    """What an entry tells of."""
+    """Actions that an audit entry tells of."""
 
     ROLE_GRANTED = "role.granted"
     ROLE_REVOKED = "role.revoked"

@@ -38,7 +38,7 @@ class DatabaseInUse(Exception):
 
 
 class Database:
-    """One SQL database with the newest schema.
+    """Opens the server's SQL database, with the newest schema.
 
     ``url`` is any SQLAlchemy URL; without it the SQLite file in ``data_dir`` is used (made with mode 0600).
     All methods but :meth:`run` block; call them from a thread or a command-line tool.

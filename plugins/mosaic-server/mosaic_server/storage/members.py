@@ -26,7 +26,7 @@ class OrganizationRecord:
 
 @dataclass(frozen=True, slots=True)
 class MemberChange:
-    """What isn't given stays."""
+    """Changes to a member. What isn't given stays."""
 
     is_active: bool | None = None
     is_program: bool | None = None

@@ -13,7 +13,7 @@ from mosaic_server.storage.tables import RobotRow
 
 
 class RobotAuthType(IntEnum):
-    """How a robot proves who it is; the numbers of the original server."""
+    """Ways in which a robot proves who it is; the numbers of the original server."""
 
     NO_AUTHORIZATION = 0
     SIMPLE_TOKEN = 1

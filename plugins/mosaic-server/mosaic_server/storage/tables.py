@@ -31,7 +31,7 @@ class Stamped:
 
 
 class Organization(Stamped, Base):
-    """Who owns robots. Every account that signs up gets one of its own."""
+    """An organization, which owns robots. Every account that signs up gets one of its own."""
 
     __tablename__ = "organization"
     name: Mapped[str] = mapped_column(String(254), unique=True)
@@ -103,7 +103,8 @@ class RobotGrant(Stamped, Base):
 
 
 class IssuedTicket(Stamped, Base):
-    """What a robot was told of an operator, kept while their connection may live. ``id`` is the connection's.
+    """The ticket by which a robot was told of an operator, kept while their connection may live. ``id`` is the
+    connection's.
 
     The account is no foreign key: that it is gone is a reason to close its connections.
     """

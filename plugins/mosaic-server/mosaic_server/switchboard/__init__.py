@@ -1,4 +1,4 @@
-"""Who may say what to whom: a pure machine. Sockets and REST routes only carry out what it decides.
+"""Decides who may say what to whom, as a pure machine. Sockets and REST routes only carry out what it decides.
 
 ``Switchboard.handle(event) -> list[effect]``; ``now_s`` (monotonic) and random ids come in with the events.
 """

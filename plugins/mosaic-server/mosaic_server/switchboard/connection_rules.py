@@ -1,4 +1,4 @@
-"""When a connection may be made, and when it is forgotten."""
+"""Decides when a connection may be made, and when it is forgotten."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the switchboard wants done, in this order."""
+"""Declares what the switchboard wants done, in this order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can happen to the switchboard. ``socket`` is a number that its driver gave out and never uses twice."""
+"""Declares what can happen to the switchboard. ``socket`` is a number that its driver gave out and never uses twice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What an operator's socket may say: subscriptions, and offers, candidates and closing in connections of its account.
+"""Decides what an operator's socket may say: subscriptions, and offers, candidates and closing in connections of its
+account.
 
 A connection is bound to the socket that sends the first offer. When that socket is gone, another one of the same
 account takes the connection up by speaking in it.

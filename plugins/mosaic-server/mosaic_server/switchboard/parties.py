@@ -1,4 +1,4 @@
-"""What the switchboard knows of sockets, robots, operators and connections."""
+"""Holds what the switchboard knows of sockets, robots, operators and connections."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a robot's socket may say: its status, its catalogue, and answers inside its own connections."""
+"""Decides what a robot's socket may say: its status, its catalogue, and answers inside its own connections."""
 
 from __future__ import annotations
 

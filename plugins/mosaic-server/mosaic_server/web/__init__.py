@@ -1,1 +1,1 @@
-"""What every HTTP answer has to obey, and the dashboard's files."""
+"""Serves the dashboard's files, and guards what every HTTP answer has to obey."""

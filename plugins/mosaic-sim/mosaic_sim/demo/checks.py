@@ -1,4 +1,4 @@
-"""What the headless check looks at, one small function each, over the stores of a connected operator."""
+"""Checks the demo without a browser, one small function each, over the stores of a connected operator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the demo says on the terminal."""
+"""Writes what the demo says on the terminal."""
 
 from __future__ import annotations
 

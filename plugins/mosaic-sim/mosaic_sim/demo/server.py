@@ -29,7 +29,7 @@ ROBOT_NAME = "Simulated robot"
 
 @dataclass(frozen=True, slots=True)
 class Seed:
-    """What ``mosaic server seed`` made: the throw-away account and robot."""
+    """The objects that ``mosaic server seed`` made: the throw-away account and robot."""
 
     email: str
     password: str

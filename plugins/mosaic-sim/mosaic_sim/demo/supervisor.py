@@ -34,7 +34,7 @@ class Interrupted(Exception):
 
 @dataclass(frozen=True, slots=True)
 class RunningDemo:
-    """Both children up, the robot online."""
+    """A demo that runs: both children up, the robot online."""
 
     folder: Path
     seed: Seed

@@ -30,7 +30,8 @@ class NewMember(WireModel):
 
 
 class ChangedMember(WireModel):
-    """What isn't given stays; an empty password, too, is none: forms send their empty fields."""
+    """Changes to a member, as original dashboards send them. What isn't given stays; an empty password, too, is none:
+    forms send their empty fields."""
 
     id: str
     password: Annotated[str | None, BeforeValidator(lambda given: given or None)] = Field(
