@@ -1,4 +1,4 @@
-"""How many bits per second one connection takes, where its receiver tells when each packet arrived.
+"""Estimates the bit rate that one connection takes, where its receiver tells when each packet arrived.
 
 A queue on the way is seen a tenth of a second after it began: sending pauses until it has drained, and goes on below
 what came through meanwhile. Loss without a queue is no congestion, but for a lot of it.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
+from mosaic_core.machines.congestion.held_share import HeldShare
 from mosaic_core.machines.congestion.path_share import PathShare
 from mosaic_core.machines.congestion.path_watch import PathSeen
 from mosaic_core.machines.congestion.rate_control import Feedback, ReceiverReport
@@ -69,7 +70,7 @@ class PathRate:
         self._key_at_s = now_s - _KEY_PATIENCE_S
         self._heard_at_s = self._grown_at_s = self._sent_at_s = now_s
         self._takes_bps: float | None = None
-        self._share = PathShare()
+        self._share, self._held = PathShare(), HeldShare(now_s)
         self._queued_reports = self._uneasy_reports = 0
         self.is_queued = False
         """A queue stands. One report of it may as well be a busy processor, or a packet that radio held up."""
@@ -126,7 +127,9 @@ class PathRate:
             self.trains_bps = feedback.trains_bps
             self._share.trains_came(feedback.trains_bps or 0.0, now_s)
             self._note_loss(feedback, now_s)
+            self._held.reported(feedback, self._budget_bps, now_s)
             self._judge(feedback, now_s)
+            self._hold(now_s)
         elif isinstance(feedback, ReceiverReport) and feedback.round_trip_s is not None:
             self.round_trip_s = feedback.round_trip_s
 
@@ -217,6 +220,12 @@ class PathRate:
         if seen.empties_in_s > _PAUSE_FROM_S or now_s < self.paused_until_s:
             longest_s = self._cut_at_s + _LONGEST_PAUSE_S
             self.paused_until_s = min(longest_s, now_s + max(0.0, seen.empties_in_s - _PAUSE_LESS_S))
+
+    def _hold(self, now_s: float) -> None:
+        """Others keep the queue full: without a pause, and not below a share."""
+        if self._held.is_held:
+            self.paused_until_s, self.is_queued = now_s, False
+            self._set(max(self._budget_bps, self._held.least_bps(now_s)))
 
     def _growth(self, now_s: float) -> float:
         """Factor per second."""

@@ -1,4 +1,4 @@
-"""How much of the narrowest link of a path is ours: as fast as that was seen to be, less what others take of it.
+"""Estimates our share of the narrowest link of a path: as fast as that was seen to be, less what others take of it.
 
 Trains of packets tell how fast the link is, but not what others leave of it; a congestion does. That is remembered, and
 more is tried gently at first, then boldly: others may have ended. Where a shaper lets short trains through at once, the
@@ -26,7 +26,7 @@ class PathShare:
     def __init__(self) -> None:
         self._link_bps = math.inf
         self._left = 1.0
-        self._seen_at_s = -math.inf
+        self._seen_at_s = math.inf  # not yet
         self._promised_bps = 0.0
         self._is_shaped = False
 

@@ -1,11 +1,12 @@
-"""What the path does to one stream's packets, from when each was sent and when it arrived: the queue that stands on the
-way, what the path takes, and what it loses.
+"""Watches what the path does to one stream's packets, from when each was sent and when it arrived: the queue that
+stands on the way, what the path takes, and what it loses.
 
 Delays are only compared with each other, so the two clocks need not agree.
 """
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections import OrderedDict, deque
 from collections.abc import Iterable, Sequence
@@ -17,6 +18,7 @@ from mosaic_core.machines.congestion.arrival_report import NUMBERS, ArrivalRepor
 _REMEMBERED = 4096
 _BASE_S = 15.0
 """The shortest delay of one to two such times is that of the empty path."""
+_LASTING_S = 60.0
 _ABSURD_S = 60.0
 """The receiver's clock began anew."""
 _STANDING_S = 0.02
@@ -40,12 +42,14 @@ FASTEST_BPS = 50_000_000.0
 
 @dataclass(frozen=True, slots=True)
 class PathSeen:
-    """What one report says. ``queue_s``: the least that any packet waited; ``newest_queue_s``: the last one, which was
-    sent at ``newest_sent_s``; ``empties_in_s``: when the queue will have drained if nothing more is sent.
+    """The state of a path, as one report of arrivals tells it. ``queue_s``: the least that any packet waited;
+    ``newest_queue_s``: the last one, which was sent at ``newest_sent_s``; ``empties_in_s``: when the queue will have
+    drained if nothing more is sent.
 
     ``path_bps``: what came through while a queue stood: what the path takes. ``trains_bps``: how fast the packets of
     single pictures followed each other lately: about what it would take. ``left``: of that, the part which other
-    streams on the way left to this one while a queue stood. ``None``: too few to tell.
+    streams on the way left to this one while a queue stood. ``None``: too few to tell. ``waited_s``: the least that any
+    packet waited compared with the last minute or two, in which a queue of others may have stood all the while.
     """
 
     queue_s: float
@@ -57,6 +61,7 @@ class PathSeen:
     path_bps: float | None = None
     trains_bps: float | None = None
     left: float | None = None
+    waited_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +71,29 @@ class _Arrived:
     size_bytes: int
 
 
+class _Least:
+    """The shortest delay of the last one to two times ``over_s``."""
+
+    def __init__(self, over_s: float) -> None:
+        self._over_s = over_s
+        self._now_s = self._before_s = math.inf
+        self._since_s = 0.0
+
+    def noted(self, least_s: float, now_s: float) -> float:
+        if abs(least_s - self._now_s) > _ABSURD_S:
+            return self.begin(least_s, now_s)
+        if now_s - self._since_s > self._over_s:
+            self._now_s, self._before_s, self._since_s = least_s, self._now_s, now_s
+        self._now_s = min(least_s, self._now_s)
+        return min(self._now_s, self._before_s)
+
+    def begin(self, least_s: float, now_s: float) -> float:
+        """Anew."""
+        self._now_s = self._before_s = least_s
+        self._since_s = now_s
+        return least_s
+
+
 class PathWatch:
     """Watches the path of one stream's packets. ``number`` counts the connection's packets modulo 2^16; other streams
     have some of them.
@@ -73,8 +101,7 @@ class PathWatch:
 
     def __init__(self) -> None:
         self._on_the_way: OrderedDict[int, tuple[float, int]] = OrderedDict()
-        self._least_s: tuple[float, float] | None = None  # of this time and of the one before
-        self._least_since_s = 0.0
+        self._base, self._lasting = _Least(_BASE_S), _Least(_LASTING_S)
         self._empty_at_s: float | None = None
         self._queued: deque[_Arrived] = deque()
         self._trains: deque[tuple[float, float]] = deque()
@@ -91,9 +118,9 @@ class PathWatch:
         if not arrived:
             return None
         least_s = min(one.at_s - one.sent_s for one in arrived)
-        base_s = self._base_s(least_s, now_s)
+        base_s = self._base.noted(least_s, now_s)
         if self._stands_too_long(least_s - base_s, now_s):
-            self._least_s, base_s = (least_s, least_s), least_s
+            base_s = self._base.begin(least_s, now_s)
         queues = [one.at_s - one.sent_s - base_s for one in arrived]
         self._note_queued(arrived, queues)
         self._note_trains(arrived, now_s)
@@ -108,6 +135,7 @@ class PathWatch:
             path_bps,
             self._trains_bps(now_s),
             self._left(path_bps),
+            least_s - self._lasting.noted(least_s, now_s),
         )
 
     def _taken(self, report: ArrivalReport) -> tuple[list[_Arrived], int]:
@@ -124,15 +152,6 @@ class PathWatch:
         for number in missing:
             del self._on_the_way[number]
         return arrived, len(missing)
-
-    def _base_s(self, least_s: float, now_s: float) -> float:
-        if self._least_s is None or abs(least_s - self._least_s[0]) > _ABSURD_S:
-            self._least_s, self._least_since_s = (least_s, least_s), now_s
-        elif now_s - self._least_since_s > _BASE_S:
-            self._least_s, self._least_since_s = (least_s, self._least_s[0]), now_s
-        else:
-            self._least_s = (min(least_s, self._least_s[0]), self._least_s[1])
-        return min(self._least_s)
 
     def _stands_too_long(self, queue_s: float, now_s: float) -> bool:
         if self._empty_at_s is None or queue_s < _STANDING_S:

@@ -1,5 +1,5 @@
-"""How many bits per second one connection takes, by the simple reports that any receiver sends: starts low, ramps up,
-backs off when it hurts, recovers.
+"""Estimates the bit rate that one connection takes, by the simple reports that any receiver sends: starts low, ramps
+up, backs off when it hurts, recovers.
 
 It grows with every receiver report that is clean, and shrinks by what operators report: loss, a round trip that gets
 longer (a queue fills up somewhere), packets asked for again, pictures lost, a bandwidth estimate, or silence.
@@ -186,7 +186,7 @@ class RateControl:
         self._act_on(lost, max(0.0, lost - by_chance), now_s)
 
     def _act_on(self, lost: float, surely_lost: float, now_s: float) -> None:
-        elapsed_s = min(2.0, max(0.0, now_s - self._grown_at_s))
+        elapsed_s = min(2.0, now_s - self._grown_at_s)
         self._grown_at_s = now_s
         if surely_lost > _BAD_LOSS:
             self._back_off(max(_MIN_BACK_OFF, 1.0 - lost / 2), now_s)

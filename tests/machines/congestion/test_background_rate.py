@@ -82,6 +82,23 @@ def test_what_was_sent_meanwhile_is_not_held_against_it_when_pictures_come_back(
     assert transfer.bps() == pytest.approx(START_BPS, rel=0.05)
 
 
+def test_as_long_as_reports_limit_it_the_next_one_goes_on_from_the_last() -> None:
+    transfer = Transfer()
+    transfer.hear(1, queue_s=0.15)
+    transfer.now_s += SILENT_S
+    assert transfer.rate.is_limited(transfer.now_s)
+    transfer.report()
+    assert transfer.bps() == pytest.approx(LEAST_BPS, rel=0.5)
+
+
+def test_two_reports_of_one_moment_are_two_reports() -> None:
+    transfer = Transfer()
+    transfer.send(REPORT_S)
+    transfer.report()
+    assert not transfer.report(queue_s=0.05), "nothing was sent in between"
+    assert transfer.bps() == pytest.approx(START_BPS, rel=0.15)
+
+
 def test_where_there_is_room_it_grows_until_nothing_limits_it() -> None:
     transfer = Transfer()
     transfer.hear(17)
@@ -107,7 +124,9 @@ def test_a_short_queue_makes_it_slower_step_by_step_and_it_answers_for_that_unti
     assert transfer.bps() == pytest.approx(0.6 * START_BPS, rel=0.1)
     transfer.report()
     transfer.hear(40, queue_s=0.03)
-    assert not transfer.is_its_queue
+    for _ in range(20):
+        transfer.hear(1, queue_s=0.03)
+        assert not transfer.is_its_queue, "pictures have to give way too"
     assert transfer.bps() == pytest.approx(LEAST_BPS, rel=0.5)
 
 
@@ -147,7 +166,9 @@ def test_a_packet_at_a_time_is_sent_where_it_is_slow_and_5_ms_where_it_is_fast()
     transfer = Transfer()
     assert transfer.rate.burst_bytes == BURST_BYTES
     transfer.hear(50)
-    assert transfer.rate.burst_bytes == pytest.approx(START_BPS * 4 ** (50 * REPORT_S) / 8 * 0.005, rel=0.2)
+    burst_bytes = transfer.rate.burst_bytes
+    assert burst_bytes == pytest.approx(START_BPS * 4 ** (50 * REPORT_S) / 8 * 0.005, rel=0.2)
+    assert burst_bytes == pytest.approx(transfer.bps() / 8 * 0.005, rel=0.05)
 
 
 def test_who_sends_nothing_answers_for_no_queue_and_proves_no_room() -> None:

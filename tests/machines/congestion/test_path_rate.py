@@ -43,6 +43,14 @@ def test_it_starts_where_it_was_and_stays_within_its_limits() -> None:
     rate = PathRate(MIN_BPS, MAX_BPS, 0.0, START_BPS)
     rate.limit(1_000_000, 2_000_000)
     assert rate.budget_bps == 1_000_000
+    rate.limit(1_200_000, 500_000)
+    assert rate.budget_bps == 1_200_000, "the least that a picture needs counts before the most that it may have"
+
+
+def test_before_anything_has_come_back_nothing_is_known() -> None:
+    rate = PathRate(MIN_BPS, MAX_BPS, 0.0, START_BPS)
+    assert (rate.loss, rate.is_queued, rate.round_trip_s, rate.room_bps(0.0)) == (0.0, False, None, None)
+    assert rate.most_bps(0.0) == 2 * START_BPS
 
 
 def test_where_pictures_come_through_much_faster_it_grows_quickly() -> None:
@@ -55,6 +63,17 @@ def test_where_that_is_not_known_it_grows_all_the_same() -> None:
 
 def test_little_sent_proves_little() -> None:
     assert Viewer().hear(50, sends=0.2).rate.budget_bps < 1.6 * START_BPS
+
+
+def test_it_stops_growing_shortly_before_what_pictures_come_through_at() -> None:
+    assert Viewer().hear(100, trains_bps=1e6).rate.budget_bps == pytest.approx(0.9e6, rel=0.03)
+
+
+def test_a_pause_of_the_reports_saves_up_no_growth() -> None:
+    viewer = Viewer().hear(2, trains_bps=20e6)
+    before_bps = viewer.rate.budget_bps
+    viewer.now_s += 2.0
+    assert viewer.hear(1, trains_bps=20e6).rate.budget_bps < 1.3 * before_bps
 
 
 def test_a_queue_brings_it_below_what_the_path_takes_at_once() -> None:
@@ -84,6 +103,53 @@ def test_packets_of_before_the_cut_only_tell_better_what_the_path_takes() -> Non
     assert viewer.rate.budget_bps == 800_000
 
 
+def test_a_queue_that_drains_at_once_is_not_waited_for() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, path_bps=1e6, empties_in_s=0.05)
+    assert viewer.rate.paused_until_s <= viewer.now_s
+
+
+def late(viewer: Viewer, after_s: float, path_bps: float | None, queue_s: float = 0.2, empties_in_s: float = 0.1,
+         trains_bps: float | None = None) -> PathRate:  # fmt: skip
+    """Tell it of packets that were sent before its last cut."""
+    seen = PathSeen(queue_s, queue_s, viewer.now_s - 0.01, 20, 0, empties_in_s, path_bps, trains_bps)
+    viewer.rate.handle(seen, viewer.now_s + after_s)
+    return viewer.rate
+
+
+def test_packets_of_before_the_cut_raise_nothing_and_may_tell_nothing() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, path_bps=2e6, trains_bps=20e6)
+    cut_bps = viewer.rate.budget_bps
+    assert late(viewer, 0.05, None).budget_bps == cut_bps
+    assert late(viewer, 0.08, 2e6, queue_s=0.0, trains_bps=20e6).budget_bps == cut_bps
+
+
+def test_where_packets_of_before_the_cut_told_better_it_stays_below_that() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, path_bps=2e6)
+    late(viewer, 0.05, 1e6)
+    assert 850_000 < viewer.hear(100).rate.budget_bps < 950_000
+
+
+def test_packets_of_before_the_cut_prolong_a_pause_and_begin_none() -> None:
+    viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, path_bps=1e6, empties_in_s=0.2)
+    until_s = late(viewer, 0.1, 1e6, empties_in_s=0.3).paused_until_s
+    assert until_s == pytest.approx(viewer.now_s + 0.4, abs=0.05)
+    assert late(viewer, 0.45, 1e6, empties_in_s=0.3).paused_until_s == until_s
+
+
+def test_packets_of_before_a_cut_for_silence_say_nothing() -> None:
+    viewer = Viewer().hear(20)
+    viewer.rate.sent(10_000, viewer.now_s + 0.9)
+    viewer.rate.tick(viewer.now_s + 1.1)
+    silent_bps = viewer.rate.budget_bps
+    assert late(viewer, 1.2, 0.2e6).budget_bps == silent_bps
+
+
+def test_packets_of_before_a_cut_for_loss_may_tell_what_the_path_takes() -> None:
+    viewer = Viewer().hear(40, trains_bps=20e6).hear(2, lost=120, received=120, trains_bps=20e6)
+    assert viewer.rate.budget_bps < MAX_BPS
+    assert late(viewer, 0.05, 1e6).budget_bps == 800_000
+
+
 def test_one_late_report_is_no_queue() -> None:
     viewer = Viewer().hear(20, trains_bps=20e6)
     before_bps = viewer.rate.budget_bps
@@ -92,10 +158,10 @@ def test_one_late_report_is_no_queue() -> None:
 
 
 def test_one_report_of_a_queue_may_be_a_busy_processor_and_two_are_a_queue() -> None:
-    viewer = Viewer().hear(20, trains_bps=20e6)
-    assert not viewer.hear(queue_s=0.15).rate.is_queued
-    assert viewer.hear(queue_s=0.15).rate.is_queued
-    assert not viewer.hear().rate.is_queued
+    for viewer in (Viewer(), Viewer().hear(20, trains_bps=20e6)):
+        assert not viewer.hear(queue_s=0.15).rate.is_queued
+        assert viewer.hear(queue_s=0.15).rate.is_queued
+        assert not viewer.hear().rate.is_queued
 
 
 def test_a_queue_is_told_with_the_report_that_it_is_cut_for() -> None:
@@ -105,7 +171,7 @@ def test_a_queue_is_told_with_the_report_that_it_is_cut_for() -> None:
 
 
 def test_a_queue_on_a_path_that_takes_far_more_limits_nothing_but_the_rate_itself() -> None:
-    viewer = Viewer().hear(2, queue_s=0.15, path_bps=4e6)
+    viewer = Viewer().hear(2, queue_s=0.15, path_bps=2.5e6)
     assert not viewer.rate.is_limited(viewer.now_s)
     assert viewer.rate.most_bps(viewer.now_s) == 2 * viewer.rate.budget_bps
     viewer.rate.handle(PathSeen(0.2, 0.3, viewer.now_s - 0.01, 10, 0, 0.1, 1e6), viewer.now_s + 0.05)
@@ -143,6 +209,19 @@ def test_beside_others_it_grows_no_further_than_what_they_leave_and_tries_for_mo
     assert viewer.hear(300, trains_bps=4e6).rate.budget_bps > 3_000_000
 
 
+def test_a_shaper_that_lets_single_pictures_through_at_once_is_believed_from_the_second_congestion_on() -> None:
+    viewer = Viewer()
+    for _ in range(2):
+        viewer.hear(60, trains_bps=20e6)
+        viewer.hear(newest_queue_s=0.08, path_bps=1e6, trains_bps=20e6, left=1.0)
+    assert viewer.hear(100, trains_bps=20e6).rate.budget_bps <= 950_000
+
+
+def test_what_others_leave_is_known_from_a_short_queue_that_stands_too() -> None:
+    viewer = Viewer().hear(20, trains_bps=20e6).hear(5, queue_s=0.04, path_bps=1e6, trains_bps=4e6, left=0.25)
+    assert viewer.hear(50, trains_bps=4e6).rate.budget_bps <= 950_000
+
+
 def test_what_others_leave_follows_the_path_when_it_widens() -> None:
     viewer = Viewer().hear(60, trains_bps=4e6)
     viewer.hear(newest_queue_s=0.08, path_bps=1e6, trains_bps=4e6, left=0.25)
@@ -174,11 +253,21 @@ def test_where_packets_are_few_and_all_of_them_late_that_is_how_the_path_is() ->
     viewer = Viewer()
     start_bps = viewer.rate.budget_bps
     assert viewer.hear(100, queue_s=0.045).rate.budget_bps > start_bps
+    assert viewer.hear(200, queue_s=0.045).rate.usual_s == pytest.approx(0.045, rel=0.05)
 
 
 @pytest.mark.parametrize("lost", [1, 2])
 def test_loss_without_a_queue_is_no_congestion(lost: int) -> None:
     assert Viewer().hear(40, lost=lost, received=20 - lost, trains_bps=20e6).rate.budget_bps == MAX_BPS
+
+
+def test_loss_raises_nothing_wherever_pictures_come_through_fast() -> None:
+    assert Viewer().hear(1, lost=1, received=19, trains_bps=20e6).rate.budget_bps < 1.1 * START_BPS
+
+
+def test_of_a_few_packets_no_loss_is_told() -> None:
+    viewer = Viewer().hear(1, lost=3, received=2)
+    assert (viewer.rate.loss, viewer.rate.budget_bps >= START_BPS) == (0.0, True)
 
 
 def test_a_lot_of_loss_is() -> None:
@@ -231,6 +320,8 @@ def test_a_congestion_is_forgotten_after_20_s() -> None:
     viewer = Viewer().hear(60, trains_bps=20e6).hear(newest_queue_s=0.08, path_bps=1e6)
     assert viewer.rate.is_limited(viewer.now_s + 19.9)
     assert not viewer.rate.is_limited(viewer.now_s + 20.0)
+    assert viewer.rate.most_bps(viewer.now_s + 19.9) == 800_000, "copies would be too much"
+    assert viewer.rate.most_bps(viewer.now_s + 20.0) == 1_600_000
 
 
 def test_silence_is_a_second_without_reports_and_lowers_it_once_per_second() -> None:

@@ -83,8 +83,23 @@ def test_more_than_a_shaper_took_is_tried_gently_and_then_boldly() -> None:
 
 
 def test_trains_of_before_the_last_congestion_say_nothing_of_a_shaper() -> None:
-    share = congest(congest(PathShare(), 1.0, 0.0), 1.0, 0.9, FAST_BPS)
-    assert share.bps(FAST_BPS, 2.0) == FAST_BPS
+    share = congest(congest(PathShare(), 1.0, 50.0), 1.0, 50.9, FAST_BPS)
+    assert share.bps(FAST_BPS, 52.0) == FAST_BPS
+
+
+def test_trains_that_were_hardly_faster_than_the_link_tell_of_no_shaper() -> None:
+    share = congest(congest(PathShare(), 1.0, 0.0), 1.0, 10.0, 1.4 * LINK_BPS)
+    assert share.bps(FAST_BPS, 11.0) == FAST_BPS
+
+
+@pytest.mark.parametrize("unit", [2.0**-30, 2.0**30])
+def test_the_unit_of_speed_makes_no_difference(unit: float) -> None:
+    """Trains come, there is a congestion, nothing comes, and another: no shaper was seen."""
+    share = PathShare()
+    share.trains_came(50.0 * unit, 0.0)
+    share.congested(unit, 1.0, 10.0)
+    share.congested(unit, 1.0, 20.0)
+    assert share.bps(50.0 * unit, 21.0) == 50.0 * unit
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
@@ -98,3 +113,10 @@ def test_how_much_is_left_stays_known_where_a_congestion_does_not_tell() -> None
     share = congest(PathShare(), 0.5, 0.0)
     share.congested(0.5 * LINK_BPS, None, 5.0)
     assert at(share, 6.0) == 0.5
+
+
+def test_a_first_congestion_that_does_not_tell_leaves_all_of_the_link_to_us() -> None:
+    share = PathShare()
+    share.congested(LINK_BPS, None, 0.0)
+    assert at(share, 1.0) == 1.0
+    assert congest(share, 1.0, 10.0, FAST_BPS).bps(FAST_BPS, 11.0) == LINK_BPS, "the same link: its shaper is known"

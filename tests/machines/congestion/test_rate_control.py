@@ -67,6 +67,19 @@ def test_on_a_good_link_it_is_at_its_best_within_seconds() -> None:
     assert Link(20_000_000).play(6).rate.budget_bps == MAX_BPS
 
 
+def test_however_often_the_viewer_reports_it_grows_as_fast() -> None:
+    budgets_bps = []
+    for reports_per_s in (1, 2):
+        rate = RateControl(MIN_BPS, 50 * MAX_BPS, 0.0)
+        for number in range(4 * reports_per_s + 1):
+            now_s = number / reports_per_s
+            rate.sent(rate.budget_bps // 8, now_s)
+            rate.handle(ReceiverReport(0, 1000 * number, 0.03), now_s)
+        budgets_bps.append(rate.budget_bps)
+    assert budgets_bps[1] == pytest.approx(budgets_bps[0], rel=0.01)
+    assert budgets_bps[0] > 2 * START_BPS
+
+
 def test_on_a_narrow_link_it_stays_near_what_the_link_takes() -> None:
     link = Link(1_000_000).play(60)
     settled = link.history[20:]

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 import pytest
 from link_film import FPS, Film, profile
 
+from mosaic_core.machines.laboratory.impaired_link import LinkProfile
+
 SETTLE_S = 10.0
 
 
@@ -102,6 +104,61 @@ def test_beside_traffic_that_makes_way_for_nobody_pictures_stay_young(
     film.play(35)
     assert film.part_bps > 0.75 * min(1e6 * rate_mbps, film.rungs[0].ceiling_bps)
     assert film.freezes(since_s) == 0
+
+
+class Download:
+    """One TCP connection that takes all that it gets, with CUBIC's window (RFC 9438): it fills the queue until packets
+    are lost, and goes back to seven tenths."""
+
+    def __init__(self, film: Film) -> None:
+        self.film, self.window, self.on_the_way, self.arrived_bytes = film, 10.0, 0, 0
+        self.most, self.is_starting, self.cut_at_s = 10.0, True, 0.0
+        self.is_over = False
+        self.send()
+
+    def send(self) -> None:
+        film = self.film
+        while self.on_the_way < self.window and not self.is_over:
+            self.on_the_way += 1
+            arrival_s = film.link.arrival_s(1500, film.now_s, film.chance.random(), 0.0, 1.0)
+            if arrival_s is None:
+                film.at(film.now_s + film.link.profile.queue_ms / 1e3, self.lost)
+            else:
+                film.at(arrival_s + film.link.profile.delay_ms / 1e3, self.acknowledged)
+
+    def acknowledged(self) -> None:
+        self.on_the_way -= 1
+        self.arrived_bytes += 1500
+        if self.is_starting:
+            self.window += 1.0
+        else:
+            aim = self.most + 0.4 * (self.film.now_s - self.cut_at_s - (0.75 * self.most) ** (1 / 3)) ** 3
+            self.window += min(0.5, max(0.0, aim - self.window) / self.window)
+        self.send()
+
+    def lost(self) -> None:
+        self.on_the_way -= 1
+        if self.film.now_s - self.cut_at_s > self.film.link.profile.queue_ms / 1e3:
+            self.most, self.is_starting, self.cut_at_s = self.window, False, self.film.now_s
+            self.window *= 0.7
+        self.send()
+
+
+@pytest.mark.parametrize(("rate_mbps", "seed"), [(1, 1), (1, 2), (3, 1), (3, 2)])
+def test_beside_a_download_pictures_keep_a_share_until_it_ends(rate_mbps: float, seed: int) -> None:
+    film = Film(LinkProfile("uplink", delay_ms=5, rate_mbps=rate_mbps, queue_ms=300), seed).play(SETTLE_S)
+    download = Download(film)
+    film.play(20)
+    began_s, before_bytes = film.now_s, film.sent_bytes
+    film.play(90)
+    ages_ms = film.ages_ms(began_s)
+    assert (film.sent_bytes - before_bytes) * 8 / 90 > 0.25e6 * rate_mbps
+    assert ages_ms[len(ages_ms) // 2] < 280
+    download.is_over = True
+    since_s = film.now_s
+    film.play(40)
+    assert film.p95_ms(since_s + 10) < 100
+    assert film.part_bps > 0.6 * min(1e6 * rate_mbps, film.rungs[0].ceiling_bps)
 
 
 class Transfer:
