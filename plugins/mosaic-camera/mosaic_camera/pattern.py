@@ -9,6 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 from pydantic import Field
 
+from mosaic_camera.glyphs import ROWS as GLYPH_ROWS
+from mosaic_camera.glyphs import write_text
 from mosaic_camera.marks import ROWS, block_height, draw_marks
 from mosaic_core import Captured, EncodingParams, MediaTrackConfigurer, MediaTrackHandler, unit
 from mosaic_core.contract.media import Image
@@ -22,6 +24,8 @@ TURN_S = 4.0
 
 
 class TestPatternParams(EncodingParams):
+    """Params of a test pattern."""
+
     __test__ = False
 
     width: int = Field(default=640, ge=160, le=3840, multiple_of=2, description="Pixels.", json_schema_extra=unit("px"))
@@ -78,13 +82,15 @@ class PatternPainter:
         image[top : top + size, left : left + size] = (80, 220, 255)
 
     def _write(self, image: Image, text: str, at: float, size: float) -> None:
-        cv2, scale = self._cv2, self._scale * size
-        place = (round(image.shape[1] * 0.05), round(image.shape[0] * at))
-        thick = max(1, round(2 * scale))
-        cv2.putText(image, text, place, cv2.FONT_HERSHEY_SIMPLEX, scale, (255, 255, 255), thick, cv2.LINE_AA)
+        """``at``: how far down the picture the foot of the letters is; ``size``: 1 is 21 pixels in a height of 480."""
+        square = max(1, round(3 * self._scale * size))
+        foot = round(image.shape[0] * at)
+        write_text(image, text, round(image.shape[1] * 0.05), foot - GLYPH_ROWS * square, square)
 
 
 class TestPattern(MediaTrackHandler):
+    """Sends a moving test pattern as a camera would."""
+
     __test__ = False
     widget = "video"
 

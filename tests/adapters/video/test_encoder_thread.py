@@ -19,7 +19,7 @@ from mosaic_core.adapters.video.picture_clock import pts_of
 from mosaic_core.adapters.video.video_encoder import EncoderSettings, VideoEncoder
 from mosaic_core.machines.media.rung_ladder import Rung
 
-WAIT_S = 10.0
+WAIT_S = 30.0
 SETTINGS = EncoderSettings(64, 48, 30.0, 200_000, 200_000)
 
 

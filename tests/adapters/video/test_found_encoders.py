@@ -15,7 +15,7 @@ from mosaic_core.adapters.video.found_encoders import FoundEncoders
 from mosaic_core.adapters.video.video_encoder import EncoderKind
 
 BY_NAME = {kind.name: kind for kind in KINDS}
-WAIT_S = 10.0
+WAIT_S = 30.0
 
 
 def choosing(*names: str) -> Callable[[str], EncoderKind]:

@@ -26,7 +26,7 @@ from mosaic_core.machines.congestion.rate_control import PictureLost
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.testing import until
 
-WAIT_S = 10.0
+WAIT_S = 30.0
 
 
 class Stage:

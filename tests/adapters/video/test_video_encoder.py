@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
+from weakref import WeakSet
 
 import av
 import numpy as np
@@ -267,3 +268,39 @@ def test_speed_is_measured() -> None:
     speed = measured_speed(chosen_kind("VP8"), 320, 240, pictures=20)
     assert speed.fps > 5
     assert 0 < speed.median_ms <= speed.slow_ms
+
+
+class OpenedContext:
+    """A context of libav whose life can be watched."""
+
+    def __init__(self, context: Any) -> None:
+        self.__dict__["context"] = context
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.context, name)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        setattr(self.context, name, value)
+
+
+def test_an_encoder_made_anew_takes_memory_after_the_one_before_has_given_its_own_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    create = av.CodecContext.create
+    alive: WeakSet[OpenedContext] = WeakSet()
+    beside: list[int] = []
+
+    def watched(*words: Any, **named: Any) -> OpenedContext:
+        beside.append(len(alive))
+        context = OpenedContext(create(*words, **named))
+        alive.add(context)
+        return context
+
+    monkeypatch.setattr(av.CodecContext, "create", watched)
+    encoder = VideoEncoder(
+        next(kind for kind in KINDS if kind.name == "libvpx"), EncoderSettings(320, 240, 30.0, 400_000, 400_000)
+    )
+    for number in range(3):
+        picture = moving(number)
+        encoder.encode(picture, pts=picture.pts, as_key=True)
+    assert beside == [0, 0, 0]

@@ -75,7 +75,7 @@ async def test_while_a_queue_drains_nothing_leaves_and_then_what_waited_does_wit
         feed.put(packet())
         await asyncio.sleep(0.01)
         assert not leaving.done()
-        assert await asyncio.wait_for(leaving, 5)
+        assert await asyncio.wait_for(leaving, 30)
         assert not feed.connection.is_paused
         assert wishes.changes == changes + 2, "it is told when it may go on"
         assert wishes.keys == 0
