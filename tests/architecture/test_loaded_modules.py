@@ -5,9 +5,11 @@ Times depend on the machine, these sets do not. `bench/startup.py` has the times
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from functools import cache
+from pathlib import Path
 
 import pytest
 
@@ -96,6 +98,41 @@ def test_the_list_of_commands_loads_none_of_them() -> None:
 def test_the_list_of_connectors_loads_no_plugin_and_no_table_maker(words: list[str]) -> None:
     """Nor pydantic, with which typer checks words: flags need none."""
     assert loaded_by(RUN, *words) <= {*TYPER, "mosaic_core"}
+
+
+@pytest.mark.parametrize(
+    ("words", "package"),
+    [
+        (["server", "--help"], "mosaic_server"),
+        (["server", "run", "--help"], "mosaic_server"),
+        (["server", "user", "add", "--help"], "mosaic_server"),
+        (["server", "robot", "grant", "--help"], "mosaic_server"),
+        (["server", "ice", "add", "--help"], "mosaic_server"),
+        (["server", "audit", "--help"], "mosaic_server"),
+        (["lan", "pair", "--help"], "mosaic_server"),
+        (["lan", "devices", "role", "--help"], "mosaic_server"),
+        (["demo", "--help"], "mosaic_sim"),
+    ],
+)
+def test_the_help_of_a_plugins_command_loads_its_words_alone(words: list[str], package: str) -> None:
+    """No web server, database, HTTP client or table maker."""
+    assert loaded_by(RUN, *words) <= {*TYPER, "mosaic_core", package}
+
+
+@pytest.mark.parametrize("words", [["run", "--help"], ["doctor", "--help"], ["bench", "--help"]])
+def test_the_help_of_our_own_commands_loads_its_words_alone(words: list[str]) -> None:
+    assert loaded_by(RUN, *words) <= {*TYPER, "mosaic_core"}
+
+
+def test_the_help_of_operator_needs_the_original_types_and_no_more() -> None:
+    assert loaded_by(RUN, "operator", "--help") <= {*TYPER, *PYDANTIC, "mosaic_core"}
+
+
+def test_validation_loads_neither_webrtc_nor_pictures(tmp_path: Path) -> None:
+    config = tmp_path / "mosaic_config.yaml"
+    config.write_text(json.dumps({"server": SERVER, "connectors": [{"type": "connection-check", "label": "link"}]}))
+    loaded = loaded_by(RUN, "validate", str(config))
+    assert not loaded & (WEBRTC | PICTURES | {"fastapi", "httpx", "rich", "sqlalchemy"})
 
 
 def test_a_robot_without_cameras_loads_no_webrtc_until_an_operator_comes() -> None:

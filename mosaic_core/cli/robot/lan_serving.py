@@ -1,4 +1,4 @@
-"""What ``mosaic run --serve`` adds to a robot: a server of its own, found by entry point, and what it says."""
+"""Gives a robot a server of its own for ``mosaic run --serve``: finds it by entry point, and shows what it says."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from importlib.metadata import entry_points
 from mosaic_core.runtime.lan.lan_twin import LanTwin
 from mosaic_core.runtime.signaling.server_link import LAN, KnownServer
 from mosaic_core.words.errors import MosaicError, PluginError
-from mosaic_core.words.lan import GROUP, LanChild, LanNews, LanServer, LanWish
+from mosaic_core.words.lan import GROUP, LanChild, LanNews, LanServer
+from mosaic_core.words.lan_wish import LanWish
 
 logger = logging.getLogger(__name__)
 _ROWS_FOR_THE_TABLE = 8

@@ -1,4 +1,4 @@
-"""What ``mosaic run --metrics`` may say: an address of this machine; one that others reach has to be insisted on."""
+"""Reads the address of ``mosaic run --metrics``: one of this machine; one that others reach has to be insisted on."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ DEFAULT_PORT = 9464
 
 @dataclass(frozen=True, slots=True)
 class MetricsAddress:
-    """Where to serve the metrics."""
+    """The address at which to serve the metrics."""
 
     host: str
     port: int
@@ -27,6 +27,9 @@ def metrics_address(text: str, *, is_public: bool) -> MetricsAddress:
         message = f"--metrics {text!r}: expected HOST:PORT such as 127.0.0.1:{DEFAULT_PORT}"
         raise MosaicError(message, code="config.metrics", cure="the port is a number up to 65535")
     if not is_loopback(host) and not is_public:
+        if host == text.strip() and "." not in host and ":" not in host:
+            message = f"--metrics {text!r}: expected HOST:PORT such as 127.0.0.1:{DEFAULT_PORT}"
+            raise MosaicError(message, code="config.metrics", cure="a port alone will do: it is served on 127.0.0.1")
         message = f"--metrics {text!r}: everybody who reaches {host} could read labels, rates and who is connected"
         cure = "serve them on 127.0.0.1, or insist with --metrics-public"
         raise MosaicError(message, code="config.metrics", cure=cure)

@@ -25,7 +25,7 @@ from mosaic_core.cli.terminal.log_output import LogFormat, LogLevel, set_up_logg
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.words.config import RobotConfig
 from mosaic_core.words.errors import ConfigError, Problem
-from mosaic_core.words.lan import LanWish
+from mosaic_core.words.lan_wish import LanWish
 
 if TYPE_CHECKING:
     from mosaic_core.runtime.lan.lan_twin import LanTwin

@@ -12,7 +12,7 @@ from typer.core import TyperCommand
 from mosaic_core.cli.robot.metrics_option import metrics_address
 from mosaic_core.cli.terminal.log_output import LogFormat, LogLevel
 from mosaic_core.words.errors import MosaicError
-from mosaic_core.words.lan import DEFAULT_ADDRESS, DEFAULT_PORT, LanWish
+from mosaic_core.words.lan_wish import DEFAULT_ADDRESS, DEFAULT_PORT, LanWish
 
 OPTION = "--serve"
 _ADDRESS = re.compile(r"\d+|\[[0-9A-Fa-f:.%\w]+\](:\d+)?|[^\s/\\:]+:\d+|\d+(\.\d+){3}|localhost")

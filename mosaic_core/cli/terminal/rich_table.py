@@ -18,7 +18,7 @@ def listed(columns: Iterable[str], rows: Iterable[Iterable[RenderableType]], *, 
     """``rows`` under bold headings; the columns ``whole`` are pasted elsewhere and never wrapped."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in columns:
-        table.add_column(name, no_wrap=name in whole)
+        table.add_column(name, no_wrap=name in whole, overflow="fold")
     for row in rows:
         table.add_row(*row)
     return table

@@ -195,49 +195,44 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_robot_that_drives_and_stops_passes() -> None:
+async def test_a_robot_that_drives_and_stops_passes() -> None:
     robot = FakeRobot()
 
-    async def look() -> list[checks.Result]:
-        return [
-            await checks.told("drive", lambda: checks.driving_moves(robot, robot)),
-            await checks.told("silence", lambda: checks.silence_stops(robot)),
-        ]
-
-    assert all(result.is_ok for result in asyncio.run(look()))
+    assert (await checks.told("drive", lambda: checks.driving_moves(robot, robot))).is_ok
+    assert (await checks.told("silence", lambda: checks.silence_stops(robot))).is_ok
 
 
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize(
     ("robot", "complaint"), [(FakeRobot(moves=False), "it moved 0.00 m only"), (FakeRobot(accepts=False), "accepted")]
 )
-def test_a_robot_that_does_not_move_fails(robot: FakeRobot, complaint: str) -> None:
-    result = asyncio.run(checks.told("drive", lambda: checks.driving_moves(robot, robot)))
+async def test_a_robot_that_does_not_move_fails(robot: FakeRobot, complaint: str) -> None:
+    result = await checks.told("drive", lambda: checks.driving_moves(robot, robot))
     assert not result.is_ok
     assert complaint in result.detail
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_robot_that_drives_on_in_silence_fails() -> None:
+async def test_a_robot_that_drives_on_in_silence_fails() -> None:
     robot = FakeRobot(stops=False)
-    result = asyncio.run(checks.told("silence", lambda: checks.silence_stops(robot)))
+    result = await checks.told("silence", lambda: checks.silence_stops(robot))
     assert "still 0.60 m/s" in result.detail
 
 
-def test_a_gray_picture_fails_and_a_real_one_passes() -> None:
+async def test_a_gray_picture_fails_and_a_real_one_passes() -> None:
     real = np.random.default_rng(0).integers(0, 255, (48, 64, 3), dtype=np.uint8)
     for image, is_ok in ((np.full((48, 64, 3), 90, dtype=np.uint8), False), (real, True)):
         camera = FakeCamera(image)
-        result = asyncio.run(checks.told("pictures", lambda camera=camera: checks.pictures_arrive(camera)))  # type: ignore[misc]
+        result = await checks.told("pictures", lambda camera=camera: checks.pictures_arrive(camera))  # type: ignore[misc]
         assert result.is_ok is is_ok
 
 
-def test_silence_of_a_sensor_is_a_failed_check_and_not_a_crash() -> None:
+async def test_silence_of_a_sensor_is_a_failed_check_and_not_a_crash() -> None:
     class Silent:
         async def next_message(self, timeout_s: float = 10.0) -> Any:
             raise TimeoutError
 
-    result = asyncio.run(checks.told("gps", lambda: checks.messages_arrive(Silent())))
+    result = await checks.told("gps", lambda: checks.messages_arrive(Silent()))
     assert result == checks.Result("gps", False, "nothing arrived in time")
 
 

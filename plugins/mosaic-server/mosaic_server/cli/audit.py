@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mosaic_server.cli.options import AsJson, DatabaseUrl, DataDir, fail, known_person, nearest, opened, show_table
-from mosaic_server.rest.audit import audit_line
-from mosaic_server.storage.audit import AuditAction, audit_page
+
+if TYPE_CHECKING:
+    from mosaic_server.storage.audit import AuditAction
 
 
 def audit(
@@ -21,6 +22,9 @@ def audit(
     as_json: AsJson = False,
 ) -> None:
     """Show the audit log, newest first."""
+    from mosaic_server.rest.audit import audit_line
+    from mosaic_server.storage.audit import audit_page
+
     kind = _action(action) if action else None
     with opened(data_dir, database) as db:
         organization_id = known_person(db, organization_of).organization_id if organization_of else None
@@ -33,6 +37,8 @@ def audit(
 
 
 def _action(action: str) -> AuditAction:
+    from mosaic_server.storage.audit import AuditAction
+
     if action not in list(AuditAction):
         guess = nearest(action, AuditAction)
         fail(f"no action {action!r}{guess or '; there are ' + ', '.join(AuditAction)}", exit_code=2)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mosaic_server.cli.options import (
-    BY_COMMAND,
     AsJson,
     DatabaseUrl,
     DataDir,
@@ -21,7 +20,9 @@ from mosaic_server.cli.options import (
 )
 from mosaic_server.cli.robot import RobotIdOrName, known_robot
 from mosaic_server.roles import Role
-from mosaic_server.storage.grants import RoleOnRobot, roles_on_robot, set_role
+
+if TYPE_CHECKING:
+    from mosaic_server.storage.grants import RoleOnRobot
 
 Email = Annotated[str, typer.Argument(help="The account's e-mail.")]
 _ALL = 1_000_000
@@ -57,6 +58,8 @@ def grants(
     as_json: AsJson = False,
 ) -> None:
     """List the accounts of the robot's organization with their roles on it."""
+    from mosaic_server.storage.grants import roles_on_robot
+
     with opened(data_dir, database) as db:
         found, _ = db.work(roles_on_robot, known_robot(db, robot).id, 0, _ALL)
     show_table([_row(one) for one in found], as_json=as_json)
@@ -71,6 +74,8 @@ def role_named(role: str) -> Role:
 
 
 def _change(robot: str, email: str, role: Role | None, data_dir: DataDir, database: DatabaseUrl, as_json: bool) -> None:
+    from mosaic_server.storage.grants import BY_COMMAND, set_role
+
     with opened(data_dir, database) as db:
         known = known_robot(db, robot)
         person = known_person(db, email)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from pydantic import ValidationError
 
-from mosaic_core.words.ice import IceServer
 from mosaic_server.cli.options import AsJson, DatabaseUrl, DataDir, fail, opened, show, show_table
-from mosaic_server.storage.ice_servers import StoredIceServer, add_ice_server, listed_ice_servers, remove_ice_server
+
+if TYPE_CHECKING:
+    from mosaic_server.storage.ice_servers import StoredIceServer
 
 app = typer.Typer(help="STUN and TURN servers that operators and robots are given.", no_args_is_help=True)
 
@@ -39,6 +39,11 @@ def add(
     as_json: AsJson = False,
 ) -> None:
     """Add an ICE server with one or several URLs. With a shared secret everybody gets credentials that end soon."""
+    from pydantic import ValidationError
+
+    from mosaic_core.words.ice import IceServer
+    from mosaic_server.storage.ice_servers import add_ice_server
+
     secret = _secret(secret_file, secret_env)
     if secret is not None and (username is not None or credential is not None):
         fail("a shared secret makes the credentials: leave out --username and --credential", exit_code=2)
@@ -80,6 +85,8 @@ def _secret(file: Path | None, variable: str | None) -> str | None:
 @app.command("list")
 def show_all(data_dir: DataDir = None, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
     """List all ICE servers; credentials and secrets are not shown."""
+    from mosaic_server.storage.ice_servers import listed_ice_servers
+
     with opened(data_dir, database) as db:
         servers = db.work(listed_ice_servers)
     rows = [
@@ -109,6 +116,8 @@ def remove(
     database: DatabaseUrl = None,
 ) -> None:
     """Remove an ICE server."""
+    from mosaic_server.storage.ice_servers import remove_ice_server
+
     with opened(data_dir, database) as db:
         if not db.work(remove_ice_server, ice_server_id):
             fail(f"no ICE server {ice_server_id!r}; see `mosaic server ice list`")

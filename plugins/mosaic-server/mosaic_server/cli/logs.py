@@ -8,7 +8,7 @@ import sys
 import time
 from typing import Any
 
-from mosaic_core.words.plain_text import TextLines
+from mosaic_core.words.log_lines import TextLines
 
 _TEXT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
 _FIELDS = ("robotId", "peerId", "label", "code")
@@ -22,7 +22,7 @@ def configure_logs(level: str, form: str) -> None:
 
 
 class ServerJsonLines(logging.Formatter):
-    """One JSON object per line."""
+    """Formats log records as one JSON object per line."""
 
     def format(self, record: logging.LogRecord) -> str:
         line: dict[str, Any] = {

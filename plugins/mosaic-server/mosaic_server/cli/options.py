@@ -1,24 +1,24 @@
-"""Options and endings that the commands share."""
+"""Options and endings that the commands share.
+
+No module of commands imports database or web server before a command runs: ``--help`` needs neither.
+"""
 
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
-from sqlalchemy.exc import ArgumentError, NoSuchModuleError, SQLAlchemyError
 
-from mosaic_server.data_dir import default_data_dir
-from mosaic_server.security.passwords import MIN_PASSWORD_LENGTH, new_password
-from mosaic_server.storage.accounts import Person, all_people, person_by_email
-from mosaic_server.storage.audit import COMMAND_LINE
-from mosaic_server.storage.database import Database
-from mosaic_server.storage.grants import Actor, LastAdministrator, LastSupervisor, UnknownAccount
+if TYPE_CHECKING:
+    from mosaic_server.storage.accounts import Person
+    from mosaic_server.storage.database import Database
 
 DataDir = Annotated[
     Path | None,
@@ -32,8 +32,6 @@ PasswordStdin = Annotated[bool, typer.Option(help="Read the password from standa
 
 _WIDE = 1000
 """Ids and names are pasted and rows are searched: a narrow terminal may wrap lines, nothing is cut."""
-BY_COMMAND = Actor(COMMAND_LINE)
-"""Who does what the commands do, in the audit log."""
 
 
 def fail(message: str, *, exit_code: int = 1) -> NoReturn:
@@ -42,9 +40,23 @@ def fail(message: str, *, exit_code: int = 1) -> NoReturn:
     raise typer.Exit(exit_code)
 
 
+def checked_email(email: str) -> str:
+    """``email``, or the end where it is none."""
+    from mosaic_server.rest.texts import EMAIL
+
+    if re.fullmatch(EMAIL, email.strip()) is None:
+        fail(f"{email!r} is no e-mail: expected one such as ada@example.org", exit_code=2)
+    return email
+
+
 @contextmanager
 def opened(data_dir: Path | None, url: str | None) -> Iterator[Database]:
     """The database, with the newest schema."""
+    from sqlalchemy.exc import ArgumentError, NoSuchModuleError, SQLAlchemyError
+
+    from mosaic_server.data_dir import default_data_dir
+    from mosaic_server.storage.database import Database
+
     try:
         database = Database(data_dir or default_data_dir(), url)
     except (ArgumentError, NoSuchModuleError, ModuleNotFoundError) as error:
@@ -62,6 +74,8 @@ def opened(data_dir: Path | None, url: str | None) -> Iterator[Database]:
 
 def chosen_password(from_stdin: bool) -> tuple[str, bool]:
     """A password and whether it was generated (and has to be shown)."""
+    from mosaic_server.security.passwords import MIN_PASSWORD_LENGTH, new_password
+
     if not from_stdin:
         return new_password(), True
     password = sys.stdin.readline().rstrip("\r\n")
@@ -107,6 +121,8 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 def known_person(db: Database, email: str) -> Person:
     """The account, or the end with the nearest e-mail."""
+    from mosaic_server.storage.accounts import all_people, person_by_email
+
     person = db.work(person_by_email, email)
     if person is None:
         guess = nearest(email, [one.email for one in db.work(all_people)])
@@ -116,6 +132,8 @@ def known_person(db: Database, email: str) -> Person:
 
 def chosen_organization(db: Database, email: str, option: str) -> str:
     """The id of the organization of that account; without one, of the only organization there is."""
+    from mosaic_server.storage.accounts import all_people
+
     if email:
         return known_person(db, email).organization_id
     organizations = {person.organization_id for person in db.work(all_people)}
@@ -129,6 +147,8 @@ def chosen_organization(db: Database, email: str, option: str) -> str:
 @contextmanager
 def role_refusals() -> Iterator[None]:
     """Ends with a sentence where a change of roles is refused."""
+    from mosaic_server.storage.grants import LastAdministrator, LastSupervisor, UnknownAccount
+
     try:
         yield
     except LastSupervisor as error:

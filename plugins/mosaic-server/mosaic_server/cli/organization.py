@@ -8,7 +8,6 @@ import typer
 
 from mosaic_server.cli.grants import role_named
 from mosaic_server.cli.options import (
-    BY_COMMAND,
     AsJson,
     DatabaseUrl,
     DataDir,
@@ -17,7 +16,6 @@ from mosaic_server.cli.options import (
     role_refusals,
     show,
 )
-from mosaic_server.storage.members import organization_of, set_default_role
 
 
 def organization(
@@ -35,6 +33,9 @@ def organization(
     as_json: AsJson = False,
 ) -> None:
     """Show an organization, or with --default-role change what its plain accounts may do."""
+    from mosaic_server.storage.grants import BY_COMMAND
+    from mosaic_server.storage.members import organization_of, set_default_role
+
     role = role_named(default_role) if default_role else None
     with opened(data_dir, database) as db:
         organization_id = chosen_organization(db, organization_of_email, "--organization-of")

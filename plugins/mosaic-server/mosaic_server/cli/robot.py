@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -17,16 +17,10 @@ from mosaic_server.cli.options import (
     show,
     show_table,
 )
-from mosaic_server.storage.database import Database
-from mosaic_server.storage.robots import (
-    RobotAuthType,
-    RobotRecord,
-    add_robot,
-    all_robots,
-    remove_robot,
-    renew_token,
-    robot_by_id,
-)
+
+if TYPE_CHECKING:
+    from mosaic_server.storage.database import Database
+    from mosaic_server.storage.robots import RobotRecord
 
 app = typer.Typer(help="Robots and their tokens.", no_args_is_help=True)
 RobotIdOrName = Annotated[str, typer.Argument(help="The robot's id, or its name where that is unique.")]
@@ -52,16 +46,24 @@ def add(
     as_json: AsJson = False,
 ) -> None:
     """Add a robot; prints what belongs into its YAML file, with the token shown once."""
+    from mosaic_server.storage.robots import RobotAuthType, add_robot, all_robots, renew_token
+
     auth_type = RobotAuthType.NO_AUTHORIZATION if no_authorization else RobotAuthType.SIMPLE_TOKEN
     with opened(data_dir, database) as db:
-        robot = db.work(add_robot, chosen_organization(db, owner, "--owner"), name, description, auth_type)
+        organization = chosen_organization(db, owner, "--owner")
+        is_taken = any((one.organization_id, one.name) == (organization, name) for one in db.work(all_robots))
+        robot = db.work(add_robot, organization, name, description, auth_type)
         token = None if no_authorization else db.work(renew_token, robot.id)
+    if is_taken:
+        typer.echo(f"hint: another robot of this organization is called {name!r}: commands then need the id", err=True)
     _show_robot(robot, token, ws_url, as_json)
 
 
 @app.command("list")
 def show_all(data_dir: DataDir = None, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
     """List all robots."""
+    from mosaic_server.storage.robots import all_robots
+
     with opened(data_dir, database) as db:
         robots = db.work(all_robots)
     rows = [
@@ -80,6 +82,8 @@ def token(
     as_json: AsJson = False,
 ) -> None:
     """Make a new token; the old one is refused from now on."""
+    from mosaic_server.storage.robots import RobotAuthType, renew_token
+
     with opened(data_dir, database) as db:
         known = known_robot(db, robot)
         if known.auth_type is not RobotAuthType.SIMPLE_TOKEN:
@@ -91,6 +95,8 @@ def token(
 @app.command("remove")
 def remove(robot: RobotIdOrName, data_dir: DataDir = None, database: DatabaseUrl = None) -> None:
     """Remove a robot and its token."""
+    from mosaic_server.storage.robots import remove_robot
+
     with opened(data_dir, database) as db:
         known = known_robot(db, robot)
         db.work(remove_robot, known.id)
@@ -99,6 +105,8 @@ def remove(robot: RobotIdOrName, data_dir: DataDir = None, database: DatabaseUrl
 
 def known_robot(db: Database, id_or_name: str) -> RobotRecord:
     """The robot, or the end with the nearest name."""
+    from mosaic_server.storage.robots import all_robots, robot_by_id
+
     by_id = db.work(robot_by_id, id_or_name.lower())
     if by_id is not None:
         return by_id

@@ -7,22 +7,18 @@ import signal
 import sys
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
-from sqlalchemy.exc import SQLAlchemyError
 
-from mosaic_server.cli.logs import configure_logs
 from mosaic_server.cli.options import DatabaseUrl, DataDir, fail
-from mosaic_server.data_dir import default_data_dir
 from mosaic_server.entrance.bounds import DEFAULT_BOUNDS, Bounds
 from mosaic_server.entrance.forwarded import ProxyHeader
 from mosaic_server.entrance.proxies import proxy_in
 from mosaic_server.security.turn_credentials import MAX_LIFETIME_S
-from mosaic_server.serving import announce, make_server
-from mosaic_server.settings import LOOPBACK_HOSTS, Settings
-from mosaic_server.storage.database import Database, DatabaseInUse
-from mosaic_server.web.origins import origin_in
+
+if TYPE_CHECKING:
+    from mosaic_server.settings import Settings
 
 
 def run(
@@ -67,6 +63,11 @@ def run(
     log_format: Annotated[Literal["text", "json"], typer.Option(help="For people or for programs.")] = "text",
 ) -> None:
     """Run the server until SIGINT or SIGTERM."""
+    from mosaic_server.cli.logs import configure_logs
+    from mosaic_server.data_dir import default_data_dir
+    from mosaic_server.serving import announce, make_server
+    from mosaic_server.settings import LOOPBACK_HOSTS, Settings
+
     configure_logs(log_level, log_format)
     if (ssl_certfile is None) != (ssl_keyfile is None):
         fail("--ssl-certfile and --ssl-keyfile go together", exit_code=2)
@@ -107,6 +108,8 @@ def _end(_number: int, _frame: FrameType | None) -> NoReturn:
 
 
 def _origin(text: str) -> str:
+    from mosaic_server.web.origins import origin_in
+
     try:
         return origin_in(text)
     except ValueError as error:
@@ -137,6 +140,10 @@ def _check_public(host: str, insecure_public: bool) -> None:
 
 def _check_database(settings: Settings) -> None:
     """Say what is wrong in one sentence before uvicorn turns it into a traceback."""
+    from sqlalchemy.exc import SQLAlchemyError
+
+    from mosaic_server.storage.database import Database, DatabaseInUse
+
     try:
         database = Database(settings.data_dir, settings.database_url)
         try:

@@ -6,10 +6,17 @@ from typing import Annotated
 
 import typer
 
-from mosaic_server.cli.options import AsJson, DatabaseUrl, DataDir, PasswordStdin, chosen_password, fail, opened, show
-from mosaic_server.security.passwords import new_password
-from mosaic_server.storage.accounts import add_account, count_accounts
-from mosaic_server.storage.robots import add_robot, renew_token
+from mosaic_server.cli.options import (
+    AsJson,
+    DatabaseUrl,
+    DataDir,
+    PasswordStdin,
+    checked_email,
+    chosen_password,
+    fail,
+    opened,
+    show,
+)
 
 
 def init(
@@ -20,6 +27,9 @@ def init(
     as_json: AsJson = False,
 ) -> None:
     """Make the database and its first account; the generated password is shown once."""
+    from mosaic_server.storage.accounts import add_account, count_accounts
+
+    checked_email(email)
     password, generated = chosen_password(password_stdin)
     with opened(data_dir, database) as db:
         if db.work(count_accounts):
@@ -38,6 +48,10 @@ def seed(
     as_json: AsJson = False,
 ) -> None:
     """Make a throw-away database without asking: one account, one robot, both secrets printed."""
+    from mosaic_server.security.passwords import new_password
+    from mosaic_server.storage.accounts import add_account, count_accounts
+    from mosaic_server.storage.robots import add_robot, renew_token
+
     password = new_password()
     with opened(data_dir, database) as db:
         if db.work(count_accounts):

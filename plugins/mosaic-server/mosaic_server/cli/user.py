@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mosaic_server.cli.options import (
-    BY_COMMAND,
     AsJson,
     DatabaseUrl,
     DataDir,
     PasswordStdin,
+    checked_email,
     chosen_password,
     fail,
     known_person,
@@ -20,15 +20,10 @@ from mosaic_server.cli.options import (
     show,
     show_table,
 )
-from mosaic_server.rest.envelope import iso_time
-from mosaic_server.storage.accounts import (
-    AccountExists,
-    Membership,
-    Person,
-    all_people,
-    change_password,
-)
-from mosaic_server.storage.members import MemberChange, add_member, change_member, remove_member, shut_out
+
+if TYPE_CHECKING:
+    from mosaic_server.storage.accounts import Person
+    from mosaic_server.storage.members import MemberChange
 
 app = typer.Typer(help="Accounts of operators.", no_args_is_help=True)
 Email = Annotated[str, typer.Argument(help="The account's e-mail.")]
@@ -53,6 +48,11 @@ def add(
     as_json: AsJson = False,
 ) -> None:
     """Add an account; a generated password is shown once."""
+    from mosaic_server.storage.accounts import AccountExists, Membership
+    from mosaic_server.storage.grants import BY_COMMAND
+    from mosaic_server.storage.members import add_member
+
+    checked_email(email)
     password, generated = chosen_password(password_stdin)
     with opened(data_dir, database) as db:
         membership = None
@@ -68,6 +68,9 @@ def add(
 @app.command("list")
 def show_all(data_dir: DataDir = None, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
     """List all accounts."""
+    from mosaic_server.rest.envelope import iso_time
+    from mosaic_server.storage.accounts import all_people
+
     with opened(data_dir, database) as db:
         people = db.work(all_people)
     rows = [
@@ -93,6 +96,8 @@ def password(
     as_json: AsJson = False,
 ) -> None:
     """Set a new password; the account is logged out everywhere."""
+    from mosaic_server.storage.accounts import change_password
+
     new, generated = chosen_password(password_stdin)
     with opened(data_dir, database) as db:
         person = known_person(db, email)
@@ -108,6 +113,9 @@ def disable(
     database: DatabaseUrl = None,
 ) -> None:
     """Shut an account out, be it the last supervisor; a running server closes its sockets and connections."""
+    from mosaic_server.storage.grants import BY_COMMAND
+    from mosaic_server.storage.members import shut_out
+
     with opened(data_dir, database) as db:
         db.work(shut_out, known_person(db, email).id, undo, BY_COMMAND)
     typer.echo(f"{email} is {'enabled' if undo else 'disabled'}")
@@ -121,8 +129,9 @@ def program(
     database: DatabaseUrl = None,
 ) -> None:
     """Mark an account as a program's: it can never pass for a person on a robot."""
-    with opened(data_dir, database) as db, role_refusals():
-        db.work(change_member, known_person(db, email).id, MemberChange(is_program=not undo), BY_COMMAND)
+    from mosaic_server.storage.members import MemberChange
+
+    _change(email, MemberChange(is_program=not undo), data_dir, database)
     typer.echo(f"{email} is a {'person' if undo else 'program'}'s account")
 
 
@@ -134,17 +143,29 @@ def admin(
     database: DatabaseUrl = None,
 ) -> None:
     """Let an account administer its organization."""
-    with opened(data_dir, database) as db, role_refusals():
-        db.work(change_member, known_person(db, email).id, MemberChange(is_organization_admin=not undo), BY_COMMAND)
+    from mosaic_server.storage.members import MemberChange
+
+    _change(email, MemberChange(is_organization_admin=not undo), data_dir, database)
     typer.echo(f"{email} is {'a plain account' if undo else 'an administrator'}")
 
 
 @app.command("remove")
 def remove(email: Email, data_dir: DataDir = None, database: DatabaseUrl = None) -> None:
     """Remove an account and its grants; a running server closes its sockets and connections within seconds."""
+    from mosaic_server.storage.grants import BY_COMMAND
+    from mosaic_server.storage.members import remove_member
+
     with opened(data_dir, database) as db, role_refusals():
         db.work(remove_member, known_person(db, email).id, BY_COMMAND)
     typer.echo(f"removed {email}")
+
+
+def _change(email: str, change: MemberChange, data_dir: DataDir, database: DatabaseUrl) -> None:
+    from mosaic_server.storage.grants import BY_COMMAND
+    from mosaic_server.storage.members import change_member
+
+    with opened(data_dir, database) as db, role_refusals():
+        db.work(change_member, known_person(db, email).id, change, BY_COMMAND)
 
 
 def _show_password(person: Person, generated: str | None, as_json: bool) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from dataclasses import asdict
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,9 +13,10 @@ from mosaic_core.words.errors import MosaicError
 from mosaic_server.cli.options import AsJson, show_table
 from mosaic_server.lan.device_commands import HomeDir
 from mosaic_server.lan.device_commands import app as devices_app
-from mosaic_server.lan.home import LanHome, Reach
-from mosaic_server.lan.pair_command import paired_device
 from mosaic_server.roles import Role
+
+if TYPE_CHECKING:
+    from mosaic_server.lan.home import LanHome, Reach
 
 app = typer.Typer(help="Robots that serve their own network: `mosaic run --serve`.", no_args_is_help=True)
 app.add_typer(devices_app, name="devices")
@@ -31,6 +32,9 @@ def pair(
     as_json: AsJson = False,
 ) -> None:
     """Let one more phone or computer in: shows a PIN and a QR code for five minutes."""
+    from mosaic_server.lan.home import LanHome
+    from mosaic_server.lan.pair_command import paired_device
+
     home = LanHome(data_dir)
     paired_device(home, reach_of(home), role, waits=wait, as_json=as_json)
 

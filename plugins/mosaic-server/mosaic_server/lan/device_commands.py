@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mosaic_server.cli.options import BY_COMMAND, AsJson, fail, nearest, opened, role_refusals, show_table
-from mosaic_server.lan.home import LanHome
+from mosaic_server.cli.options import AsJson, fail, nearest, opened, role_refusals, show_table
 from mosaic_server.roles import Role
-from mosaic_server.storage.database import Database
-from mosaic_server.storage.devices import ListedDevice, change_device_role, devices, revoke_device
+
+if TYPE_CHECKING:
+    from mosaic_server.storage.database import Database
+    from mosaic_server.storage.devices import ListedDevice
 
 app = typer.Typer(help="Paired phones and computers.", no_args_is_help=True)
 DeviceArgument = Annotated[str, typer.Argument(help="Its name, or the first characters of its id.")]
@@ -22,6 +23,9 @@ HomeDir = Annotated[Path | None, typer.Option(help="Where the robot keeps its th
 @app.command("list")
 def show_all(data_dir: HomeDir = None, as_json: AsJson = False) -> None:
     """List the paired devices, the oldest first."""
+    from mosaic_server.lan.home import LanHome
+    from mosaic_server.storage.devices import devices
+
     with opened(LanHome(data_dir).directory, None) as db:
         found = db.work(devices)
     rows = [
@@ -41,6 +45,10 @@ def show_all(data_dir: HomeDir = None, as_json: AsJson = False) -> None:
 @app.command("revoke")
 def revoke(device: DeviceArgument, data_dir: HomeDir = None) -> None:
     """Sign a device out for good; its connections end within two seconds."""
+    from mosaic_server.lan.home import LanHome
+    from mosaic_server.storage.devices import revoke_device
+    from mosaic_server.storage.grants import BY_COMMAND
+
     with opened(LanHome(data_dir).directory, None) as db:
         one = _known(db, device)
         db.work(revoke_device, one.id, BY_COMMAND)
@@ -50,6 +58,10 @@ def revoke(device: DeviceArgument, data_dir: HomeDir = None) -> None:
 @app.command("role")
 def change_role(device: DeviceArgument, role: Role, data_dir: HomeDir = None) -> None:
     """Say what a device may do: observer, operator or supervisor. It connects again with the new role."""
+    from mosaic_server.lan.home import LanHome
+    from mosaic_server.storage.devices import change_device_role
+    from mosaic_server.storage.grants import BY_COMMAND
+
     with opened(LanHome(data_dir).directory, None) as db, role_refusals():
         one = _known(db, device)
         db.work(change_device_role, one.id, role, BY_COMMAND)
@@ -58,6 +70,8 @@ def change_role(device: DeviceArgument, role: Role, data_dir: HomeDir = None) ->
 
 def _known(db: Database, wanted: str) -> ListedDevice:
     """The device, or the end with the nearest name."""
+    from mosaic_server.storage.devices import devices
+
     every = db.work(devices)
     found = [one for one in every if one.name == wanted] or [one for one in every if one.id.startswith(wanted.lower())]
     if len(found) > 1:

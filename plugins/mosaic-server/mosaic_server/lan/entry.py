@@ -1,4 +1,4 @@
-"""What the core's entry point group ``mosaic.lan_server`` names: prepares the server of a robot, and draws its box.
+"""Prepares the server of a robot for the core's entry point group ``mosaic.lan_server``, and draws its box.
 
 Imported by the robot's process, so nothing here may import a web server or a database.
 """
@@ -13,7 +13,8 @@ from pathlib import Path
 
 from mosaic_core.words.config import AuthConfig, ServerConfig
 from mosaic_core.words.errors import MosaicError
-from mosaic_core.words.lan import LanChild, LanNews, LanWish
+from mosaic_core.words.lan import LanChild, LanNews
+from mosaic_core.words.lan_wish import LanWish
 from mosaic_server.lan.addresses import ANY_IPV4, ANY_IPV6, url_of
 from mosaic_server.lan.home import LanHome
 from mosaic_server.lan.screen import pairing_box

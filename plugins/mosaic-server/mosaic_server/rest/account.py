@@ -92,14 +92,15 @@ async def log_in_with_code(code: OneTimeCode, request: Request, services: Servic
     if login is None or person is None or person.login_version != login.login_version:
         services.login_limits.failed(None, address, time.monotonic())
         await services.database.run(note_failed_login, None, address, "wrong sign-in code")
-        message = "this sign-in code was used already or is too old"
+        message = "this sign-in code is wrong, was used already, or is too old"
         raise ApiError(ResultCode.AUTHENTICATION_FAILED, message, cure=ASK_FOR_A_NEW_CODE)
     return await _access(services, person, request)
 
 
 @router.post("/one-time-code")
 async def issue_code(person: PersonDep, services: ServicesDep) -> Envelope[OneTimeCode]:
-    """A code that signs this account in somewhere else: put it behind ``/#code=``."""
+    """A code that signs this account in somewhere else, once and within a minute: put it behind ``/#code=``, or give it
+    to ``--code``."""
     login = OneTimeLogin(person.id, person.login_version)
     return Envelope(resultData=OneTimeCode(code=services.codes.issue(login, time.monotonic())))
 

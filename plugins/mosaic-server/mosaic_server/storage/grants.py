@@ -14,7 +14,7 @@ from sqlalchemy import ColumnElement, Row, Select, and_, func, select, true, upd
 from sqlalchemy.orm import Session
 
 from mosaic_server.roles import Role, Standing, loses_last_supervisor
-from mosaic_server.storage.audit import AuditAction, AuditEntry, note
+from mosaic_server.storage.audit import COMMAND_LINE, AuditAction, AuditEntry, note
 from mosaic_server.storage.tables import Account, IssuedTicket, Organization, RobotGrant, RobotRow, now_ms
 
 
@@ -36,15 +36,20 @@ class OwnAccount(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Actor:
-    """Who changes something. ``account_id=None``: the command line, which answers to nobody but the file's owner."""
+    """The account that changes something. ``account_id=None``: the command line, which answers to nobody but the file's
+    owner."""
 
     name: str
     account_id: str | None = None
 
 
+BY_COMMAND = Actor(COMMAND_LINE)
+"""Who does what the commands of ``mosaic`` do, in the audit log."""
+
+
 @dataclass(frozen=True, slots=True)
 class RoleOnRobot:
-    """What one account may do with one robot."""
+    """The role of one account on one robot."""
 
     account_id: str
     email: str

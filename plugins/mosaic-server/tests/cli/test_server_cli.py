@@ -51,6 +51,23 @@ def test_init_makes_one_account_and_shows_its_password_once(data_dir: Path) -> N
     assert made["password"] not in run("user", "list")
 
 
+@pytest.mark.parametrize("email", ["notanemail", "@", "ada@", "a da@example.org"])
+def test_what_is_no_e_mail_makes_no_account(data_dir: Path, email: str) -> None:
+    assert "no e-mail" in run("init", "--email", email, code=2)
+    run("init", "--email", "ada@example.org")
+    assert "no e-mail" in run("user", "add", email, code=2)
+    assert [one["email"] for one in as_json("user", "list")] == ["ada@example.org"]
+
+
+@pytest.mark.usefixtures("data_dir")
+def test_a_second_robot_of_the_same_name_is_hinted_at() -> None:
+    run("init", "--email", "ada@example.org")
+    assert "hint:" not in run("robot", "add", "Rover")
+    assert "hint: another robot of this organization is called 'Rover'" in run("robot", "add", "Rover")
+    run("user", "add", "bob@example.org")
+    assert "hint:" not in run("robot", "add", "Rover", "--owner", "bob@example.org")
+
+
 def test_a_password_may_come_from_standard_input(data_dir: Path) -> None:
     assert "password" not in run("init", "--email", "ada@example.org", "--password-stdin", text="long enough\n")
     run("user", "password", "ada@example.org", "--password-stdin", text="short\n", code=2)

@@ -24,7 +24,8 @@ from typer.testing import CliRunner
 
 from mosaic_core.adapters.signaling.websocket import open_websocket
 from mosaic_core.words.errors import MosaicError, SignalingError
-from mosaic_core.words.lan import LanChild, LanWish
+from mosaic_core.words.lan import LanChild
+from mosaic_core.words.lan_wish import LanWish
 from mosaic_server.lan import discovery
 from mosaic_server.lan.addresses import lan_addresses
 from mosaic_server.lan.commands import app

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from mosaic_core.words.errors import MosaicError
-from mosaic_core.words.lan import LanNews, LanWish
+from mosaic_core.words.lan import LanNews
+from mosaic_core.words.lan_wish import LanWish
 from mosaic_server.lan import addresses
 from mosaic_server.lan.addresses import (
     InterfaceAddress,

@@ -62,7 +62,7 @@ def test_a_connection_check_becomes_its_two_channels() -> None:
     ]
 
 
-def test_a_point_cloud_comes_on_the_lane_that_is_opened_for_it() -> None:
+def test_a_point_cloud_comes_on_the_channel_that_is_opened_for_it() -> None:
     cloud = entry("cloud", "depth", MosaicDataType.BYTE_R2U, widget="point-cloud")
     assert derived(cloud) == [
         {"connectorId": "cloud", "connectorType": "PointCloudStore", "params": {"parallelNum": 1}}

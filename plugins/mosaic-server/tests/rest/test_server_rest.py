@@ -78,7 +78,9 @@ def test_a_one_time_code_works_once(server: Any) -> None:
     code = server.post("/api/v1/account/one-time-code", server.log_in()).json()["resultData"]["code"]
     first = server.http.post("/api/v1/account/login/one-time", json={"code": code})
     assert server.get("/api/v1/users/me", first.json()["resultData"]["accessToken"]).status_code == 200
-    assert server.http.post("/api/v1/account/login/one-time", json={"code": code}).status_code == 401
+    again = server.http.post("/api/v1/account/login/one-time", json={"code": code})
+    assert again.status_code == 401
+    assert "wrong, was used already, or is too old" in again.text
 
 
 def test_sign_up_only_where_it_is_allowed(

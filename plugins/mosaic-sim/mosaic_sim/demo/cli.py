@@ -1,20 +1,10 @@
-"""The command ``mosaic demo``."""
+"""The command ``mosaic demo``: its words. What it does is in :mod:`mosaic_sim.demo.demo_command`, imported then."""
 
 from __future__ import annotations
 
-import json
-import time
-from contextlib import ExitStack
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
-from rich.console import Console
-
-from mosaic_sim.demo import browser
-from mosaic_sim.demo.errors import DemoFailed
-from mosaic_sim.demo.greeting import greet, report_failure
-from mosaic_sim.demo.headless_check import checked, print_results
-from mosaic_sim.demo.supervisor import WATCH_S, Interrupted, RunningDemo, endings_interrupt, running_demo
 
 app = typer.Typer(add_completion=False)
 
@@ -31,50 +21,6 @@ def demo(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs; opens no browser.")] = False,
 ) -> None:
     """Start a server and a simulated robot on this machine and open the dashboard. Nothing to set up."""
-    try:
-        with endings_interrupt(), ExitStack() as stack:
-            if not as_json:
-                typer.echo("Starting a server and a simulated robot …")
-            running = stack.enter_context(running_demo(port))
-            if headless_check:
-                raise typer.Exit(_check(running, as_json))
-            _present(running, opens=not no_open, as_json=as_json)
-            _watch(running)
-    except Interrupted:
-        raise typer.Exit(0) from None
-    except DemoFailed as failure:
-        if as_json:
-            typer.echo(json.dumps({"ok": False, "error": failure.message, "cure": failure.cure}))
-        report_failure(Console(stderr=True), failure)
-        raise typer.Exit(1) from None
+    from mosaic_sim.demo.demo_command import run_demo
 
-
-def _check(running: RunningDemo, as_json: bool) -> int:
-    """The exit code."""
-    results = checked(running)
-    is_ok = all(result.is_ok for result in results)
-    if as_json:
-        typer.echo(json.dumps({"ok": is_ok, "checks": [result.wire() for result in results]}))
-    else:
-        print_results(Console(), results)
-    return 0 if is_ok else 1
-
-
-def _present(running: RunningDemo, *, opens: bool, as_json: bool) -> None:
-    """Open the browser signed in, or say how to sign in. The code is shown only where no browser took it."""
-    page = running.robot_page(running.server.one_time_code())
-    if as_json:
-        seed = running.seed
-        facts = {"url": running.url, "page": page, "email": seed.email, "password": seed.password}
-        pids = {"server": running.server.child.pid, "robot": running.robot.pid}
-        typer.echo(json.dumps({"ok": True, **facts, "robotId": seed.robot_id, "pids": pids}))
-        return
-    is_opened = opens and browser.opened(page)
-    greet(Console(), running, running.robot_page() if is_opened else page, is_opened=is_opened)
-
-
-def _watch(running: RunningDemo) -> NoReturn:
-    """Until a child dies, which raises, or a signal ends the demo."""
-    while True:
-        running.check_alive()
-        time.sleep(WATCH_S)
+    run_demo(port, opens=not no_open, headless_check=headless_check, as_json=as_json)
