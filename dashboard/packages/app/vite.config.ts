@@ -1,6 +1,7 @@
 import react from '@vitejs/plugin-react'
 import { defineConfig } from 'vite'
 import { firstPage } from './firstPage'
+import { mantineStyles } from './mantineStyles'
 
 /** The dashboard is served by mosaic-server, at its root, from its own package. */
 const SERVED_FROM = '../../../plugins/mosaic-server/mosaic_server/dashboard'
@@ -9,7 +10,7 @@ const SERVED_FROM = '../../../plugins/mosaic-server/mosaic_server/dashboard'
 const server = process.env['MOSAIC_SERVER'] ?? 'http://127.0.0.1:8080'
 
 export default defineConfig({
-  plugins: [react(), firstPage()],
+  plugins: [react(), mantineStyles(), firstPage()],
   // The packages beside this one are their sources, as `paths` in tsconfig.json says.
   resolve: { tsconfigPaths: true },
   build: {

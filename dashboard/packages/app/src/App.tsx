@@ -7,6 +7,7 @@ import { RobotListPage } from './robots/RobotListPage'
 import type { AddressCode } from './session/addressCodes'
 import { failureOf } from './session/errorText'
 import { ReplaceSession } from './session/ReplaceSession'
+import { ServerAwayPage } from './session/ServerAwayPage'
 import { SignInPage } from './session/SignInPage'
 import { useFirstSignIn } from './session/useFirstSignIn'
 
@@ -33,6 +34,7 @@ export function App({ code }: AppProps) {
       </Center>
     )
   }
+  if (session === null && client.remembersSession) return <ServerAwayPage failure={shown} />
   if (session === null) return <SignInPage firstFailure={shown} />
   return (
     <PageBoundary>

@@ -13,6 +13,12 @@ describe('plain text', () => {
     expect(plainText('An\u200bn\ufeffa')).toBe('Anna')
   })
 
+  test('carries nothing that is not seen, and keeps the joiners that writing needs', () => {
+    for (const hidden of ['\u{e0041}', '\u{e0100}', '\u{e0fff}', '\u{1d173}', '\u034f', '\u3164', '\ufff8', '\ufe00', '\u00ad'])
+      expect(plainText(`An${hidden}na${hidden}`)).toBe('Anna')
+    for (const text of ['❤\ufe0f', 'می\u200cخواهم', 'क्\u200dष']) expect(plainText(text)).toBe(text)
+  })
+
   test('is the same when it is read again', () => {
     const all = String.fromCharCode(...Array.from({ length: 0x2100 }, (_, code) => code))
     expect(plainText(plainText(all))).toBe(plainText(all))

@@ -4,7 +4,7 @@ import { MosaicProvider } from '@mosaic/react'
 import { cleanup, render, screen } from '@testing-library/react'
 import userEvent from '@testing-library/user-event'
 import { afterEach, expect, test, vi } from 'vitest'
-import { AddRobotDialog } from './AddRobotDialog'
+import AddRobotDialog from './AddRobotDialog'
 
 afterEach(cleanup)
 

@@ -10,7 +10,7 @@ export interface AddRobotDialogProps {
 }
 
 /** Registers a robot and shows its token, once, inside a file that is ready to run. */
-export function AddRobotDialog({ onClose }: AddRobotDialogProps) {
+export default function AddRobotDialog({ onClose }: AddRobotDialogProps) {
   return (
     <TokenDialog title="Add a robot" onClose={onClose}>
       {(show) => <AddRobot onAdded={show} onCancel={onClose} />}

@@ -1,8 +1,9 @@
 import { Button, Code, Skeleton, Text, TextInput, Title } from '@mantine/core'
 import type { RobotSummary } from '@mosaic/client'
 import { useMosaicClient, useReadable, useRobots } from '@mosaic/react'
+import { lazyDialog } from '@mosaic/widgets'
 import { IconChevronRight, IconPlus, IconRefresh, IconRobot, IconSearch, IconStethoscope } from '@tabler/icons-react'
-import { lazy, Suspense, useCallback, useEffect, useState } from 'react'
+import { useCallback, useEffect, useState } from 'react'
 import { Link } from 'react-router-dom'
 import { failureOf, type Failure } from '../session/errorText'
 import { Shell } from '../shell/Shell'
@@ -11,7 +12,7 @@ import { useTitle } from '../shell/useTitle'
 import { foundRobots, presenceOf, type Presence } from './presence'
 import classes from './robots.module.css'
 
-const AddRobotDialog = lazy(() => import('./AddRobotDialog').then((file) => ({ default: file.AddRobotDialog })))
+const AddRobotDialog = lazyDialog(() => import('./AddRobotDialog'))
 
 /** All robots of the account with their live status. */
 export function RobotListPage() {
@@ -71,7 +72,7 @@ export function RobotListPage() {
           </ul>
         )}
       </div>
-      <Suspense>{isAdding && <AddRobotDialog onClose={() => setIsAdding(false)} />}</Suspense>
+      {isAdding && <AddRobotDialog onClose={() => setIsAdding(false)} />}
     </Shell>
   )
 }

@@ -2,10 +2,14 @@
 import type { CatalogueEntry } from '@mosaic/protocol'
 import type { Availability, LeaseView, PeerView, SendBlock } from '../words/views'
 
-/** `epoch` goes into the frame; with a `block` nothing may leave. */
+/**
+ * `epoch` goes into the frame; with a `block` the robot would do nothing. What a stop blocks leaves all the same: the
+ * robot must see that a program sends on, to let nothing of it act after the clear before the program has let go.
+ */
 export interface Clearance {
   epoch: number
   block: SendBlock | null
+  leaves: boolean
 }
 
 export interface Standing {
@@ -17,7 +21,7 @@ export interface Standing {
   epoch: number
 }
 
-const OPEN: Clearance = { epoch: 0, block: null }
+const OPEN: Clearance = { epoch: 0, block: null, leaves: true }
 const DEFAULT_RESOURCE = 'motion'
 
 /** The resource whose lease commands for this connector need; null: they need none. */
@@ -29,9 +33,10 @@ export function resourceOf(entry: CatalogueEntry | null): string | null {
 
 export function clearanceFor(entry: CatalogueEntry | null, standing: Standing): Clearance {
   if (standing.availability === 'unavailable') return OPEN
-  if (standing.isStopped && isMotion(entry)) return blocked('safety.stopped')
-  if (resourceOf(entry) === null) return OPEN
-  return standing.epoch > 0 ? { epoch: standing.epoch, block: null } : blocked(codeOf(standing))
+  const isFree = resourceOf(entry) === null
+  const block = standing.isStopped && isMotion(entry) ? { code: 'safety.stopped' } : null
+  if (isFree || standing.epoch > 0) return { epoch: isFree ? 0 : standing.epoch, block, leaves: true }
+  return { epoch: 0, block: block ?? { code: codeOf(standing) }, leaves: false }
 }
 
 function isMotion(entry: CatalogueEntry | null): boolean {
@@ -42,8 +47,4 @@ function codeOf({ me, lease }: Standing): string {
   if (me?.role === 'observer') return 'lease.forbidden'
   if (lease.request?.phase === 'queued') return 'lease.queued'
   return lease.state === 'other' ? 'lease.not_holder' : 'lease.required'
-}
-
-function blocked(code: string): Clearance {
-  return { epoch: 0, block: { code } }
 }

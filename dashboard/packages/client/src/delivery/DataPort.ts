@@ -34,13 +34,15 @@ export interface PortOptions {
   partials?: ChannelPartials
 }
 
-/** A value that waits for room, and the epoch for which it was meant. */
-interface Waiting {
+/** One message: it gets neither younger nor a newer epoch than it was made under, however long it waits. */
+interface Outgoing {
   value: Uint8Array | string
   epoch: number
+  seq: number
+  stampUs: number
 }
 
-const FREE: Clearance = { epoch: 0, block: null }
+const FREE: Clearance = { epoch: 0, block: null, leaves: true }
 
 export interface PortMessage {
   data: ArrayBuffer
@@ -68,7 +70,7 @@ export class DataPort implements StreamPort {
   private readonly arrivals: Arrivals
   private readonly isFramed: boolean
   private seq = 0
-  private waiting: Waiting | null = null
+  private waiting: Outgoing | null = null
 
   constructor(
     private readonly channel: RTCDataChannel,
@@ -115,28 +117,29 @@ export class DataPort implements StreamPort {
 
   put({ value, stampUs }: WaitingMessage, seq: number): boolean {
     if (!this.isOpen || this.isFull) return false
-    this.seq = (seq - 1) >>> 0
-    return this.transmit(value, 0, stampUs)
+    this.seq = seq
+    return this.transmit({ value, epoch: 0, seq, stampUs })
   }
 
   putPlain({ value, stampUs }: WaitingMessage): boolean {
-    return this.isOpen && !this.isFull && this.transmit(value, 0, stampUs)
+    return this.isOpen && !this.isFull && this.transmit({ value, epoch: 0, seq: this.nextSeq(), stampUs })
   }
 
   /** Send one message; false when it was not accepted. */
   send(data: string | ArrayBuffer | Uint8Array): boolean {
     const value = data instanceof ArrayBuffer ? new Uint8Array(data) : data
     if (this.stream !== null) return this.stream.send(value)
-    const { epoch, block } = this.clearance()
-    if (!this.isOpen || block !== null) return false
+    const { epoch, leaves } = this.clearance()
+    if (!this.isOpen || !leaves) return false
+    const message = { value, epoch, seq: this.nextSeq(), stampUs: microseconds(this.options.now()) }
     if (this.options.delivery === 'latest' && this.channel.bufferedAmount > LATEST_HIGH_WATER_BYTES) {
       this.counters.replaced += this.waiting === null ? 0 : 1
-      this.waiting = { value: typeof value === 'string' ? value : value.slice(), epoch }
+      this.waiting = { ...message, value: typeof value === 'string' ? value : value.slice() }
       return true
     }
     this.counters.replaced += this.waiting === null ? 0 : 1
     this.waiting = null
-    return !this.isFull && this.transmit(value, epoch)
+    return !this.isFull && this.transmit(message)
   }
 
   /** Close the channel without telling the listener. */
@@ -163,18 +166,24 @@ export class DataPort implements StreamPort {
     const { waiting } = this
     this.waiting = null
     if (waiting === null || !this.isOpen) return
-    const { epoch, block } = this.clearance()
+    const { epoch, leaves } = this.clearance()
     // What was meant under a lease that has ended is meant no more, whatever is held now.
-    if (block === null && epoch === waiting.epoch) this.transmit(waiting.value, epoch)
+    if (leaves && epoch === waiting.epoch) this.transmit(waiting)
   }
 
   private clearance(): Clearance {
     return this.options.clearance?.() ?? FREE
   }
 
-  private transmit(value: string | Uint8Array, epoch: number, stampUs = microseconds(this.options.now())): boolean {
+  // Also what never leaves takes a number: the robot tells by the gap that a stall was no pause.
+  private nextSeq(): number {
+    return (this.seq = (this.seq + 1) >>> 0)
+  }
+
+  private transmit(message: Outgoing): boolean {
+    const { value } = message
     try {
-      if (this.isFramed) this.putFramed(value, epoch, stampUs)
+      if (this.isFramed) this.putFramed(message)
       else this.putBare(value)
       this.counters.gave(typeof value === 'string' ? value.length : value.byteLength)
       return true
@@ -184,11 +193,10 @@ export class DataPort implements StreamPort {
     }
   }
 
-  private putFramed(value: string | Uint8Array, epoch: number, stampUs: number): void {
+  private putFramed({ value, ...header }: Outgoing): void {
     const payload = typeof value === 'string' ? new TextEncoder().encode(value) : value
-    this.seq = (this.seq + 1) >>> 0
-    const frame = { kind: this.kindOf(value), payload, seq: this.seq, epoch, latched: false }
-    for (const message of encodeFrame({ ...frame, stampUs }, CHUNK_PAYLOAD_BYTES)) this.channel.send(message)
+    const frame = { ...header, kind: this.kindOf(value), payload, latched: false }
+    for (const message of encodeFrame(frame, CHUNK_PAYLOAD_BYTES)) this.channel.send(message)
   }
 
   private kindOf(value: string | Uint8Array): PayloadKind {

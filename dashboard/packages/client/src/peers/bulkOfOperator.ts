@@ -1,6 +1,6 @@
 /**
- * When there is a second peer connection for bulk data. Pure; the twin of `machines/operator_lane.py`: made when the
- * first bulk store wants it, tried again with back-off, and nobody waits longer for it than `SETUP_TIMEOUT_MS`.
+ * Decides when there is a second peer connection for bulk data. Pure; the twin of
+ * `mosaic_core/machines/peers/bulk_of_operator.py`: made when the first bulk store wants it, tried again with back-off, and nobody waits longer for it than `SETUP_TIMEOUT_MS`.
  */
 import { backoffDelayMs } from '../timing/backoff'
 import type { DeadlinePassed } from '../timing/MachineDriver'

@@ -47,7 +47,7 @@ export class OutgoingStream {
     const { port } = this
     if (this.phase === 'closed' || (port === null && !this.waits)) return false
     const message = { value: typeof value === 'string' ? value : value.slice(), stampUs: Math.round(this.nowMs() * 1000) }
-    if (this.phase === 'plain') return port?.putPlain(message) ?? false
+    if (this.phase === 'plain' && this.sender.waiting === 0) return port?.putPlain(message) ?? false
     const sizeBytes = value.length + MESSAGE_BYTES
     if (!this.sender.hasRoom(sizeBytes, this.nowMs())) return false
     if (port !== null && this.phase === 'resumed' && this.sender.waiting === 0) {

@@ -8,7 +8,7 @@ export interface Arrival {
 
 /**
  * Receives on a channel that outlives its connection: drops what comes twice, counts what never comes. The
- * twin of `machines/resume.py`; both replay `tests/wire/resume.json`.
+ * twin of `mosaic_core/machines/delivery/resume.py`; both replay `tests/wire/resume.json`.
  */
 export class ResumeReceiver {
   private lostCount = 0

@@ -37,7 +37,7 @@ interface Kept<T> {
 
 /**
  * Sends on a channel that outlives its connection: keeps and repeats what the receiver has not told to have.
- * The twin of `machines/resume.py`; both replay `tests/wire/resume.json`.
+ * The twin of `mosaic_core/machines/delivery/resume.py`; both replay `tests/wire/resume.json`.
  */
 export class ResumeSender<T> {
   private kept: Kept<T>[] = []

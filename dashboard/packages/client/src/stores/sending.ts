@@ -11,8 +11,8 @@ export interface Sending {
   readonly lastRefusal: Readable<Refusal | null>
 
   /**
-   * What stands in the way of every message, the lease that somebody else holds above all; null: nothing. While it is
-   * not null `sendData` returns false and nothing leaves the page.
+   * What stands in the way of every message, the lease that somebody else holds above all; null: nothing. Without a lease
+   * nothing leaves the page; during a stop messages leave and are refused, so that the robot sees who sends on.
    */
   readonly sendBlocked: Readable<SendBlock | null>
 

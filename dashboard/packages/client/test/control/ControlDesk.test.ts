@@ -196,7 +196,9 @@ describe('commands', () => {
     void eve.control.stop()
     await vi.advanceTimersByTimeAsync(10)
     expect(store.sendBlocked.get()).toEqual({ code: 'safety.stopped' })
-    expect(store.sendData('{}')).toBe(false)
+    const before = met.robot.commands.length
+    expect(store.sendData('{}')).toBe(true)
+    expect(met.robot.commands.slice(before)).toMatchObject([{ isAccepted: false }])
   })
 
   test('of an observer are forbidden', async () => {

@@ -39,6 +39,13 @@ test('a stop blocks what moves without a lease too, and nothing else', () => {
   expect(clearanceFor(entry('notes', { safety: {} }), standing({ isStopped })).block).toBeNull()
 })
 
+test('what a stop blocks leaves all the same: the robot must see that a program sends on', () => {
+  const isStopped = true
+  expect(clearanceFor(entry('horn', { safety: { timeout_s: 1 } }), standing({ isStopped })).leaves).toBe(true)
+  const cmdVel = entry('cmd_vel', { safety: { requires_lease: true } })
+  expect(clearanceFor(cmdVel, standing({ isStopped, epoch: 3 }))).toMatchObject({ epoch: 3, leaves: true })
+})
+
 test('what needs a lease leaves under an epoch or not at all, on a robot that knows leases', () => {
   const safety = fc.record({ requires_lease: fc.constant(true), resource: fc.constantFrom('motion', 'arm') })
   const anything = fc.record({
@@ -48,8 +55,10 @@ test('what needs a lease leaves under an epoch or not at all, on a robot that kn
   })
   fc.assert(
     fc.property(safety, anything, (limits, more) => {
-      const { epoch, block } = clearanceFor(entry('x', { safety: limits }), standing(more))
-      expect(block === null).toBe(epoch > 0)
+      const { epoch, block, leaves } = clearanceFor(entry('x', { safety: limits }), standing(more))
+      expect(leaves).toBe(more.epoch > 0)
+      expect(epoch).toBe(more.epoch)
+      expect(block === null).toBe(more.epoch > 0 && !more.isStopped)
       if (more.isStopped) expect(block?.code).toBe('safety.stopped')
     }),
   )

@@ -1,4 +1,4 @@
-import { encodeFrame, PayloadKind } from '@mosaic/protocol'
+import { encodeFrame, FrameReader, PayloadKind } from '@mosaic/protocol'
 import fc from 'fast-check'
 import { readFileSync } from 'node:fs'
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest'
@@ -61,7 +61,11 @@ describe('a channel', () => {
       const messages = encodeFrame(frame, 4)
       for (const message of first ? messages.slice(0, 1) : messages) channel.onmessage?.({ data: message.buffer })
     }
-    return { channel, counters, got, port: it, arrives }
+    const left = (): unknown[][] => {
+      const frames = channel.sent.map((data) => (typeof data === 'string' ? null : new FrameReader().read(data, 0)))
+      return frames.map((frame) => [frame?.seq, frame?.stampUs])
+    }
+    return { channel, counters, got, port: it, arrives, left }
   }
 
   test('hands on only what is newer under latest, and counts what was missed or late', () => {
@@ -105,6 +109,29 @@ describe('a channel', () => {
     channel.bufferedAmount = 0
     it.send('e')
     expect(counters).toMatchObject({ sent: 3, replaced: 3 })
+  })
+
+  test.each(['latest', 'reliable'] as const)('under %s numbers also what never leaves, so that a stall is no pause', (delivery) => {
+    const { channel, port: it, left } = port(delivery)
+    it.send('a')
+    channel.bufferedAmount = 2_000_000
+    for (const text of ['b', 'c', 'd']) it.send(text)
+    channel.bufferedAmount = 0
+    channel.onbufferedamountlow?.()
+    it.send('e')
+    expect(left().map(([seq]) => seq)).toEqual(delivery === 'latest' ? [1, 4, 5] : [1, 5])
+  })
+
+  test('lets nothing grow younger while it waits', () => {
+    const { channel, port: it, left } = port('latest')
+    vi.advanceTimersByTime(1000)
+    const madeUs = Math.round(performance.now() * 1000)
+    channel.bufferedAmount = 100_000
+    it.send('a')
+    vi.advanceTimersByTime(5000)
+    channel.bufferedAmount = 0
+    channel.onbufferedamountlow?.()
+    expect(left()).toEqual([[1, madeUs]])
   })
 })
 

@@ -15,8 +15,8 @@ class FakePort implements StreamPort {
   }
 
   putPlain({ value }: WaitingMessage): boolean {
-    this.sent.push([String(value), 'plain'])
-    return true
+    if (!this.isFull) this.sent.push([String(value), 'plain'])
+    return !this.isFull
   }
 }
 
@@ -106,6 +106,21 @@ describe('what a page sends', () => {
     expect(port.sent).toEqual([['go', 'plain']])
     streams.lost()
     expect(stream.send('go')).toBe(false)
+  })
+
+  test('is not overtaken where the robot does not number it and the channel was full', () => {
+    const stream = streams.outgoing('notes', true)
+    port = new FakePort()
+    port.isFull = true
+    stream.attach(port)
+    stream.send('a')
+    streams.greeted({})
+    port.isFull = false
+    expect(stream.send('b')).toBe(true)
+    expect(port.sent).toEqual([
+      ['a', 'plain'],
+      ['b', 'plain'],
+    ])
   })
 
   test('is bounded while there is no connection', () => {

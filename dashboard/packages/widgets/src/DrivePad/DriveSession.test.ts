@@ -259,7 +259,27 @@ describe('the lease', () => {
     press('KeyW', { repeat: true })
     vi.advanceTimersByTime(1000)
     expect(sent).toEqual([])
-    expect(session.status.tone).toBe('stopped')
+    expect(session.status.tone).toBe(reason === 'lease-lost' ? 'stopped' : 'idle')
+  })
+
+  test.each(['granted', 'free'] as const)('what is said of a stop goes when it is cleared (%s)', (permit) => {
+    const session = openSession()
+    press('KeyW')
+    press('Escape')
+    expect(session.status.text).toBe('Stopped by Escape')
+    session.setPermit('refused', 'robot-stopped')
+    expect(session.status.text).toBe('Stopped by Escape')
+    session.setPermit(permit, 'lease-lost')
+    expect(session.status.text).toBe('Ready')
+  })
+
+  test('it goes too where somebody else has control after the stop', () => {
+    const session = openSession()
+    press('KeyW')
+    session.setPermit('refused', 'robot-stopped')
+    session.setPermit('refused', 'lease-lost')
+    session.setPermit('free', 'lease-lost')
+    expect(session.status.text).toBe('Ready')
   })
 })
 

@@ -34,6 +34,8 @@ export type DrivePermit = 'granted' | 'free' | 'refused'
 export interface DriveState extends Hold {
   readonly enabled: boolean
   readonly permit: DrivePermit
+  /** Why the permit is refused; null while it is not. */
+  readonly refusedBy: EndOfPermit | null
   /** Since when a hold has waited for the lease; null while none does. */
   readonly askedMs: number | null
   readonly lastSentMs: number
@@ -75,6 +77,7 @@ export const MIN_SPEED = 0.05
 export const INITIAL_DRIVE: DriveState = {
   enabled: false,
   permit: 'granted',
+  refusedBy: null,
   askedMs: null,
   stick: null,
   keys: [],
@@ -141,7 +144,8 @@ function released(before: DriveState, after: DriveState): DriveStep {
   return isHeld(after) ? quiet(after) : stopped(before, 'released')
 }
 
-function permitted(state: DriveState, permit: DrivePermit, reason: EndOfPermit, nowMs: number, limits: DriveLimits): DriveStep {
+function permitted(before: DriveState, permit: DrivePermit, reason: EndOfPermit, nowMs: number, limits: DriveLimits): DriveStep {
+  const state = withRefusal(before, permit === 'refused' ? reason : null)
   if (permit === state.permit) return quiet(state)
   const now = { ...state, permit }
   if (permit !== 'granted') {
@@ -150,6 +154,12 @@ function permitted(state: DriveState, permit: DrivePermit, reason: EndOfPermit, 
   }
   if (!isHeld(state)) return quiet(now)
   return sending({ ...now, askedMs: null, lastSentMs: nowMs }, twistOf(now, limits))
+}
+
+/** With the stop of the robot goes the word on what stopped the pad: it would read as if the robot still were. */
+function withRefusal(state: DriveState, refusedBy: EndOfPermit | null): DriveState {
+  const isCleared = state.refusedBy === 'robot-stopped' && refusedBy !== 'robot-stopped'
+  return { ...state, refusedBy, stoppedBy: isCleared ? null : state.stoppedBy }
 }
 
 const SILENT: readonly StopReason[] = ['disconnected', 'lease-lost', 'robot-stopped', 'not-granted']

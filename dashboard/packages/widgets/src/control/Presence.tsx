@@ -1,9 +1,10 @@
 import { Button, Popover, VisuallyHidden } from '@mantine/core'
 import { useControl } from '@mosaic/react'
 import { IconEye, IconRobot, IconSteeringWheel, IconUser, IconUsers } from '@tabler/icons-react'
-import { useMemo } from 'react'
+import { useMemo, useState } from 'react'
 import classes from './control.module.css'
 import { presenceSentence, presentOf, type Present } from './presence'
+import { useEscape } from './useEscape'
 
 /** More than this many names would push the rest of the header away; the list has them all. */
 const CHIPS_MAX = 3
@@ -12,11 +13,13 @@ const CHIPS_MAX = 3
 export function Presence({ robotId }: { robotId: string }) {
   const { availability, peers, leases, me, desk } = useControl(robotId)
   const present = useMemo(() => presentOf(peers, leases), [peers, leases])
+  const [isOpen, setIsOpen] = useState(false)
+  useEscape(() => setIsOpen(false), isOpen)
   if (availability !== 'available' || present.length === 0) return null
   return (
-    <Popover position="bottom-end" shadow="lg" width={280}>
+    <Popover opened={isOpen} onChange={setIsOpen} position="bottom-end" shadow="lg" width={280}>
       <Popover.Target>
-        <button type="button" className={classes.presence} data-testid="presence">
+        <button type="button" className={classes.presence} data-testid="presence" onClick={() => setIsOpen(!isOpen)}>
           <VisuallyHidden>Who is here. {presenceSentence(present)}</VisuallyHidden>
           <span className={classes.chips} aria-hidden>
             {present.slice(0, CHIPS_MAX).map((one) => (

@@ -374,6 +374,32 @@ test('who is here is a sentence for those who can’t see the chips', () => {
   expect(screen.getByRole('button', { name: 'Who is here. Driving: Alice. Watching: You, patrol.' })).toBeTruthy()
 })
 
+test('Escape closes the list of who is here wherever the focus is, and twice it stops the robot all the same', async () => {
+  desk().peers.set([ME, ALICE])
+  show(
+    <>
+      <StopButton robotId="r" />
+      <Presence robotId="r" />
+      <input aria-label="field" onKeyDown={(event) => event.stopPropagation()} />
+    </>,
+  )
+  await userEvent.click(screen.getByTestId('presence'))
+  expect(screen.getByRole('dialog').textContent).toContain('Alice')
+  fireEvent.keyDown(screen.getByLabelText('field'), { code: 'Escape' })
+  expect(screen.queryByRole('dialog')).toBeNull()
+  expect(desk().said).toEqual([])
+  fireEvent.keyDown(screen.getByLabelText('field'), { code: 'Escape' })
+  expect(desk().said).toEqual([['stop', '']])
+})
+
+test('a second click closes the list of who is here', async () => {
+  desk().peers.set([ME, ALICE])
+  show(<Presence robotId="r" />)
+  await userEvent.click(screen.getByTestId('presence'))
+  await userEvent.click(screen.getByTestId('presence'))
+  expect(screen.queryByRole('dialog')).toBeNull()
+})
+
 test('two accounts of one name are told apart; two tabs of one account are not', () => {
   const tab = { ...ALICE, account: '7d1c2f6e-0b52' }
   desk().peers.set([{ ...ME, name: 'Alice' }, tab, { ...tab, peerId: 'tab' }])
