@@ -73,6 +73,33 @@ def test_light_commands_load_nothing_heavy(words: list[str], robot_yaml: Path) -
 # -- validate ------------------------------------------------------------------------------------------------------
 
 
+STRANGE = r"a\n--> forged:1\x1b[31m\u202e\U000e0041"
+"""As YAML and the terminal spell it: an end of a line, an order, a mark of direction, a character that is not seen."""
+
+
+@pytest.mark.parametrize(
+    "connector",
+    [
+        f'{{type: "{STRANGE}", label: x}}',
+        f'{{type: test-pattern, label: "{STRANGE}"}}',
+        f'{{type: test-pattern, label: x, "{STRANGE}": 1}}',
+        f'{{type: test-pattern, label: x, params: {{"{STRANGE}": 1}}}}',
+        f'{{type: test-pattern, label: x, params: {{fps: "{STRANGE}"}}}}',
+        f'{{type: test-pattern, label: x, safety: {{resource: "{STRANGE}"}}}}',
+        f'{{type: test-pattern, label: x, delivery: {{mode: "{STRANGE}"}}}}',
+    ],
+    ids=["type", "label", "key", "key of params", "value", "resource", "delivery"],
+)
+def test_what_a_strangers_file_says_begins_no_line_and_gives_the_terminal_no_order(
+    mosaic: Mosaic, robot_yaml: Path, connector: str
+) -> None:
+    robot_yaml.write_text(f"connectors:\n  - {connector}\n")
+    said = mosaic("validate", str(robot_yaml)).err
+    assert "error: " in said
+    assert not [line for line in said.splitlines() if line.startswith("--> forged")]
+    assert all(line.isprintable() for line in said.split("\n"))
+
+
 def test_a_valid_file_is_said_to_be_so(mosaic: Mosaic, robot_yaml: Path) -> None:
     done = mosaic("validate", str(robot_yaml))
     assert (done.code, done.out, done.err) == (0, f"{robot_yaml}: valid\n", "")

@@ -11,7 +11,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from mosaic_core.cli.terminal.log_output import JsonLines
-from mosaic_core.words.plain_text import TextLines, on_one_line
+from mosaic_core.words.log_lines import TextLines
+from mosaic_core.words.plain_text import on_one_line
 
 FORGED = "bob\n12:00:00 INFO    ann holds the lease\x1b[2J\x9b1m\u202e"
 ACTING = {"Cc", "Zl", "Zp"}
@@ -40,7 +41,7 @@ def test_no_character_that_acts_is_left(text: str) -> None:
 BIDI = {"LRE", "RLE", "PDF", "LRO", "RLO", "LRI", "RLI", "FSI", "PDI"}
 
 
-@given(st.text(st.characters(categories=("L", "N", "P", "S", "Zs"))))
+@given(st.text(st.characters(categories=("L", "N", "P", "S", "Zs"), exclude_characters="\u115f\u1160\u3164\uffa0")))
 def test_what_people_write_stays_as_it_is(text: str) -> None:
     assert on_one_line(text) == text
 
@@ -50,6 +51,10 @@ def test_a_name_makes_no_second_line() -> None:
     assert line == r"INFO bob\u000a12:00:00 INFO    ann holds the lease\u001b[2J\u009b1m\u202e left" + "\n"
 
 
+def test_what_is_not_seen_is_told() -> None:
+    assert logged(TextLines("%(message)s"), "bob\u200b\U000e0041") == r"bob\u200b\udb40\udc41 left" + "\n"
+
+
 def test_a_traceback_stands_below_its_line_and_what_it_quotes_begins_none() -> None:
     first, *below = logged(TextLines("%(message)s"), "bob", ValueError("x\nann left")).splitlines()
     assert first == "bob left"
@@ -57,6 +62,7 @@ def test_a_traceback_stands_below_its_line_and_what_it_quotes_begins_none() -> N
 
 
 def test_an_object_of_json_reads_as_it_was_said_and_shows_no_control_character() -> None:
-    line = logged(JsonLines(), FORGED)
-    assert json.loads(line)["message"] == f"{FORGED} left"
+    name = f"{FORGED}\U000e0041"
+    line = logged(JsonLines(), name)
+    assert json.loads(line)["message"] == f"{name} left"
     assert line.rstrip("\n").isprintable()

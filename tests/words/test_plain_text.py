@@ -32,7 +32,34 @@ def test_no_control_character_mark_of_direction_or_end_of_line_is_left(text: str
     assert plain(shown) == shown
 
 
-@given(st.text(st.characters(categories=["L", "N", "P", "S", "Zs"], exclude_characters="\ufffd")))
+HIDDEN = {
+    "a tag": "\U000e0041",
+    "a selector of variants": "\U000e0100",
+    "a musical control": "\U0001d173",
+    "a joiner of graphemes": "\u034f",
+    "a letter without a shape": "\u3164",
+    "an unassigned one that is ignored": "\U000e0fff",
+    "an end of annotation": "\ufff8",
+    "an old selector": "\ufe00",
+    "a soft hyphen": "\u00ad",
+}
+
+
+@pytest.mark.parametrize("hidden", HIDDEN.values(), ids=HIDDEN)
+def test_a_name_carries_nothing_that_is_not_seen(hidden: str) -> None:
+    assert plain(f"An{hidden}na{hidden * 3}") == "Anna"
+
+
+@pytest.mark.parametrize("name", ["👩🏽\u200d🔧 ❤\ufe0f", "می\u200cخواهم", "क्\u200dष", "葛飾", "ルンバ 3"])
+def test_joiners_stay_that_writing_needs(name: str) -> None:
+    assert plain(name) == name
+
+
+SHAPELESS = "\u115f\u1160\u3164\uffa0"
+"""Letters without a shape, in Korean."""
+
+
+@given(st.text(st.characters(categories=["L", "N", "P", "S", "Zs"], exclude_characters=f"\ufffd{SHAPELESS}")))
 def test_letters_of_every_language_stay(text: str) -> None:
     assert plain(text) == text
 

@@ -58,12 +58,15 @@ def doctor(
         ),
     ] = False,
     email: Annotated[str, typer.Option(envvar="MOSAIC_EMAIL", help="The account for --with-server.")] = "",
-    code: Annotated[str, typer.Option(help="A one-time sign-in code instead of account and password.")] = "",
+    code: Annotated[
+        str, typer.Option(help="As for `mosaic operator`: a one-time sign-in code instead of account and password.")
+    ] = "",
 ) -> None:
     """What works, what does not, and what to do: machine, plugins, server, STUN, TURN, NAT, WebRTC, encoders, devices.
 
     Takes 20 seconds at most, changes nothing, and disturbs no running robot. Exit code 1 if something failed.
-    Groups: config, machine, install, network, server, ice, webrtc, relay, video, device, whole, and those of plugins.
+    Groups: config, code, machine, install, network, server, ice, webrtc, relay, video, device, whole, and those of
+    plugins.
     """
     if context.invoked_subcommand is None:
         from mosaic_core.cli.diagnosis.doctor_examination import OperatorAccount, examine

@@ -29,6 +29,7 @@ from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
 from mosaic_core.runtime.robot import Robot
 from mosaic_core.words.config import ConnectorConfig, RobotConfig, ServerConfig
 from mosaic_core.words.finding import Finding, Status
+from mosaic_core.words.plain_text import on_one_line
 
 
 def examine(
@@ -102,7 +103,7 @@ TITLES = {
 
 
 class LiveReport(Progress):
-    """What is being looked at, while it is."""
+    """Shows the checks that run, while they do."""
 
     def __init__(self, console: Console) -> None:
         self._live = Live(console=console, transient=True, refresh_per_second=8)
@@ -172,11 +173,11 @@ def _table(findings: Sequence[Finding]) -> Table:
 
 
 def _text(finding: Finding) -> Text:
-    text = Text(finding.sentence, style="dim" if finding.status == "skipped" else "")
+    text = Text(on_one_line(finding.sentence), style="dim" if finding.status == "skipped" else "")
     if finding.status in ("warn", "fail"):
         text.append(f"  {finding.code}", style="dim")
         if finding.cure:
-            text.append(f"\n→ {finding.cure}", style="cyan")
+            text.append(f"\n→ {on_one_line(finding.cure)}", style="cyan")
     return text
 
 
@@ -190,4 +191,4 @@ def _print_end(console: Console, examined: Examined) -> None:
         return
     console.print(Text("What to do first", style="bold"))
     for number, finding in enumerate(steps, 1):
-        console.print(Text(f" {number}. {finding.sentence} {finding.cure}".rstrip()))
+        console.print(Text(on_one_line(f" {number}. {finding.sentence} {finding.cure}".rstrip())))

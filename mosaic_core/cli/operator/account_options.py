@@ -27,7 +27,11 @@ Email = Annotated[str, typer.Option(envvar="MOSAIC_EMAIL", help="The account to 
 PasswordStdin = Annotated[
     bool, typer.Option("--password-stdin", help="Read the password from stdin; else MOSAIC_PASSWORD, else it is asked.")
 ]
-Code = Annotated[str, typer.Option(help="A one-time sign-in code instead of account and password.")]
+CODE_HELP = (
+    "A one-time sign-in code instead of account and password, good for a minute: whoever is signed in gets one by "
+    "POST /api/v1/account/one-time-code."
+)
+Code = Annotated[str, typer.Option(help=CODE_HELP)]
 Timeline = Annotated[bool, typer.Option("--timeline", help="At the end, show how the connection came up.")]
 DEFAULT_SERVER = "http://127.0.0.1:9001"
 

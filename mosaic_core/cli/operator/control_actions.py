@@ -1,9 +1,10 @@
-"""What ``mosaic operator stop``, ``clear``, ``lease`` and ``journal`` do once they are signed in."""
+"""Carries out ``mosaic operator stop``, ``clear``, ``lease`` and ``journal`` once they are signed in."""
 
 from __future__ import annotations
 
 import asyncio
 import json
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from typing import Any
@@ -17,7 +18,7 @@ from mosaic_core.operator import ControlDesk, LeaseView, MosaicOperator, RobotCo
 from mosaic_core.operator.control.original_drives import ZerosReport
 from mosaic_core.words.control import JournalEntry, PeerInfo
 from mosaic_core.words.described import DescribedConnector
-from mosaic_core.words.errors import ConnectionFailed
+from mosaic_core.words.errors import ConnectionFailed, hint_at
 
 ZERO_WAIT_S = 1.0
 """For the last zero to reach a robot that would go on without it: a bad round trip or two."""
@@ -109,18 +110,22 @@ def _stop_text(report: StopReport) -> str:
     return f"{text}. It takes no command until `mosaic operator clear`. (This is no certified emergency stop.)"
 
 
+LET_GO = "Whoever sent on through the stop lets go first: by a zero, or a pause as long as the time-out."
+
+
 async def clear_stop(operator: MosaicOperator, robot: str, *, as_json: bool) -> int:
-    """``mosaic operator clear``. Who is no supervisor must hold a lease to clear, so it is taken for that moment."""
+    """``mosaic operator clear``. Who is no supervisor must hold a lease to clear, so it is taken for that moment; not
+    for a program, which the robot refuses anyway."""
     connection = await connected(operator, robot)
     desk = await first_words(connection)
     was_stopped = desk.stop_state is None or desk.stop_state.is_stopped
     own = next((peer for peer in desk.peers if peer.peer_id == connection.peer_id), None)
-    if was_stopped and own is not None and own.role == "supervisor":
+    if was_stopped and own is not None and (own.role == "supervisor" or not own.is_person):
         await desk.clear_stop()
     elif was_stopped:
         async with await desk.take(next(iter(desk.leases), "motion"), reason="to clear the stop"):
             await desk.clear_stop()
-    text = "cleared: commands act again" if was_stopped else "it was not stopped"
+    text = f"cleared: commands act again. {LET_GO}" if was_stopped else "it was not stopped"
     _say({"stopped": False, "was_stopped": was_stopped}, text, as_json=as_json)
     return FINE
 
@@ -141,10 +146,14 @@ async def change_stop_right(operator: MosaicOperator, robot: str, who: str, *, m
 # -- the lease -----------------------------------------------------------------------------------------------------
 
 
-async def show_leases(operator: MosaicOperator, robot: str, *, as_json: bool) -> int:
-    """``mosaic operator lease``: who commands, who waits."""
+async def show_leases(operator: MosaicOperator, robot: str, resource: str = "", *, as_json: bool) -> int:
+    """``mosaic operator lease``: who commands, who waits; for ``resource`` alone where one is named."""
     desk = await first_words(await connected(operator, robot))
-    views = desk.leases.values()
+    if resource and resource not in desk.leases:
+        known = ", ".join(map(repr, desk.leases)) or "none"
+        message = f"The robot has no resource {resource!r}{hint_at(resource, desk.leases)} It has: {known}."
+        raise ConnectionFailed(message, code="lease.unknown_resource", cure="")
+    views = [view for view in desk.leases.values() if resource in ("", view.resource)]
     show(("resource", "commands", "waiting"), map(_lease_row, views), map(_lease_line, views), as_json=as_json)
     if not as_json and desk.stop_state is not None and desk.stop_state.is_stopped:
         by, reason = desk.stop_state.by or "somebody", desk.stop_state.reason
@@ -210,11 +219,22 @@ async def _tell_who_asks(desk: ControlDesk, resource: str) -> int:
 async def show_journal(operator: MosaicOperator, robot: str, limit: int, *, as_json: bool) -> int:
     """``mosaic operator journal``."""
     desk = await first_words(await connected(operator, robot))
-    entries = [*reversed(await desk.journal(limit))]
-    columns = ("when (UTC)", "what", "who", "of", "code", "")
-    show(columns, map(_journal_row, entries), [entry.wire() for entry in entries], as_json=as_json, empty="nothing yet")
+    show_entries([*reversed(await desk.journal(limit))], as_json=as_json)
     return FINE
 
 
+def show_entries(entries: Sequence[JournalEntry], *, as_json: bool) -> None:
+    """Entries of the journal, each with its time, code and gate whole also on 80 columns."""
+    when, what = "when (UTC)", "what, code, gate"
+    lines = [entry.wire() for entry in entries]
+    columns, rows = (when, what, "who", "of", ""), map(_journal_row, entries)
+    show(columns, rows, lines, as_json=as_json, empty="nothing yet", whole=(when, what))
+
+
+_SECONDS = len("2026-01-31T12:00:00.123")
+
+
 def _journal_row(entry: JournalEntry) -> tuple[str, ...]:
-    return (entry.at, entry.what, entry.who, entry.subject, entry.code, entry.message)
+    gate = f"at the gate {entry.gate}" if entry.gate else ""
+    what = "\n".join(filter(None, (entry.what, entry.code, gate)))
+    return (entry.at[:_SECONDS], what, entry.who, entry.subject, entry.message)

@@ -105,7 +105,6 @@ def send(
 
 __all__ = ["app"]
 
-Resource = Annotated[str, typer.Option(help="Which of the robot's resources.")]
 Force = Annotated[
     str, typer.Option(metavar="REASON", help="Take it over from whoever has it: supervisors only, with a reason.")
 ]
@@ -158,9 +157,13 @@ def stop(
     return lambda operator: stop_robot(operator, robot, reason, drive_label, drive_type, as_json=as_json)
 
 
-@command(is_person=True)
+@command(is_person=None)
 def clear(robot: RobotArgument, as_json: AsJson = False) -> Work:
-    """Clear the stop of a robot, so that commands act again. Look at the robot first."""
+    """Clear the stop of a robot, so that commands act again. Look at the robot first.
+
+    Only a person clears a stop. Without a terminal it counts as a program, as an account made by `--program` always
+    does, and is refused. Whoever sent on through the stop lets go first: by a zero, or a pause as long as the time-out.
+    """
     from mosaic_core.cli.operator.control_actions import clear_stop
 
     return partial(clear_stop, robot=robot, as_json=as_json)
@@ -185,7 +188,9 @@ def stop_right(
 @command(is_person=True)
 def lease(
     robot: RobotArgument,
-    resource: Resource = "motion",
+    resource: Annotated[
+        str, typer.Option(help="Which of the robot's resources; without it all are shown, and motion is taken.")
+    ] = "",
     take: Annotated[bool, typer.Option("--take", help="Take it, and hold it until Ctrl+C.")] = False,
     force: Force = "",
     release: Annotated[
@@ -198,8 +203,9 @@ def lease(
     from mosaic_core.cli.operator.control_actions import show_leases, take_lease
 
     if not (take or force or release):
-        return partial(show_leases, robot=robot, as_json=as_json)
-    return lambda operator: take_lease(operator, robot, resource, force, wait_s, releases=release, as_json=as_json)
+        return partial(show_leases, robot=robot, resource=resource, as_json=as_json)
+    wanted = resource or "motion"
+    return lambda operator: take_lease(operator, robot, wanted, force, wait_s, releases=release, as_json=as_json)
 
 
 @command(is_person=True)

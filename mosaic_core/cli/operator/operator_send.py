@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+from collections import Counter
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -114,10 +115,16 @@ class SendAction:
         return FINE if sent and arrived and stands is not False else FAILED
 
     def _report(self, sent: int, refusals: list[Refusal]) -> int:
-        for refusal in refusals[:3]:
+        firsts = {(one.code, one.gate): one for one in reversed(refusals)}
+        for refusal in sorted(firsts.values(), key=refusals.index):
             typer.secho(f"refused{refusal_text(refusal)}", err=True, fg=typer.colors.RED)
-        count = sum(refusal.count or 1 for refusal in refusals)
-        codes = sorted({refusal.code for refusal in refusals})
+        counts = Counter[str]()
+        for refusal in refusals:
+            counts[refusal.code] += refusal.count or 1
+        count, codes = counts.total(), sorted(counts)
+        if count > len(firsts):
+            told = ", ".join(f"{times} × {code}" for code, times in counts.items())
+            typer.secho(f"refused in all: {told}", err=True, fg=typer.colors.RED)
         gates = sorted({refusal.gate for refusal in refusals if refusal.gate})
         line = {"sent": sent, "refused": count, "codes": codes, "gates": gates}
         typer.echo(json.dumps(line) if self.as_json else f"{sent} sent, {count} refused")

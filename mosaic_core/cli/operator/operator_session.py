@@ -1,4 +1,4 @@
-"""What ``mosaic operator`` does once its words are read: sign in, find the robot, look, send."""
+"""Signs ``mosaic operator`` in and connects it to the robot, once its words are read."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from mosaic_core.words.timeline import MOMENT_TITLES
 
 @dataclass(frozen=True, slots=True, repr=False)
 class SignIn:
-    """Where and as whom; never printed."""
+    """The server and account to sign in with; never printed."""
 
     server: str
     email: str
@@ -134,7 +134,7 @@ async def connected(
         if len(named) != 1:
             problem = f"{len(named)} robots are called {robot!r}; use the id" if named else f"no robot {robot!r}"
             known = ", ".join(f"{one.name} ({one.id})" for one in found) or "none"
-            raise SignalingError(problem, code="signal.unknown_connection", cure=f"robots of this account: {known}")
+            raise SignalingError(problem, code="auth.unknown_robot", cure=f"robots of this account: {known}")
         match = named[0]
     connectors = [RobotConnector(match.id, label, data_type)] if label else []
     return await operator.connect(match.id, connectors=connectors, described=described)
@@ -161,7 +161,7 @@ def store_of(
 
 
 def wrong_way(label: str, what: str) -> ConnectionFailed:
-    return ConnectionFailed(f"{label!r} {what}", code="channel.unknown_label", cure="")
+    return ConnectionFailed(f"{label!r} {what}", code="channel.wrong_direction", cure="")
 
 
 BAR_CELLS = 24

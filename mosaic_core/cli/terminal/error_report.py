@@ -1,4 +1,5 @@
-"""How errors look on a terminal: place, the line itself, what was expected, what to do. Never a traceback."""
+"""Writes errors to a terminal: place, the line itself, what was expected, what to do. Never a traceback, and nothing
+that a stranger's file or server says begins a line or acts on the terminal."""
 
 from __future__ import annotations
 
@@ -41,10 +42,10 @@ def report(error: MosaicError) -> None:
     if isinstance(error, ConfigError):
         report_problems(error.problems)
         return
-    typer.secho(f"error: {error.message}", err=True, fg=typer.colors.RED)
+    typer.secho(f"error: {_on_one_line(error.message)}", err=True, fg=typer.colors.RED)
     typer.echo(f"  code: {error.code}", err=True)
     if error.cure:
-        typer.echo(f"  cure: {error.cure}", err=True)
+        typer.echo(f"  cure: {_on_one_line(error.cure)}", err=True)
 
 
 def report_problems(problems: Sequence[Problem], *, as_hints: bool = False) -> None:
@@ -59,18 +60,16 @@ def report_problems(problems: Sequence[Problem], *, as_hints: bool = False) -> N
 def _report_problem(problem: Problem, is_hint: bool) -> None:
     place = ":".join(str(part) for part in (problem.file, problem.line) if part)
     word, color = ("hint", typer.colors.YELLOW) if is_hint else ("error", typer.colors.RED)
-    heading = typer.style(f"{word}: ", fg=color) + typer.style(
-        f"{problem.path}: {problem.message}" if problem.path else problem.message, bold=True
-    )
-    typer.echo(heading, err=True)
+    said = f"{problem.path}: {problem.message}" if problem.path else problem.message
+    typer.echo(typer.style(f"{word}: ", fg=color) + typer.style(_on_one_line(said), bold=True), err=True)
     if place:
         code = "" if is_hint else f"  [{problem.code}]"
-        typer.echo(f"  {typer.style('-->', dim=True)} {place}{code}", err=True)
+        typer.echo(f"  {typer.style('-->', dim=True)} {_on_one_line(place)}{code}", err=True)
     excerpt = _line_of(problem)
     if excerpt is not None:
         typer.echo(f"  {problem.line:>4} | {excerpt}", err=True)
     if problem.cure:
-        typer.echo(f"       = {problem.cure}", err=True)
+        typer.echo(f"       = {_on_one_line(problem.cure)}", err=True)
 
 
 def _line_of(problem: Problem) -> str | None:
@@ -85,3 +84,9 @@ def _line_of(problem: Problem) -> str | None:
         return None
     text = "".join(char if char.isprintable() else " " for char in lines[problem.line - 1])
     return _SECRET.sub(r"\1***", text)[:160].rstrip()
+
+
+def _on_one_line(text: str) -> str:
+    from mosaic_core.words.plain_text import on_one_line  # every command loads this module, few have anything to report
+
+    return on_one_line(text)

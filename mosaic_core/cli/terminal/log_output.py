@@ -9,18 +9,23 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from mosaic_core.words.plain_text import TextLines, on_one_line
+from mosaic_core.words.log_lines import TextLines
+from mosaic_core.words.plain_text import on_one_line
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
 class LogFormat(StrEnum):
+    """Forms in which log records are written."""
+
     TEXT = "text"
     JSON = "json"
 
 
 class LogLevel(StrEnum):
+    """Levels from which on log records are written."""
+
     DEBUG = "debug"
     INFO = "info"
     WARNING = "warning"

@@ -1,5 +1,5 @@
-"""Who did what on this robot: the newest entries, bounded, and repeated refusals merged into one entry; and the file of
-JSON lines that keeps them all.
+"""Keeps the journal of who did what on this robot: the newest entries, bounded, and repeated refusals merged into one
+entry; and the file of JSON lines that keeps them all.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class RobotJournal:
         self.flush(now_s)
         if len(self._refused) < MAX_MERGED:
             self._refused[key] = merged = _Merged(now_s, 0, label, refusal, name_of(sender), sender.operator_id)
-            self._note_refused(merged)
+            self._note_refused(merged, refusal.message)
 
     def accepted(self, label: str, sender: Sender) -> None:
         """A command was accepted: the first one of a peer, or after a pause, is written."""
@@ -119,10 +119,11 @@ class RobotJournal:
             self._note_refused(merged, f"{merged.count} more")
             merged.since_s, merged.count = now_s, 0
 
-    def _note_refused(self, merged: _Merged, message: str = "") -> None:
+    def _note_refused(self, merged: _Merged, message: str) -> None:
         who, label, gate, code = merged.who, merged.subject, str(merged.refusal.gate), merged.refusal.code
         # as literals: names and labels come from outside, and a line break would forge a line of the log
-        logger.info("%r: refused a message of %r at the gate %s (%s) %s", label, who, gate, code, message)
+        why = f": {message!r}" if message else ""
+        logger.info("%r: refused a message of %r at the gate %s (%s)%s", label, who, gate, code, why)
         account = merged.account
         self.note("command.refused", who=who, account=account, subject=label, code=code, gate=gate, message=message)
 

@@ -113,7 +113,7 @@ def test_a_terminal_gives_its_keys_and_gets_its_settings_back() -> None:
             pressed.append(key)
             arrived.set()
 
-        async with asyncio.timeout(10), terminal_keys(take, terminal):
+        async with asyncio.timeout(30), terminal_keys(take, terminal):
             for data in (b"w", b"\x1b[A", b"\x1b"):
                 os.write(controller, data)
                 await arrived.wait()

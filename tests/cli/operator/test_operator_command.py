@@ -31,12 +31,17 @@ CONNECTORS = """\
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
-def run(*words: str, **environ: str) -> subprocess.CompletedProcess[str]:
+def run(*words: str, is_at_terminal: bool = False, **environ: str) -> subprocess.CompletedProcess[str]:
     clean = {key: value for key, value in os.environ.items() if not key.startswith("MOSAIC_")}
-    return subprocess.run(
-        [*MOSAIC, *words], env={**clean, **environ}, capture_output=True, text=True, timeout=60,
-        stdin=subprocess.DEVNULL,
-    )  # fmt: skip
+    ours, theirs = pty.openpty()
+    try:
+        return subprocess.run(
+            [*MOSAIC, *words], env={**clean, **environ}, capture_output=True, text=True, timeout=60,
+            stdin=theirs if is_at_terminal else subprocess.DEVNULL,
+        )  # fmt: skip
+    finally:
+        os.close(ours)
+        os.close(theirs)
 
 
 @pytest.fixture
@@ -70,9 +75,9 @@ def test_a_server_that_is_not_there_is_an_error_without_a_traceback(
 def operator(server: Any, seed: Any, start_robot: Any) -> Run:
     start_robot(CONNECTORS)
 
-    def run_signed_in(*words: str, **environ: str) -> subprocess.CompletedProcess[str]:
+    def run_signed_in(*words: str, is_at_terminal: bool = False, **environ: str) -> subprocess.CompletedProcess[str]:
         signed_in = {"MOSAIC_SERVER": server.url, "MOSAIC_EMAIL": seed.email, "MOSAIC_PASSWORD": seed.password}
-        return run(*words, **{**signed_in, **environ})
+        return run(*words, is_at_terminal=is_at_terminal, **{**signed_in, **environ})
 
     return run_signed_in
 
@@ -127,7 +132,11 @@ class TestWithARobot:
         assert "refused at the gate stop: safety.stopped" in done.stderr
         assert "stopped by" in operator("lease", seed.robot_id).stdout
         done = operator("clear", seed.robot_id)
-        assert (done.returncode, done.stdout) == (0, "cleared: commands act again\n"), done.stderr
+        assert (done.returncode, "code: safety.person_clears" in done.stderr) == (1, True), "a script is no person"
+        done = operator("clear", seed.robot_id, is_at_terminal=True)
+        assert (done.returncode, done.stdout.partition(".")[0].strip()) == (0, "cleared: commands act again"), (
+            done.stderr
+        )
         done = operator("send", seed.robot_id, "cmd_vel", '{"linear": {"x": 0.1}}')
         assert done.returncode == 0, done.stderr
 
@@ -158,7 +167,7 @@ class TestWithARobot:
             done = await stop_right(watching.peer_id, "--give-back", "--json")
             assert json.loads(done.stdout) == {"peer_id": watching.peer_id, "may_stop": True}, done.stderr
             assert (await watching.control.stop("now")).is_safe
-        assert (await asyncio.to_thread(operator, "clear", seed.robot_id)).returncode == 0
+        assert (await asyncio.to_thread(operator, "clear", seed.robot_id, is_at_terminal=True)).returncode == 0
 
     def test_the_lease_is_shown_freed_and_misused_in_words(self, operator: Run, seed: Any) -> None:
         lease = json.loads(operator("lease", seed.robot_id, "--json").stdout)
@@ -202,18 +211,21 @@ class TestWithARobot:
         assert "run it on a terminal" in done.stderr
 
     @pytest.mark.parametrize(
-        ("words", "message"),
+        ("words", "message", "code"),
         [
-            (("tail", "Test robot", "hots"), "did you mean 'host'?"),
-            (("tail", "Nobody", "host"), "no robot 'Nobody'"),
-            (("tail", "Test robot", "cmd_vel"), "sends nothing"),
-            (("send", "Test robot", "host", "{}"), "takes nothing"),
+            (("tail", "Test robot", "hots"), "did you mean 'host'?", "channel.unknown_label"),
+            (("tail", "Nobody", "host"), "no robot 'Nobody'", "auth.unknown_robot"),
+            (("tail", "Test robot", "cmd_vel"), "sends nothing", "channel.wrong_direction"),
+            (("send", "Test robot", "host", "{}"), "takes nothing", "channel.wrong_direction"),
+            (("send", "Test robot", "front", "{}"), "takes nothing", "channel.wrong_direction"),
+            (("tail", "Test robot", "host", "--data-type", "json-u2r"), "not json-u2r", "channel.wrong_direction"),
         ],
     )
-    def test_what_cannot_be_is_told(self, operator: Run, words: tuple[str, ...], message: str) -> None:
+    def test_what_cannot_be_is_told(self, operator: Run, words: tuple[str, ...], message: str, code: str) -> None:
         done = operator(*words)
         assert done.returncode == 1
         assert message in done.stderr
+        assert f"code: {code}\n" in done.stderr
         assert "Traceback" not in done.stderr
 
     def test_a_wrong_password_is_told(self, operator: Run) -> None:

@@ -15,7 +15,8 @@ from mosaic_core.cli.robot.run_options import address_of, wish_of, with_address
 from mosaic_core.cli.terminal.error_report import exit_code_of
 from mosaic_core.words.config import AuthConfig, ServerConfig
 from mosaic_core.words.errors import MosaicError, PluginError
-from mosaic_core.words.lan import DEFAULT_ADDRESS, GROUP, LanChild, LanNews, LanWish
+from mosaic_core.words.lan import GROUP, LanChild, LanNews
+from mosaic_core.words.lan_wish import DEFAULT_ADDRESS, LanWish
 
 MOSAIC = [sys.executable, "-m", "mosaic_core.cli.main"]
 EVERYWHERE = DEFAULT_ADDRESS.rpartition(":")[0]
