@@ -1,4 +1,4 @@
-"""What checking a configuration yields: its connectors with valid params, its problems and its hints."""
+"""Declares the result of checking a configuration: its connectors with valid params, its problems and its hints."""
 
 from __future__ import annotations
 
@@ -25,9 +25,11 @@ class CheckedConnector:
     place: Place
     document: YamlDocument
 
-    def problem(self, message: str, *key: str, code: str = "config.invalid", cure: str = "") -> Problem:
-        """A problem of this connector, at ``key`` where one is named."""
-        return self.document.problem((*self.place, *key), message, code=code, cure=cure)
+    def problem(
+        self, message: str, *key: str, code: str = "config.invalid", cure: str = "", guess: str = ""
+    ) -> Problem:
+        """A problem of this connector, at ``key`` where one is named; see :meth:`YamlDocument.problem`."""
+        return self.document.problem((*self.place, *key), message, code=code, cure=cure, guess=guess)
 
     def broken(self, message: str, *, cure: str = "") -> Problem:
         """What its author did wrong, not who wrote the file."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from urllib.parse import urlsplit
 
 from mosaic_core.machines.peers.home_address import is_loopback_name
@@ -21,7 +22,7 @@ def hints_of(
     config: RobotConfig, connectors: Sequence[CheckedConnector], document: YamlDocument
 ) -> tuple[Problem, ...]:
     """Everything worth saying, in the order of the file."""
-    found = [*_server_hints(config, document)]
+    found = [*_server_hints(config, document), *_journal_hints(config.control.journal_file, document)]
     for connector in connectors:
         found += _connector_hints(connector, config.control.legacy_peers)
     return tuple(found)
@@ -43,12 +44,18 @@ def _server_hints(config: RobotConfig, document: YamlDocument) -> Iterator[Probl
             yield document.problem(place, "a TURN server without username and credential", cure="most refuse that")
 
 
+def _journal_hints(journal_file: str | None, document: YamlDocument) -> Iterator[Problem]:
+    if journal_file is not None and not Path(journal_file).parent.is_dir():
+        message = f"the folder {str(Path(journal_file).parent)!r} isn't here: the robot would run without this journal"
+        yield document.problem(("control", "journal_file"), message, cure="make it where the robot runs")
+
+
 def _connector_hints(connector: CheckedConnector, legacy_peers: str) -> Iterator[Problem]:
     label = connector.config.label
     if not _SNAKE.fullmatch(label):
         suggestion = re.sub(r"[^a-z0-9]+", "_", label.lower()).strip("_")
-        cure = f"'{suggestion}' would be the usual spelling"
-        yield connector.problem(f"the label '{label}' is not snake_case", "label", cure=cure)
+        guess = f"'{suggestion}' would be the usual spelling"
+        yield connector.problem(f"the label '{label}' is not snake_case", "label", guess=guess)
     timeout_s = connector.safety.timeout_s
     if timeout_s is not None and timeout_s < CLICK_PERIOD_S:
         message = (

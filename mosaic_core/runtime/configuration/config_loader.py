@@ -78,7 +78,7 @@ def _is_unknown(place: Place, document: YamlDocument) -> bool:
 
 
 class _Checker:
-    """One pass over a document; collects :attr:`problems`."""
+    """Checks a document in one pass; collects :attr:`problems`."""
 
     def __init__(self, document: YamlDocument, resolver: ConnectorResolver) -> None:
         self._document = document
@@ -127,7 +127,7 @@ class _Checker:
             configurer = self._resolver.resolve(kind)
         except MosaicError as error:
             where = (*place, "type")
-            self.problems.append(self._document.problem(where, error.message, code=error.code, cure=error.cure))
+            self.problems.append(self._document.problem(where, error.message, code=error.code, guess=error.cure))
             return None
         params = self._part(configurer.params_model, raw, (*place, "params"))
         safety = self._part(configurer.safety_model, raw, (*place, "safety"))

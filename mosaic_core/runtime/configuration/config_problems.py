@@ -1,4 +1,5 @@
-"""What pydantic found, in the words of the person who wrote the file: place, expectation, nearest name."""
+"""Tells the problems that pydantic found in a configuration, in the words of the person who wrote the file: place,
+expectation, nearest name."""
 
 from __future__ import annotations
 
@@ -27,6 +28,7 @@ _PATTERNS = {  # by key, or by the pattern itself where plugins may have keys of
     r"^[a-z][a-z0-9_-]{0,31}$": "a name of small letters, digits, - and _ (at most 32, a letter first) such as arm",
     r"^[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z0-9_-]+)*$": "the dotted path of a number in the message, such as linear.x",
 }
+_WEB_SCHEME = re.compile(r"https?://", re.IGNORECASE)
 _EXPECTED = {
     "int_type": "a whole number",
     "int_parsing": "a whole number",
@@ -51,8 +53,8 @@ _EXPECTED = {
     "multiple_of": "a multiple of {multiple_of}",
     "string_too_short": "at least {min_length} characters",
     "string_too_long": "at most {max_length} characters",
-    "too_short": "at least {min_length} items",
-    "too_long": "at most {max_length} items",
+    "too_short": "a list of at least {min_length}",
+    "too_long": "a list of at most {max_length}",
 }
 
 
@@ -142,13 +144,18 @@ def _problem(mistake: ErrorDetails, place: Place, model: type[BaseModel], docume
     loc = mistake["loc"]
     if mistake["type"] == "missing":
         return document.problem((*place, loc[-1]), f"'{loc[-1]}' is missing", cure=_description(model, loc))
-    message, cure = _expectation(mistake, str(place[-1]) if place else "")
+    message, meant = _expectation(mistake, str(place[-1]) if place else "")
     if word and mistake["type"] in _EXPECTED:
-        message, cure = f"{message} or {word}", guess(str(mistake["input"]), _QUOTED.findall(word), cure)
-    if mistake["type"] == "literal_error" and not cure:
-        cure = _description(model, loc)
+        message, meant = f"{message} or {word}", guess(str(mistake["input"]), _QUOTED.findall(word), meant)
+    cure = _description(model, loc) if mistake["type"] == "literal_error" else ""
     got = "" if mistake["type"] in _EXPLAINED else _shown(mistake["input"], place, document)
-    return document.problem(place, message + got, cure=cure)
+    return document.problem(place, message + got + _empty_references(place, document), cure=cure, guess=meant)
+
+
+def _empty_references(place: Place, document: YamlDocument) -> str:
+    """What is written at ``place`` or below it and came out empty: the variable is there, but nothing in it."""
+    below = [one for one in document.secret if one[: len(place)] == place and not document.texts[one]]
+    return "".join(f"; {document.secret[one]} is set, but empty" for one in below)
 
 
 def _expectation(mistake: ErrorDetails, key: str) -> tuple[str, str]:
@@ -157,6 +164,11 @@ def _expectation(mistake: ErrorDetails, key: str) -> tuple[str, str]:
     if kind in ("literal_error", "enum"):
         known = _QUOTED.findall(str(context.get("expected", "")))
         return f"expected {context.get('expected')}", guess(str(mistake["input"]), known)
+    web_scheme = _WEB_SCHEME.match(str(mistake["input"]))
+    if kind == "string_pattern_mismatch" and key == "ws_url" and web_scheme:
+        written = web_scheme[0].lower()
+        cure = f"write {written.replace('http', 'ws')} instead of {written}"
+        return "expected a URL that begins with ws:// or wss://", cure
     for known_as in (key, str(context.get("pattern"))):
         if kind == "string_pattern_mismatch" and known_as in _PATTERNS:
             return f"expected {_PATTERNS[known_as]}", ""

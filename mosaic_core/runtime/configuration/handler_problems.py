@@ -1,5 +1,5 @@
-"""What a configuration says of handlers that can't be meant: limits of a receiver, deliveries, cameras that ``params``
-name and the robot does not have. Told before anything starts, with the nearest name that would make sense.
+"""Finds what a configuration can't mean of its handlers: limits of a receiver, deliveries, cameras that ``params`` name
+and the robot does not have. Told before anything starts, with the nearest name that would make sense.
 """
 
 from __future__ import annotations
@@ -137,8 +137,8 @@ def label_problems(made: Sequence[WithHandlers]) -> Iterator[Problem]:
             message = f"connector '{one.config.label}' names the camera '{label}', {what}"
             place = real_place(loc, one.document, (*one.place, "params"))
             there_are = f"it has: {', '.join(cameras)}" if cameras else "add a camera with this label"
-            cure = guess(label, [*cameras, *sorted(unmade)], there_are)
-            yield one.document.problem(place, message, cure=cure)
+            meant = guess(label, [*cameras, *sorted(unmade)])
+            yield one.document.problem(place, message, cure=there_are, guess=meant)
 
 
 def named_in(value: object, loc: Loc = ()) -> Iterator[tuple[Loc, CameraLabel]]:

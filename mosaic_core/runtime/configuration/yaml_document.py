@@ -6,6 +6,7 @@ depth and alias expansion. What is wrong is collected in :attr:`YamlDocument.pro
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +25,8 @@ MAX_FILE_BYTES = 256 * 1024
 MAX_VALUES = 20_000
 """Values after aliases are expanded: nine lines of anchors can mean 10^9 ("billion laughs")."""
 MAX_DEPTH = 50
+_LEAST_SECRET = 4
+"""Characters. What is shorter is hidden in quotes only: it may be any word or number of a sentence."""
 
 _TAG = "tag:yaml.org,2002:"
 
@@ -62,8 +65,13 @@ class YamlDocument:
             value = value[part]
         return True
 
-    def problem(self, place: Place, message: str, *, code: str = "config.invalid", cure: str = "") -> Problem:
-        """A problem at ``place``, or with the line of the nearest thing around it that the file has."""
+    def problem(
+        self, place: Place, message: str, *, code: str = "config.invalid", cure: str = "", guess: str = ""
+    ) -> Problem:
+        """A problem at ``place``, or with the line of the nearest thing around it that the file has. ``guess``: a
+        better cure made of the value there, told only if nothing of it came from the environment or a file."""
+        if guess and not any(one[: len(place)] == place for one in self.secret):
+            cure = guess
         around = place
         while around and around not in self.lines:
             around = around[:-1]
@@ -74,7 +82,11 @@ class YamlDocument:
 
     def _without_secrets(self, sentence: str) -> str:
         for place, written in self.secret.items():
-            sentence = sentence.replace(f"'{self.texts[place]}'", f"'{written}'")
+            text = self.texts[place]
+            sentence = sentence.replace(f"'{text}'", f"'{written}'")
+            if len(text) >= _LEAST_SECRET and text != written:
+                word = rf"(?<!\w){re.escape(text)}(?!\w)"
+                sentence = re.sub(word, written.replace("\\", r"\\"), sentence, flags=re.IGNORECASE)
         return sentence
 
 

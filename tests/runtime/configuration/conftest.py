@@ -59,7 +59,7 @@ class Speed(Message):
     mps: float
 
 
-class Motor(DataChannelReceivable[Speed]):
+class Wheel(DataChannelReceivable[Speed]):
     timeout_s = 0.4
     delivery = Delivery.LATEST
 
@@ -67,20 +67,20 @@ class Motor(DataChannelReceivable[Speed]):
         pass
 
 
-class MotorParams(Params):
+class WheelParams(Params):
     pin: int
 
 
-class MotorSafety(SafetyConfig):
+class WheelSafety(SafetyConfig):
     max_mps: float = Field(default=1.0, gt=0)
 
 
-class MotorConfigurer(DataChannelConfigurer[MotorParams]):
+class WheelConfigurer(DataChannelConfigurer[WheelParams]):
     connector_type = "motor"
-    safety_model = MotorSafety
+    safety_model = WheelSafety
 
-    def configure(self) -> Motor:
-        return Motor(self.label)
+    def configure(self) -> Wheel:
+        return Wheel(self.label)
 
 
 class Eye(MediaTrackHandler):
@@ -171,7 +171,7 @@ class Unfinished(DataChannelConfigurer[NoParams]):
 
 TYPES = {
     "gauge": "acme_gauges:GaugeConfigurer",
-    "motor": "acme_gauges:MotorConfigurer",
+    "motor": "acme_gauges:WheelConfigurer",
     "eye": "acme_gauges:EyeConfigurer",
     "pair": "acme_gauges:PairConfigurer",
     "faulty": "acme_gauges:FaultyConfigurer",

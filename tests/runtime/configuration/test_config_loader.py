@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -63,7 +64,7 @@ def test_all_mistakes_are_told_at_once_in_the_order_of_the_file(problems: Proble
         f"""\
 version: 2
 server:
-  ws_url: https://mosaic.example.org/path
+  ws_url: wss://mosaic.example.org/path
   auth: {{ type: simple-tokn, robot_id: 5, params: {{ token: a }} }}
 connectors:
   - {{ type: guage, label: a }}
@@ -216,6 +217,22 @@ def test_a_token_must_be_there(problems: Problems, robot_yaml: RobotYaml, params
     assert "simple-token needs params.token" in problem.message
 
 
+def test_a_variable_that_is_set_but_empty_is_named(robot_yaml: RobotYaml, check: Check) -> None:
+    text = robot_yaml().replace("token: abc", "token: '${MOSAIC_EMPTY}'")
+    problem = only(check(text, {"MOSAIC_EMPTY": ""}).problems)
+    assert (problem.path, problem.code) == ("server.auth", "config.invalid")
+    assert "${MOSAIC_EMPTY} is set, but empty" in problem.message
+
+
+@pytest.mark.parametrize("scheme", ["http", "https"])
+def test_a_web_address_of_the_server_is_told_with_the_scheme_that_is_right(
+    problems: Problems, robot_yaml: RobotYaml, scheme: str
+) -> None:
+    problem = only(problems(re.sub("wss://[^ \n]+", f"{scheme}://127.0.0.1:19612", robot_yaml(), count=1)))
+    assert "expected a URL that begins with ws:// or wss://" in problem.message
+    assert problem.cure == f"write {scheme.replace('http', 'ws')}:// instead of {scheme}://"
+
+
 @pytest.mark.parametrize(
     ("connectors", "message"),
     [
@@ -288,6 +305,27 @@ def test_secrets_are_quoted_nowhere(problems: Problems, robot_yaml: RobotYaml) -
     )
     assert len(found) == 2
     assert "hush" not in " ".join(map(str, found))
+
+
+def test_no_cure_is_made_of_a_value_from_the_environment(check: Check, robot_yaml: RobotYaml) -> None:
+    text = robot_yaml(
+        "[{type: gauge, label: '${LABEL}'}, {type: '${TYPE}', label: b},"
+        " {type: gauge, label: c, params: {mode: '${MODE}'}}, {type: gauge, label: d, params: {prt: '${PORT}'}}]"
+    )
+    environ = {"LABEL": "Hunter2-Swordfish", "TYPE": "guage", "MODE": "fastt", "PORT": "x"}
+    found = check(text, environ)
+    assert [one.cure for one in found.problems] == ["", "", "did you mean 'port'?"]
+    assert found.problems[0].message == "no connector type '${TYPE}'"
+    clean = check(robot_yaml("[{type: gauge, label: '${LABEL}'}]"), environ)
+    assert [(one.message, one.cure) for one in clean.hints] == [("the label '${LABEL}' is not snake_case", "")]
+
+
+def test_a_value_from_the_environment_is_hidden_as_part_of_a_longer_name(check: Check, robot_yaml: RobotYaml) -> None:
+    text = robot_yaml("[{type: eye, label: '${LABEL}'}, {type: watcher, label: b, params: {main: quite_other}}]")
+    one = check(text, {"LABEL": "swordfish"})
+    assert one.checked is not None
+    place = ("connectors", 1, "params", "main")
+    assert "swordfish" not in str(one.document.problem(place, "it has: swordfish", cure="see Swordfish/left"))
 
 
 # -- environment ---------------------------------------------------------------------------------------------------
@@ -366,6 +404,16 @@ def test_hints_are_no_mistakes(check: Check, robot_yaml: RobotYaml) -> None:
     ]
     assert "'cmd_vel' would be the usual spelling" in validation.hints[1].cure
     assert "one message per click: with timeout_s 0.3 the robot moves in steps of 0.3 s" in validation.hints[2].message
+
+
+def test_a_journal_in_a_folder_that_is_not_there_is_hinted_at(
+    check: Check, robot_yaml: RobotYaml, tmp_path: Path
+) -> None:
+    def hints(file: Path) -> list[str]:
+        return [hint.path for hint in check(robot_yaml() + f"control: {{journal_file: '{file}'}}\n").hints]
+
+    assert hints(tmp_path / "journal.jsonl") == []
+    assert hints(tmp_path / "nowhere" / "journal.jsonl") == ["control.journal_file"]
 
 
 def test_a_turn_server_without_credentials_is_hinted_at(check: Check, robot_yaml: RobotYaml) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable
 from typing import Any, ClassVar
 
@@ -132,23 +131,20 @@ def test_nonsense_about_control_is_refused(wrong: dict[str, Any]) -> None:
         ControlConfig.model_validate(wrong)
 
 
-def test_the_numbers_of_a_message_are_known_by_their_paths() -> None:
+async def test_the_numbers_of_a_message_are_known_by_their_paths() -> None:
     assert field_paths(Twist.model_json_schema()) == {"linear.x", "linear.y", "gear"}
     assert field_paths(None) == frozenset()
 
 
-def problems_of(configurer: Any, safety: dict[str, Any]) -> list[str]:
-    async def start() -> None:
+async def problems_of(configurer: Any, safety: dict[str, Any]) -> list[str]:
+    with pytest.raises(ConfigError) as caught:
         async with joined(connector(configurer, label="a", safety=safety)):
             raise AssertionError("it started")
-
-    with pytest.raises(ConfigError) as caught:
-        asyncio.run(start())
     return [f"{problem.message}; {problem.cure}" for problem in caught.value.problems]
 
 
-def test_a_misspelt_field_is_told_with_the_nearest_name() -> None:
-    (told,) = problems_of(BaseConfigurer, {"limits": {"linear.z": {"max": 1}}})
+async def test_a_misspelt_field_is_told_with_the_nearest_name() -> None:
+    (told,) = await problems_of(BaseConfigurer, {"limits": {"linear.z": {"max": 1}}})
     assert "no number 'linear.z'" in told
     assert "linear.x" in told or "linear.y" in told
 
@@ -162,17 +158,14 @@ def test_a_misspelt_field_is_told_with_the_nearest_name() -> None:
         ({"resource": "arm"}, "needs no lease"),
     ],
 )
-def test_limits_that_nothing_can_follow_are_told(safety: dict[str, Any], words: str) -> None:
-    (told,) = problems_of(DoorConfigurer, safety)
+async def test_limits_that_nothing_can_follow_are_told(safety: dict[str, Any], words: str) -> None:
+    (told,) = await problems_of(DoorConfigurer, safety)
     assert words in told
 
 
-def test_the_catalogue_announces_what_holds() -> None:
-    async def look() -> Any:
-        async with joined(connector(BaseConfigurer, label="base", safety={"resource": "arm"})) as link:
-            return link.robot.catalogue.entries[0].safety
-
-    safety = asyncio.run(look())
+async def test_the_catalogue_announces_what_holds() -> None:
+    async with joined(connector(BaseConfigurer, label="base", safety={"resource": "arm"})) as link:
+        safety: Any = link.robot.catalogue.entries[0].safety
     assert (safety["timeout_s"], safety["requires_lease"], safety["resource"]) == (0.4, True, "arm")
     assert safety["slow_down"]["picture"] == "if_watching"
 
@@ -226,8 +219,8 @@ class MisnamedConfigurer(DataChannelConfigurer[NoParams]):
         return Misnamed(self.label)
 
 
-def test_a_motion_field_that_the_messages_do_not_have_is_a_mistake_of_the_plugin() -> None:
-    (told,) = problems_of(MisnamedConfigurer, {})
+async def test_a_motion_field_that_the_messages_do_not_have_is_a_mistake_of_the_plugin() -> None:
+    (told,) = await problems_of(MisnamedConfigurer, {})
     assert "moves by 'speed', a number that its messages don't have" in told
     assert "they have: v" in told
 
@@ -253,7 +246,7 @@ class OneAlias(Message):
     ("model", "field", "is_told"),
     [(TwoNames, "v", True), (ByName, "speed", True), (Inside, "wheel.v", True), (OneAlias, "speed", False)],
 )
-def test_a_field_that_a_message_may_say_by_a_second_name_is_told(model: Any, field: str, is_told: bool) -> None:
+async def test_a_field_that_a_message_may_say_by_a_second_name_is_told(model: Any, field: str, is_told: bool) -> None:
     """Else the second name would pass by every limit."""
 
     class Motor(DataChannelReceivable[model]):
@@ -269,12 +262,8 @@ def test_a_field_that_a_message_may_say_by_a_second_name_is_told(model: Any, fie
         def configure(self) -> Motor:
             return Motor(self.label)
 
-    async def start() -> None:
-        async with joined(connector(MotorConfigurer, label="a")):
-            pass
-
     if not is_told:
-        asyncio.run(start())
-        return
-    (told,) = problems_of(MotorConfigurer, {})
+        async with joined(connector(MotorConfigurer, label="a")):
+            return
+    (told,) = await problems_of(MotorConfigurer, {})
     assert "two names" in told
