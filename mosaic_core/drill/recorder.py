@@ -1,4 +1,5 @@
-"""What a receiver was told to do and when: the drill's eyes. In a dry drill it stands in for the plugin's own code."""
+"""Records what a receiver was told to do and when: the drill's eyes. In a dry drill it stands in for the plugin's own
+code."""
 
 from __future__ import annotations
 
@@ -47,9 +48,10 @@ class ActRecorder:
     def commands_since(self, at_s: float) -> list[Act]:
         return [act for act in self.acts if act.kind == "command" and act.at_s >= at_s]
 
-    def safe_since(self, at_s: float) -> Act | None:
-        """The first safe action that returned at or after ``at_s``."""
-        return next((act for act in self.acts if act.kind == "safe" and act.at_s >= at_s), None)
+    def safe_since(self, at_s: float, cause: str = "") -> Act | None:
+        """The first safe action that returned at or after ``at_s``, whatever its cause or for this one."""
+        safe = (act for act in self.acts if act.kind == "safe" and act.at_s >= at_s)
+        return next((act for act in safe if cause in ("", act.cause)), None)
 
     @property
     def last_command(self) -> Act | None:

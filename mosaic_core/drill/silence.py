@@ -45,7 +45,7 @@ async def silence(rig: Rig, subject: DrilledReceiver) -> Passed:
         await asyncio.sleep(AT_ONCE_S / 2)
         last = subject.recorder.last_command
         assert last is not None
-        return await _made_safe(stream, last.at_s, limit_s)
+        return await _made_safe(stream, last.at_s, limit_s, "safety.timeout")
 
 
 async def disconnect(rig: Rig, subject: DrilledReceiver) -> Passed:
@@ -155,20 +155,21 @@ def _fall_time_s(subject: DrilledReceiver) -> float:
     return abs(at(command.message, command.moved)) / min(rates) if rates else 0.0
 
 
-async def _made_safe(stream: CommandStream, since_s: float, limit_s: float) -> Passed:
+async def _made_safe(stream: CommandStream, since_s: float, limit_s: float, cause: str = "") -> Passed:
     """How long after ``since_s`` the safe action had returned; and nothing moved it again."""
-    safe = await safe_act(stream.subject, since_s, limit_s)
+    safe = await safe_act(stream.subject, since_s, limit_s, cause)
     await asyncio.sleep(TOLERANCE_S / 2)
     if any(stream.moves(act) for act in stream.subject.recorder.commands_since(safe.at_s)):
         raise ExerciseFailed("it was moved again after its safe action")
     return in_time(safe.at_s - since_s, limit_s, why=safe.cause)
 
 
-async def safe_act(subject: DrilledReceiver, since_s: float, limit_s: float) -> Act:
-    """The first safe action that returned after ``since_s``; raises :class:`ExerciseFailed` if none did."""
+async def safe_act(subject: DrilledReceiver, since_s: float, limit_s: float, cause: str = "") -> Act:
+    """The first safe action that returned after ``since_s``; raises :class:`ExerciseFailed` if none did. Where somebody
+    drives on, only that of its ``cause`` counts: a time-out between two commands is no stop."""
     recorder = subject.recorder
-    await until(lambda: recorder.safe_since(since_s), limit_s + WAIT_S)
-    safe = recorder.safe_since(since_s)
+    await until(lambda: recorder.safe_since(since_s, cause), limit_s + WAIT_S)
+    safe = recorder.safe_since(since_s, cause)
     if safe is None:
         broken = next((act.cause for act in recorder.acts if act.kind == "failed" and act.at_s >= since_s), "")
         why = f"the safe action raised: {broken}" if broken else "the safe action did not run, or did not return"

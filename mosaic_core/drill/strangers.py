@@ -22,25 +22,25 @@ SETTLE_S = 0.15
 
 
 async def stop(rig: Rig, subject: DrilledReceiver) -> Passed:
-    """An observer says stop while somebody drives on; of the two lanes that take it only its own works."""
-    return await _stopped(rig, subject, lost_lane=CONTROL_LABEL)
+    """An observer says stop while somebody drives on; of the two channels that take it only its own works."""
+    return await _stopped(rig, subject, lost_channel=CONTROL_LABEL)
 
 
 async def stop_on_control(rig: Rig, subject: DrilledReceiver) -> Passed:
     """The same where only the control channel works."""
-    return await _stopped(rig, subject, lost_lane=STOP_LABEL)
+    return await _stopped(rig, subject, lost_channel=STOP_LABEL)
 
 
-async def _stopped(rig: Rig, subject: DrilledReceiver, *, lost_lane: str) -> Passed:
-    """Said on both lanes, a stop would hide that one of them is broken. A supervisor clears it afterwards."""
+async def _stopped(rig: Rig, subject: DrilledReceiver, *, lost_channel: str) -> Passed:
+    """Said on both channels, a stop would hide that one of them is broken. A supervisor clears it afterwards."""
     observer, supervisor = await rig.operator("observer"), await rig.operator("supervisor")
     try:
         async with moving(rig, subject) as stream, in_background(stream):
-            observer.lose(lost_lane)
+            observer.lose(lost_channel)
             began_s = time.monotonic()
             saying = asyncio.create_task(observer.control.stop("safety drill"))
             try:
-                safe = await safe_act(subject, began_s, AT_ONCE_S)
+                safe = await safe_act(subject, began_s, AT_ONCE_S, "safety.stop")
                 if not await until(saying.done, WAIT_S):
                     raise ExerciseFailed("it stood, but whoever said stop was not told")
             finally:
@@ -90,7 +90,7 @@ async def take_over(rig: Rig, subject: DrilledReceiver) -> Passed:
                 raise ExerciseFailed("an operator who is no supervisor took over by force")
             began_s = time.monotonic()
             await supervisor.control.take(resource, force=True, reason="safety drill")
-            safe = await safe_act(subject, began_s, AT_ONCE_S)
+            safe = await safe_act(subject, began_s, AT_ONCE_S, "safety.lease_lost")
             await asyncio.sleep(SETTLE_S)
             if subject.recorder.commands_since(safe.at_s):
                 raise ExerciseFailed("commands of who lost the lease were carried out")

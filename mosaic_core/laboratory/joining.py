@@ -35,7 +35,7 @@ from mosaic_core.words.errors import ConfigError
 from mosaic_core.words.signaling import RobotStatus
 
 ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
-PATIENCE_S = 10.0
+PATIENCE_S = 30.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ def connector(
 
 @dataclass(slots=True)
 class Joined:
-    """What a test holds of robot and operator."""
+    """The robot and operator that a test has joined."""
 
     robot: Robot
     configured: Configured

@@ -22,7 +22,7 @@ from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.signaling.rest_api import RobotSummary
 from mosaic_core.operator.stores.channel_plan import UnknownLabel
 from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
-from mosaic_core.operator.stores.media_store import MediaStreamStore, SoundStore, VoiceStore
+from mosaic_core.operator.stores.media_store import MediaStreamStore, Shown, SoundStore, VoiceStore
 from mosaic_core.operator.stores.mosaic_store import MosaicStore, StoreState
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.store_manager import StoreManager
@@ -48,6 +48,7 @@ __all__ = [
     "RobotConnector",
     "RobotSummary",
     "SendableStore",
+    "Shown",
     "SoundStore",
     "StopReport",
     "StoreManager",

@@ -17,8 +17,8 @@ from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.operator.reconnection import Keeper
 from mosaic_core.operator.robot_connection import RobotConnection
 from mosaic_core.operator.signaling.rest_api import RestApi, RobotSummary, log_in
-from mosaic_core.operator.signaling.signaling_socket import OperatorSocket
-from mosaic_core.operator.stores.channel_plan import Known, media_labels_of
+from mosaic_core.operator.signaling.signaling_socket import OperatorSignalingSocket
+from mosaic_core.operator.stores.channel_plan import Known, UnknownLabel, media_labels_of
 from mosaic_core.operator.stores.known_robots import KnownRobots
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
@@ -29,6 +29,7 @@ from mosaic_core.runtime.transport.transport import NetworkWatcher, SocketConnec
 from mosaic_core.words import signaling
 from mosaic_core.words.codes import RESULT_REASONS, reason
 from mosaic_core.words.described import DescribedConnector
+from mosaic_core.words.errors import SignalingError
 from mosaic_core.words.ice import IceServer, IceTransportPolicy
 from mosaic_core.words.signaling import RobotStatus, SignalingMessage
 
@@ -41,7 +42,7 @@ RECONNECT_TIMEOUT_S = 15.0
 
 
 class MosaicOperator:
-    """One signed-in account; use it as ``async with await MosaicOperator.login(…) as operator``.
+    """Connects one signed-in account to robots; use it as ``async with await MosaicOperator.login(…) as operator``.
 
     All calls and callbacks on one event loop. ``is_person``: a person decides what is sent; programs give way to
     persons, so say so only where it is true. ``ice_transport_policy="relay"`` goes only through TURN.
@@ -86,7 +87,7 @@ class MosaicOperator:
         self._watches_network = False
         self._watched: set[str] = set()
         url = base_url.rstrip("/").replace("http", "ws", 1) + "/ws/user"
-        self._signaling = OperatorSocket(url, access_token, open_socket or _default_socket(), self._signaled)
+        self._signaling = OperatorSignalingSocket(url, access_token, open_socket or _default_socket(), self._signaled)
 
     @classmethod
     async def login(cls, base_url: str, email: str, password: str, *, is_person: bool = False) -> Self:
@@ -96,7 +97,7 @@ class MosaicOperator:
 
     @classmethod
     async def login_with_code(cls, base_url: str, code: str, *, is_person: bool = False) -> Self:
-        """Sign in with a one-time code, as ``mosaic demo`` and ``mosaic server`` print it."""
+        """Sign in with a one-time code, which ``POST /api/v1/account/one-time-code`` gives to who is signed in."""
         return cls(base_url, await log_in(base_url, CODE_ROUTE, {"code": code}), is_person=is_person)
 
     async def __aenter__(self) -> Self:
@@ -214,7 +215,7 @@ class MosaicOperator:
     ) -> ConnectionPlan:
         agreed, timeline = self._signaling.session.agreed, self.timelines[robot_id]
         await self._robots.look_up(robot_id, described, has_catalogues="catalogue" in agreed)
-        self._open_named(connectors)
+        await self._open_first(robot_id, connectors)
         session_id = self._session_ids.get(robot_id) if "multiPeer" in agreed else None
         timeline.mark("asked", time.monotonic())
         made, ice_servers = await asyncio.gather(self.rest.create_connection(robot_id, session_id), self._ice_servers())
@@ -237,6 +238,16 @@ class MosaicOperator:
             fresh_ice_servers=self._ice_servers,
             uses_bulk_lane=self.uses_bulk_lane,
         )
+
+    async def _open_first(self, robot_id: str, connectors: Sequence[RobotConnector]) -> None:
+        """Make the stores of ``connectors``. That a robot is offline is told before a label that it doesn't have."""
+        try:
+            self._open_named(connectors)
+        except UnknownLabel as error:
+            if any(one.id == robot_id and not one.is_online for one in await self.rest.robots()):
+                code = "signal.robot_offline"
+                raise SignalingError(reason(code).sentence, code=code) from error
+            raise
 
     def _open_named(self, connectors: Sequence[RobotConnector], *, is_connected: bool = False) -> None:
         """Make the stores of ``connectors``; of which nothing is known yet, the robot may tell once connected."""

@@ -12,8 +12,7 @@ from typing import Any
 from pydantic import Field
 
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
-from mosaic_core.words.plain_text import PlainText
-from mosaic_core.words.wire_model import WireModel, to_json
+from mosaic_core.words.wire_model import PlainText, WireModel, to_json
 
 
 class ChannelEntry(WireModel):

@@ -15,18 +15,19 @@ from pydantic import Field, ValidationError
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import WireError
-from mosaic_core.words.plain_text import PlainText
 from mosaic_core.words.signaling import IceCandidate
-from mosaic_core.words.wire_model import WireModel, to_json, wrong_fields
+from mosaic_core.words.wire_model import PlainText, WireModel, to_json, wrong_fields
 
 CONTROL_LABEL = "_mosaic"
 STOP_LABEL = "_stop"
-"""A lane of its own for :class:`Stop` and :class:`StopAck`: unordered, nothing retransmitted, so that a lost packet of
-anything else delays no stop. The operator creates it in its first offer and repeats the stop until it is answered."""
+"""A channel of its own for :class:`Stop` and :class:`StopAck`: unordered, nothing retransmitted, so that a lost packet
+of anything else delays no stop. The operator creates it in its first offer and repeats the stop until it is
+answered."""
 LANE_LABEL = "_lane"
 """The first channel of a second peer connection: pings, so that a dead one is noticed before ICE does."""
 CHANNEL_PROTOCOL = "mosaic.1"
-"""The DCEP protocol of our own data channels: every message carries the frame header of ``machines.framing``."""
+"""The DCEP protocol of our own data channels: every message carries the frame header of
+``machines.delivery.framing``."""
 CONTROL_PROTOCOL_VERSION = 1
 HELLO_TIMEOUT_S = 2.0
 PING_PERIOD_S = 0.5

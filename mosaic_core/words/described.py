@@ -24,7 +24,7 @@ from mosaic_core.words.original_types import (
 from mosaic_core.words.wire_model import WireModel
 
 MOST_CHANNELS = 64
-"""More lanes for one point cloud no robot has; a slip of the keyboard must not open a thousand."""
+"""More channels for one point cloud no robot has; a slip of the keyboard must not open a thousand."""
 _PARALLEL_WORDS = ("parallelNum", "parallel_num", "parallel_stream")
 
 
@@ -118,7 +118,7 @@ def _channels(
         return ()
     if known is not None and known.channels:
         return tuple(ChannelEntry(label=label + half.label, data_type=half.data_type) for half in known.channels)
-    lanes = connector.parallel_num or (known.parallel_num if known is not None else 0)
-    if lanes and data_type.direction is Direction.TO_OPERATOR:
-        return tuple(ChannelEntry(label=f"{label}-{number}", data_type=data_type) for number in range(lanes))
+    parallel_num = connector.parallel_num or (known.parallel_num if known is not None else 0)
+    if parallel_num and data_type.direction is Direction.TO_OPERATOR:
+        return tuple(ChannelEntry(label=f"{label}-{number}", data_type=data_type) for number in range(parallel_num))
     return (ChannelEntry(label=label, data_type=data_type),)

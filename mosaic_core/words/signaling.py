@@ -16,8 +16,7 @@ from pydantic import Field, ValidationError, field_validator
 from mosaic_core.words.catalogue import Catalogue
 from mosaic_core.words.errors import WireError
 from mosaic_core.words.ice import IceServer
-from mosaic_core.words.plain_text import PlainText
-from mosaic_core.words.wire_model import WireModel, to_json, wrong_fields
+from mosaic_core.words.wire_model import PlainText, WireModel, to_json, wrong_fields
 
 SIZE_BEFORE_AUTHORIZATION = 8 * 1024
 """Bytes of one WebSocket frame before authorization."""

@@ -7,10 +7,15 @@ receipt. What we emit is validated, finite JSON: a NaN is refused here and never
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic.alias_generators import to_camel
+
+from mosaic_core.words.plain_text import plain
+
+PlainText: TypeAlias = Annotated[str, AfterValidator(plain), Field(json_schema_extra={"format": "plain"})]
+"""A field of a message that people read. Pages read it alike, by the format in the schema."""
 
 
 class WireModel(BaseModel):

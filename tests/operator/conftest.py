@@ -257,6 +257,7 @@ class FakeServer:
     def __init__(self) -> None:
         self.extensions: dict[str, int] | None = dict(signaling.EXTENSIONS)
         self.refusal: tuple[int, dict[str, Any]] | None = None
+        self.robot_status = 0
         self.answers = True
         self.connector_config: str | None = None
         """What people wrote down of the robot's connectors."""
@@ -308,7 +309,9 @@ class FakeServer:
             result = {"accessToken": "jwt", "existingConnection": False}
         else:
             skip = int(request.url.params["skip"])
-            rows = [{"id": str(index), "name": f"r{index}", "status": 5, "authType": 1} for index in range(skip, 130)]
+            robot = {"status": self.robot_status, "authType": 1}
+            rows = [{"id": str(index), "name": f"r{index}", **robot} for index in range(skip, 129)]
+            rows.append({"id": ROBOT_ID, "name": "r129", **robot})
             result = {"data": rows[: int(request.url.params["limit"])], "count": 130}
         return httpx.Response(200, json={"resultCode": 100, "resultData": result})
 

@@ -15,16 +15,18 @@ from mosaic_core.operator import (
     ReceivableStore,
     RobotConnector,
     SendableStore,
+    Shown,
     UnknownLabel,
 )
 from mosaic_core.operator.signaling.rest_api import log_in
 from mosaic_core.testing import until
 from mosaic_core.words import control, signaling
+from mosaic_core.words.control import MOST_SHOWN_PX
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import AuthError, ConnectionFailed, SignalingError
 from mosaic_core.words.signaling import RobotStatus
 
-WAIT_S = 5.0
+WAIT_S = 30.0
 
 
 def subscriptions(world: Any) -> int:
@@ -70,6 +72,27 @@ async def test_the_offer_has_a_line_per_camera_and_says_which_is_which(world: An
         await until(lambda: watched(world)[-1] == ("front", False))
 
 
+async def test_the_robot_is_told_how_large_a_picture_is_shown(world: Any) -> None:
+    async with world.operator() as operator:
+        connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
+        front = connection.media("front")
+        for shown in (Shown(640 * 480, leads=True), Shown(640 * 480, leads=True), Shown(0)):
+            front.set_shown(shown)
+        told = [(m.shown_px, m.leads) for m in world.robot.control if isinstance(m, control.MediaWatch)]
+        assert told == [(None, None), (640 * 480, True), (0, False)], "what is the same is told once"
+        operator.stores.release_store(front.robot_connector)
+        await until(lambda: watched(world)[-1] == ("front", False))
+        count = len(watched(world))
+        front.set_shown(Shown(100))
+        assert len(watched(world)) == count, "nobody watches it any more"
+
+
+@pytest.mark.parametrize("size_px", [-1, MOST_SHOWN_PX + 1])
+def test_a_size_that_no_screen_has_is_refused(size_px: int) -> None:
+    with pytest.raises(ValueError, match=f"not {size_px}"):
+        Shown(size_px)
+
+
 async def test_commands_travel_unordered_and_newest_wins_while_the_link_is_full(world: Any) -> None:
     async with world.operator() as operator:
         connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
@@ -84,7 +107,7 @@ async def test_commands_travel_unordered_and_newest_wins_while_the_link_is_full(
         assert commands.send_json({"v": 3})
         channel.buffered_bytes = 0
         channel.on_drained()
-        assert [(json.loads(f.payload), f.seq) for f in channel.frames()] == [({"v": 1}, 1), ({"v": 3}, 2)]
+        assert [(json.loads(f.payload), f.seq) for f in channel.frames()] == [({"v": 1}, 1), ({"v": 3}, 3)]
         with pytest.raises(ValueError, match="JSON"):
             commands.send_json({"v": float("nan")})
 
@@ -106,6 +129,28 @@ async def test_a_label_that_the_robot_does_not_have_names_the_nearest(world: Any
         assert (unknown.value.code, unknown.value.nearest) == ("channel.unknown_label", "battery")
         with pytest.raises(ConnectionFailed, match="SendableStore"):
             connection.receivable("cmd_vel")
+
+
+async def test_a_label_nobody_has_of_a_robot_that_is_offline_is_told_as_offline(world: Any) -> None:
+    async with world.operator() as operator:
+        world.server.robot_status = RobotStatus.DISCONNECTED
+        with pytest.raises(SignalingError) as offline:
+            await operator.connect(world.robot_id, connectors=[RobotConnector(world.robot_id, "batery")])
+        assert offline.value.code == "signal.robot_offline"
+        world.server.robot_status = RobotStatus.READY_TO_CONNECT
+        with pytest.raises(UnknownLabel):
+            await operator.connect(world.robot_id, connectors=[RobotConnector(world.robot_id, "batery")])
+
+
+async def test_what_is_no_size_is_refused_with_what_a_size_is(world: Any) -> None:
+    for wrong in ("big", 1.5, None, True):
+        with pytest.raises(TypeError, match="size_px is a whole number"):
+            Shown(wrong)  # type: ignore[arg-type]
+    async with world.operator() as operator:
+        connection = await operator.connect(world.robot_id, timeout_s=WAIT_S)
+        for wrong in (640, None):
+            with pytest.raises(TypeError, match="Shown"):
+                connection.media("front").set_shown(wrong)  # type: ignore[arg-type]
 
 
 async def test_a_store_from_before_the_connection_learns_of_a_mismatch(world: Any) -> None:
@@ -291,7 +336,9 @@ async def test_robots_are_listed_page_by_page(world: Any) -> None:
     async with world.operator() as operator:
         robots = await operator.robots()
         assert len(robots) == 130
-        assert not robots[0].is_online
+        assert robots[0].is_online
+        world.server.robot_status = RobotStatus.DISCONNECTED
+        assert not (await operator.robots())[0].is_online
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.described import DescribedConnector
 from mosaic_core.words.errors import ConnectionFailed
 
-WAIT_S = 5.0
+WAIT_S = 30.0
 ROWS = [
     {"connectorId": "odom", "connectorType": "JsonReceivableStore", "params": {}},
     {"connectorId": "front", "connectorType": "MediaStreamStore", "params": {}},
@@ -126,7 +126,7 @@ async def test_of_a_robot_that_nobody_described_a_label_alone_is_an_error_with_i
         assert untold.robot.is_closed
 
 
-async def test_the_lanes_of_a_point_cloud_are_one_store(original: Any) -> None:
+async def test_the_channels_of_a_point_cloud_are_one_store(original: Any) -> None:
     async with original.operator() as operator:
         connection = await operator.connect(original.robot_id, timeout_s=WAIT_S)
         got: list[bytes] = []

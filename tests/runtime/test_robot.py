@@ -436,6 +436,7 @@ async def test_a_failing_receiver_rests_reports_and_comes_back(kit: Any, monkeyp
         assert scene.robot.snapshot().connectors[0].state == "failed"
         assert "motor gone" in scene.robot.snapshot().connectors[0].last_error
         await asyncio.sleep(scene.hooks.of("failed")[0]["restart_in_s"])
+        await kit.until(lambda: scene.robot.snapshot().connectors[0].state == "running")
         drive.say({"v": 2})
         await kit.until(lambda: (2, "p1") in base.log)
         assert scene.robot.snapshot().connectors[0].state == "running"

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
-from mosaic_core.machines.commands.gates import Gate, GateRefusal, GateRule, T
+from mosaic_core.machines.commands.gates import Gate, GateRefusal, GateRule, T, WrongShape
 from mosaic_core.machines.commands.slow_down import Measures, link_factor, picture_factor
 from mosaic_core.machines.control.lease_events import LegacyPeers
 from mosaic_core.machines.timing.pacing import TokenBucket
@@ -29,7 +29,7 @@ COMMANDING = ("operator", "supervisor")
 
 
 class CommandTerms(Protocol):
-    """What holds for all commands of one receiver."""
+    """The terms that hold for all commands of one receiver."""
 
     @property
     def takes_observers(self) -> bool: ...
@@ -46,7 +46,7 @@ class CommandTerms(Protocol):
 
 
 class Leases(Protocol):
-    """Who may command what now."""
+    """Answers who may command which resource now."""
 
     def refusal(self, peer_id: str, resource: str, epoch: int | None, now_s: float) -> str | None: ...
 
@@ -63,7 +63,8 @@ class Latch(Protocol):
 
 @dataclass(slots=True)
 class CommandChannel:
-    """What all commands on one channel of one sender are measured by. ``max_age_s`` ``None``: they do not age."""
+    """The terms by which all commands on one channel of one sender are judged. ``max_age_s`` ``None``: they do not
+    age."""
 
     terms: CommandTerms
     leases: Leases
@@ -295,6 +296,8 @@ def _first(asks: tuple[tuple[Gate, Callable[[T], str | None]], ...], it: T) -> G
     for gate, ask in asks:
         try:
             code = ask(it)
+        except WrongShape as refused:
+            return GateRefusal(Gate.SHAPE, refused.code, refused.message)
         except Refused as refused:
             return GateRefusal(gate, refused.code, refused.message)
         if code is not None:

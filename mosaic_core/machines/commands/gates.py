@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Generic, TypeVar
 
 from mosaic_core.words.codes import REASONS
+from mosaic_core.words.errors import Refused
 
 
 class Gate(StrEnum):
@@ -48,6 +49,10 @@ class GateRefusal:
     @property
     def cure(self) -> str:
         return REASONS[self.code].cure if self.code in REASONS else ""
+
+
+class WrongShape(Refused):
+    """A message was refused once it was within its limits, but fitted no better before: the gate ``shape`` says so."""
 
 
 T = TypeVar("T")

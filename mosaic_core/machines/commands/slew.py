@@ -1,4 +1,4 @@
-"""How far a value, or a vector, may go in one step.
+"""Bounds how far a value, or a vector, may go in one step.
 
 Both clamps and slews are geometry: a clamp keeps the direction of a vector, a slew moves on the straight line from the
 last output to the wish. On that line the length falls up to the point nearest to zero and rises from there on, so a
@@ -20,14 +20,11 @@ ROUNDING = 1e-9
 def clamped(values: list[float], limit: FieldLimit, places: tuple[int, ...]) -> None:
     """Bring the fields at ``places`` of ``values`` into ``limit``, in place."""
     for at in places:
-        if limit.max is not None and values[at] > limit.max:
-            values[at] = limit.max
-        if limit.min is not None and values[at] < limit.min:
-            values[at] = limit.min
+        if limit.max is not None:
+            values[at] = min(values[at], limit.max)
+        if limit.min is not None:
+            values[at] = max(values[at], limit.min)
     if limit.max_norm is None:
-        return
-    if len(places) == 1:
-        values[places[0]] = max(-limit.max_norm, min(limit.max_norm, values[places[0]]))
         return
     norm = math.hypot(*[values[at] for at in places])
     if norm > limit.max_norm:
@@ -47,13 +44,13 @@ def reach(
     fall = min(length, max(0.0, towards_zero))
     if length - fall <= ROUNDING * length:
         fall = length  # straight to zero: a rounding error is no rise
-    left_s = elapsed_s
-    if limit.max_fall_per_s is not None and fall > 0.0:
-        if elapsed_s * limit.max_fall_per_s < fall:
-            return elapsed_s * limit.max_fall_per_s / length
-        left_s -= fall / limit.max_fall_per_s
     rise = length - fall
-    if limit.max_rise_per_s is None or rise <= 0.0:
-        return 1.0
-    risen = max(0.0, min(left_s, MAX_RISE_STEP_S)) * limit.max_rise_per_s
-    return 1.0 if risen >= rise else (fall + risen) / length
+    fall_s, rise_s = _seconds(fall, limit.max_fall_per_s), _seconds(rise, limit.max_rise_per_s)
+    if elapsed_s < fall_s:
+        return elapsed_s / fall_s * fall / length
+    left_s = min(elapsed_s - fall_s, MAX_RISE_STEP_S)
+    return 1.0 if left_s >= rise_s else (fall + left_s / rise_s * rise) / length
+
+
+def _seconds(distance: float, max_per_s: float | None) -> float:
+    return 0.0 if max_per_s is None else distance / max_per_s

@@ -1,4 +1,4 @@
-"""Stop is latched: it holds until a person who may command, or a supervisor, clears it on purpose.
+"""Stop is latched: it holds until a person who commands, or who supervises, clears it on purpose.
 
 Every stop latches, also a late copy of one that was cleared: standing still once too often harms nobody.
 """
@@ -15,8 +15,8 @@ MAX_IDS = 64
 
 @dataclass(frozen=True, slots=True)
 class StopTimes:
-    """What a stop's acknowledgement tells: when the first copy came, and since when everything is safe (``None``: not
-    yet).
+    """The times that a stop's acknowledgement tells: when the first copy came, and since when everything is safe
+    (``None``: not yet).
     """
 
     received_s: float
@@ -62,8 +62,10 @@ class StopLatch:
 
     def clear(self, party: Party, holds_a_lease: bool) -> str | None:
         """Let commands act again; the code why not, ``None`` if cleared (or nothing was stopped)."""
-        if party.is_original or not party.is_person or party.role not in ("operator", "supervisor"):
+        if party.is_original or party.role not in ("operator", "supervisor"):
             return "lease.forbidden"
+        if not party.is_person:
+            return "safety.person_clears"
         if not holds_a_lease and party.role != "supervisor":
             return "lease.required"
         self.is_stopped, self.by, self.reason, self.since_s, self._safe_s = False, "", "", None, None

@@ -1,4 +1,4 @@
-"""What becomes of a connector's own choice and the YAML file's: the terms under which its data travels."""
+"""Merges a connector's own choice of delivery with the YAML file's: the terms under which its data travels."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mosaic_core.machines.delivery.send_scheduler import LIMITS, Priority, Queue
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract
 
-LANES = {Delivery.RELIABLE: Priority.RELIABLE, Delivery.LATEST: Priority.LATEST, Delivery.BULK: Priority.BULK}
+PRIORITIES = {Delivery.RELIABLE: Priority.RELIABLE, Delivery.LATEST: Priority.LATEST, Delivery.BULK: Priority.BULK}
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +23,8 @@ class DeliveryTerms:
     latch: bool
 
     @property
-    def lane(self) -> Priority:
-        return LANES[self.mode]
+    def priority(self) -> Priority:
+        return PRIORITIES[self.mode]
 
 
 def chosen(own: Delivery | DeliveryContract, wanted: DeliveryContract | None) -> DeliveryContract:
@@ -43,7 +43,7 @@ def terms_of(contract: DeliveryContract | Delivery) -> DeliveryTerms:
     """Fill in what the mode usually has. ``contract``: what :func:`chosen` says."""
     contract = chosen(contract, None)
     mode = contract.mode or Delivery.RELIABLE
-    usual = LIMITS[LANES[mode]]
+    usual = LIMITS[PRIORITIES[mode]]
     newest_wins = usual.newest_wins if contract.newest_wins is None else contract.newest_wins
     limits = QueueLimits(
         messages=contract.queue_messages or (1 if newest_wins else usual.messages),

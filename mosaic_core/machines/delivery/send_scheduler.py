@@ -1,5 +1,5 @@
-"""What may go down to SCTP next, for one peer. SCTP has one queue for all channels and no priorities: so ours waits
-here, where a newer value can still replace an older one and a stop can still overtake a map.
+"""Decides which message goes down to SCTP next, for one peer. SCTP has one queue for all channels and no priorities: so
+ours waits here, where a newer value can still replace an older one and a stop can still overtake a map.
 """
 
 from __future__ import annotations
@@ -47,10 +47,10 @@ LIMITS: dict[Priority, QueueLimits] = {
 }
 LEAST_HIGH_WATER_BYTES = 8 * 1024
 _QUARTERS: dict[Priority, int] = {Priority.CONTROL: 16, Priority.LATEST: 1, Priority.RELIABLE: 4, Priority.BULK: 2}
-"""A lane sends only while fewer quarters of the high water wait below. The lowest ceiling of those who have something
-to send is everybody's but control's: the buffer would never come down to it else."""
+"""A priority sends only while fewer quarters of the high water wait below. The lowest ceiling of those who have
+something to send is everybody's but control's: the buffer would never come down to it else."""
 _SHARES: dict[Priority, int] = {Priority.LATEST: 16, Priority.RELIABLE: 4, Priority.BULK: 1}
-"""How the lanes below control divide a link that they outrun, by bytes: nobody starves, whoever sends too much."""
+"""How the priorities below control divide a link that they outrun, by bytes: nobody starves, whoever sends too much."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ class QueuedMessage:
 
 
 class Offered(IntEnum):
-    """What became of a message."""
+    """The answer of a send queue to a message that was offered."""
 
     QUEUED = 0
     REPLACED = 1
@@ -75,7 +75,7 @@ class Offered(IntEnum):
 @dataclass(slots=True, eq=False)
 class _Queue:
     channel: str
-    lane: Priority
+    priority: Priority
     limits: QueueLimits
     waiting: deque[QueuedMessage] = field(default_factory=deque)
     size_bytes: int = 0
@@ -83,7 +83,7 @@ class _Queue:
     ahead: bytes | str | None = None
     """The next piece of the message that is being sent."""
     served_bytes: int = 0
-    """Its place in the lane: who has been served least goes first."""
+    """Its place among its priority: who has been served least goes first."""
     has_turn: bool = False
 
     @property
@@ -93,32 +93,34 @@ class _Queue:
 
 @dataclass(slots=True)
 class SchedulerCounters:
+    """Counts what a scheduler sent, replaced and refused."""
+
     sent_bytes: int = 0
     replaced: int = 0
     refused: int = 0
 
 
 class SendScheduler:
-    """The queues of one peer. Not thread-safe.
+    """Queues the messages to one peer, and decides which goes next. Not thread-safe.
 
-    The channels of a lane share it by bytes: by turns, a channel of large pieces would take all but the crumbs from
-    one of small messages. The lanes below control share the link in the same way, by weight, the most urgent first
-    among equals. Who was idle joins where the others are, and earns nothing by having waited.
+    The channels of a priority share it by bytes: by turns, a channel of large pieces would take all but the crumbs
+    from one of small messages. The priorities below control share the link in the same way, by weight, the most urgent
+    first among equals. Who was idle joins where the others are, and earns nothing by having waited.
     """
 
     def __init__(self) -> None:
         self._queues: dict[str, _Queue] = {}
-        self._turns: dict[Priority, list[tuple[int, int, _Queue]]] = {lane: [] for lane in Priority}
+        self._turns: dict[Priority, list[tuple[int, int, _Queue]]] = {priority: [] for priority in Priority}
         self._reached_bytes: dict[Priority, int] = dict.fromkeys(Priority, 0)
         self._served: dict[Priority, float] = dict.fromkeys(_SHARES, 0.0)
         self._reached = 0.0
         self._number = 0
         self.counters = SchedulerCounters()
 
-    def open(self, channel: str, lane: Priority, limits: QueueLimits | None = None) -> None:
+    def open(self, channel: str, priority: Priority, limits: QueueLimits | None = None) -> None:
         """Messages for ``channel`` may be offered from now on; what an older one of that name left is forgotten."""
         self.close(channel)
-        self._queues[channel] = _Queue(channel, lane, limits or LIMITS[lane])
+        self._queues[channel] = _Queue(channel, priority, limits or LIMITS[priority])
 
     def close(self, channel: str) -> None:
         """The channel is gone, and what waited for it."""
@@ -143,15 +145,15 @@ class SendScheduler:
         queue.waiting.append(message)
         queue.size_bytes += message.size_bytes
         if not queue.has_turn:
-            queue.served_bytes = max(queue.served_bytes, self._reached_bytes[queue.lane])
+            queue.served_bytes = max(queue.served_bytes, self._reached_bytes[queue.priority])
             self._take_turn(queue)
         return offered
 
     def _take_turn(self, queue: _Queue) -> None:
         queue.has_turn = True
-        turns = self._turns[queue.lane]
-        if not turns and queue.lane in self._served:
-            self._served[queue.lane] = max(self._served[queue.lane], self._reached)
+        turns = self._turns[queue.priority]
+        if not turns and queue.priority in self._served:
+            self._served[queue.priority] = max(self._served[queue.priority], self._reached)
         self._number += 1  # among equals, who came first
         heappush(turns, (queue.served_bytes, self._number, queue))
 
@@ -165,26 +167,26 @@ class SendScheduler:
             taken = self._take_from(Priority.CONTROL)
             if taken is not None:
                 return taken
-        lanes = [lane for lane in _SHARES if self._turns[lane]]
-        if not lanes or 0 < buffered_bytes >= min(_QUARTERS[lane] for lane in lanes) * quarter_bytes:
+        priorities = [priority for priority in _SHARES if self._turns[priority]]
+        if not priorities or 0 < buffered_bytes >= min(_QUARTERS[priority] for priority in priorities) * quarter_bytes:
             return None
-        for lane in sorted(lanes, key=self._served.__getitem__):
-            taken = self._take_from(lane)
+        for priority in sorted(priorities, key=self._served.__getitem__):
+            taken = self._take_from(priority)
             if taken is not None:
-                self._reached = self._served[lane]
-                self._served[lane] += (len(taken[1]) + PIECE_COST_BYTES) / _SHARES[lane]
+                self._reached = self._served[priority]
+                self._served[priority] += (len(taken[1]) + PIECE_COST_BYTES) / _SHARES[priority]
                 return taken
         return None
 
-    def _take_from(self, lane: Priority) -> tuple[str, bytes | str] | None:
-        turns = self._turns[lane]
+    def _take_from(self, priority: Priority) -> tuple[str, bytes | str] | None:
+        turns = self._turns[priority]
         while turns:
             _, _, queue = heappop(turns)
             queue.has_turn = False
             piece = self._next_piece(queue)
             if piece is None:
                 continue
-            self._reached_bytes[lane] = queue.served_bytes
+            self._reached_bytes[priority] = queue.served_bytes
             queue.served_bytes += len(piece) + PIECE_COST_BYTES
             if queue.has_more:
                 self._take_turn(queue)

@@ -34,6 +34,7 @@ from mosaic_core.words.errors import WireError
 
 REFUSED_POLICY = BackoffPolicy(first_s=30.0, max_s=300.0)
 """Wrong credentials rarely become right by themselves; a token made anew on the server should still be picked up."""
+TRIES_AGAIN = "The robot tries again by itself, at intervals of up to five minutes."
 
 
 class RobotSignaling(SignalingSession):
@@ -73,7 +74,8 @@ class RobotSignaling(SignalingSession):
         if close_code == CloseCode.AUTH:
             self._refusal = self._refusal or "auth.failed"
         if self._refusal:
-            return self._lost(self._refusal, reason(self._refusal).sentence, now_s)
+            message = f"{reason(self._refusal).sentence} {TRIES_AGAIN}"
+            return self._lost(self._refusal, message, now_s)
         return self._lost_by(close_code, now_s)
 
     def _backoff_for(self, code: str) -> Backoff:

@@ -46,7 +46,7 @@ class ControlDesk:
         self._answers = RobotAnswers()
         self._stops: StopCaller | None = None
         self._has_said_stop = False
-        self._port: ControlChannel | None = None
+        self._channel: ControlChannel | None = None
         self._is_original = False
         self._extensions: Mapping[str, int] = {}
         self._listeners: Listeners[[]] = Listeners()
@@ -59,7 +59,7 @@ class ControlDesk:
     @property
     def is_available(self) -> bool:
         """The robot knows leases and the stop."""
-        return self._port is not None and "lease" in self._extensions
+        return self._channel is not None and "lease" in self._extensions
 
     @property
     def leases(self) -> Mapping[str, LeaseView]:
@@ -113,7 +113,7 @@ class ControlDesk:
         in time; ``lease.unknown_resource``: the robot knows no leases, as an original one, which needs none), and
         :class:`ConnectionFailed` if the connection ends.
         """
-        self._port_for("lease")
+        self._channel_for("lease")
         return await self._takers.take(
             resource, lambda: self._driver.tell(machine.Asked(resource, reason[:200], force)), wait_s
         )
@@ -124,38 +124,41 @@ class ControlDesk:
 
     def answer(self, peer_id: str, *, grant: bool, resource: str = MOTION, message: str = "") -> None:
         """As the holder, hand the lease over to somebody who waits (``leases[resource].queue``), or refuse."""
-        self._port_for("lease").send(
+        self._channel_for("lease").send(
             control.LeaseAnswer(resource=resource, peer_id=peer_id, grant=grant, message=message[:200])
         )
 
     # -- the stop ----------------------------------------------------------------------------------------------------
 
     async def stop(self, reason: str = "") -> StopReport:
-        """Stop the robot: any operator may. Said on a lane of its own every 30 ms until the robot has answered.
+        """Stop the robot: any operator may. Said on a channel of its own every 30 ms until the robot has answered.
 
         The robot stays stopped until :meth:`clear_stop`. Being cancelled does not unsay it. This is software: it is no
         certified emergency stop. Raises :class:`ConnectionFailed` if the connection ends before the answer, or where
         the robot knows no stop (``safety.no_stop``, an original one: :meth:`RobotConnection.send_zeros` is all it has).
         """
-        self._port_for("stop")
+        self._channel_for("stop")
         assert self._stops is not None
         self._has_said_stop = True
         return await self._stops.stop(reason[:200])
 
     async def clear_stop(self) -> None:
-        """Let commands act again: only a person who holds a lease, or a supervisor. Look at the robot first.
+        """Let commands act again. Look at the robot first.
+
+        Only a person who holds a lease, or who supervises: a program, whatever it holds, is refused with
+        ``safety.person_clears``.
 
         Whoever sent commands meanwhile lets go first, by a zero or a pause as long as the connector's time-out: what
         goes on is refused with ``safety.release_first``.
 
         Raises :class:`LeaseDenied` with the robot's code, or :class:`ConnectionFailed`.
         """
-        port = self._port_for("stop")
-        # Our own stop was acknowledged on a faster lane than the one that tells the robot's state.
+        channel = self._channel_for("stop")
+        # Our own stop was acknowledged on a faster channel than the one that tells the robot's state.
         if not self._has_said_stop and self.stop_state is not None and not self.stop_state.is_stopped:
             return
         cleared = self._answers.expect(lambda m: isinstance(m, control.StopState) and not m.is_stopped)
-        port.send(control.StopClear())
+        channel.send(control.StopClear())
         await self._answers.wait(cleared, ANSWER_S, "The robot does not answer; it may still be stopped.")
         self._has_said_stop = False
 
@@ -165,21 +168,21 @@ class ControlDesk:
 
         Raises :class:`LeaseDenied` (``auth.forbidden``, ``safety.always_stops``), or :class:`ConnectionFailed`.
         """
-        port = self._port_for("stopRight")
+        channel = self._channel_for("stopRight")
         answered = self._answers.expect(
             lambda m: (
                 isinstance(m, control.Peers)
                 and any(one.peer_id == peer_id and (one.may_stop is not False) == may_stop for one in m.peers)
             )
         )
-        port.send(control.StopRight(peer_id=peer_id, may_stop=may_stop))
+        channel.send(control.StopRight(peer_id=peer_id, may_stop=may_stop))
         await self._answers.wait(answered, ANSWER_S, "The robot does not answer.")
 
     def picture_seen(self, label: str, capture_us: int | None) -> None:
         """Tell the robot how old the picture is by which this operator drives: when it was captured, on the robot's
         clock; ``None``: watching, but nothing shown yet. Its age slows commands down. Ten times a second is enough."""
-        if self._port is not None and "safetyLimit" in self._extensions:
-            self._port.send(control.MediaSeen(label=label, capture_us=capture_us))
+        if self._channel is not None and "safetyLimit" in self._extensions:
+            self._channel.send(control.MediaSeen(label=label, capture_us=capture_us))
 
     # -- who did what ------------------------------------------------------------------------------------------------
 
@@ -188,18 +191,18 @@ class ControlDesk:
 
         Supervisors only: raises :class:`LeaseDenied` (``auth.forbidden``) for others.
         """
-        port = self._port_for("journal")
+        channel = self._channel_for("journal")
         answered = self._answers.expect(lambda m: isinstance(m, control.Journal))
-        port.send(control.JournalRead(limit=limit, before=before))
+        channel.send(control.JournalRead(limit=limit, before=before))
         answer = await self._answers.wait(answered, ANSWER_S, "The robot does not answer.")
         return answer.entries if isinstance(answer, control.Journal) else ()
 
     # -- told by the connection --------------------------------------------------------------------------------------
 
-    def greeted(self, port: ControlChannel, extensions: Mapping[str, int]) -> None:
+    def greeted(self, channel: ControlChannel, extensions: Mapping[str, int]) -> None:
         """The robot has said hello and what it knows."""
-        self._port, self._extensions, self._is_original = port, extensions, False
-        self._stops = StopCaller(port, self._clock_us)
+        self._channel, self._extensions, self._is_original = channel, extensions, False
+        self._stops = StopCaller(channel, self._clock_us)
 
     def found_original(self) -> None:
         self._is_original = True
@@ -214,7 +217,7 @@ class ControlDesk:
 
     def ended(self, error: ConnectionFailed, *, comes_back: bool = False) -> None:
         """The connection has ended: every lease with it. ``comes_back``: :meth:`regain` will ask for them again."""
-        self._port = None
+        self._channel = None
         if comes_back:
             self._missed += self._takers.held_for_long()
         if self._stops is not None:
@@ -246,14 +249,14 @@ class ControlDesk:
 
     # -- the machine -------------------------------------------------------------------------------------------------
 
-    def _port_for(self, extension: str) -> ControlChannel:
+    def _channel_for(self, extension: str) -> ControlChannel:
         if self._is_original:
             raise _of_an_original(extension)
-        if self._port is None:
+        if self._channel is None:
             raise ConnectionFailed("The connection is not up.", code="peer.closed")
         if extension not in self._extensions:
             raise _not_known(extension, f"This robot does not know {extension!r}.", "Update MOSAIC on the robot.")
-        return self._port
+        return self._channel
 
     def _gave_up(self, resource: str) -> None:
         self._driver.tell(machine.GaveUp(resource))
@@ -261,8 +264,8 @@ class ControlDesk:
     def _carry_out(self, effect: machine.Effect) -> None:
         match effect:
             case machine.Say(message):
-                if self._port is not None:
-                    self._port.send(message)
+                if self._channel is not None:
+                    self._channel.send(message)
             case machine.ControlChanged():
                 self._tell()
             case _:

@@ -18,11 +18,11 @@ from mosaic_core.words.errors import MosaicError
 class StopCaller:
     """Says the stops of one connection until each is answered. Event loop only.
 
-    ``clock_us`` is the clock that the port's offset speaks of.
+    ``clock_us`` is the clock that the channel's offset speaks of.
     """
 
-    def __init__(self, port: ControlChannel, clock_us: Callable[[], int]) -> None:
-        self._port = port
+    def __init__(self, channel: ControlChannel, clock_us: Callable[[], int]) -> None:
+        self._channel = channel
         self._clock_us = clock_us
         self._calls = stop_call.StopCalls()
         self._reports: dict[str, asyncio.Future[StopReport]] = {}
@@ -39,7 +39,7 @@ class StopCaller:
             self._reports.pop(id_, None)
 
     def acknowledged(self, ack: StopAck) -> None:
-        self._carry_out(self._calls.acknowledged(ack, self._port.clock.best, self._now_s()))
+        self._carry_out(self._calls.acknowledged(ack, self._channel.clock.best, self._now_s()))
 
     def ended(self, error: MosaicError) -> None:
         """The connection has ended, or the robot takes no stop of this operator; who still waits is told."""
@@ -56,9 +56,9 @@ class StopCaller:
         for effect in effects:
             match effect:
                 case stop_call.SayStop(message, is_first):
-                    self._port.send_on_stop_channel(message)
+                    self._channel.send_on_stop_channel(message)
                     if is_first:
-                        self._port.send(message)
+                        self._channel.send(message)
                 case stop_call.StopCallEnded(id_, report):
                     waiting = self._reports.get(id_)
                     if waiting is not None and not waiting.done():

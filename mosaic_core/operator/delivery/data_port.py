@@ -1,4 +1,5 @@
-"""One data channel as the operator uses it: framed toward a robot of ours, bare toward an original one."""
+"""Sends and receives on one data channel of the operator: framed toward a robot of ours, bare toward an original
+one."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ MAX_QUEUED_BYTES = 64 * 1024
 
 @dataclass(frozen=True, slots=True)
 class MessageInfo:
-    """What came with a message. ``seq`` and ``stamp_us`` (the robot's clock) are 0 from original robots, and
+    """The facts that came with a message. ``seq`` and ``stamp_us`` (the robot's clock) are 0 from original robots, and
     ``is_latched`` marks the last value, repeated for those who came later. ``to_ours_us`` maps the robot's clock to
     ours, by what is known now of the connection on which it came."""
 
@@ -46,7 +47,7 @@ class MessageInfo:
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """One message from the robot."""
+    """A message from the robot."""
 
     data: bytes
     info: MessageInfo
@@ -122,10 +123,14 @@ class DataPort:
         return self._pending is None and channel.buffered_bytes == 0 and channel.under_way_bytes == 0
 
     def send(self, kind: PayloadKind, payload: bytes) -> bool:
-        """Whether it was accepted. Under ``latest`` a message that can't leave yet waits, until a newer one comes."""
+        """Whether it was accepted. Under ``latest`` a message that can't leave yet waits, until a newer one comes.
+
+        Each takes a number, also one that never leaves: the robot tells by the gap that this was no pause.
+        """
         if not self._channel.is_open:
             return False
-        frame = self.frame(kind, payload)
+        self._seq = (self._seq + 1) % SEQ_MODULUS
+        frame = replace(self.frame(kind, payload), seq=self._seq)
         if self._is_full:
             if self._delivery is not Delivery.LATEST:
                 return False
@@ -137,14 +142,14 @@ class DataPort:
         return self._send_now(frame)
 
     def frame(self, kind: PayloadKind, payload: bytes) -> Frame:
-        """A message made now; its number is that of the channel, unless it is :meth:`put` under one of its own."""
+        """A message made now, without a number."""
         return Frame(kind, payload, epoch=self._epoch(), stamp_us=self._clock_us())
 
     def put(self, frame: Frame) -> bool:
         """Send ``frame`` under its own number; ``False``: too much waits below, or the channel isn't open."""
         if not self._channel.is_open or self._is_full:
             return False
-        self._seq = (frame.seq - 1) % SEQ_MODULUS
+        self._seq = frame.seq
         return self._send_now(frame)
 
     @property
@@ -162,8 +167,7 @@ class DataPort:
             if not self._is_framed:
                 self._channel.send(frame.payload if frame.kind is PayloadKind.BYTES else frame.payload.decode())
             else:
-                self._seq = (self._seq + 1) % SEQ_MODULUS
-                for part in encode_frame(replace(frame, seq=self._seq)):
+                for part in encode_frame(frame):
                     self._channel.send(part)
         except ConnectionFailed as error:
             _log.info("%s", error.message)

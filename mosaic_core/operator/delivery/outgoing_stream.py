@@ -1,4 +1,4 @@
-"""What a store sends on a reliable channel: at once where that is possible, kept while there is no connection."""
+"""Sends a store's messages on a reliable channel: at once where that is possible, kept while there is no connection."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class OutgoingStream:
     def send(self, kind: PayloadKind, payload: bytes) -> bool:
         """Whether it was accepted."""
         port = self._port
-        if self._phase == "plain":
+        if self._phase == "plain" and self._sender.waiting == 0:
             return port is not None and port.send(kind, payload)
         if self._phase == "closed" or (port is None and not self._waits):
             return False
@@ -65,7 +65,7 @@ class OutgoingStream:
 
     def attach(self, port: DataPort) -> None:
         self._port = port
-        self._flush() if self._phase == "plain" else self.pump()
+        self.pump()
 
     def detach(self) -> None:
         self._port = None
@@ -78,9 +78,17 @@ class OutgoingStream:
     def pump(self) -> None:
         """Send what waits, as far as the channel takes it; called again when that has drained."""
         while self._port is not None and (numbered := self._sender.upcoming()) is not None:
-            if not self._port.put(replace(numbered.item, seq=numbered.seq)):
+            frame, is_plain = numbered.item, self._phase == "plain"
+            if not self._leaves(self._port, frame, None if is_plain else numbered.seq):
                 return
             self._sender.went_out()
+            if is_plain:
+                self._sender.delivered(numbered.seq)
+
+    @staticmethod
+    def _leaves(port: DataPort, frame: Frame, seq: int | None) -> bool:
+        """``seq`` of ``None``: under the channel's own number."""
+        return port.send(frame.kind, frame.payload) if seq is None else port.put(replace(frame, seq=seq))
 
     def delivered(self, seq: int) -> None:
         self._sender.delivered(seq)
@@ -105,15 +113,8 @@ class OutgoingStream:
         self._phase, self._waits = "plain", False
         self._sender.forget_old(time.monotonic())
         lost = self._sender.resumed(None)
-        self._flush()
+        self.pump()
         return lost
-
-    def _flush(self) -> None:
-        """Send what waited for a connection, under the channel's own numbers."""
-        while self._port is not None and (numbered := self._sender.upcoming()) is not None:
-            self._port.send(numbered.item.kind, numbered.item.payload)
-            self._sender.went_out()
-            self._sender.delivered(numbered.seq)
 
     def close(self) -> int:
         """It has ended for good. How many messages may not have arrived."""

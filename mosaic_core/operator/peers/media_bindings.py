@@ -63,7 +63,7 @@ class MediaBindings:
 
     def open(self, store: MediaStore) -> None:
         """Show the track of ``store``, or lend it the line to talk on."""
-        self._stores[store.robot_connector.connector_id] = store
+        self._stores[_label(store)] = store
         if isinstance(store, VoiceStore):
             self._lend_voice(store)
         else:
@@ -71,12 +71,12 @@ class MediaBindings:
 
     def release(self, store: MediaStore) -> None:
         """Nobody uses it any more: the robot need not send."""
-        label = store.robot_connector.connector_id
+        label = _label(store)
         if self._stores.get(label) is not store:
             return
         del self._stores[label]
         if not isinstance(store, VoiceStore):
-            self._watch(label, False)
+            self._stop_watching(store)
             self._first_frames.ended(label)
         store.closed()
 
@@ -104,6 +104,8 @@ class MediaBindings:
         """The connection is gone; the stores wait for the next one."""
         self.further_offers.close()
         for store in tuple(self._stores.values()):
+            if isinstance(store, MediaStreamStore):
+                store.connect_shown(None)
             store.disconnected(comes_back=comes_back)
         self._stores.clear()
         self._first_frames.close()
@@ -113,7 +115,7 @@ class MediaBindings:
         self._videos.clear()
 
     def _lend_voice(self, store: VoiceStore) -> None:
-        label = store.robot_connector.connector_id
+        label = _label(store)
         if label not in self._peer.voices:
             store.failed(ConnectionFailed(NO_LINE, code="media.no_line"))
             return
@@ -128,7 +130,7 @@ class MediaBindings:
             store.talking_changed(name)
 
     def _show(self, store: MediaStreamStore | SoundStore) -> None:
-        label = store.robot_connector.connector_id
+        label = _label(store)
         catalogue = self._known.catalogue
         is_sound = catalogue is not None and sound_store(store.robot_connector, catalogue) is not None
         if is_sound != isinstance(store, SoundStore):
@@ -140,9 +142,10 @@ class MediaBindings:
             elif is_sound or not self._make_anew(label):
                 store.failed(self._no_line(label))
             return
-        self._watch(label, True)
+        self._watch(store)
         store.opened()
         if isinstance(store, MediaStreamStore):
+            store.connect_shown(lambda: self._watch(store))
             self._first_frames.began(label, store, self._videos[label][0])
 
     def _lines_settled(self, *labels: str) -> None:
@@ -163,9 +166,19 @@ class MediaBindings:
         cure = "An original robot gives them out in the order of its file: name all that come before."
         return ConnectionFailed(message, code="media.no_line", cure=cure)
 
-    def _watch(self, label: str, on: bool) -> None:
+    def _watch(self, store: MediaStreamStore | SoundStore) -> None:
+        shown = store.shown if isinstance(store, MediaStreamStore) else None
+        size_px, leads = (None, None) if shown is None else (shown.size_px, shown.leads)
+        self._say(control.MediaWatch(label=_label(store), on=True, shown_px=size_px, leads=leads))
+
+    def _stop_watching(self, store: MediaStreamStore | SoundStore) -> None:
+        if isinstance(store, MediaStreamStore):
+            store.connect_shown(None)
+        self._say(control.MediaWatch(label=_label(store), on=False))
+
+    def _say(self, wish: control.MediaWatch) -> None:
         if self._peer.is_ours:
-            self._peer.say(control.MediaWatch(label=label, on=on))
+            self._peer.say(wish)
 
     async def _take(self, label: str, video: IncomingVideo) -> None:
         while (frame := await video.next()) is not None:
@@ -177,6 +190,10 @@ class MediaBindings:
                 self._pictures.shown(label, video.rtp_timestamp(frame))
             elif isinstance(store, SoundStore):
                 store.sound_arrived(frame)
+
+
+def _label(store: MosaicStore) -> str:
+    return store.robot_connector.connector_id
 
 
 @dataclass(slots=True)

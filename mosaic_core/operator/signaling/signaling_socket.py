@@ -24,7 +24,7 @@ FAREWELL_S = 0.5
 """How long the last messages may take to leave."""
 
 
-class OperatorSocket(SignalingSocket):
+class OperatorSignalingSocket(SignalingSocket):
     """``deliver`` gets the messages, on the event loop. Start it with :meth:`start`, end it with :meth:`close`."""
 
     max_unsent = 512

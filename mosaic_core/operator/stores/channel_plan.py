@@ -60,8 +60,8 @@ class PlannedChannel:
 
 
 @dataclass(frozen=True, slots=True)
-class StorePlan:
-    """How to serve one connector. ``channels`` is empty for a camera."""
+class ChannelPlan:
+    """The data type and channels of the store that serves one connector. ``channels`` is empty for a camera."""
 
     data_type: MosaicDataType
     channels: tuple[PlannedChannel, ...]
@@ -69,8 +69,8 @@ class StorePlan:
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """What is known of a robot's connectors. ``is_told``: the robot announces nothing, people wrote it down, or nobody
-    did; a caller who names a data type then knows better."""
+    """The connectors of a robot, as far as they are known. ``is_told``: the robot announces nothing, people wrote it
+    down, or nobody did; a caller who names a data type then knows better."""
 
     catalogue: Catalogue | None
     is_told: bool = False
@@ -106,7 +106,7 @@ class UnknownLabel(ConnectionFailed):
         super().__init__(message, code="channel.unknown_label", cure=cure)
 
 
-def plan_of(connector: RobotConnector, known: Known) -> StorePlan:
+def plan_of(connector: RobotConnector, known: Known) -> ChannelPlan:
     """Raises :class:`UnknownLabel`, or :class:`ConnectionFailed` where the data type contradicts the catalogue, or
     nobody knows one."""
     catalogue = known.for_connector(connector)
@@ -187,7 +187,7 @@ def sound_store(connector: RobotConnector, catalogue: Catalogue) -> SoundStore |
     return None
 
 
-def check_plan_of(connector: RobotConnector, known: Known) -> StorePlan:
+def check_plan_of(connector: RobotConnector, known: Known) -> ChannelPlan:
     """The two channels of a connection check that was asked for by its class; raises :class:`ConnectionFailed` where
     the robot itself says that this label is something else."""
     catalogue = known.for_connector(connector)
@@ -195,7 +195,7 @@ def check_plan_of(connector: RobotConnector, known: Known) -> StorePlan:
     if known.is_told and not is_connection_check(connector, catalogue):
         receiver = PlannedChannel(f"{label}-receiver", Delivery.RELIABLE, True)
         sender = PlannedChannel(f"{label}-sender", Delivery.RELIABLE, False)
-        return StorePlan(MosaicDataType.STRING_U2R, (receiver, sender))
+        return ChannelPlan(MosaicDataType.STRING_U2R, (receiver, sender))
     plan = plan_of(RobotConnector(connector.robot_id, label), known)
     if not is_connection_check(connector, catalogue):
         message = f"{label!r} is no connection-check, so that it can't be timed."
@@ -203,15 +203,15 @@ def check_plan_of(connector: RobotConnector, known: Known) -> StorePlan:
     return plan
 
 
-def _plan_of_entry(entry: CatalogueEntry, label: str) -> StorePlan:
+def _plan_of_entry(entry: CatalogueEntry, label: str) -> ChannelPlan:
     """Of the whole connector, or of the one channel that is called ``label``."""
     if entry.data_type is MosaicDataType.MEDIA:
-        return StorePlan(entry.data_type, ())
+        return ChannelPlan(entry.data_type, ())
     if label != entry.label:
         (single,) = (channel for channel in entry.channels if channel.label == label)
-        return StorePlan(single.data_type, (_planned(entry, single.label, single.data_type),))
+        return ChannelPlan(single.data_type, (_planned(entry, single.label, single.data_type),))
     channels = tuple(_planned(entry, channel.label, channel.data_type) for channel in entry.channels)
-    return StorePlan(entry.data_type, channels or (_planned(entry, entry.label, entry.data_type),))
+    return ChannelPlan(entry.data_type, channels or (_planned(entry, entry.label, entry.data_type),))
 
 
 def _planned(entry: CatalogueEntry, label: str, data_type: MosaicDataType) -> PlannedChannel:
@@ -225,9 +225,9 @@ def _sends(data_type: MosaicDataType) -> bool:
     return data_type.direction is not Direction.TO_OPERATOR
 
 
-def _checked(connector: RobotConnector, plan: StorePlan) -> StorePlan:
+def _checked(connector: RobotConnector, plan: ChannelPlan) -> ChannelPlan:
     wanted = connector.data_type
     if wanted is not None and wanted.direction is not plan.data_type.direction:
         message = f"{connector.connector_id!r} is {plan.data_type.value}, not {wanted.value}."
-        raise ConnectionFailed(message, code="channel.unknown_label", cure="Leave the data type to the catalogue.")
+        raise ConnectionFailed(message, code="channel.wrong_direction", cure="Leave the data type to the catalogue.")
     return plan

@@ -3,25 +3,37 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from mosaic_core.operator.delivery.listeners import Listeners, all_heard
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.robot_connector import RobotConnector
+from mosaic_core.words.control import MOST_SHOWN_PX
 from mosaic_core.words.errors import MosaicError
 
 if TYPE_CHECKING:
     import av
 
     from mosaic_core.contract.media import Image
-
-
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
     from mosaic_core.contract.sound import Sound
     from mosaic_core.runtime.transport.operator_transport import OutgoingSound
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """The size and purpose with which a picture is shown: width x height in pixels, and whether somebody, or a program,
+    drives by it."""
+
+    size_px: int
+    leads: bool = False
+
+    def __post_init__(self) -> None:
+        if isinstance(self.size_px, bool) or not isinstance(self.size_px, int):
+            raise TypeError(f"size_px is a whole number, width x height, not {self.size_px!r}")
+        if not 0 <= self.size_px <= MOST_SHOWN_PX:
+            raise ValueError(f"size_px is width x height, 0 to {MOST_SHOWN_PX}, not {self.size_px}")
 
 
 class MediaStreamStore(MosaicStore):
@@ -31,7 +43,25 @@ class MediaStreamStore(MosaicStore):
         super().__init__(robot_connector)
         self.latest_frame: av.VideoFrame | None = None
         self.received_frames = 0
+        self.shown: Shown | None = None
+        """What :meth:`set_shown` was told."""
+        self._tell_shown: Callable[[], None] | None = None
         self._arrived = asyncio.Event()
+
+    def set_shown(self, shown: Shown) -> None:
+        """Tell the robot how the picture is shown: a narrow link serves the picture that leads first, and the others by
+        their size. What is not told counts as a picture of 640 x 360. Event loop only. Raises :class:`TypeError`."""
+        if not isinstance(shown, Shown):
+            raise TypeError(f"set_shown takes a Shown, such as Shown(640 * 480), not {shown!r}")
+        if shown == self.shown:
+            return
+        self.shown = shown
+        if self._tell_shown is not None:
+            self._tell_shown()
+
+    def connect_shown(self, tell: Callable[[], None] | None) -> None:
+        """What to call when that changes; the connection sets it while the robot sends this picture."""
+        self._tell_shown = tell
 
     async def next_frame(self, timeout_s: float = 10.0) -> av.VideoFrame:
         """A frame that was not there yet at the time of the call; raises :class:`TimeoutError`, or

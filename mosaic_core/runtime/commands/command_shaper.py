@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mosaic_core.contract.handler import DataChannelReceivable, Refused
+from mosaic_core.machines.commands.gates import WrongShape
 from mosaic_core.machines.commands.safety_envelope import EnvelopeState, SafetyEnvelope
 from mosaic_core.runtime.commands.payload import PayloadReader
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
@@ -16,8 +17,8 @@ from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
 @dataclass(frozen=True, slots=True)
 class ShapedCommand:
-    """What may act. ``fired``: how many safe actions had been set going when it was shaped. ``wants_motion``: it asks
-    for motion, or nobody can say."""
+    """A command that may act, clamped and slewed. ``fired``: how many safe actions had been set going when it was
+    shaped. ``wants_motion``: it asks for motion, or nobody can say."""
 
     value: Any
     is_idle: bool
@@ -50,12 +51,14 @@ class CommandShaper:
         self._last_before: dict[str, Any] | None = None
 
     def parsed(self, payload: bytes) -> Any:
-        """What the bytes say, with what moves by default; raises :class:`Refused`."""
+        """What the bytes say, with what moves by default; where nothing limits it, as the handler takes it. Raises
+        what :meth:`limited` raises."""
         value = self._reader.parsed(payload)
-        if self._defaults is not None:
-            if not isinstance(value, dict):
-                raise Refused("channel.invalid", "a JSON object is wanted")
-            self._defaults.complete(value)
+        if self._defaults is None:
+            return self._reader.validated(value)
+        if not isinstance(value, dict):
+            raise Refused("channel.invalid", "a JSON object is wanted")
+        self._defaults.complete(value)
         return value
 
     def limited(self, value: Any, factor: float) -> ShapedCommand:
@@ -66,19 +69,31 @@ class CommandShaper:
         """
         fired = self._fired()
         if self._envelope is None:
-            return ShapedCommand(self._reader.validated(value), False, fired)
+            return ShapedCommand(value, False, fired)
         if fired != self._shaped_after:
             self._envelope.stand_still()
             self._shaped_after = fired
         self._before, self._last_before = self._envelope.state, self._last
         try:
             shaped = self._envelope.shaped(value, factor, self._now_s())
-            command = ShapedCommand(self._reader.validated(shaped.message), shaped.is_idle, fired, shaped.wants_motion)
+            taken = self._validated(shaped.message, value)
+            command = ShapedCommand(taken, shaped.is_idle, fired, shaped.wants_motion)
         except BaseException:
             self.undone()
             raise
         self._last = shaped.message
         return command
+
+    def _validated(self, message: dict[str, Any], value: dict[str, Any]) -> Any:
+        """``message``, which the limits made of ``value``, as the handler takes it."""
+        try:
+            return self._reader.validated(message)
+        except Refused:
+            try:  # only now: what the limits bring within the bounds of the handler's type is taken
+                self._reader.validated(value)
+            except Refused as refused:
+                raise WrongShape(refused.code, refused.message) from None
+            raise
 
     def undone(self) -> None:
         """The command was refused: the next one starts where the last one ended."""

@@ -48,8 +48,8 @@ class PayloadReader:
             value = json.loads(text, parse_float=_finite, parse_constant=_not_finite)
             if "\\u" in text:
                 _check_unicode(value)
-        except (ValueError, RecursionError):
-            raise Refused("channel.invalid", "not JSON") from None
+        except (ValueError, RecursionError) as error:
+            raise Refused("channel.invalid", _unread(error)) from None
         return value
 
     def schema(self) -> dict[str, Any]:
@@ -69,6 +69,15 @@ class PayloadReader:
             return self._adapter.validate_python(value)
         except ValidationError as error:
             raise Refused("channel.invalid", _in_words(error)) from None
+
+
+def _unread(error: ValueError | RecursionError) -> str:
+    """What is wrong with a text that is not taken as JSON."""
+    if isinstance(error, RecursionError):
+        return "nested too deeply"
+    if isinstance(error, UnicodeError):
+        return "half a surrogate pair"
+    return "not JSON" if isinstance(error, json.JSONDecodeError) else "a whole number of too many digits"
 
 
 def _check_unicode(value: Any) -> None:

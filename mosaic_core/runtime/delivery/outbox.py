@@ -217,7 +217,7 @@ class Outbox:
     def _distribute(self, channel: _Channel, message: Outgoing) -> None:
         hearing, size_bytes = self._hearing(channel, message), message.size_bytes
         if not hearing and message.to is not None:  # an answer to somebody who takes none
-            self._dropped(channel)
+            self.left_out(message.channel, "lost", 1)
         elif not hearing or self._offer(channel, hearing, message):  # unheard, its rate tells that the connector lives
             channel.counters.count(size_bytes, time.monotonic())
         if message.to is None and channel.terms.latch and size_bytes <= channel.terms.limits.size_bytes:

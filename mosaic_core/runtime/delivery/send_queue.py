@@ -34,7 +34,7 @@ class SendQueue:
         self._loop = asyncio.get_running_loop()
         self._scheduler = SendScheduler()
         self._channels: dict[str, Channel] = {}
-        self._lanes: dict[str, Priority] = {}
+        self._priorities: dict[str, Priority] = {}
         self._full: set[str] = set()
         self._has_room = has_room
         self._left_out = left_out
@@ -42,16 +42,16 @@ class SendQueue:
         self._timer: asyncio.Handle | None = None
         self._is_pumping = False
 
-    def open(self, channel: Channel, lane: Priority, limits: QueueLimits | None = None) -> None:
+    def open(self, channel: Channel, priority: Priority, limits: QueueLimits | None = None) -> None:
         self._channels[channel.label] = channel
-        self._scheduler.open(channel.label, lane, limits)
+        self._scheduler.open(channel.label, priority, limits)
         channel.on_drained = self.pump
-        self._lanes[channel.label] = lane
-        channel.give_way(set(self._lanes.values()) == {Priority.BULK})
+        self._priorities[channel.label] = priority
+        channel.give_way(set(self._priorities.values()) == {Priority.BULK})
 
     def close(self, label: str) -> None:
         self._channels.pop(label, None)
-        self._lanes.pop(label, None)
+        self._priorities.pop(label, None)
         self._full.discard(label)
         self._scheduler.close(label)
 

@@ -43,7 +43,7 @@ _WORST_FIRST = ("failed", "running", "waiting", "ended", "stopped")
 
 
 class RunsListener(Protocol):
-    """Whom the handlers' runs tell; on the event loop."""
+    """Hears what becomes of the robot's handlers; on the event loop."""
 
     def command_done(self, outcome: Outcome) -> None: ...
     def connector_failed(self, label: str, error: BaseException, restart_in_s: float) -> None: ...
@@ -51,7 +51,8 @@ class RunsListener(Protocol):
 
 
 class HandlerRuns:
-    """Built on the event loop when the robot starts."""
+    """Runs all handlers of a robot, and counts what they send and receive. Made on the event loop when the robot
+    starts."""
 
     def __init__(
         self,
@@ -229,7 +230,9 @@ class HandlerRuns:
         return sum(self._losses[label][reason] for label in labels)
 
     def _state(self, label: str) -> str:
-        if self._failures[label].is_failing:
+        runner, route = self._runners.get(label), self.routes.get(label)
+        # what only receives has nothing to restart: after its rest it takes the next message
+        rested = runner is None and route is not None and route.receiver is not None and not route.receiver.is_resting
+        if self._failures[label].is_failing and not rested:
             return "failed"
-        runner = self._runners.get(label)
         return runner.state if runner is not None else "running"

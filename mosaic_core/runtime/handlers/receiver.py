@@ -38,14 +38,15 @@ ZERO_PERIOD_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one message; without a ``refusal`` it was accepted."""
+    """The outcome of one message; without a ``refusal`` it was accepted."""
 
     item: Incoming
     refusal: GateRefusal | None = None
 
 
 class Receiver:
-    """One receiver of the robot. Methods are called on the event loop; ``tell`` is called on any thread."""
+    """Takes the messages for one receiver of the robot and has it act on them. Methods are called on the event loop;
+    ``tell`` is called on any thread."""
 
     def __init__(
         self,
@@ -119,6 +120,12 @@ class Receiver:
             if pending:
                 tell_abandoned(self.label)
                 leave_behind(self._task)
+
+    @property
+    def is_resting(self) -> bool:
+        """A message has just broken the handler: its sender's next ones are refused at the gate ``rest``."""
+        now_s = time.monotonic()
+        return any(until_s > now_s for until_s in self._resting_until_s.values())
 
     # -- the receiver's own thread, or its task ------------------------------------------------------------------
 

@@ -29,7 +29,7 @@ LATEST_MAX_AGE_S = 1.0
 
 @dataclass(slots=True)
 class Route:
-    """One data channel: where its messages go and come from."""
+    """The route of one data channel: where its messages go and come from."""
 
     label: str
     connector: Connector
@@ -39,8 +39,8 @@ class Route:
     receiver: Receiver | None = None
 
     @property
-    def lane(self) -> Priority:
-        return self.connector.terms.lane
+    def priority(self) -> Priority:
+        return self.connector.terms.priority
 
     @property
     def is_latest(self) -> bool:

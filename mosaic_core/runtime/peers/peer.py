@@ -1,4 +1,4 @@
-"""One operator on the robot: carries out its session machine, and routes what its transport and it itself say."""
+"""Serves one operator on the robot: carries out its peer machine, and routes what its transport and it itself say."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Protocol
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.command_order import ArrivalBaseline
-from mosaic_core.machines.peers import peer_of_robot as session
+from mosaic_core.machines.peers import peer_of_robot as machine
 from mosaic_core.runtime.peers.bulk_of_robot import BulkOfRobot
-from mosaic_core.runtime.peers.control_channel import ControlChannel, StopChannel
+from mosaic_core.runtime.peers.control_channel import ControlChannel
 from mosaic_core.runtime.peers.further_offers import FurtherOffers
 from mosaic_core.runtime.peers.peer_channels import PeerChannels
 from mosaic_core.runtime.peers.peer_control import PeerControl
@@ -21,6 +21,7 @@ from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.peer_transport import PeerTransport
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.runtime.peers.site import Site
+from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.runtime.signaling.server_link import Introduction
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.timing.machine_driver import MachineDriver
@@ -76,7 +77,7 @@ class Peer:
         self._transport = PeerTransport(introduction, site, self.timeline)
         self._offers = FurtherOffers(operator, self._transport.answer_again)
         self._bulk = BulkOfRobot(operator, self._channels, self.congestion, self._bulk_answerer)
-        self._machine = session.RobotPeerMachine(time.monotonic(), is_media_only=session.is_media_only(start.offer_sdp))
+        self._machine = machine.RobotPeerMachine(time.monotonic(), is_media_only=machine.is_media_only(start.offer_sdp))
         self._driver = MachineDriver(self._machine, self._carry_out)
         self._closed = asyncio.Event()
 
@@ -90,7 +91,7 @@ class Peer:
         return self.operator.peer_id
 
     @property
-    def phase(self) -> session.Phase:
+    def phase(self) -> machine.Phase:
         return self._machine.phase
 
     @property
@@ -130,26 +131,26 @@ class Peer:
 
     def doubt(self) -> None:
         """The robot's network is another one: operators of ours ping, so a live one is heard soon."""
-        self._driver.tell(session.Doubted(DOUBT_S))
+        self._driver.tell(machine.Doubted(DOUBT_S))
 
     def close(self, code: str, message: str = "") -> None:
         """Begin to close; an operator of ours hears why."""
-        self._driver.tell(session.CloseRequested(code, message))
+        self._driver.tell(machine.CloseRequested(code, message))
 
     async def closed(self) -> None:
         await self._closed.wait()
 
-    def _carry_out(self, effect: session.Effect) -> None:
+    def _carry_out(self, effect: machine.Effect) -> None:
         match effect:
-            case session.TellConnected():
+            case machine.TellConnected():
                 self.connected_at_s = time.monotonic()
                 self._keeper.peer_connected(self)
                 self._server.peer_connected(self._start.peer_id)
-            case session.TreatAsOurs():
+            case machine.TreatAsOurs():
                 self._treat_as_ours()
-            case session.TreatAsOriginal():
+            case machine.TreatAsOriginal():
                 self._treat_as_original()
-            case session.ClosePeer(code, message, say_bye):
+            case machine.ClosePeer(code, message, say_bye):
                 self._end(code, message, say_bye)
 
     def _treat_as_ours(self) -> None:
@@ -193,11 +194,11 @@ class Peer:
             case control.Hello():
                 self._said_hello(message)
             case control.Bye():
-                self._driver.tell(session.ByeReceived(message.code, message.message or ""))
+                self._driver.tell(machine.ByeReceived(message.code, message.message or ""))
             case None:
-                self._driver.tell(session.ControlReceived())
+                self._driver.tell(machine.ControlReceived())
             case _:
-                self._driver.tell(session.ControlReceived())
+                self._driver.tell(machine.ControlReceived())
                 self._route(message)
 
     def _said_hello(self, hello: control.Hello) -> None:
@@ -205,7 +206,7 @@ class Peer:
         if self.phase not in ("open", "closed"):
             self._control.said_hello(hello)
             self._resume.said_hello(hello)
-        self._driver.tell(session.HelloReceived())
+        self._driver.tell(machine.HelloReceived())
 
     def _route(self, message: control.ControlMessage) -> None:
         is_open = self.phase == "open"
@@ -241,7 +242,7 @@ class Peer:
 
     def state_changed(self, state: str) -> None:
         self.timeline.transport_changed(state, self._transport.path())
-        self._driver.tell(session.TransportChanged(state))
+        self._driver.tell(machine.TransportChanged(state))
 
     def bound_exceeded(self, why: str) -> None:
         self.operator.log_excess(why)
@@ -250,7 +251,7 @@ class Peer:
     def channel_opened(self, channel: Channel) -> None:
         if self.phase == "closed":
             return
-        self._driver.tell(session.ChannelOpened(_maker(channel)))
+        self._driver.tell(machine.ChannelOpened(_maker(channel)))
         if channel.label == CONTROL_LABEL:
             self._control_channel_opened(channel)
         elif channel.label == STOP_LABEL and channel.protocol == CHANNEL_PROTOCOL:
@@ -267,7 +268,7 @@ class Peer:
         opened.greet(self._site.software, self._site.boot_id)
 
 
-def _maker(channel: Channel) -> session.Speaker:
+def _maker(channel: Channel) -> machine.Speaker:
     if channel.protocol == CHANNEL_PROTOCOL:
         return "ours"
     return "original" if channel.is_first and not channel.protocol else "unknown"

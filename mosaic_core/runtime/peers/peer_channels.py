@@ -38,7 +38,7 @@ class PeerChannels:
         self.queue = self.new_queue()
         """That of the main connection."""
         self._baseline = baseline
-        self._links: dict[str, DataPort] = {}
+        self._ports: dict[str, DataPort] = {}
         self._rates: dict[str, TokenBucket] = {}
         self._partials = PeerPartials(self._forgotten, site.unfinished)
         self._carriers: dict[str, SendQueue] = {}
@@ -49,12 +49,12 @@ class PeerChannels:
         return SendQueue(self._resume.has_room, self._site.outbox.left_out)
 
     def labels(self) -> tuple[str, ...]:
-        return tuple(self._links)
+        return tuple(self._ports)
 
     def bulk_channel_opened(self, channel: Channel, queue: SendQueue) -> None:
         """A channel on the second peer connection, where nothing else than bulk belongs."""
         route = self._site.routes.get(channel.label)
-        if route is None or (route.lane is Priority.BULK and channel.protocol == CHANNEL_PROTOCOL):
+        if route is None or (route.priority is Priority.BULK and channel.protocol == CHANNEL_PROTOCOL):
             self.channel_opened(channel, queue)
             return
         self._operator.refuse(channel.label, None, "channel.wrong_lane", gate=Gate.MESSAGE)
@@ -70,18 +70,18 @@ class PeerChannels:
                 channel.close()
             return
         self._detach(channel.label)
-        link = DataPort(channel, self._baseline, partials=self._partials.shared)
-        self._partials.opened(channel.label, link.reader)
-        self._links[channel.label] = link
+        port = DataPort(channel, self._baseline, partials=self._partials.shared)
+        self._partials.opened(channel.label, port.reader)
+        self._ports[channel.label] = port
         self._carriers[channel.label] = queue or self.queue
         gates, pauses = self._gates_of(route), CommandPauses(time.monotonic())
         opening = route.receiver.channel_opened(self._operator.sender) if route.receiver is not None else 0
-        channel.on_message = lambda data: self._received(route, link, gates, pauses, opening, data)
-        channel.on_close = lambda: self._channel_closed(link)
+        channel.on_message = lambda data: self._received(route, port, gates, pauses, opening, data)
+        channel.on_close = lambda: self._channel_closed(port)
         if channel.is_open:
-            self._ready(route, link)
+            self._ready(route, port)
         else:
-            channel.on_open = lambda: self._ready(route, link)
+            channel.on_open = lambda: self._ready(route, port)
 
     def _gates_of(self, route: Route) -> CommandChannel:
         """What all commands on this channel are measured by; a channel that is opened anew begins no new rate."""
@@ -91,41 +91,41 @@ class PeerChannels:
         fence, legacy = self._site.desk.fence, self._site.legacy_peers
         return fence.channel(route.safety, legacy, route.max_age_s, rate)
 
-    def _ready(self, route: Route, link: DataPort) -> None:
-        self._resume.when_known(route, link.is_framed, lambda: self._join(route, link))
+    def _ready(self, route: Route, port: DataPort) -> None:
+        self._resume.when_known(route, port.is_framed, lambda: self._join(route, port))
 
-    def _join(self, route: Route, link: DataPort) -> None:
-        if self._links.get(route.label) is not link:
+    def _join(self, route: Route, port: DataPort) -> None:
+        if self._ports.get(route.label) is not port:
             return
         queue = self._carriers[route.label]
-        queue.open(link.channel, route.lane, route.connector.terms.limits)
-        if link.is_framed and self._resume.opens(route.label):
-            self._resume.attach(route.label, queue, link)
+        queue.open(port.channel, route.priority, route.connector.terms.limits)
+        if port.is_framed and self._resume.opens(route.label):
+            self._resume.attach(route.label, queue, port)
             return
         latched = self._site.outbox.join(route.label, self._peer_id, self)
-        if latched is not None and link.is_framed:  # a bare payload could not say that it is old
-            queue.offer(link.outgoing(latched, FrameFlag.LATCHED))
+        if latched is not None and port.is_framed:  # a bare payload could not say that it is old
+            queue.offer(port.outgoing(latched, FrameFlag.LATCHED))
 
     def deliver(self, message: Outgoing) -> Offered:
-        link = self._links.get(message.channel)
-        if link is None:
+        port = self._ports.get(message.channel)
+        if port is None:
             return Offered.REFUSED
-        return self._carriers[message.channel].offer(link.outgoing(message))
+        return self._carriers[message.channel].offer(port.outgoing(message))
 
     def waiting(self, channel: str) -> tuple[int, int]:
         """``(messages, bytes)`` that wait to go out there."""
         carrier = self._carriers.get(channel)
         return carrier.waiting(channel) if carrier is not None else (0, 0)
 
-    def _channel_closed(self, link: DataPort) -> None:
-        label = link.channel.label
-        if self._links.get(label) is link:
+    def _channel_closed(self, port: DataPort) -> None:
+        label = port.channel.label
+        if self._ports.get(label) is port:
             self._detach(label)
             self._leave(label)
             self._resume.channel_closed(label)
 
     def close_all(self) -> None:
-        self._close(list(self._links))
+        self._close(list(self._ports))
 
     def drop(self, queue: SendQueue) -> None:
         """The peer connection that ``queue`` fills is gone."""
@@ -143,10 +143,10 @@ class PeerChannels:
             receiver.channel_closed(self._operator.sender)
 
     def _detach(self, label: str) -> None:
-        link = self._links.pop(label, None)
-        if link is None:
+        port = self._ports.pop(label, None)
+        if port is None:
             return
-        link.channel.on_message = link.channel.on_open = link.channel.on_close = link.channel.on_drained = None
+        port.channel.on_message = port.channel.on_open = port.channel.on_close = port.channel.on_drained = None
         self._carriers.pop(label).close(label)
         self._partials.closed((label,))
         if not self._resume.keeps(label):
@@ -158,14 +158,14 @@ class PeerChannels:
     def _received(
         self,
         route: Route,
-        link: DataPort,
+        port: DataPort,
         gates: CommandChannel,
         pauses: CommandPauses,
         opening: int,
         data: bytes | str,
     ) -> None:
         try:
-            frame = link.incoming(data)
+            frame = port.incoming(data)
         except WireError as error:
             self._reject(route, None, GateRefusal(Gate.MESSAGE, error.code, error.message))
             return
@@ -175,14 +175,14 @@ class PeerChannels:
         if route.receiver is None:
             self._reject(route, frame.seq, _TAKES_NONE)
             return
-        if link.is_framed and route.safety.is_slowed:
+        if port.is_framed and route.safety.is_slowed:
             measured = self._site.links.get(self._peer_id)
             if measured is not None:
                 measured.command_seen(route.label, frame.seq)
-        if link.is_framed and not self._resume.arrived(route, frame.seq):
+        if port.is_framed and not self._resume.arrived(route, frame.seq):
             return
-        item = self._incoming(route, route.receiver, link, pauses, frame, opening)
-        refusal = self._site.desk.fence.refusal_on_arrival(self._arrival(gates, link, frame, item))
+        item = self._incoming(route, route.receiver, port, pauses, frame, opening)
+        refusal = self._site.desk.fence.refusal_on_arrival(self._arrival(gates, port, frame, item))
         if refusal is not None:
             self._reject(route, frame.seq, refusal)
             return
@@ -192,26 +192,26 @@ class PeerChannels:
         self._reject(self._site.routes[label], seq, GateRefusal(Gate.MESSAGE, "channel.incomplete"))
 
     def _incoming(
-        self, route: Route, receiver: Receiver, link: DataPort, pauses: CommandPauses, frame: Frame, opening: int
+        self, route: Route, receiver: Receiver, port: DataPort, pauses: CommandPauses, frame: Frame, opening: int
     ) -> Incoming:
-        now_s, seq = time.monotonic(), frame.seq if link.is_framed else None
+        now_s, seq = time.monotonic(), frame.seq if port.is_framed else None
         return Incoming(
             receiver.label,
             frame.payload,
             self._operator.sender,
             seq,
             now_s,
-            frame.epoch if link.is_framed else None,
+            frame.epoch if port.is_framed else None,
             opening,
             receiver.watch.generation,
             pauses.arrived(seq, now_s, frame.stamp_us) >= route.release_pause_s,
         )
 
-    def _arrival(self, gates: CommandChannel, link: DataPort, frame: Frame, item: Incoming) -> ArrivedCommand:
+    def _arrival(self, gates: CommandChannel, port: DataPort, frame: Frame, item: Incoming) -> ArrivedCommand:
         """What the gates are told of a message."""
         sender, now_s = item.sender, item.arrived_at_s
         is_ours = not sender.is_original and self._site.desk.knows(sender.peer_id)  # nobody is before its hello
-        age_s, is_newest = link.order_of(frame, now_s)
+        age_s, is_newest = port.order_of(frame, now_s)
         return ArrivedCommand(gates, sender.peer_id, sender.role, is_ours, item.epoch, now_s, age_s, is_newest)
 
     def _reject(self, route: Route, seq: int | None, refusal: GateRefusal) -> None:

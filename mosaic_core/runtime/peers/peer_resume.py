@@ -1,4 +1,4 @@
-"""What of one peer belongs to a session that outlives it: nothing of its reliable channels flows before both sides have
+"""Resumes the session of one peer, which outlives it: nothing of its reliable channels flows before both sides have
 said how far they are, and a lost peer leaves what was not confirmed to the next one.
 """
 
@@ -64,14 +64,14 @@ class PeerResume:
             self._release(label)
         return self.keeps(label)
 
-    def attach(self, label: str, queue: SendQueue, link: DataPort) -> None:
+    def attach(self, label: str, queue: SendQueue, port: DataPort) -> None:
         """Repeat what is missing, then go on; a newcomer begins with the latched value."""
         assert self._session is not None
         stream, outbox, peer_id = self._session.streams[label], self._site.outbox, self._session.peer_id
         is_newcomer = not stream.was_opened
         latched = outbox.join(label, peer_id, stream)
         stream.attach(
-            lambda message, flags, seq: queue.offer(link.outgoing(message, flags, seq)), lambda: queue.waiting(label)
+            lambda message, flags, seq: queue.offer(port.outgoing(message, flags, seq)), lambda: queue.waiting(label)
         )
         outbox.has_room(label, peer_id)
         if latched is not None and is_newcomer:
@@ -190,11 +190,11 @@ class PeerResume:
 def _sends(route: Route) -> bool:
     """What the robot sends there is numbered across connections. Bulk is not: a map is sent anew."""
     is_receiver_only = route.handler.direction is Direction.TO_ROBOT
-    return not is_receiver_only and route.lane is Priority.RELIABLE and not route.connector.terms.limits.newest_wins
+    return not is_receiver_only and route.priority is Priority.RELIABLE and not route.connector.terms.limits.newest_wins
 
 
 def _takes(route: Route) -> bool:
     """What operators send there is numbered across connections: never what moves something, which is never repeated."""
     safety = route.safety
     is_free = not safety.is_motion and safety.max_rate_hz is None and not safety.motion_fields
-    return isinstance(route.handler, DataChannelReceivable) and route.lane is Priority.RELIABLE and is_free
+    return isinstance(route.handler, DataChannelReceivable) and route.priority is Priority.RELIABLE and is_free

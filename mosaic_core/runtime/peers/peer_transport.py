@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 
-from mosaic_core.machines.peers import peer_of_robot as session
+from mosaic_core.machines.peers import peer_of_robot as machine
 from mosaic_core.machines.peers.chosen_path import ChosenPath
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.site import Site
@@ -37,7 +37,7 @@ class PeerTransport:
 
     async def answer(
         self, make_answerer: AnswererFactory, listener: AnswererListener
-    ) -> session.AnswerMade | session.AnswerFailed:
+    ) -> machine.AnswerMade | machine.AnswerFailed:
         """Answer the first offer; never raises."""
         start = self._start
         try:
@@ -46,17 +46,17 @@ class PeerTransport:
         except MosaicError as error:
             if isinstance(error, OfferRefused) and not self._is_given_up:
                 self.tell_answer(error.answer)
-            return session.AnswerFailed(error.code, error.message)
+            return machine.AnswerFailed(error.code, error.message)
         except Exception as error:  # an offer is foreign input: whatever it breaks, the robot goes on
             logger.exception("the offer of peer %s could not be answered", self._peer_id)
-            return session.AnswerFailed("sdp.invalid", type(error).__name__)
+            return machine.AnswerFailed("sdp.invalid", type(error).__name__)
         if self._is_given_up:
-            return session.AnswerMade()
+            return machine.AnswerMade()
         self.tell_answer(sdp)
         self._timeline.mark("answered")
         if start.candidates or "\na=candidate:" in start.offer_sdp:
             self._timeline.mark("candidate", "with the offer")
-        return session.AnswerMade()
+        return machine.AnswerMade()
 
     def tell_answer(self, sdp: str) -> None:
         self._server.signal(SdpAnswer(rtc_connection_id=self._start.peer_id, sdp_answer=sdp))

@@ -1,4 +1,4 @@
-"""Who is at the other end of one peer, as far as it has said, and how it is told things.
+"""Knows the operator at the other end of one peer, as far as it has said, and tells it things.
 
 It is made before every other part of the peer: each of them can name the operator, and speak to it once it listens.
 """
@@ -10,7 +10,8 @@ from dataclasses import replace
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.runtime.commands.link_watch import MeasuredLink
-from mosaic_core.runtime.peers.control_channel import ControlChannel, StopChannel
+from mosaic_core.runtime.peers.control_channel import ControlChannel
+from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.words.control import ControlMessage, Hello
 
 logger = logging.getLogger(__name__)

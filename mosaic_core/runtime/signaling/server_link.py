@@ -1,4 +1,5 @@
-"""One of the servers that introduce operators to a robot: its session, its peers, and ids unlike those of any other.
+"""Connects the robot to one of the servers that introduce operators to it: its session, its peers, and ids unlike those
+of any other.
 
 A robot may know several (its fleet's and the one that it runs itself). Each checks tickets with its own keys, and what
 one says of a peer or an operator never touches those of another.
@@ -18,7 +19,7 @@ from urllib.parse import urlsplit
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.peers.home_address import is_loopback_name
 from mosaic_core.machines.peers.network_change import NetworkChange
-from mosaic_core.machines.signaling import signaling_events as session
+from mosaic_core.machines.signaling import signaling_events as events
 from mosaic_core.machines.signaling.peer_admission import AddCandidate, RefusePeer, RenegotiatePeer, StartPeer, StopPeer
 from mosaic_core.machines.signaling.robot_signaling import RobotSignaling
 from mosaic_core.machines.timing.pacing import ComplaintPace
@@ -121,7 +122,7 @@ class ServerLink:
 
     def shut_down(self) -> None:
         """Say good-bye; :meth:`run` ends then."""
-        self._socket.tell(session.ShutdownBegun())
+        self._socket.tell(events.ShutdownBegun())
 
     def network_changed(self, change: NetworkChange) -> None:
         """A socket of the network before may hang for long; one that is missing is worth a try now."""
@@ -131,19 +132,19 @@ class ServerLink:
     # -- what its peers tell, by the ids that it gave them -------------------------------------------------------
 
     def signal(self, message: SignalingMessage) -> None:
-        self._socket.tell(session.MessageReady(message))
+        self._socket.tell(events.MessageReady(message))
 
     def peer_connected(self, peer_id: str) -> None:
-        self._socket.tell(session.PeerConnected(peer_id))
+        self._socket.tell(events.PeerConnected(peer_id))
 
     def peer_ended(self, peer_id: str, peer: IntroducedPeer, code: str, message: str) -> None:
         if self._peers.get(peer_id) is peer:
             del self._peers[peer_id]
-            self._socket.tell(session.PeerEnded(peer_id, code, message))
+            self._socket.tell(events.PeerEnded(peer_id, code, message))
 
     # -- what it asks --------------------------------------------------------------------------------------------
 
-    def _carry_out(self, effect: session.Effect) -> None:
+    def _carry_out(self, effect: events.Effect) -> None:
         match effect:
             case StartPeer(peer_id=peer_id):
                 self._peers[peer_id] = self._starter.start_peer(Introduction(effect, self._sender(effect), self))
@@ -160,10 +161,10 @@ class ServerLink:
                 fields = {"peerId": self._scope + peer_id, "code": code}
                 level = logging.WARNING if self._refusals.is_due(code, time.monotonic()) else logging.DEBUG
                 logger.log(level, "operator refused (%s): %s", code, message or reason(code).sentence, extra=fields)
-            case session.ChangeState(state):
+            case events.ChangeState(state):
                 self.state = state
                 self._state_changed()
-            case session.Report(code, message):
+            case events.Report(code, message):
                 self._report(code, f"{self.server.name} server: {message}" if self._scope else message)
 
     def _report(self, code: str, message: str) -> None:
@@ -181,12 +182,12 @@ class ServerLink:
         return Sender(scope + start.peer_id, scope + who.session_id, operator_id, who.name, who.role)
 
 
-def _facts(server: KnownServer, catalogue: Catalogue) -> session.RobotFacts:
+def _facts(server: KnownServer, catalogue: Catalogue) -> events.RobotFacts:
     auth = server.config.auth
     token = None
     if auth.type == "simple-token":
         token = auth.params.token.get_secret_value() if auth.params.token is not None else ""
-    return session.RobotFacts(
+    return events.RobotFacts(
         robot_id=server.robot_id, token=token, catalogue=catalogue, ice_servers=server.config.webrtc.ice_servers
     )
 

@@ -7,7 +7,7 @@ import logging
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from mosaic_core.machines.signaling import signaling_events as session
+from mosaic_core.machines.signaling import signaling_events as events
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.timing.machine_driver import Machine, MachineDriver
 from mosaic_core.runtime.transport.transport import SocketConnector, TextSocket
@@ -93,7 +93,7 @@ class SignalingSocket:
         self._carry_out = carry_out
         self._driver = MachineDriver(machine, self._do)
         self._socket: TextSocket | None = None
-        self._unsent: asyncio.Queue[session.SendSignal | session.CloseSocket] = asyncio.Queue()
+        self._unsent: asyncio.Queue[events.SendSignal | events.CloseSocket] = asyncio.Queue()
         self._delay_s = 0.0
         self._stopped = asyncio.Event()
         self._renewal = SocketRenewal(lambda socket: _close(socket, 1000, ""))
@@ -104,12 +104,12 @@ class SignalingSocket:
 
     def _do(self, effect: Any) -> None:
         match effect:
-            case session.SendSignal() | session.CloseSocket():
+            case events.SendSignal() | events.CloseSocket():
                 self._enqueue(effect)
-            case session.ReconnectAfter(delay_s):
+            case events.ReconnectAfter(delay_s):
                 self._delay_s = delay_s
             case _:
-                if effect == session.ChangeState("stopped"):
+                if effect == events.ChangeState("stopped"):
                     self._stopped.set()
                 self._carry_out(effect)
 
@@ -123,12 +123,12 @@ class SignalingSocket:
             try:
                 socket = await self._renewal.opened(self._connect(self._url))
             except SignalingError as error:
-                self.tell(session.ConnectFailed(error.message, error.code))
+                self.tell(events.ConnectFailed(error.message, error.code))
             else:
                 if socket is None:
-                    self.tell(session.NetworkChanged())
+                    self.tell(events.NetworkChanged())
                 else:
-                    self.tell(session.SocketClosed(await self._serve(socket)))
+                    self.tell(events.SocketClosed(await self._serve(socket)))
             await self._wait()
 
     async def _wait(self) -> None:
@@ -136,7 +136,7 @@ class SignalingSocket:
         try:
             async with asyncio.timeout(self._delay_s):
                 if not await self._renewal.until_done(stopped):
-                    self.tell(session.NetworkChanged())
+                    self.tell(events.NetworkChanged())
         except TimeoutError:
             return
         finally:
@@ -147,7 +147,7 @@ class SignalingSocket:
         self._socket, self._unsent = socket, asyncio.Queue(self.max_unsent)
         reader = asyncio.create_task(self._read(socket))
         writer = asyncio.create_task(self._write(socket, self._unsent))
-        self.tell(session.SocketOpened())
+        self.tell(events.SocketOpened())
         is_moved = False
         try:
             is_moved = not await self._renewal.until_done(reader, writer)
@@ -164,27 +164,27 @@ class SignalingSocket:
         if not is_moved:
             await _close(socket, 1000, "")
             return
-        self.tell(session.NetworkChanged())
+        self.tell(events.NetworkChanged())
         self._renewal.leave(socket)
 
     async def _read(self, socket: TextSocket) -> None:
         try:
             async for text in socket:
-                self.tell(session.FrameReceived(text))
+                self.tell(events.FrameReceived(text))
         except SignalingError as error:
             logger.debug("signaling socket: %s", error)
 
-    async def _write(self, socket: TextSocket, unsent: asyncio.Queue[session.SendSignal | session.CloseSocket]) -> int:
+    async def _write(self, socket: TextSocket, unsent: asyncio.Queue[events.SendSignal | events.CloseSocket]) -> int:
         """The close code that we chose."""
         while True:
             effect = await unsent.get()
-            if isinstance(effect, session.CloseSocket):
+            if isinstance(effect, events.CloseSocket):
                 await _close(socket, effect.code, effect.reason)
                 return effect.code
             await socket.send(effect.message.to_text())
             unsent.task_done()
 
-    def _enqueue(self, effect: session.SendSignal | session.CloseSocket) -> None:
+    def _enqueue(self, effect: events.SendSignal | events.CloseSocket) -> None:
         if self._socket is None:
             return
         if self._unsent.full():

@@ -82,12 +82,14 @@ def test_only_a_person_who_holds_a_lease_or_supervises_clears(
     assert (code is None) == may
     assert code is None or code in REASONS
     assert latch.is_stopped != may
+    is_program = not is_person and not is_original and role != "observer"
+    assert (code == "safety.person_clears") == is_program, "the reason of a program, and of nobody else"
 
 
 def test_clearing_what_is_not_stopped_is_no_error_for_who_may_and_forbidden_for_who_may_not() -> None:
     assert StopLatch().clear(PERSON, True) is None
     assert StopLatch().clear(PERSON, False) == "lease.required"
-    assert StopLatch().clear(Party("p", "sp"), True) == "lease.forbidden"
+    assert StopLatch().clear(Party("p", "sp"), True) == "safety.person_clears"
 
 
 def test_after_clearing_nothing_is_left_of_the_stop() -> None:

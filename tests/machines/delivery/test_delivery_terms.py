@@ -21,13 +21,13 @@ def contract(**said: Any) -> DeliveryContract:
 
 
 def test_a_mode_alone_has_what_the_mode_usually_has() -> None:
-    for mode, lane, latch in (
+    for mode, priority, latch in (
         (Delivery.RELIABLE, Priority.RELIABLE, True),
         (Delivery.LATEST, Priority.LATEST, True),
         (Delivery.BULK, Priority.BULK, False),
     ):
         terms = terms_of(mode)
-        assert (terms.mode, terms.lane, terms.limits, terms.latch) == (mode, lane, LIMITS[lane], latch)
+        assert (terms.mode, terms.priority, terms.limits, terms.latch) == (mode, priority, LIMITS[priority], latch)
         assert terms.max_rate_hz is None
 
 

@@ -71,6 +71,23 @@ def test_an_unfinished_message_is_forgotten_after_the_time_out() -> None:
     assert reader.read(second, CHUNK_TIMEOUT_S + 0.1) is None
 
 
+def test_on_a_lossy_channel_a_complete_value_makes_the_parts_of_older_ones_worthless() -> None:
+    reader = FrameReader(is_lossy=True)
+    (old_first, old_second), (first, second) = chunks(20, seq=1), chunks(20, seq=2)
+    reader.read(old_first, 0.0)
+    assert [reader.read(part, 0.0) is not None for part in (first, second)] == [False, True]
+    assert [reader.read(part, 0.0) for part in (old_first, old_second)] == [None, None]
+    assert not tuple(reader.chunks.unfinished())
+
+
+def test_where_nothing_gets_lost_an_older_message_may_be_completed_after_a_newer_one() -> None:
+    reader = FrameReader()
+    (old_first, old_second), (first, second) = chunks(20, seq=1), chunks(20, seq=2)
+    for part in (old_first, first):
+        assert reader.read(part, 0.0) is None
+    assert [part is not None for part in (reader.read(second, 0.0), reader.read(old_second, 0.0))] == [True, True]
+
+
 def test_only_so_many_unfinished_messages_are_kept() -> None:
     reader = FrameReader(max_partial=2)
     for seq in range(3):

@@ -29,8 +29,8 @@ def message(channel: str, *pieces: bytes) -> QueuedMessage:
 
 def scheduler(**channels: Priority) -> SendScheduler:
     it = SendScheduler()
-    for channel, lane in channels.items():
-        it.open(channel, lane)
+    for channel, priority in channels.items():
+        it.open(channel, priority)
     return it
 
 
@@ -41,7 +41,7 @@ def drained(it: SendScheduler, buffered_bytes: int = 0) -> list[tuple[str, bytes
     return taken
 
 
-def test_the_lanes_go_in_the_order_of_their_urgency() -> None:
+def test_the_priorities_go_in_the_order_of_their_urgency() -> None:
     it = scheduler(bulk=Priority.BULK, event=Priority.RELIABLE, pose=Priority.LATEST, control=Priority.CONTROL)
     for channel in ("bulk", "event", "pose", "control"):
         it.offer(message(channel, channel.encode()))
@@ -73,7 +73,7 @@ def test_a_value_whose_sending_has_begun_is_finished_before_the_newer_one() -> N
     assert drained(it) == [("scan", b"a2"), ("scan", b"b")]
 
 
-def test_channels_of_one_lane_take_turns() -> None:
+def test_channels_of_one_priority_take_turns() -> None:
     it = scheduler(a=Priority.RELIABLE, b=Priority.RELIABLE)
     for _ in range(2):
         it.offer(message("a", b"a"))
@@ -101,7 +101,7 @@ def test_one_message_larger_than_the_queue_is_taken_while_nothing_waits() -> Non
 
 
 @pytest.mark.parametrize(
-    ("lane", "sends_below", "waits_at"),
+    ("priority", "sends_below", "waits_at"),
     [
         (Priority.CONTROL, HIGH_WATER_BYTES, 4 * HIGH_WATER_BYTES),
         (Priority.LATEST, LOW_WATER_BYTES - 1, LOW_WATER_BYTES),
@@ -109,8 +109,8 @@ def test_one_message_larger_than_the_queue_is_taken_while_nothing_waits() -> Non
         (Priority.BULK, HIGH_WATER_BYTES // 2 - 1, HIGH_WATER_BYTES // 2),
     ],
 )
-def test_each_lane_waits_for_its_own_buffer_level(lane: Priority, sends_below: int, waits_at: int) -> None:
-    it = scheduler(a=lane)
+def test_each_priority_waits_for_its_own_buffer_level(priority: Priority, sends_below: int, waits_at: int) -> None:
+    it = scheduler(a=priority)
     it.offer(message("a", b"x"))
     assert it.take(waits_at) is None
     assert it.take(sends_below) == ("a", b"x")
@@ -169,13 +169,13 @@ def test_the_newest_value_gets_through_beside_whoever_sends_without_end() -> Non
     assert sent["pose"] >= 100 * 500 / 6, "a piece of a map takes four turns, and pose goes before the next one"
 
 
-def test_lanes_that_outrun_the_link_together_share_it_and_none_starves() -> None:
+def test_priorities_that_outrun_the_link_together_share_it_and_none_starves() -> None:
     it = scheduler(pose=Priority.LATEST, event=Priority.RELIABLE, map=Priority.BULK)
     sent = on_a_link(it, {"pose": 8000, "event": 8000, "map": 8000}, turns=2000, per_turn_bytes=6000)
     assert sent["pose"] > sent["event"] > sent["map"] > 0.02 * sum(sent.values())
 
 
-def test_a_lane_that_was_idle_has_saved_nothing_up() -> None:
+def test_a_priority_that_was_idle_has_saved_nothing_up() -> None:
     it = scheduler(event=Priority.RELIABLE, map=Priority.BULK)
     on_a_link(it, {"map": 8000}, turns=300, per_turn_bytes=8000)
     sent = on_a_link(it, {"event": 8000, "map": 8000}, turns=300, per_turn_bytes=8000)
@@ -283,8 +283,8 @@ def test_on_any_walk_bounds_hold_order_holds_and_the_newest_value_is_the_last_to
     acts: list[tuple[Any, ...]],
 ) -> None:
     it = SendScheduler()
-    for channel, (lane, limits) in KINDS.items():
-        it.open(channel, lane, limits)
+    for channel, (priority, limits) in KINDS.items():
+        it.open(channel, priority, limits)
     accepted: dict[str, list[int]] = {channel: [] for channel in KINDS}
     sent: dict[str, list[int]] = {channel: [] for channel in KINDS}
     for number, (act, what, size) in enumerate(acts):
@@ -298,8 +298,8 @@ def test_on_any_walk_bounds_hold_order_holds_and_the_newest_value_is_the_last_to
         if it.offer(message(what, *pieces)) is not Offered.REFUSED:
             accepted[what].append(number)
         messages, size_bytes = it.waiting(what)
-        lane, limits = KINDS[what]
-        limits = limits or LIMITS[lane]
+        priority, limits = KINDS[what]
+        limits = limits or LIMITS[priority]
         assert messages <= limits.messages
         assert size_bytes <= limits.size_bytes or messages == 1
     for channel, piece in drained(it):
@@ -315,7 +315,7 @@ def test_on_any_walk_bounds_hold_order_holds_and_the_newest_value_is_the_last_to
 
 
 @given(st.lists(st.tuples(st.integers(2, 2000), st.integers(1, 4)), min_size=2, max_size=5))
-def test_no_channel_of_a_lane_starves_whatever_the_others_send(loads: list[tuple[int, int]]) -> None:
+def test_no_channel_of_a_priority_starves_whatever_the_others_send(loads: list[tuple[int, int]]) -> None:
     """Each always has something to send; after a while each has had its share, give or take one message."""
     it = SendScheduler()
     limits = QueueLimits(messages=10, size_bytes=10**9)

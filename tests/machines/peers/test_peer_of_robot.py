@@ -15,6 +15,7 @@ from mosaic_core.machines.peers.peer_of_robot import (
     CloseRequested,
     ControlReceived,
     DeadlinePassed,
+    Doubted,
     Event,
     HelloReceived,
     RobotPeerMachine,
@@ -120,6 +121,16 @@ def test_two_silent_seconds_are_a_lost_peer() -> None:
     [end] = it.handle(DeadlinePassed(), 12.0)
     assert isinstance(end, ClosePeer)
     assert (end.code, end.say_bye) == ("peer.lost", False)
+
+
+def test_a_doubt_shortens_the_time_that_a_silent_peer_has_and_never_prolongs_it() -> None:
+    it = in_phase("open")
+    before_s = it.deadline_s
+    assert before_s is not None
+    it.handle(Doubted(100.0), 0.0)
+    assert it.deadline_s == before_s
+    it.handle(Doubted(0.25), 0.0)
+    assert it.deadline_s == 0.25
 
 
 def test_when_the_robot_itself_stood_still_waiting_pings_get_their_chance() -> None:

@@ -207,6 +207,7 @@ def test_a_replaced_robot_stops_for_good() -> None:
 def test_close_code_4401_is_tried_again_slowly() -> None:
     effects = ours().handle(SocketClosed(4401), 1.0)
     assert [effect.code for effect in effects if isinstance(effect, Report)] == ["auth.failed"]
+    assert "tries again by itself" in next(effect.message for effect in effects if isinstance(effect, Report))
     assert [effect.delay_s for effect in effects if isinstance(effect, ReconnectAfter)] == [30.0]
 
 

@@ -96,6 +96,16 @@ def test_a_supervisor_clears_without_the_lease(world: Any, robot: Any, capsys: A
     assert robot.said(control.LeaseRequest) == []
 
 
+def test_a_program_asks_for_no_lease_before_it_is_told_that_a_person_clears(world: Any, robot: Any) -> None:
+    me = control.PeerInfo(peer_id=world.peer_id, role="operator", is_person=False)
+    world.first_words = [control.Peers(you=world.peer_id, peers=(me,)), lease(), stopped("Bob")]
+    world.clear_answer = control.Refusal(label="_mosaic", code="safety.person_clears")
+    with pytest.raises(LeaseDenied, match="Only a person") as denied:
+        do(world, partial(clear_stop, robot=ROBOT, as_json=False))
+    assert denied.value.code == "safety.person_clears"
+    assert robot.said(control.LeaseRequest) == []
+
+
 def test_clearing_what_is_not_stopped_is_said(world: Any, robot: Any, capsys: Any) -> None:
     assert do(world, partial(clear_stop, robot=ROBOT, as_json=False)) == 0
     assert "was not stopped" in capsys.readouterr().out
@@ -108,6 +118,21 @@ def test_a_refused_clear_is_an_error_with_its_code(world: Any, robot: Any) -> No
     with pytest.raises(LeaseDenied) as denied:
         do(world, partial(clear_stop, robot=ROBOT, as_json=False))
     assert denied.value.code == "lease.forbidden"
+
+
+def test_a_resource_that_is_asked_for_is_shown_alone(world: Any, robot: Any, capsys: Any) -> None:
+    arm = control.LeaseState(resource="arm", holder=None, epoch=0, queue=(), expiry_s=2)
+    world.first_words[1:2] = [lease(), arm]
+    assert do(world, partial(show_leases, robot=ROBOT, resource="arm", as_json=True)) == 0
+    assert [json.loads(line)["resource"] for line in capsys.readouterr().out.splitlines()] == ["arm"]
+    assert do(world, partial(show_leases, robot=ROBOT, as_json=True)) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 2
+
+
+def test_a_resource_that_the_robot_lacks_is_an_error(world: Any, robot: Any) -> None:
+    with pytest.raises(ConnectionFailed, match=r"'nix'.*'motion'") as unknown:
+        do(world, partial(show_leases, robot=ROBOT, resource="nix", as_json=False))
+    assert unknown.value.code == "lease.unknown_resource"
 
 
 def test_leases_are_shown_with_their_holder_and_who_waits(world: Any, robot: Any, capsys: Any) -> None:
@@ -139,7 +164,7 @@ def test_a_lease_is_forced_with_its_reason_and_freed(world: Any, robot: Any, cap
 def test_a_held_lease_tells_who_asks_and_ends_when_it_is_lost(world: Any, robot: Any, capsys: Any) -> None:
     async def hold(operator: Any) -> int:
         holding = asyncio.create_task(taking("")(operator))
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(30):
             while not robot.said(control.LeaseRequest):  # noqa: ASYNC110
                 await asyncio.sleep(0.01)
         me = control.PeerInfo(peer_id=world.peer_id)
@@ -215,7 +240,7 @@ def test_driving_sends_while_a_key_is_held_and_stops_the_robot_on_x(
 
     async def drive(operator: Any) -> int:
         driving = asyncio.create_task(DriveSession(ROBOT, "cmd_vel", 0.3, 0.8, "", 1.0, True)(operator))
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(30):
             while not robot.said(control.LeaseRequest):  # noqa: ASYNC110
                 await asyncio.sleep(0.01)
             keyboard(b"wa")
@@ -244,7 +269,7 @@ def test_a_driver_hands_over_to_who_asks_and_leaves(
 
     async def drive(operator: Any) -> int:
         driving = asyncio.create_task(DriveSession(ROBOT, "cmd_vel", 0.3, 0.8, "", 1.0, True)(operator))
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(30):
             while not robot.said(control.LeaseRequest):  # noqa: ASYNC110
                 await asyncio.sleep(0.01)
             me = control.PeerInfo(peer_id=world.peer_id)
@@ -267,7 +292,7 @@ def test_a_driver_who_is_interrupted_with_a_key_held_leaves_the_robot_standing(
 
     async def drive(operator: Any) -> None:
         driving = asyncio.create_task(DriveSession(ROBOT, "cmd_vel", 0.3, 0.8, "", 1.0, True)(operator))
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(30):
             while {"linear": {"x": 0.3}, "angular": {"z": 0.0}} not in velocities(robot):
                 keyboard(b"w")
                 await asyncio.sleep(0.05)

@@ -19,6 +19,7 @@ from mosaic_core.machines.control.operator_control import (
     Event,
     GaveUp,
     Granted,
+    LeaseView,
     Lost,
     OperatorControl,
     Queued,
@@ -52,7 +53,7 @@ def test_asking_is_said_and_a_grant_is_held() -> None:
     ]
     assert machine.handle(reply("granted", 5), 1.0) == [Granted("motion", 5), ControlChanged()]
     assert machine.held == {"motion": 5}
-    assert machine.leases["motion"].is_mine
+    assert machine.leases["motion"] == LeaseView("motion", is_mine=True)
 
 
 def test_what_is_held_is_kept_alive_twice_a_second_and_nothing_else_is() -> None:

@@ -10,7 +10,7 @@ import pytest
 from mosaic_core.machines.delivery.framing import Frame, PayloadKind, encode_frame
 from mosaic_core.words import control
 
-WAIT_S = 5.0
+WAIT_S = 30.0
 
 
 def report(messages: int) -> control.DeliveryReport:

@@ -65,10 +65,10 @@ async def test_an_operator_hears_of_a_message_that_came_in_part_only() -> None:
         refusals: list[Refusal] = []
         link.connection.on_refusal(refusals.append)
         peer = next(iter(link.robot._running.peers))
-        reader = peer._channels._links["notes"].reader
+        reader = peer._channels._ports["notes"].reader
         reader.chunks.timeout_s = 0.05
         first, *_ = encode_frame(Frame(PayloadKind.JSON, b"0123456789", seq=7), 4)
-        on_message = peer._channels._links["notes"].channel.on_message
+        on_message = peer._channels._ports["notes"].channel.on_message
         assert on_message is not None
         on_message(first)
         await until(

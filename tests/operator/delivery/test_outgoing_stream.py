@@ -31,6 +31,8 @@ class RecordingPort:
         return True
 
     def send(self, kind: PayloadKind, payload: bytes) -> bool:
+        if len(self.sent) >= self.room:
+            return False
         self.sent.append(payload)
         return True
 
@@ -141,6 +143,18 @@ def test_where_the_robot_does_not_number_what_waited_goes_out_once_under_the_cha
     assert not outgoing.is_numbered
     assert said(outgoing, b"c") == [True]
     assert port.sent == [b"a", b"b", b"c"]
+
+
+def test_what_the_channel_refuses_leaves_when_it_has_drained_and_nothing_overtakes_it() -> None:
+    outgoing, port = stream(), RecordingPort(room=1)
+    said(outgoing, b"a", b"b")
+    outgoing.attach(port)
+    outgoing.plain()
+    assert said(outgoing, b"c") == [True]
+    assert (port.sent, outgoing.waiting) == ([b"a"], 2)
+    port.room = 10
+    outgoing.pump()
+    assert (port.sent, outgoing.waiting) == ([b"a", b"b", b"c"], 0)
 
 
 def test_where_the_robot_does_not_number_nothing_is_kept_while_the_channel_is_closed() -> None:

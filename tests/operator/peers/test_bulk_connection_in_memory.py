@@ -62,7 +62,9 @@ async def first_of(store: ReceivableStore) -> Any:
     return (await store.next_message()).json()
 
 
-async def test_the_first_bulk_store_makes_the_lane_and_everything_else_stays_on_the_main_connection() -> None:
+async def test_the_first_bulk_store_makes_the_bulk_connection_and_everything_else_stays_on_the_main_connection() -> (
+    None
+):
     entries = connector(MapConfigurer, label="map", delivery="bulk"), connector(MapConfigurer, label="pose")
     async with joined(*entries) as link:
         assert link.connection.bulk_lane == "none"
@@ -75,7 +77,7 @@ async def test_the_first_bulk_store_makes_the_lane_and_everything_else_stays_on_
         assert channels(link, 1) == ["_lane", "map"]
 
 
-async def test_bulk_goes_both_ways_over_the_lane() -> None:
+async def test_bulk_goes_both_ways_over_the_bulk_connection() -> None:
     async with joined(connector(FilesConfigurer, label="files", delivery="bulk")) as link:
         store = link.connection.bidirectional("files")
         await store.wait_open()
@@ -86,7 +88,7 @@ async def test_bulk_goes_both_ways_over_the_lane() -> None:
         assert channels(link, 1) == ["_lane", "files"]
 
 
-async def test_a_lane_that_breaks_puts_bulk_on_the_main_connection_and_comes_back_for_the_next_store(
+async def test_a_bulk_connection_that_breaks_puts_bulk_on_the_main_connection_and_comes_back_for_the_next_store(
     quick_retry: None,
 ) -> None:
     entries = (
@@ -105,7 +107,7 @@ async def test_a_lane_that_breaks_puts_bulk_on_the_main_connection_and_comes_bac
         assert channels(link, 2) == ["_lane", "cloud"]
 
 
-async def test_an_operator_who_wants_no_lane_makes_none() -> None:
+async def test_an_operator_who_wants_no_bulk_connection_makes_none() -> None:
     async with joined(connector(MapConfigurer, label="map", delivery="bulk")) as link:
         link.operator.uses_bulk_lane = False
         connection = await link.operator.connect(link.connection.robot_id)
@@ -114,7 +116,7 @@ async def test_an_operator_who_wants_no_lane_makes_none() -> None:
         assert "map" in channels(link, 1)
 
 
-async def test_the_lane_ends_with_its_main_connection() -> None:
+async def test_the_bulk_connection_ends_with_its_main_connection() -> None:
     async with joined(connector(MapConfigurer, label="map", delivery="bulk")) as link:
         await first_of(link.connection.receivable("map"))
         await link.connection.close()

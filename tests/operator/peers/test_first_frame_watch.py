@@ -32,7 +32,7 @@ def opened_store() -> MediaStreamStore:
 async def until_failed(store: MediaStreamStore) -> None:
     failed = asyncio.Event()
     store.when("after_connection_failed", failed.set)
-    async with asyncio.timeout(5):
+    async with asyncio.timeout(30):
         await failed.wait()
 
 

@@ -11,7 +11,7 @@ from mosaic_core.operator import BidirectionalStore, MosaicStore, ReceivableStor
 from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import ConnectionFailed
 
-WAIT_S = 5.0
+WAIT_S = 30.0
 MOMENTS = ("before_connected", "after_connected", "after_disconnected", "after_connection_failed")
 
 

@@ -112,6 +112,26 @@ def test_what_does_not_fit_is_refused_with_its_code(payload: bytes, code: str) -
     assert caught.value.code == code
 
 
+@pytest.mark.parametrize(
+    ("payload", "message"),
+    [
+        (b'{"v": ' + b"1" * 5000 + b"}", "a whole number of too many digits"),
+        (b"[" * 100_000, "nested too deeply"),
+        (b'{"v": 1, "extra": "\\ud800"}', "half a surrogate pair"),
+        (b"{", "not JSON"),
+    ],
+)
+def test_a_refusal_says_what_is_wrong_with_the_text(payload: bytes, message: str) -> None:
+    with pytest.raises(Refused, match=f"^{message}$"):
+        PayloadReader(Typed("a")).read(payload)
+
+
+@pytest.mark.parametrize("number", ["NaN", "-Infinity", "1e400"])
+def test_a_number_that_is_not_finite_is_named(number: str) -> None:
+    with pytest.raises(Refused, match=f"^{number} is not a finite number$"):
+        PayloadReader(Typed("a")).read(f'{{"v": {number}}}'.encode())
+
+
 def test_a_refusal_names_the_field_and_quotes_nothing() -> None:
     with pytest.raises(Refused, match="v: ") as caught:
         PayloadReader(Typed("a")).read(b'{"v": "my password"}')

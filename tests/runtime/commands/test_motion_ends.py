@@ -83,6 +83,8 @@ async def test_a_message_that_takes_no_zero_costs_the_zeros_and_not_the_receiver
         drive = ann.open("drive")
         drive.say({"v": 1})
         await kit.until(lambda: "takes no zeros" in caplog.text)
+        [told] = [record for record in caplog.records if "takes no zeros" in record.message]
+        assert vars(told)["label"] == "drive"
         assert base.log == [1.0, "safety.timeout"]
         drive.say({"v": 2})
         await kit.until(lambda: base.log[2:3] == [2.0])

@@ -9,8 +9,9 @@ from collections.abc import AsyncIterator
 from typing import Any
 
 import pytest
+from pydantic import field_validator
 
-from mosaic_core import DataChannelJsonReceivable, Sender
+from mosaic_core import DataChannelJsonReceivable, DataChannelReceivable, Message, Sender
 from mosaic_core.machines.commands.gates import Gate
 from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.machines.control.stop_latch import StopLatch
@@ -56,8 +57,9 @@ class SlowAsync(Slow):
 
 
 class Scene:
-    def __init__(self, handler: Slow) -> None:
-        self.handler, self.done = handler, list[Outcome]()
+    def __init__(self, handler: DataChannelReceivable[Any]) -> None:
+        self.handler: Any = handler
+        self.done: list[Outcome] = []
         self.safety = SafetyWatchdog()
         self.latch = StopLatch()
         self.fence = Fence(self.safety, LeaseDesk(()), self.latch, lambda effect: None)
@@ -223,3 +225,30 @@ async def test_what_a_plugin_raised_is_in_the_robots_log_and_not_in_what_its_ope
     assert outcome.refusal.code == "plugin.failed"
     assert "bus" not in outcome.refusal.message
     assert "the bus is gone" in caplog.text
+
+
+class Reading(Message):
+    v: float
+
+    @field_validator("v")
+    @classmethod
+    def _looked_up(cls, v: float) -> float:
+        raise OSError("the table is gone")
+
+
+class Typed(DataChannelReceivable[Reading]):
+    def handle_data(self, data: Reading) -> None:
+        raise AssertionError("nothing was read")
+
+
+async def test_a_message_whose_own_check_breaks_fails_like_its_handle_data(caplog: pytest.LogCaptureFixture) -> None:
+    scene = Scene(Typed("slow"))
+    scene.receiver.start()
+    scene.says(b'{"v": 1.0}')
+    await until(lambda: scene.done)
+    scene.receiver.close()
+    await scene.receiver.closed()
+    [outcome] = scene.done
+    assert outcome.refusal is not None
+    assert (outcome.refusal.gate, outcome.refusal.code) == (Gate.HANDLER, "plugin.failed")
+    assert "the table is gone" in caplog.text

@@ -161,7 +161,7 @@ async def test_only_a_person_with_a_lease_or_a_supervisor_clears_it(kit: Any) ->
     async with played(kit, [motor]) as scene:
         ann, bob = await scene.enters("ann"), await scene.enters("bob")
         bot, boss = await scene.enters("bot", is_person=False), await scene.enters("boss", role="supervisor")
-        for who, code in ((bob, "lease.required"), (bot, "lease.forbidden")):
+        for who, code in ((bob, "lease.required"), (bot, "safety.person_clears")):
             ann.stop()
             await kit.until(lambda: ann.heard("stop.state")[-1].is_stopped)
             who.say(control.StopClear())

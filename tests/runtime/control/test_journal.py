@@ -92,6 +92,17 @@ def test_the_same_refusal_is_written_at_once_and_then_counted(clock: Clock) -> N
     ]
 
 
+def test_the_log_and_the_journal_have_the_sentence_that_the_operator_gets(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    journal = RobotJournal()
+    journal.refused("drive", ANN, GateRefusal(Gate.SHAPE, "channel.invalid", "rpm: Field\nrequired"))
+    journal.refused("drive", ANN, NO_LEASE)
+    with_sentence, without = [record.getMessage() for record in caplog.records]
+    assert with_sentence.endswith("at the gate shape (channel.invalid): 'rpm: Field\\nrequired'")
+    assert without.endswith(")")
+    assert any(message.startswith("rpm: Field") for _, _, message in whats(journal))
+
+
 def test_refusals_of_many_kinds_stay_bounded(clock: Clock) -> None:
     journal = RobotJournal()
     for number in range(5000):

@@ -43,5 +43,5 @@ async def test_answers_that_nobody_takes_are_counted_as_lost(kit: Any) -> None:
         asks = (await scene.connects("old")).open("link-receiver", "")
         for number in range(10):
             asks.say(str(number))
-        await kit.until(lambda: scene.robot.snapshot().connectors[0].dropped == 10)
+        await kit.until(lambda: scene.robot.snapshot().connectors[0].lost == 10)
         assert scene.robot.snapshot().connectors[0].messages == 10, "what came; nothing has left"

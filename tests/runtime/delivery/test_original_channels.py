@@ -12,7 +12,7 @@ from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.words.data_type import Delivery
 
 
-class Lane(DataChannelSendable[bytes]):
+class CloudChannel(DataChannelSendable[bytes]):
     is_for_originals = True
 
 
@@ -22,9 +22,9 @@ class Cloud(DataChannelSendable[bytes]):
     runs = "watched"
     runs_now = 0
 
-    def __init__(self, label: str, lane: Lane) -> None:
+    def __init__(self, label: str, channel: CloudChannel) -> None:
         super().__init__(label)
-        self.lane = lane
+        self.channel = channel
         self.rounds = 0
 
     def messages(self) -> Iterator[bytes]:
@@ -32,8 +32,8 @@ class Cloud(DataChannelSendable[bytes]):
         self.rounds += 1
         try:
             for _ in self.every(0.01):
-                if self.lane.is_heard:
-                    self.lane.send_burst([b"meta", b"one", b"two"])
+                if self.channel.is_heard:
+                    self.channel.send_burst([b"meta", b"one", b"two"])
                 if self.is_heard:
                     yield b"compact"
         finally:
@@ -41,9 +41,9 @@ class Cloud(DataChannelSendable[bytes]):
 
 
 def cloud_of(kit: Any) -> tuple[Cloud, Connector]:
-    lane = Lane("cloud-0")
-    cloud = Cloud("cloud", lane)
-    return cloud, kit.connector_of(cloud, lane)
+    channel = CloudChannel("cloud-0")
+    cloud = Cloud("cloud", channel)
+    return cloud, kit.connector_of(cloud, channel)
 
 
 async def test_an_original_dashboard_wakes_the_body_and_gets_its_burst_in_order(kit: Any) -> None:
@@ -53,10 +53,10 @@ async def test_an_original_dashboard_wakes_the_body_and_gets_its_burst_in_order(
         await scene.network.ready()
         operator = await scene.network.offer()
         assert cloud.runs_now == 0
-        lane = operator.open("cloud-0", "")
-        await kit.until(lambda: len(lane.sent) >= 6)
-        assert lane.sent[:6] == [b"meta", b"one", b"two"] * 2
-        lane.close()
+        channel = operator.open("cloud-0", "")
+        await kit.until(lambda: len(channel.sent) >= 6)
+        assert channel.sent[:6] == [b"meta", b"one", b"two"] * 2
+        channel.close()
         await kit.until(lambda: cloud.runs_now == 0)
 
 
@@ -66,12 +66,12 @@ async def test_one_body_serves_both_and_rests_when_the_last_has_gone(kit: Any) -
     async with kit.running(connector) as scene:
         await scene.network.ready()
         operator = await scene.network.offer()
-        lane = operator.open("cloud-0", "")
-        await kit.until(lambda: lane.sent)
+        channel = operator.open("cloud-0", "")
+        await kit.until(lambda: channel.sent)
         own = operator.open("cloud")
         await kit.until(lambda: own.frames())
         assert own.frames()[0].payload == b"compact"
-        lane.close()
+        channel.close()
         count = len(own.frames())
         await kit.until(lambda: len(own.frames()) > count + 2)
         own.close()
@@ -86,9 +86,9 @@ async def test_a_burst_on_a_framed_channel_is_one_frame_per_part(kit: Any) -> No
         await scene.network.ready()
         operator = await scene.network.offer()
         await operator.greet()
-        lane = operator.open("cloud-0")
-        await kit.until(lambda: len(lane.frames()) >= 3)
-        frames = lane.frames()[:3]
+        channel = operator.open("cloud-0")
+        await kit.until(lambda: len(channel.frames()) >= 3)
+        frames = channel.frames()[:3]
         assert [frame.payload for frame in frames] == [b"meta", b"one", b"two"]
         assert [frame.seq for frame in frames] == [1, 2, 3]
         assert {frame.kind for frame in frames} == {PayloadKind.BYTES}
@@ -98,7 +98,7 @@ def test_the_catalogue_tells_of_the_own_channel_alone(kit: Any) -> None:
     cloud, connector = cloud_of(kit)
     entry = catalogue_entry("cloud", "point-cloud", connector.handlers)
     assert [channel.label for channel in entry.channels] == ["cloud"]
-    assert cloud.lane.data_type is entry.data_type
+    assert cloud.channel.data_type is entry.data_type
 
 
 class Scan(DataChannelSendable[bytes]):

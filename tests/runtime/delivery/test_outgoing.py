@@ -232,6 +232,14 @@ async def test_a_message_for_full_queues_alone_goes_nowhere(kit: Any) -> None:
     assert (counters.dropped, counters.messages) == (3, 1)
 
 
+async def test_an_answer_to_somebody_who_is_gone_is_lost_and_no_queue_was_full(kit: Any) -> None:
+    it, counters, _ = outbox()
+    it.join("a", "p1", Listener())
+    assert it.post(message(to="p2")) is False
+    await kit.until(lambda: counters.lost == 1)
+    assert (counters.dropped, counters.messages) == (0, 0)
+
+
 async def test_what_all_refused_does_not_count_and_what_nobody_listens_to_does(kit: Any) -> None:
     it, counters, _ = outbox()
     it.join("a", "p1", Listener(Offered.REFUSED))

@@ -50,7 +50,7 @@ class Always(Body):
     runs = "always"
 
 
-class Lane(DataChannelSendable[bytes]):
+class CloudChannel(DataChannelSendable[bytes]):
     """A channel for original dashboards beside the first handler's."""
 
     is_for_originals = True
@@ -152,8 +152,8 @@ async def test_a_body_runs_while_somebody_listens_or_always(kit: Any) -> None:
 
 async def test_a_connector_with_channels_for_originals_runs_while_any_of_them_is_heard(kit: Any) -> None:
     body = Body("cloud")
-    lane = Lane("cloud_1")
-    async with running(kit, (body, lane)) as scene:
+    channel = CloudChannel("cloud_1")
+    async with running(kit, (body, channel)) as scene:
         scene.hears("cloud_1")
         await scene.until(lambda: body.log == ["cloud began"])
         scene.hears("cloud")
@@ -196,7 +196,9 @@ async def test_a_body_that_fails_is_told_with_its_label_and_stands_in_its_row(ki
 
 
 async def test_there_is_a_row_per_connector_in_the_order_of_the_file(kit: Any) -> None:
-    async with running(kit, (Body("pose"),), (Motor(),), (Camera("front"),), (Body("cloud"), Lane("cloud_1"))) as scene:
+    async with running(
+        kit, (Body("pose"),), (Motor(),), (Camera("front"),), (Body("cloud"), CloudChannel("cloud_1"))
+    ) as scene:
         rows = scene.runs.snapshot({})
         assert [row.label for row in rows] == ["pose", "drive", "front", "cloud"]
         assert [row.kind for row in rows] == ["data", "data", "video", "data"]

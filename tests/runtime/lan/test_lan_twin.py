@@ -46,7 +46,7 @@ class Twin:
     async def end(self) -> None:
         self.twin.begin_end()
         await asyncio.to_thread(self.twin.end, time.monotonic() + 3)
-        await asyncio.wait_for(self.running, 5)
+        await asyncio.wait_for(self.running, 30)
 
 
 @asynccontextmanager

@@ -85,6 +85,12 @@ def test_an_address_that_cannot_be_is_refused(text: str) -> None:
         metrics_address(text, is_public=True)
 
 
+def test_a_word_without_a_port_is_told_as_that() -> None:
+    with pytest.raises(MosaicError, match="expected HOST:PORT"):
+        metrics_address("nonsense", is_public=False)
+    assert metrics_address("rover", is_public=True) == MetricsAddress("rover", 9464)
+
+
 def test_an_address_that_others_reach_has_to_be_insisted_on() -> None:
     for host in ("0.0.0.0:9464", "[::]:9464", "192.168.1.2:1", "robot.example:1"):
         with pytest.raises(MosaicError, match="could read") as caught:

@@ -38,7 +38,7 @@ class Place:
         self.kit, self.scene, self.ann, self.map, self.upload = kit, scene, ann, map_, upload
 
     async def offers(self, attempt: int = 1, sdp: str = "offer") -> Any:
-        """The robot's end of the lane, answered."""
+        """The robot's end of the bulk connection, answered."""
         before = len(self.scene.network.order)
         self.ann.say(control.LaneOffer(attempt=attempt, sdp=sdp))
         await self.ann.hears("lane.answer", attempt)
@@ -66,33 +66,33 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 async def test_an_offer_is_answered_with_its_number_and_candidates_follow(kit: Any) -> None:
     async with played(kit) as place:
-        lane = await place.offers()
+        bulk = await place.offers()
         assert place.ann.heard("lane.answer")[0] == control.LaneAnswer(attempt=1, sdp="answer")
         found = await place.ann.hears("lane.candidate")
         assert (found.attempt, found.sdp_mid) == (1, "0")
         assert found.candidate.startswith("candidate:")
         place.ann.say(control.LaneCandidate(attempt=1, **CANDIDATE))
-        await kit.until(lambda: lane.candidates)
-        assert lane.candidates[0].candidate == "candidate:5"
+        await kit.until(lambda: bulk.candidates)
+        assert bulk.candidates[0].candidate == "candidate:5"
 
 
 async def test_both_connections_share_one_budget(kit: Any) -> None:
     async with played(kit) as place:
-        lane = await place.offers()
-        assert lane.listener.congestion is next(iter(place.scene.robot._running.peers)).congestion
+        bulk = await place.offers()
+        assert bulk.listener.congestion is next(iter(place.scene.robot._running.peers)).congestion
 
 
-async def test_bulk_travels_on_the_lane_both_ways(kit: Any) -> None:
+async def test_bulk_travels_on_the_bulk_connection_both_ways(kit: Any) -> None:
     async with played(kit) as place:
-        lane = await place.offers()
-        lane.listener.state_changed("connected")
-        lane.open("_lane")
-        await place.sends(lane.open("map"), {"cells": 1})
-        lane.open("upload").say({"part": 1})
+        bulk = await place.offers()
+        bulk.listener.state_changed("connected")
+        bulk.open("_lane")
+        await place.sends(bulk.open("map"), {"cells": 1})
+        bulk.open("upload").say({"part": 1})
         await kit.until(lambda: place.upload.got == [{"part": 1}])
 
 
-async def test_the_lane_answers_pings(kit: Any) -> None:
+async def test_the_bulk_connection_answers_pings(kit: Any) -> None:
     async with played(kit) as place:
         channel = (await place.offers()).open("_lane")
         channel.say({"type": "ping", "data": {"t0": 7}})
@@ -120,14 +120,14 @@ async def test_nothing_but_framed_bulk_travels_there(kit: Any, label: str, proto
         assert channel.on_message is None
 
 
-async def test_bulk_goes_over_the_main_connection_when_the_lane_is_gone(kit: Any) -> None:
+async def test_bulk_goes_over_the_main_connection_when_the_bulk_connection_is_gone(kit: Any) -> None:
     async with played(kit) as place:
-        lane = await place.offers()
-        lane.listener.state_changed("connected")
-        await place.sends(lane.open("map"), {"cells": 1})
-        lane.listener.state_changed("failed")
+        bulk = await place.offers()
+        bulk.listener.state_changed("connected")
+        await place.sends(bulk.open("map"), {"cells": 1})
+        bulk.listener.state_changed("failed")
         assert (await place.ann.hears("lane.close")).code == "peer.lost"
-        await kit.until(lambda: lane.is_closed)
+        await kit.until(lambda: bulk.is_closed)
         await place.sends(place.ann.open("map"), {"cells": 2})
         assert place.scene.robot.peers
 
@@ -136,18 +136,18 @@ async def test_a_channel_opened_anew_on_the_other_connection_takes_the_place_of_
     async with played(kit) as place:
         main = place.ann.open("map")
         await place.sends(main, {"cells": 1})
-        lane = await place.offers()
-        await place.sends(lane.open("map"), {"cells": 2})
+        bulk = await place.offers()
+        await place.sends(bulk.open("map"), {"cells": 2})
         assert {"cells": 2} not in main.values()
-        lane.listener.state_changed("failed")
-        await kit.until(lambda: lane.is_closed)
+        bulk.listener.state_changed("failed")
+        await kit.until(lambda: bulk.is_closed)
 
 
-async def test_an_operator_who_closes_the_lane_hears_nothing_more_of_it(kit: Any) -> None:
+async def test_an_operator_who_closes_the_bulk_connection_hears_nothing_more_of_it(kit: Any) -> None:
     async with played(kit) as place:
-        lane = await place.offers()
+        bulk = await place.offers()
         place.ann.say(control.LaneClose(attempt=1))
-        await kit.until(lambda: lane.is_closed)
+        await kit.until(lambda: bulk.is_closed)
         assert place.ann.heard("lane.close") == []
 
 
@@ -177,24 +177,26 @@ async def test_an_oversized_offer_never_reaches_the_transport(kit: Any) -> None:
         assert len(place.scene.network.order) == 1
 
 
-async def test_the_lane_takes_the_youngest_ice_servers_of_the_robot(kit: Any) -> None:
+async def test_the_bulk_connection_takes_the_youngest_ice_servers_of_the_robot(kit: Any) -> None:
     async with played(kit) as place:
-        lane = await place.offers()
-        assert lane.ice_servers == place.scene.robot._running.peers.newest_ice_servers()
+        bulk = await place.offers()
+        assert bulk.ice_servers == place.scene.robot._running.peers.newest_ice_servers()
 
 
-async def test_the_lane_ends_with_its_main_connection(kit: Any) -> None:
+async def test_the_bulk_connection_ends_with_its_main_connection(kit: Any) -> None:
     async with played(kit) as place:
-        lane = await place.offers()
-        channel = lane.open("map")
+        bulk = await place.offers()
+        channel = bulk.open("map")
         await place.sends(channel, {"cells": 1})
         place.ann.leave()
-        await kit.until(lambda: lane.is_closed and not place.scene.robot.peers)
-        late = lane.open("map")
+        await kit.until(lambda: bulk.is_closed and not place.scene.robot.peers)
+        late = bulk.open("map")
         assert late.on_message is None
 
 
-async def test_a_lane_that_is_still_being_answered_ends_too(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_bulk_connection_that_is_still_being_answered_ends_too(
+    kit: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     async with played(kit) as place:
         go_on = asyncio.Event()
         peer = next(iter(place.scene.robot._running.peers))
@@ -221,16 +223,16 @@ async def test_a_lane_that_is_still_being_answered_ends_too(kit: Any, monkeypatc
         assert place.ann.heard("lane.answer") == []
 
 
-async def test_a_hundred_lanes_leave_no_task_behind(kit: Any, patient: None) -> None:
+async def test_a_hundred_bulk_connections_leave_no_task_behind(kit: Any, patient: None) -> None:
     async with played(kit) as place:
         tasks = len(asyncio.all_tasks())
         for attempt in range(1, 101):
-            lane = await place.offers(attempt)
-            lane.listener.state_changed("connected")
-            lane.open("_lane")
-            lane.open("map")
+            bulk = await place.offers(attempt)
+            bulk.listener.state_changed("connected")
+            bulk.open("_lane")
+            bulk.open("map")
             place.ann.say(control.LaneClose(attempt=attempt))
-            await kit.until(lambda lane=lane: lane.is_closed)
+            await kit.until(lambda bulk=bulk: bulk.is_closed)
         await kit.until(lambda: len(asyncio.all_tasks()) <= tasks)
         peer = next(iter(place.scene.robot._running.peers))
         assert peer.channels == ()

@@ -9,8 +9,9 @@ import pytest
 from mosaic_core.machines.commands.command_order import ArrivalBaseline
 from mosaic_core.machines.delivery.framing import Frame, FrameReader, PayloadKind, encode_frame
 from mosaic_core.machines.delivery.send_scheduler import Offered, Priority, QueuedMessage
-from mosaic_core.runtime.peers import control_channel
-from mosaic_core.runtime.peers.control_channel import MAX_CONTROL_BYTES, MAX_STOP_BYTES, ControlChannel, StopChannel
+from mosaic_core.runtime.peers import control_channel, stop_channel
+from mosaic_core.runtime.peers.control_channel import MAX_CONTROL_BYTES, ControlChannel
+from mosaic_core.runtime.peers.stop_channel import MAX_STOP_BYTES, StopChannel
 from mosaic_core.testing import until
 from mosaic_core.words.control import (
     CHANNEL_PROTOCOL,
@@ -59,14 +60,14 @@ class Wire:
 
 
 class Queue:
-    """Sends at once. ``lanes``: what was opened how."""
+    """Sends at once. ``priorities``: what was opened how."""
 
     def __init__(self) -> None:
-        self.lanes: list[Priority] = []
+        self.priorities: list[Priority] = []
 
-    def open(self, channel: Wire, lane: Priority) -> None:
+    def open(self, channel: Wire, priority: Priority) -> None:
         self._channel = channel
-        self.lanes.append(lane)
+        self.priorities.append(priority)
 
     def offer(self, message: QueuedMessage) -> Offered:
         for piece in message.pieces:
@@ -85,6 +86,7 @@ class Clock:
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     it = Clock()
     monkeypatch.setattr(control_channel, "time", it)
+    monkeypatch.setattr(stop_channel, "time", it)
     return it
 
 
@@ -104,7 +106,7 @@ def test_hello_is_said_as_soon_as_the_channel_is_open(clock: Clock) -> None:
     desk = Desk()
     desk.channel.greet("robot 1", "boot")
     assert desk.wire.told == [hello]
-    assert desk.queue.lanes == [Priority.CONTROL]
+    assert desk.queue.priorities == [Priority.CONTROL]
     late = Desk()
     late.wire.is_open = False
     late.channel.greet("robot 1", "boot")
@@ -178,7 +180,7 @@ def test_what_cant_be_read_is_refused_and_the_next_word_is_heard(
 # -- the stop channel
 
 
-class Lane:
+class StopScene:
     """A stop channel; ``heard``: the stops and pongs."""
 
     def __init__(self) -> None:
@@ -194,57 +196,57 @@ class Lane:
 
 
 def test_a_stop_is_answered_where_it_was_heard(clock: Clock) -> None:
-    lane = Lane()
-    lane.wire.says(Stop(id="a"))
-    lane.wire.says(Pong(t0=1, t1=2, t2=3), seq=2)
-    assert lane.heard == [Stop(id="a"), Pong(t0=1, t1=2, t2=3)]
-    assert lane.wire.told == [StopAck(id="a", received_us=5)]
-    [frame] = lane.wire.frames
+    scene = StopScene()
+    scene.wire.says(Stop(id="a"))
+    scene.wire.says(Pong(t0=1, t1=2, t2=3), seq=2)
+    assert scene.heard == [Stop(id="a"), Pong(t0=1, t1=2, t2=3)]
+    assert scene.wire.told == [StopAck(id="a", received_us=5)]
+    [frame] = scene.wire.frames
     assert (frame.kind, frame.seq, frame.stamp_us) == (PayloadKind.JSON, 1, 1_000_000_000)
 
 
 def test_what_the_robot_says_there_is_numbered(clock: Clock) -> None:
-    lane = Lane()
+    scene = StopScene()
     for _ in range(3):
-        lane.channel.send(Ping(t0=1))
-    assert [frame.seq for frame in lane.wire.frames] == [1, 2, 3]
+        scene.channel.send(Ping(t0=1))
+    assert [frame.seq for frame in scene.wire.frames] == [1, 2, 3]
 
 
 def test_nothing_but_stops_and_pongs_is_heard_there(clock: Clock) -> None:
-    lane = Lane()
-    lane.wire.says(DeliveryWatch(on=True))
-    lane.wire.on_message("stop")
-    lane.wire.on_message(b"\xff" * 30)
-    assert lane.heard == []
-    lane.wire.says(Stop(id="a"))
-    assert lane.heard == [Stop(id="a")], "and none of it did harm"
+    scene = StopScene()
+    scene.wire.says(DeliveryWatch(on=True))
+    scene.wire.on_message("stop")
+    scene.wire.on_message(b"\xff" * 30)
+    assert scene.heard == []
+    scene.wire.says(Stop(id="a"))
+    assert scene.heard == [Stop(id="a")], "and none of it did harm"
 
 
 def test_a_stop_repeated_without_end_fills_no_queue_of_one_who_takes_no_answer(clock: Clock) -> None:
-    lane = Lane()
-    lane.wire.buffered_bytes = control_channel.MAX_UNSENT_BYTES + 1
-    lane.wire.says(Stop(id="a"))
-    assert (len(lane.heard), lane.wire.told) == (1, [])
-    lane.wire.buffered_bytes = 0
-    lane.wire.says(Stop(id="a"), seq=2)
-    assert lane.wire.told == [StopAck(id="a", received_us=5)]
+    scene = StopScene()
+    scene.wire.buffered_bytes = stop_channel.MAX_UNSENT_BYTES + 1
+    scene.wire.says(Stop(id="a"))
+    assert (len(scene.heard), scene.wire.told) == (1, [])
+    scene.wire.buffered_bytes = 0
+    scene.wire.says(Stop(id="a"), seq=2)
+    assert scene.wire.told == [StopAck(id="a", received_us=5)]
 
 
 def test_a_closed_stop_channel_swallows_what_is_said(clock: Clock) -> None:
-    lane = Lane()
-    lane.wire.is_open = False
-    assert not lane.channel.is_open
-    lane.channel.send(Ping(t0=1))
-    lane.wire.is_open = True
-    assert lane.channel.is_open
+    scene = StopScene()
+    scene.wire.is_open = False
+    assert not scene.channel.is_open
+    scene.channel.send(Ping(t0=1))
+    scene.wire.is_open = True
+    assert scene.channel.is_open
 
 
 @pytest.mark.parametrize(("more_bytes", "is_heard"), [(0, True), (1, False)])
 def test_a_stop_is_small(clock: Clock, more_bytes: int, is_heard: bool) -> None:
-    lane, word = Lane(), Stop(id="a").to_text().encode()
+    scene, word = StopScene(), Stop(id="a").to_text().encode()
     [small] = encode_frame(Frame(PayloadKind.JSON, word, seq=1))
     padding = b" " * (MAX_STOP_BYTES - len(small) + more_bytes)
     [piece] = encode_frame(Frame(PayloadKind.JSON, word + padding, seq=1))
     assert len(piece) == MAX_STOP_BYTES + more_bytes
-    lane.wire.on_message(piece)
-    assert len(lane.heard) == is_heard
+    scene.wire.on_message(piece)
+    assert len(scene.heard) == is_heard

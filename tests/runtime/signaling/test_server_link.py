@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from mosaic_core.contract.host import Sender
-from mosaic_core.machines.signaling import signaling_events as session
+from mosaic_core.machines.signaling import signaling_events as events
 from mosaic_core.machines.signaling.peer_admission import (
     AddCandidate,
     PeerIdentity,
@@ -89,7 +89,7 @@ async def test_the_robot_knows_peers_by_scoped_ids_and_the_server_by_its_own(kit
     socket.push("signaling.close_peer_connection", {"rtcConnectionId": "p1"})
     await kit.until(lambda: peers.started[0].asked == [("close", "peer.closed")])
     it.shut_down()
-    await asyncio.wait_for(running, 2)
+    await asyncio.wait_for(running, 30)
 
 
 async def test_a_stranger_has_no_operator_id_in_any_scope(kit: Any) -> None:
@@ -129,7 +129,7 @@ async def test_the_end_of_a_peer_does_not_end_the_next_one_under_its_id(
     assert ended == []
     it.peer_ended("p1", second, "ice.failed", "")
     it.peer_ended("p1", second, "ice.failed", "")
-    assert ended == [session.PeerEnded("p1", "ice.failed", "")]
+    assert ended == [events.PeerEnded("p1", "ice.failed", "")]
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ async def test_a_new_network_ends_the_attempt_over_the_old_one() -> None:
             ended.set()
         return Socket()
 
-    async with asyncio.timeout(5):
+    async with asyncio.timeout(30):
         assert await it.opened(opening()) is None
         await ended.wait()
 
