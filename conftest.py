@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-PEERS = str(Path(__file__).parent / "tests" / "peers")
-if PEERS not in sys.path:
-    sys.path.append(PEERS)
+STACKS = str(Path(__file__).parent / "tests" / "stacks")
+if STACKS not in sys.path:
+    sys.path.append(STACKS)
 
 from pair_report import PairReport, is_ci  # noqa: E402
 from support.own_network import enter_own_network  # noqa: E402

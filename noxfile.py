@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import nox
-from nox.command import CommandFailed
 
 nox.options.default_venv_backend = "none"
 nox.options.sessions = ["lint", "types", "docs", "dashboard", "tests", "e2e"]
@@ -134,14 +133,7 @@ def _with_mark(*marks: str) -> list[str]:
 
 
 def _test(session: nox.Session, marks: str, *options: str, files: Sequence[str] = ()) -> None:
-    """What fails is run once more, in a new process and with nothing beside it: real networks, browsers and clocks on
-    a machine with other work miss a time-out now and then. What then passes is named, and still wants to be mended."""
-    pytest = (PYTHON, "-m", "pytest", "--pairs", "-m", marks, *files)
-    try:
-        session.run(*pytest, *options, external=True)
-    except CommandFailed:
-        session.warn("Once more, alone, what failed:")
-        session.run(*pytest, "--last-failed", "--last-failed-no-failures", "none", "-rpf", external=True)
+    session.run(PYTHON, "-m", "pytest", "--pairs", "-m", marks, *files, *options, external=True)
 
 
 def _may_make_networks() -> bool:

@@ -49,17 +49,14 @@ async def broken() -> AsyncIterator[Finding]:
     raise OSError("the cable is gone")
 
 
-def collected(checks: AsyncIterator[Finding]) -> list[Finding]:
-    async def collect() -> list[Finding]:
-        return [finding async for finding in checks]
-
-    return asyncio.run(collect())
+async def collected(checks: AsyncIterator[Finding]) -> list[Finding]:
+    return [finding async for finding in checks]
 
 
-def test_a_broken_and_an_endless_check_are_findings_and_delay_nobody() -> None:
+async def test_a_broken_and_an_endless_check_are_findings_and_delay_nobody() -> None:
     runs = [CheckRun("c", broken), CheckRun("b", endless, timeout_s=0.2), CheckRun("a", good)]
     began_s = time.monotonic()
-    result = asyncio.run(examined(runs))
+    result = await examined(runs)
     assert [(one.check, one.status) for one in result.findings] == [
         ("c.one", "ok"), ("c.all", "fail"), ("b.one", "ok"), ("b.all", "warn"), ("a.one", "ok"), ("a.two", "warn"),
     ]  # fmt: skip
@@ -68,7 +65,7 @@ def test_a_broken_and_an_endless_check_are_findings_and_delay_nobody() -> None:
     assert time.monotonic() - began_s < 5
 
 
-def test_heavy_checks_run_one_after_the_other() -> None:
+async def test_heavy_checks_run_one_after_the_other() -> None:
     running, most = 0, 0
 
     async def heavy() -> AsyncIterator[Finding]:
@@ -79,11 +76,11 @@ def test_heavy_checks_run_one_after_the_other() -> None:
         running -= 1
         yield passed("h.x", "X.")
 
-    asyncio.run(examined([CheckRun("h", heavy, is_heavy=True) for _ in range(3)]))
+    await examined([CheckRun("h", heavy, is_heavy=True) for _ in range(3)])
     assert most == 1
 
 
-def test_whoever_looks_sees_findings_come() -> None:
+async def test_whoever_looks_sees_findings_come() -> None:
     heard: list[str] = []
 
     class Listener(Progress):
@@ -96,7 +93,7 @@ def test_whoever_looks_sees_findings_come() -> None:
         def ended(self, name: str) -> None:
             heard.append(f"-{name}")
 
-    asyncio.run(examined([CheckRun("a", good)], Listener()))
+    await examined([CheckRun("a", good)], Listener())
     assert heard == ["+a", "a.one", "a.two", "-a"]
 
 
@@ -125,10 +122,18 @@ def test_the_report_groups_findings_and_ends_with_what_to_do_first() -> None:
     assert text.index("What to do first") < text.rindex("1. The server can't be reached.")
 
 
-def test_the_machine_is_looked_at_without_failures_of_the_checks_themselves() -> None:
-    found = collected(machine_checks())
+def test_what_a_stranger_named_begins_no_line_of_the_report() -> None:
+    output = io.StringIO()
+    finding = failed("config.yaml", "config.invalid", "unknown key 'a\nOK\x1b[2J'.", "Known:\nb.")
+    print_report(Console(file=output, width=200, highlight=False, markup=False), Examined((finding,), 0.5))
+    assert r"unknown key 'a\u000aOK\u001b[2J'." in output.getvalue()
+    assert output.getvalue().count(r"Known:\u000ab.") == 2
+
+
+async def test_the_machine_is_looked_at_without_failures_of_the_checks_themselves() -> None:
+    found = await collected(machine_checks())
     assert {"machine.python", "machine.disk", "machine.udp_buffer", "machine.realtime"} <= {one.check for one in found}
-    [lag] = collected(loop_lag_check())
+    [lag] = await collected(loop_lag_check())
     assert lag.facts["p95Ms"] >= lag.facts["medianMs"]
     assert all(one.code in REASONS for one in [*found, lag])
 
@@ -138,12 +143,12 @@ def test_certificates_end_soon_two_weeks_before(days: float, status: str) -> Non
     assert server_checks._term(days, "an authority").status == status
 
 
-def test_the_disk_is_that_of_the_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_the_disk_is_that_of_the_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MOSAIC_DATA_DIR", str(tmp_path / "data"))
-    [disk] = [one for one in collected(machine_checks()) if one.check == "machine.disk"]
+    [disk] = [one for one in await collected(machine_checks()) if one.check == "machine.disk"]
     assert disk.facts["folder"] == str(tmp_path / "data")
     monkeypatch.delenv("MOSAIC_DATA_DIR")
-    [disk] = [one for one in collected(machine_checks()) if one.check == "machine.disk"]
+    [disk] = [one for one in await collected(machine_checks()) if one.check == "machine.disk"]
     assert disk.facts["folder"] == str(user_data_path("mosaic", appauthor=False))
 
 
@@ -158,11 +163,11 @@ def test_our_distributions_belong_together(camera: str, status: str) -> None:
     assert lockstep([*others, Installed("mosaic_camera", camera)]).status == status  # type: ignore[list-item]
 
 
-def test_a_mistake_is_told_with_its_line_and_the_server_is_known_all_the_same(tmp_path: Path) -> None:
+async def test_a_mistake_is_told_with_its_line_and_the_server_is_known_all_the_same(tmp_path: Path) -> None:
     path = tmp_path / "robot.yaml"
     path.write_text(ROBOT + "  - { type: camra, label: front }\n")
     read = read_config(path)
-    [finding] = collected(config_checks(read))
+    [finding] = await collected(config_checks(read))
     assert finding.code == "config.unknown_type"
     assert "robot.yaml:7" in finding.sentence
     assert read.server is not None
@@ -170,11 +175,11 @@ def test_a_mistake_is_told_with_its_line_and_the_server_is_known_all_the_same(tm
     assert [one.config.label for one in read.connectors] == ["link"]
 
 
-def test_a_file_that_can_not_be_read_is_a_finding(tmp_path: Path) -> None:
+async def test_a_file_that_can_not_be_read_is_a_finding(tmp_path: Path) -> None:
     read = read_config(tmp_path / "none.yaml")
     assert read.server is None
-    assert [one.code for one in collected(config_checks(read))] == ["config.unreadable"]
-    assert collected(device_checks(read)) == []
+    assert [one.code for one in await collected(config_checks(read))] == ["config.unreadable"]
+    assert await collected(device_checks(read)) == []
 
 
 def test_devices_are_there_absent_or_forbidden(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -188,13 +193,13 @@ def test_devices_are_there_absent_or_forbidden(tmp_path: Path, monkeypatch: pyte
     assert device_finding("base", port).code == "plugin.no_permission"
 
 
-def test_only_the_wanted_groups_are_run(tmp_path: Path) -> None:
+async def test_only_the_wanted_groups_are_run(tmp_path: Path) -> None:
     path = tmp_path / "robot.yaml"
     path.write_text(ROBOT)
 
-    async def names(*only: str) -> list[str]:
+    def names(*only: str) -> list[str]:
         return [one.name for one in Plan(Subject(path, only=frozenset(only))).checks()]
 
-    assert asyncio.run(names("config", "machine")) == ["config", "machine", "machine"]
-    everything = asyncio.run(names())
+    assert names("config", "machine") == ["config", "machine", "machine"]
+    everything = names()
     assert {"config", "server", "ice", "webrtc", "relay", "video", "device", "camera"} <= set(everything)

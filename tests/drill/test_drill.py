@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import threading
 from typing import Any, ClassVar
 
@@ -11,8 +10,10 @@ import pytest
 from mosaic_cmdvel.cmd_vel import CmdVelConfigurer
 from mosaic_core import DataChannelConfigurer, DataChannelReceivable, MediaTrackConfigurer, MediaTrackHandler
 from mosaic_core.contract.params import Message, NoParams
+from mosaic_core.drill import findings as drill_findings
+from mosaic_core.drill.command_stream import CommandStream
 from mosaic_core.drill.drill import EXERCISES, drill
-from mosaic_core.drill.findings import DrillFinding
+from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, in_time
 from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector
 from mosaic_core.machines.commands.command_order import CommandOrder
 from mosaic_core.machines.commands.watchdog import Watchdog
@@ -22,9 +23,15 @@ from mosaic_core.runtime.commands.safety_watch import SafetyWatch
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
-from mosaic_core.runtime.peers.control_channel import StopChannel
 from mosaic_core.runtime.peers.peer_control import PeerControl
+from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.words.control import ControlMessage, Stop
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How late a busy machine is must not decide here; what is too late has a test of its own."""
+    monkeypatch.setattr(drill_findings, "TOLERANCE_S", 10.0)
 
 
 class Wish(Message):
@@ -34,7 +41,7 @@ class Wish(Message):
 class Sled(DataChannelReceivable[Wish]):
     """Somebody else's receiver: one number, a time-out, a safe action."""
 
-    timeout_s = 0.3
+    timeout_s = 1.0
     requires_lease = True
     motion_fields: ClassVar[tuple[str, ...]] = ("speed_mps",)
     told: ClassVar[list[Any]] = []
@@ -94,71 +101,71 @@ def configured(*entries: ConnectorEntry) -> Configured:
     return configurer.configure(checked_config(entries, {}))
 
 
-def findings(*entries: ConnectorEntry, live: bool = False, only: tuple[str, ...] = ()) -> dict[str, DrillFinding]:
-    async def main() -> dict[str, DrillFinding]:
-        found = [finding async for finding in drill(configured(*entries), live=live, only=only)]
-        return {finding.exercise: finding for finding in found}
-
-    return asyncio.run(main())
+async def findings(*entries: ConnectorEntry, live: bool = False, only: tuple[str, ...] = ()) -> dict[str, DrillFinding]:
+    found = [finding async for finding in drill(configured(*entries), live=live, only=only)]
+    return {finding.exercise: finding for finding in found}
 
 
 def sled(handler: type[Any], **safety: Any) -> ConnectorEntry:
     return connector(made_by(handler), label="sled", safety=safety or None)
 
 
-def test_a_velocity_receiver_and_its_camera_pass_every_exercise() -> None:
+async def test_a_velocity_receiver_and_its_camera_pass_every_exercise() -> None:
     camera = connector(made_by(Still, MediaTrackConfigurer), label="front")
-    base = connector(CmdVelConfigurer, label="base", params={"drive": {"type": "log"}}, safety={"max_rate_hz": 40})
-    found = findings(base, camera)
+    base = connector(
+        CmdVelConfigurer, label="base", params={"drive": {"type": "log"}}, safety={"max_rate_hz": 40, "timeout_s": 1.0}
+    )
+    found = await findings(base, camera)
     assert {name: one.verdict for name, one in found.items()} == dict.fromkeys(EXERCISES, "passed"), found
     silence = found["silence"]
+    assert (silence.limit, silence.why) == ("1000 ms", "safety.timeout")
     assert silence.measured_s is not None
-    assert 0.2 < silence.measured_s < 0.45
+    assert silence.measured_s > 0.9
 
 
-def test_a_dry_drill_runs_no_code_of_a_third_partys_receiver() -> None:
+async def test_a_dry_drill_runs_no_code_of_a_third_partys_receiver() -> None:
     Sled.told.clear()
-    found = findings(sled(Sled), only=("silence", "stop", "out-of-range"))
+    found = await findings(sled(Sled), only=("silence", "stop", "out-of-range"))
     assert (found["silence"].verdict, found["stop"].verdict) == ("passed", "passed")
     assert Sled.told == []
     assert found["out-of-range"].verdict == "skipped"
     assert "safety.limits" in found["out-of-range"].why
 
 
-def test_a_live_drill_really_drives_and_really_stops() -> None:
+async def test_a_live_drill_really_drives_and_really_stops() -> None:
     Sled.told.clear()
-    found = findings(sled(Sled), live=True, only=("silence", "leaves"))
+    found = await findings(sled(Sled), live=True, only=("silence", "leaves"))
     assert (found["silence"].verdict, found["leaves"].verdict) == ("passed", "passed")
     assert any(isinstance(one, Wish) and one.speed_mps > 0 for one in Sled.told)
     assert {"safety.timeout", "safety.peer_left"} <= {one for one in Sled.told if isinstance(one, str)}
 
 
-def test_a_receiver_without_a_safe_action_fails() -> None:
-    found = findings(sled(Careless), only=("safe-action",))["safe-action"]
+async def test_a_receiver_without_a_safe_action_fails() -> None:
+    found = (await findings(sled(Careless), only=("safe-action",)))["safe-action"]
     assert found.verdict == "failed"
     assert "make_safe is not written" in found.why
 
 
-def test_a_receiver_whose_handle_data_hangs_fails_when_it_is_live() -> None:
+async def test_a_receiver_whose_handle_data_hangs_fails_when_it_is_live() -> None:
     try:
-        found = findings(sled(Hanging), live=True, only=("silence",))["silence"]
+        found = (await findings(sled(Hanging), live=True, only=("silence",)))["silence"]
     finally:
         Hanging.released.set()
     assert found.verdict == "failed"
     assert "handle_data does not return" in found.why
 
 
-def test_a_safe_action_that_hangs_fails_when_it_is_live() -> None:
+async def test_a_safe_action_that_hangs_fails_when_it_is_live() -> None:
     try:
-        found = findings(sled(SafeActionHangs), live=True, only=("silence",))["silence"]
+        found = (await findings(sled(SafeActionHangs), live=True, only=("silence",)))["silence"]
     finally:
         SafeActionHangs.released.set()
     assert found.verdict == "failed"
     assert "did not return" in found.why
 
 
-def test_a_safe_action_that_raises_fails_with_its_error_when_it_is_live() -> None:
-    found = findings(sled(SafeActionRaises), live=True, only=("leaves",))["leaves"]
+async def test_a_safe_action_that_raises_fails_with_its_error_when_it_is_live() -> None:
+    found = (await findings(sled(SafeActionRaises), live=True, only=("leaves",)))["leaves"]
     assert found.verdict == "failed"
     assert "OSError: the bus is gone" in found.why
 
@@ -172,22 +179,22 @@ def test_a_safe_action_that_raises_fails_with_its_error_when_it_is_live() -> Non
         (Watchdog, "expire", False, "silence"),
     ],
 )
-def test_a_framework_without_one_of_its_guards_fails(
+async def test_a_framework_without_one_of_its_guards_fails(
     monkeypatch: pytest.MonkeyPatch, owner: type[Any], name: str, always: Any, exercise: str
 ) -> None:
     monkeypatch.setattr(owner, name, lambda *arguments, **more: always)
-    assert findings(sled(Sled), only=(exercise,))[exercise].verdict == "failed"
+    assert (await findings(sled(Sled), only=(exercise,)))[exercise].verdict == "failed"
 
 
-def _deaf_stop_lane(link: StopChannel, data: bytes | str) -> None:
+def _deaf_stop_channel(channel: StopChannel, data: bytes | str) -> None:
     """Hears nothing."""
 
 
 _hear = PeerControl.control_heard
 
 
-def _deaf_control_lane(peer: PeerControl, message: ControlMessage, answer: Any = None) -> None:
-    """``answer`` says that it came on the stop's own lane."""
+def _deaf_control_channel(peer: PeerControl, message: ControlMessage, answer: Any = None) -> None:
+    """``answer`` says that it came on the stop's own channel."""
     if answer is not None or not isinstance(message, Stop):
         _hear(peer, message, answer)
 
@@ -195,26 +202,34 @@ def _deaf_control_lane(peer: PeerControl, message: ControlMessage, answer: Any =
 @pytest.mark.parametrize(
     ("owner", "name", "broken", "fails", "passes"),
     [
-        (StopChannel, "_received", _deaf_stop_lane, "stop", "stop-on-control"),
-        (PeerControl, "control_heard", _deaf_control_lane, "stop-on-control", "stop"),
+        (StopChannel, "_received", _deaf_stop_channel, "stop", "stop-on-control"),
+        (PeerControl, "control_heard", _deaf_control_channel, "stop-on-control", "stop"),
     ],
 )
-def test_each_lane_of_the_stop_is_exercised_alone(
+async def test_each_channel_of_the_stop_is_exercised_alone(
     monkeypatch: pytest.MonkeyPatch, owner: type[Any], name: str, broken: Any, fails: str, passes: str
 ) -> None:
     monkeypatch.setattr(owner, name, broken)
-    found = findings(sled(Sled), only=(fails, passes, "silence"))
+    found = await findings(sled(Sled), only=(fails, passes, "silence"))
     assert {exercise: one.verdict for exercise, one in found.items()} == {
         fails: "failed", passes: "passed", "silence": "passed",
     }  # fmt: skip
     assert "safe action did not run" in found[fails].why
 
 
-def test_a_stop_that_does_not_hold_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_time_out_between_two_commands_is_no_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(StopChannel, "_received", _deaf_stop_channel)
+    monkeypatch.setattr(CommandStream, "period_s", 0.4)
+    found = (await findings(sled(Sled, timeout_s=0.3), only=("stop",)))["stop"]
+    assert found.verdict == "failed"
+    assert "safe action did not run" in found.why
+
+
+async def test_a_stop_that_does_not_hold_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Fence, "refusal", lambda *asked: None)
     monkeypatch.setattr(Fence, "refusal_on_arrival", lambda *asked: None)
     monkeypatch.setattr(SafetyWatch, "must_release", lambda *asked: False)
-    found = findings(sled(Sled), only=("stop",))["stop"]
+    found = (await findings(sled(Sled), only=("stop",)))["stop"]
     assert (found.verdict, found.why) == ("failed", "it took commands while it was stopped")
 
 
@@ -228,19 +243,29 @@ def test_a_stop_that_does_not_hold_fails(monkeypatch: pytest.MonkeyPatch) -> Non
         ({"timeout_s": 0.3}, "too-fast", "max_rate_hz"),
     ],
 )
-def test_what_cannot_be_exercised_is_said_with_its_reason(safety: Any, exercise: str, why: str) -> None:
-    found = findings(sled(Sled, **safety), only=(exercise,))[exercise]
+async def test_what_cannot_be_exercised_is_said_with_its_reason(safety: Any, exercise: str, why: str) -> None:
+    found = (await findings(sled(Sled, **safety), only=(exercise,)))[exercise]
     assert found.verdict == "skipped"
     assert why in found.why
 
 
-def test_a_receiver_that_moves_nothing_is_left_alone() -> None:
-    (found,) = findings(connector(made_by(Text), label="display")).values()
+async def test_a_receiver_that_moves_nothing_is_left_alone() -> None:
+    (found,) = (await findings(connector(made_by(Text), label="display"))).values()
     assert (found.verdict, found.label) == ("skipped", "display")
 
 
-def test_limits_of_the_file_reach_a_third_partys_receiver() -> None:
+async def test_limits_of_the_file_reach_a_third_partys_receiver() -> None:
     limits = {"speed_mps": {"min": -0.2, "max": 0.2, "max_fall_per_s": 1.0}}
-    found = findings(sled(Sled, limits=limits), only=("out-of-range",))["out-of-range"]
+    found = (await findings(sled(Sled, limits=limits), only=("out-of-range",)))["out-of-range"]
     assert found.verdict == "passed"
     assert float(found.measured) <= 0.2
+
+
+def test_a_limit_is_kept_where_a_busy_machine_adds_a_tenth_of_a_second_and_no_more(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.undo()  # the real tolerance
+    assert in_time(0.39, 0.3).measured == "390 ms"
+    with pytest.raises(ExerciseFailed, match="too late") as failed:
+        in_time(0.41, 0.3)
+    assert (failed.value.limit, failed.value.measured) == ("300 ms", "410 ms")

@@ -50,8 +50,8 @@ const seen = { stores: {}, messages: {}, answered: [], pose: null }
 function opened(connection, { connectorId, connectorType, params }) {
   seen.stores[connectorId] = connectorType
   if (connectorType === 'MediaStreamStore') return connection.addTransceiver('video')
-  const lanes = [...Array(params?.parallelNum ?? 0).keys()].map((n) => `${connectorId}-${n}`)
-  for (const label of lanes.length ? lanes : [connectorId]) heard(connection.createDataChannel(label), connectorType)
+  const labels = [...Array(params?.parallelNum ?? 0).keys()].map((n) => `${connectorId}-${n}`)
+  for (const label of labels.length ? labels : [connectorId]) heard(connection.createDataChannel(label), connectorType)
 }
 
 function heard(channel, connectorType) {

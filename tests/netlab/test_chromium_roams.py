@@ -15,9 +15,9 @@ from laboratory.forwarding import Lab
 from laboratory.roaming import SILENCE_S, RoamingSite, roaming_site
 from playwright.sync_api import Page, expect, sync_playwright
 
-pytestmark = [pytest.mark.e2e, pytest.mark.netlab, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.e2e, pytest.mark.netlab, pytest.mark.timeout(300)]
 
-BACK_S = 6.0
+BACK_S = 60.0
 """Generous: a browser and two processes share this machine with everything else."""
 QUIET = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 WATCH = """() => {

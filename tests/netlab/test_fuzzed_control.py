@@ -126,7 +126,7 @@ class Barrier:
     async def passed(self, number: int) -> None:
         self._waiting[number] = asyncio.Event()
         ping = json.dumps({"type": "ping", "data": {"t0": number}}).encode()
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(30):
             while not self._waiting[number].is_set():  # a robot answers so many pings a second, and no more
                 for packet in encode_frame(Frame(PayloadKind.JSON, ping, seq=1, stamp_us=time.monotonic_ns() // 1000)):
                     self.channel.send(packet)

@@ -16,10 +16,9 @@ from laboratory.roaming import Roamer, RoamingSite, roaming_site
 from mosaic_core.operator import MosaicOperator
 from mosaic_core.testing import until
 
-pytestmark = [pytest.mark.netlab, pytest.mark.timeout(120)]
-
-BACK_S = 6.0
-"""Generous: `bench/roam.py` measures it."""
+pytestmark = [pytest.mark.netlab, pytest.mark.timeout(300)]
+"""On a busy machine server and robot take a minute and a half to start. How soon control and data are back is measured
+by `bench/roam.py`."""
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +54,7 @@ def play(site: RoamingSite, body: Callable[[Roamer, MosaicOperator], Coroutine[A
 
 async def restart(
     site: RoamingSite, operator: MosaicOperator, *, after: Callable[[], Coroutine[Any, Any, None]] | None = None
-) -> float:
+) -> None:
     """The server goes, and comes when `after` is done; when both ends, each with its back-off, are at it again."""
     await asyncio.to_thread(site.server.stop)
     if after is not None:
@@ -64,26 +63,27 @@ async def restart(
     await asyncio.to_thread(site.start_server)
     await until(site.robot_is_at_the_server, "the robot is at the server again", 60)
     await operator._signaling.wait_ready(60)
-    return time.monotonic()
 
 
 @pytest.mark.parametrize("side", ["operator", "robot"])
-def test_another_address_costs_seconds_and_no_message(roaming: RoamingSite, side: Any) -> None:
+def test_another_address_ends_no_session_and_costs_no_message(roaming: RoamingSite, side: Any) -> None:
     async def body(roamer: Roamer, operator: MosaicOperator) -> None:
         session_id = roamer.connection.session_id
         since_s = await asyncio.to_thread(roaming.cables.move, side)
-        data_s, control_s = await roamer.back_after(since_s)
-        assert max(data_s, control_s) < BACK_S
+        await roamer.back_after(since_s)
         assert roamer.connection.session_id == session_id
         assert roamer.connection.control.leases["motion"].is_mine
 
     play(roaming, body)
 
 
-def test_another_cable_of_the_robot_costs_seconds_and_no_message(roaming: RoamingSite) -> None:
+def test_another_cable_of_the_robot_ends_no_session_and_costs_no_message(roaming: RoamingSite) -> None:
     async def body(roamer: Roamer, operator: MosaicOperator) -> None:
+        session_id = roamer.connection.session_id
         since_s = await asyncio.to_thread(roaming.cables.switch, "robot")
-        assert max(await roamer.back_after(since_s)) < BACK_S
+        await roamer.back_after(since_s)
+        assert roamer.connection.session_id == session_id
+        assert roamer.connection.control.leases["motion"].is_mine
 
     play(roaming, body)
 
@@ -95,7 +95,7 @@ def test_a_server_that_restarts_disturbs_no_live_peer_and_serves_the_next_loss(r
         assert roamer.connection.peer_id == peer_id
         assert len([at_s for at_s in roamer.at_s if at_s > began_s]) > 20 * (time.monotonic() - began_s) * 0.8
         since_s = await asyncio.to_thread(roaming.cables.move, "operator")
-        assert max(await roamer.back_after(since_s)) < BACK_S
+        await roamer.back_after(since_s)
 
     play(roaming, body)
 
@@ -108,8 +108,7 @@ def test_a_loss_while_the_server_is_away_is_over_when_it_is_back(roaming: Roamin
             moved_s.append(await asyncio.to_thread(roaming.cables.move, "operator"))
             await until(lambda: roamer.connection.state == "reconnecting", "the operator misses the robot", 30)
 
-        there_s = await restart(roaming, operator, after=move)
-        data_s, control_s = await roamer.back_after(moved_s[0], 30.0)
-        assert moved_s[0] + max(data_s, control_s) < there_s + 2 * BACK_S
+        await restart(roaming, operator, after=move)
+        await roamer.back_after(moved_s[0])
 
     play(roaming, body)

@@ -12,8 +12,8 @@ import pytest
 from pair_report import Pair, PairReport, merged, parsed, read, result_of, write
 
 HERE = Path(__file__).parent
-THIS = "tests/peers/test_pair_report.py::test_the_peers_import_nothing_of_ours"
-OTHER = "tests/peers/test_pair_report.py::test_both_spellings_of_a_pair_are_read"
+THIS = "tests/stacks/test_pair_report.py::test_the_peers_import_nothing_of_ours"
+OTHER = "tests/stacks/test_pair_report.py::test_both_spellings_of_a_pair_are_read"
 
 
 def pair(test: str = THIS, result: str = "works", what: str = "data") -> Pair:
@@ -57,7 +57,7 @@ def test_the_result_is_what_the_test_saw(seen: Any, result: str) -> None:
 
 
 def test_rows_stay_whose_tests_were_left_out_and_go_with_their_tests() -> None:
-    before = [pair(), pair(OTHER, what="video"), pair("tests/peers/test_pair_report.py::test_gone")]
+    before = [pair(), pair(OTHER, what="video"), pair("tests/stacks/test_pair_report.py::test_gone")]
     assert merged(before, {THIS: [pair(result="fails")]}) == [pair(result="fails"), pair(OTHER, what="video")]
 
 

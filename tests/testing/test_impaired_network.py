@@ -57,7 +57,7 @@ class NotingConfigurer(DataChannelConfigurer[NoParams]):
 
 async def numbers(link: Any, count: int) -> list[int]:
     found: list[int] = []
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(30):
         async for message in link.connection.receivable("under_test").messages():
             found.append(message.json()["number"])
             if len(found) == count:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Coroutine, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -26,16 +26,6 @@ from mosaic_core import (
 from mosaic_core.runtime.handlers.connection_check import ConnectionCheckConfigurer
 from mosaic_core.testing import MemoryFrame, connector, joined, until
 from mosaic_core.words.errors import ConfigError
-
-TIMEOUT_S = 20.0
-
-
-def run(main: Coroutine[Any, Any, None]) -> None:
-    async def limited() -> None:
-        async with asyncio.timeout(TIMEOUT_S):
-            await main
-
-    asyncio.run(limited())
 
 
 class GaugeParams(Params):
@@ -188,10 +178,7 @@ async def test_the_end_leaves_no_thread() -> None:
     assert [thread.name for thread in left if thread.is_alive()] == []
 
 
-def test_wrong_params_are_told_before_anything_starts() -> None:
-    async def main() -> None:
+async def test_wrong_params_are_told_before_anything_starts() -> None:
+    with pytest.raises(ConfigError, match="did you mean 'period_s'"):
         async with joined(connector(GaugeConfigurer, params={"perid_s": 1})):
             pass
-
-    with pytest.raises(ConfigError, match="did you mean 'period_s'"):
-        run(main())

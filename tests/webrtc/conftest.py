@@ -20,7 +20,7 @@ from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import IceCandidate
 
-WAIT_S = 15.0
+WAIT_S = 30.0
 
 
 class Side:

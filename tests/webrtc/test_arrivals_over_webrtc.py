@@ -16,7 +16,7 @@ from mosaic_core.machines.congestion.rate_control import START_BPS, Feedback
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 
 pytestmark = pytest.mark.webrtc
-WAIT_S = 15.0
+WAIT_S = 30.0
 
 
 @pytest.mark.parametrize("takes_them", [True, False])

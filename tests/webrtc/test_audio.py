@@ -26,7 +26,7 @@ from mosaic_core.runtime.transport.media_transport import SoundLabels
 from mosaic_core.testing import until
 
 pytestmark = pytest.mark.webrtc
-WAIT_S = 15.0
+WAIT_S = 30.0
 RATE_HZ = 48_000
 
 

@@ -13,7 +13,7 @@ from mosaic_core.machines.congestion.path_watch import PathSeen
 from mosaic_core.runtime.transport.transport import Channel
 
 pytestmark = pytest.mark.webrtc
-WAIT_S = 15.0
+WAIT_S = 30.0
 MESSAGES, MESSAGE = 4, bytes(12_000)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import gc
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -48,17 +49,6 @@ class EchoConfigurer(DataChannelConfigurer[NoParams]):
         return Echo(self.label)
 
 
-def run(scenario: Any) -> None:
-    with DirectNetwork() as network:
-        entries = connector(MapConfigurer, label="map", delivery="bulk"), connector(EchoConfigurer, label="echo")
-
-        async def joined_scenario() -> None:
-            async with joined(*entries, network=network) as link:
-                await scenario(link)
-
-        asyncio.run(asyncio.wait_for(joined_scenario(), 60))
-
-
 class DirectNetwork(WebRtcNetwork):
     """Without the path between, which keeps sockets of its own."""
 
@@ -67,13 +57,21 @@ class DirectNetwork(WebRtcNetwork):
         self.offerer = AiortcOfferer
 
 
+@asynccontextmanager
+async def direct() -> AsyncIterator[Any]:
+    entries = connector(MapConfigurer, label="map", delivery="bulk"), connector(EchoConfigurer, label="echo")
+    with DirectNetwork() as network:
+        async with asyncio.timeout(60), joined(*entries, network=network) as link:
+            yield link
+
+
 def sockets() -> int:
     folder = Path("/proc/self/fd")
     return sum(str(one.readlink()).startswith("socket:") for one in folder.iterdir() if one.is_symlink())
 
 
-def test_bulk_arrives_whole_over_the_lane_and_over_the_main_connection_when_it_is_gone() -> None:
-    async def scenario(link: Any) -> None:
+async def test_bulk_arrives_whole_over_the_bulk_connection_and_over_the_main_connection_when_it_is_gone() -> None:
+    async with direct() as link:
         store = link.connection.receivable("map")
         await store.wait_open()
         assert link.connection.bulk_lane == "up"
@@ -90,13 +88,12 @@ def test_bulk_arrives_whole_over_the_lane_and_over_the_main_connection_when_it_i
         echo.send_json({"n": 1})
         assert (await answer).json() == {"n": 1}
 
-    run(scenario)
 
-
-def test_lanes_that_come_and_go_leave_no_task_and_no_socket(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_bulk_connections_that_come_and_go_leave_no_task_and_no_socket(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mosaic_core.machines.peers.bulk_of_robot.MAX_OFFERS_HZ", 1000.0)
 
-    async def scenario(link: Any) -> None:
+    async with direct() as link:
+
         async def once() -> None:
             connection = await link.operator.connect(link.connection.robot_id)
             await connection.receivable("map").wait_open()
@@ -114,5 +111,3 @@ def test_lanes_that_come_and_go_leave_no_task_and_no_socket(monkeypatch: pytest.
         gc.collect()
         await until(lambda: len(asyncio.all_tasks()) <= tasks)
         await until(lambda: sockets() <= open_sockets)
-
-    run(scenario)

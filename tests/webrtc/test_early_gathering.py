@@ -14,7 +14,7 @@ from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 
 pytestmark = pytest.mark.webrtc
-WAIT_S = 10.0
+WAIT_S = 30.0
 MAPPED = ("203.0.113.5", 1234)  # TEST-NET-3
 
 

@@ -17,7 +17,7 @@ from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 from mosaic_core.runtime.transport.transport import Channel
 
 pytestmark = pytest.mark.webrtc
-WAIT_S = 15.0
+WAIT_S = 30.0
 
 
 @pytest.fixture

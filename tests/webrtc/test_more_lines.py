@@ -16,7 +16,7 @@ from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import ConnectionFailed
 
 pytestmark = pytest.mark.webrtc
-WAIT_S = 15.0
+WAIT_S = 30.0
 
 
 async def arrived(peers: Any, labels: set[str]) -> dict[str, Any]:

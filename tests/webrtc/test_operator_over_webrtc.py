@@ -28,7 +28,7 @@ from mosaic_core.words.data_type import Delivery, Kind, MosaicDataType
 from mosaic_core.words.signaling import IceCandidate
 
 pytestmark = pytest.mark.webrtc
-WAIT_S = 15.0
+WAIT_S = 30.0
 ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
 PEER_ID = "22222222-0b52-4c1e-9a53-2f6f1f0c9b11"
 BGR = (30, 160, 220)

@@ -31,7 +31,7 @@ from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.delivery import DeliveryContract
 
 pytestmark = pytest.mark.webrtc
-WAIT_S = 15.0
+WAIT_S = 30.0
 ROUTER = LinkProfile("narrow", delay_ms=10, rate_mbps=2, queue_ms=500)
 FLOOD_S = 3.0
 CONTRACTS = {
@@ -50,16 +50,16 @@ class RobotEnd:
         """The events that have to arrive."""
         self.outbox = Outbox(asyncio.get_running_loop(), lambda channel, on: None)
         self._queue = SendQueue(lambda label: self.outbox.has_room(label, "p"))
-        self._links = {label: DataPort(channel, ArrivalBaseline()) for label, channel in channels.items()}
+        self._ports = {label: DataPort(channel, ArrivalBaseline()) for label, channel in channels.items()}
         self.counters = {label: ConnectorCounters() for label in channels}
         for label, channel in channels.items():
             terms = terms_of(CONTRACTS[label])
             self.outbox.add_channel(label, terms, self.counters[label])
-            self._queue.open(channel, terms.lane, terms.limits)
+            self._queue.open(channel, terms.priority, terms.limits)
             self.outbox.join(label, "p", self)
 
     def deliver(self, message: Outgoing) -> Offered:
-        offered = self._queue.offer(self._links[message.channel].outgoing(message))
+        offered = self._queue.offer(self._ports[message.channel].outgoing(message))
         if message.channel == "events" and offered is Offered.QUEUED:
             self.promised.append(int(message.payload[:8]))
         return offered

@@ -17,7 +17,7 @@ from mosaic_core.words.errors import ConnectionFailed
 from mosaic_core.words.ice import IceServer
 
 pytestmark = pytest.mark.webrtc
-WAIT_S = 15.0
+WAIT_S = 30.0
 DEAD = IceServer(urls=("stun:192.0.2.250:9",))  # TEST-NET-1 (RFC 5737): nobody lives there
 
 

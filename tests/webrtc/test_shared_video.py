@@ -217,8 +217,8 @@ async def test_a_worse_link_gets_a_smaller_picture_without_a_gap_and_others_keep
         assert len(it.stream.encoders.running) == 2
 
 
-def test_a_lossy_link_still_shows_the_picture(studio: Any) -> None:
-    async def run(path: ImpairedPath) -> None:
+async def test_a_lossy_link_still_shows_the_picture(studio: Any) -> None:
+    with ImpairedPath() as path:
         async with studio() as it:
             operator = await it.operator(path=path)
             it.film()
@@ -228,9 +228,6 @@ def test_a_lossy_link_still_shows_the_picture(studio: Any) -> None:
                 while path.down.lost < LOST:
                     await operator.sees(scene(), 1)
             await operator.sees(scene(), 20)
-
-    with ImpairedPath() as path:
-        asyncio.run(run(path))
 
 
 def packets_of(image: np.ndarray[Any, Any]) -> Callable[[], Any]:

@@ -17,7 +17,7 @@ from mosaic_core.machines.laboratory.impaired_link import LinkProfile
 from mosaic_core.runtime.transport.transport import Channel
 
 pytestmark = pytest.mark.webrtc
-WAIT_S = 15.0
+WAIT_S = 30.0
 ROUTER = LinkProfile("home router", delay_ms=10, rate_mbps=4, queue_ms=600)
 BLOCK = bytes(8 * 1024)
 

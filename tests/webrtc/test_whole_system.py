@@ -91,7 +91,7 @@ async def drive_until_it_moves(connection: RobotConnection) -> None:
     await pad.wait_open()
     await connection.control.take()
     start = await pose_of(connection)
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(30):
         while math.dist(start, await pose_of(connection)) < 0.05:
             assert pad.send_json(TWIST)
 
@@ -132,7 +132,7 @@ async def test_a_command_that_is_not_a_number_is_refused_with_a_reason(site: Sit
     await connection.control.take()
     start = await pose_of(connection)
     for bad in ('{"linear":{"x":"fast"}}', "{}", "[1]", "not json", '{"linear":{"x":NaN}}'):
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(30):
             while refusals.empty():  # the same refusal is told twice a second at most
                 pad.send_data(bad)
                 await pose_of(connection)
@@ -144,7 +144,7 @@ async def test_a_command_that_is_not_a_number_is_refused_with_a_reason(site: Sit
 
 async def test_the_round_trip_is_measured(site: Site) -> None:
     connection = await site.connected()
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(30):
         while connection.round_trip_ms is None:
             await pose_of(connection)
     assert 0 < connection.round_trip_ms < 1000

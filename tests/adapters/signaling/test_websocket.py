@@ -26,7 +26,7 @@ from mosaic_core.words.signaling import SIZE_AFTER_AUTHORIZATION
 async def against(handler: Callable[[ServerConnection], Awaitable[None]]) -> AsyncIterator[Any]:
     async with serve(handler, "127.0.0.1", 0, compression=None) as server:
         port = server.sockets[0].getsockname()[1]
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(30):
             yield f"ws://127.0.0.1:{port}/ws/robot"
 
 

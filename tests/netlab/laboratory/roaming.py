@@ -216,7 +216,7 @@ class Roamer:
                 number += 1
             await asyncio.sleep(0.05)
 
-    async def back_after(self, since_s: float, timeout_s: float = 15.0) -> tuple[float, float]:
+    async def back_after(self, since_s: float, timeout_s: float = 60.0) -> tuple[float, float]:
         """Seconds from ``since_s`` until data came and commands acted again, after an interruption of both."""
         await until(lambda: self._data_back_s(since_s) is not None, "data is back", timeout_s)
         await until(lambda: self._control_back_s(since_s) is not None, "control is back", timeout_s)
