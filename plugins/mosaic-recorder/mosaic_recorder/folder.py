@@ -5,9 +5,12 @@ Only files whose names were made here are listed or deleted, and never one that 
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import os
 import re
 import shutil
+import stat
 import threading
 import unicodedata
 from collections.abc import Iterable, Sequence
@@ -16,16 +19,21 @@ from datetime import datetime
 from pathlib import Path
 from typing import IO
 
+_log = logging.getLogger(__name__)
+
 MAX_NAME_CHARACTERS = 64
 _OURS = re.compile(
     r"(?P<name>[\w.-]+)_(?P<at>\d{8}_\d{6})_(?P<label>[\w.-]+?)(~\d+)?\.(?P<suffix>mp4|mkv|png)", re.ASCII
 )
+_OTHERS = stat.S_IRWXG | stat.S_IRWXO
+_SHARED = stat.S_ISVTX | stat.S_ISGID
+"""Somebody meant the folder for several, as ``/tmp``."""
 _UNSAFE = re.compile(r"[^A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True, slots=True)
 class StoredFile:
-    """One file of the folder. ``modified_at_ns`` is the wall clock's, which only orders them."""
+    """A file of the recorder's folder. ``modified_at_ns`` is the wall clock's, which only orders them."""
 
     name: str
     label: str
@@ -43,6 +51,31 @@ def new_file(path: Path, buffering: int = -1) -> IO[bytes]:
     """A file that only its owner reads: what a camera saw concerns nobody else. Raises :class:`FileExistsError`."""
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
     return os.fdopen(os.open(path, flags, 0o600), "r+b", buffering)
+
+
+def made_for_its_owner(folder: Path) -> None:
+    """``folder`` is there; what was missing of it, and of those above it, is for its owner alone."""
+    if not folder.parent.exists():
+        made_for_its_owner(folder.parent)
+    folder.mkdir(0o700, exist_ok=True)
+
+
+def closed_to_others(folder: Path) -> bool:
+    """Whether only its owner can enter ``folder``: it is closed to others if it is this account's, was not made for
+    several, and holds nothing but recordings. What else is kept there may be meant for others, and stays as it is."""
+    found = folder.stat()
+    if os.name == "nt" or not found.st_mode & _OTHERS:
+        return True
+    is_plain = not found.st_mode & _SHARED and not folder.is_mount() and folder.resolve() != _home()
+    if found.st_uid != os.geteuid() or not is_plain or not all(_OURS.fullmatch(one.name) for one in folder.iterdir()):
+        return False
+    with contextlib.suppress(PermissionError):  # some file systems know no modes
+        folder.chmod(stat.S_IMODE(found.st_mode) & ~_OTHERS)
+    return not folder.stat().st_mode & _OTHERS
+
+
+def _home() -> Path:
+    return Path("~").expanduser().resolve()
 
 
 def surplus(files: Iterable[StoredFile], max_files: int | None, max_bytes: int | None) -> list[StoredFile]:
@@ -69,10 +102,12 @@ class RecordingsFolder:
         self._max_bytes = max_bytes
         self._lock = threading.Lock()
         self._in_use: set[str] = set()
+        self._is_told = False
 
     def claim(self, name: str, label: str, suffix: str, now: datetime | None = None) -> Path:
         """A name that no file has, in use until :meth:`release`. Makes the folder, if there is none, for its owner."""
-        self.path.mkdir(0o700, parents=True, exist_ok=True)
+        made_for_its_owner(self.path)
+        self._close()
         at = f"{now or datetime.now():%Y%m%d_%H%M%S}"
         stem = f"{safe_name(name, 'recording')}_{at}_{safe_name(label, 'camera')}"
         with self._lock:
@@ -82,6 +117,18 @@ class RecordingsFolder:
                 path = self.path / f"{stem}~{number}.{suffix}"
             self._in_use.add(path.name)
         return path
+
+    def _close(self) -> None:
+        if closed_to_others(self.path) or self._is_told:
+            return
+        self._is_told = True
+        mode = stat.S_IMODE(self.path.stat().st_mode)
+        _log.warning(
+            "others can look into %s (mode %04o), which is not this recorder's alone and stays so; the files in it are "
+            "for their owner. Name a folder of its own in `directory`, or close this one: chmod 700",
+            self.path,
+            mode,
+        )
 
     def release(self, path: Path) -> None:
         with self._lock:

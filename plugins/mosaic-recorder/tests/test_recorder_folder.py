@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import stat
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
@@ -90,6 +92,71 @@ def test_only_the_owner_reads_what_is_stored(tmp_path: Path) -> None:
     assert (path.parent.stat().st_mode & 0o777, path.stat().st_mode & 0o777) == (0o700, 0o600)
     with pytest.raises(FileExistsError):
         new_file(path)
+
+
+@pytest.mark.parametrize("names", [(), (recorded(1), recorded(2))], ids=["empty", "of recordings"])
+def test_a_folder_of_recordings_is_closed_to_others_though_it_was_there(tmp_path: Path, names: tuple[str, ...]) -> None:
+    folder = RecordingsFolder(tmp_path / "recordings")
+    folder.path.mkdir()
+    folder.path.chmod(0o755)
+    for name in names:
+        stored(folder, name)
+    folder.claim("tour", "front", "png")
+    assert folder.path.stat().st_mode & 0o7777 == 0o700
+
+
+def with_a_letter(path: Path, patch: pytest.MonkeyPatch) -> None:
+    (path / "letter.odt").touch()
+
+
+def made_for_several(path: Path, patch: pytest.MonkeyPatch) -> None:
+    path.chmod(0o2775)
+
+
+def with_a_sticky_bit(path: Path, patch: pytest.MonkeyPatch) -> None:
+    path.chmod(0o1777)
+
+
+def at_home(path: Path, patch: pytest.MonkeyPatch) -> None:
+    patch.setenv("HOME", str(path))
+
+
+def of_somebody_else(path: Path, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(os, "geteuid", lambda: path.stat().st_uid + 1)
+
+
+def a_disk_of_its_own(path: Path, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Path, "is_mount", lambda it: it == path)
+
+
+def without_modes(path: Path, patch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise PermissionError
+
+    patch.setattr(Path, "chmod", refused)
+
+
+@pytest.mark.parametrize(
+    "shared",
+    [with_a_letter, made_for_several, with_a_sticky_bit, at_home, of_somebody_else, a_disk_of_its_own, without_modes],
+)
+def test_a_folder_that_others_may_need_stays_as_it_is_and_the_log_says_so_once(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    shared: Callable[[Path, pytest.MonkeyPatch], None],
+) -> None:
+    folder = RecordingsFolder(tmp_path / "recordings")
+    folder.path.mkdir()
+    folder.path.chmod(0o755)
+    shared(folder.path, monkeypatch)
+    before = folder.path.stat().st_mode
+    for _ in range(2):
+        folder.claim("tour", "front", "png")
+    assert folder.path.stat().st_mode == before
+    (said,) = caplog.messages
+    assert str(folder.path) in said
+    assert f"mode {before & 0o7777:04o}" in said
 
 
 def test_the_list_has_what_was_recorded_newest_first_and_nothing_else(tmp_path: Path) -> None:
@@ -193,3 +260,13 @@ def test_the_disk_is_looked_at_once_per_period(tmp_path: Path, monkeypatch: pyte
     assert watch.check() == ""  # not looked at again
     now_s += PERIOD_S
     assert watch.check() == "recorder.disk_full"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="modes of POSIX")
+def test_the_folders_above_that_were_missing_are_closed_to_others_too(tmp_path: Path) -> None:
+    tmp_path.chmod(0o755)
+    RecordingsFolder(tmp_path / "recordings" / "front").claim("walk", "front", "mp4")
+    modes = [
+        stat.S_IMODE(one.stat().st_mode) for one in (tmp_path, tmp_path / "recordings", tmp_path / "recordings/front")
+    ]
+    assert modes == [0o755, 0o700, 0o700]

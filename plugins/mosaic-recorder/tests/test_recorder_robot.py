@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Coroutine, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -29,14 +29,6 @@ from mosaic_recorder.recorder import RecorderConfigurer
 
 PATIENCE_S = 60.0
 FPS = 20
-
-
-def run(main: Coroutine[Any, Any, None]) -> None:
-    async def limited() -> None:
-        async with asyncio.timeout(PATIENCE_S):
-            await main
-
-    asyncio.run(limited())
 
 
 @pytest.fixture(autouse=True)
@@ -150,11 +142,15 @@ async def test_key_frames_come_as_often_as_configured(studio: Any, tmp_path: Pat
 
 
 class Growing(MediaTrackHandler):
-    """A source that changes its size after half a second."""
+    """A source that changes its size when it is told to."""
+
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.is_grown = threading.Event()
 
     def frames(self) -> Iterator[Captured]:
         for number in self.every(1 / FPS):
-            width, height = (320, 240) if number < FPS // 2 else (640, 480)
+            width, height = (640, 480) if self.is_grown.is_set() else (320, 240)
             image = np.full((height, width, 3), 90, dtype=np.uint8)
             draw_marks(image, number, self.monotonic_s())
             yield Captured(image, self.monotonic_s())
@@ -172,7 +168,11 @@ async def test_a_source_that_changes_its_size_is_recorded_into_another_file(stud
 
     async with joined(connector(GrowingConfigurer, label="front"), recorder(tmp_path)) as link:
         pad = Pad(link)
+        (growing,) = link.configured.connectors[0].handlers
+        assert isinstance(growing, Growing)
         await pad.say("start")
+        await pad.row(pictures=FPS // 2)
+        growing.is_grown.set()
         before = await pad.row(files=2)
         await pad.row(pictures=before["pictures"] + FPS // 2)
         await pad.say("stop")

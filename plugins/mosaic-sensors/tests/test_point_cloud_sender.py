@@ -50,8 +50,8 @@ class DepthConfigurer(DataChannelConfigurer[PointCloudParams]):
 
 
 def depth(**params: Any) -> tuple[Depth, Any]:
-    sender, *lanes = build(DepthConfigurer, label="cloud", params=params)
-    return sender, lanes
+    sender, *channels = build(DepthConfigurer, label="cloud", params=params)
+    return sender, channels
 
 
 def points_in(sender: Any, index: int = -1) -> Any:
@@ -106,8 +106,8 @@ def test_pushed_points_carry_intensity_colour_frame_and_time() -> None:
 
 
 def test_nothing_is_computed_for_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
-    sender, lanes = depth(parallel_num=2)
-    for handler in (sender, *lanes):
+    sender, channels = depth(parallel_num=2)
+    for handler in (sender, *channels):
         fake_host(handler).heard = set()
     monkeypatch.setattr("mosaic_sensors.point_cloud.sender.filtered", lambda *_: pytest.fail("computed"))
     assert not sender.is_heard
@@ -117,8 +117,8 @@ def test_nothing_is_computed_for_nobody(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_an_original_dashboard_alone_costs_no_compact_form_and_gets_meta_and_chunks_on_one_channel() -> None:
     sender, (first, second) = depth(parallel_num=2, stream_mode="simple")
-    assert [lane.label for lane in (first, second)] == ["cloud-0", "cloud-1"]
-    assert all(lane.is_for_originals for lane in (first, second))
+    assert [channel.label for channel in (first, second)] == ["cloud-0", "cloud-1"]
+    assert all(channel.is_for_originals for channel in (first, second))
     fake_host(sender).heard = set()
     fake_host(first).heard = set()
     assert sender.send_points(LINE)
@@ -235,9 +235,9 @@ def test_a_taken_port_is_told() -> None:
 
 
 def test_the_wall_time_of_original_dashboards_is_that_of_the_capture() -> None:
-    sender, [lane] = depth()
+    sender, [channel] = depth()
     sender.send_points(LINE, captured_at_s=fake_host(sender).clock.now_s - 5.0)
-    meta = fake_host(lane).sent[-1].payload
+    meta = fake_host(channel).sent[-1].payload
     stamp_us = float(np.frombuffer(meta[1:9], "<f8")[0])
     assert time.time() * 1e6 - stamp_us == pytest.approx(5e6, abs=2e6)
 

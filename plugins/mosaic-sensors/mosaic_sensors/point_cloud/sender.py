@@ -28,8 +28,8 @@ _FITTING_SHARE = 0.9
 """A cloud that is too large for one message is thinned to this share of what would just fit."""
 
 
-class OriginalLane(DataChannelSendable[bytes]):
-    """One of the channels on which original dashboards expect clouds."""
+class OriginalChannel(DataChannelSendable[bytes]):
+    """A channel on which original dashboards expect point clouds."""
 
     is_for_originals = True
 
@@ -62,7 +62,7 @@ class PointCloudSender(DataChannelSendable[bytes]):
     def __init__(self, label: str, params: PointCloudParams | None = None) -> None:
         super().__init__(label)
         self.cloud_params = params or PointCloudParams()
-        self.lanes = tuple(OriginalLane(f"{label}-{number}") for number in range(self.cloud_params.parallel_num))
+        self.originals = tuple(OriginalChannel(f"{label}-{number}") for number in range(self.cloud_params.parallel_num))
         self._deflation = Deflation(self.cloud_params.compress)
         self._original_form = OriginalForm(self.cloud_params.stream_mode)
         self._pace = GridThinning(self.cloud_params.max_rate_hz, slack=0.5)
@@ -75,12 +75,12 @@ class PointCloudSender(DataChannelSendable[bytes]):
 
     def handlers(self) -> Sequence[Handler]:
         """What ``configure()`` returns: this and its channels for original dashboards."""
-        return (self, *self.lanes)
+        return (self, *self.originals)
 
     @property
     def is_heard(self) -> bool:
         """Whether anybody watches, with a dashboard of ours or an original one. Any thread."""
-        return super().is_heard or self._original_lane() is not None
+        return super().is_heard or self._original_channel() is not None
 
     def send_points(
         self,
@@ -112,7 +112,7 @@ class PointCloudSender(DataChannelSendable[bytes]):
                     yield data
 
     def _sent(self, cloud: PointCloud) -> bool:
-        was_original_sent = self._original_lane() is not None
+        was_original_sent = self._original_channel() is not None
         data = self._made(cloud)
         return self.send_bytes(data) if data is not None else was_original_sent
 
@@ -129,15 +129,15 @@ class PointCloudSender(DataChannelSendable[bytes]):
         """The compact form, if somebody hears it; the original one is sent from here."""
         with self._lock:
             stays = filtered(cloud, self.cloud_params)
-            lane = self._original_lane()
-            if lane is not None:
-                lane.send_burst(self._original_form.messages(stays, self._wall_time_us(cloud)))
+            channel = self._original_channel()
+            if channel is not None:
+                channel.send_burst(self._original_form.messages(stays, self._wall_time_us(cloud)))
             return self._compact(stays) if super().is_heard else None
 
-    def _original_lane(self) -> OriginalLane | None:
+    def _original_channel(self) -> OriginalChannel | None:
         """All of a cloud travels on one channel: a Meta must come before its Chunks, and only one channel keeps that
         order. The dashboard reads all of them alike."""
-        return next((lane for lane in self.lanes if lane.is_heard), None)
+        return next((channel for channel in self.originals if channel.is_heard), None)
 
     def _wall_time_us(self, cloud: PointCloud) -> int:
         age_s = 0.0 if cloud.captured_at_s is None else self.monotonic_s() - cloud.captured_at_s
