@@ -1,7 +1,7 @@
 """How late are commands while bulk data saturates the link? With the second peer connection, with the send scheduler
 alone, and over plain aiortc with everything on one association.
 
-python bench/command_beside_bulk.py [--rounds N] [--commands N] [--only lane scheduler plain]
+python bench/command_beside_bulk.py [--rounds N] [--commands N] [--only bulk scheduler plain]
 
 Server, robot and operator are processes of their own on one machine, whose processes have the same monotonic clock.
 50 commands a second travel unordered and unrepeated; the robot's handler answers each with the time at which it came.
@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from lane_bench.plain import PlainOperator, plain_robot
+from bulk_bench.plain import PlainOperator, plain_robot
 from processes.mosaic import listening_port, run_mosaic, running
 from processes.other_end import other_end
 from rich.console import Console
@@ -39,7 +39,7 @@ from mosaic_core.words.signaling import RobotStatus
 COMMAND_PERIOD_S = 0.02
 SETTLE_S = 1.0
 START_S = 30.0
-WAYS = {"lane": "second connection for bulk", "scheduler": "scheduler alone", "plain": "plain aiortc"}
+WAYS = {"bulk": "second connection for bulk", "scheduler": "scheduler alone", "plain": "plain aiortc"}
 PROMISE = 2.0
 CONFIG = """\
 version: 1
@@ -50,7 +50,7 @@ connectors:
   - {{ type: command-echo, label: command }}
   - {{ type: bulk-flood, label: bulk }}
 """
-PLUGIN = {"command-echo": "lane_bench.connectors:EchoConfigurer", "bulk-flood": "lane_bench.connectors:FloodConfigurer"}
+PLUGIN = {"command-echo": "bulk_bench.connectors:EchoConfigurer", "bulk-flood": "bulk_bench.connectors:FloodConfigurer"}
 
 
 class Operator(Protocol):
@@ -180,7 +180,7 @@ class Bench:
                 return
             operator = await MosaicOperator.login(self._url, self._account["email"], self._account["password"])
             await stack.enter_async_context(operator)
-            operator.uses_bulk_lane = way == "lane"
+            operator.uses_bulk_lane = way == "bulk"
             robot_id = self._account["robotId"]
             try:
                 await operator.wait_status(robot_id, RobotStatus.READY_TO_CONNECT, START_S)
@@ -194,7 +194,7 @@ class Bench:
 def run_server_and_robot(folder: Path, stack: ExitStack) -> tuple[str, dict[str, str]]:
     """Their processes, until the end; the server's URL and who may sign in."""
     data_dir, ready_file = folder / "server", folder / "ready.json"
-    write_distribution(folder / "plugin", "lane-bench", entry_points={"mosaic.connectors": PLUGIN})
+    write_distribution(folder / "plugin", "bulk-bench", entry_points={"mosaic.connectors": PLUGIN})
     os.environ["PYTHONPATH"] = os.pathsep.join(
         [str(folder / "plugin"), str(Path(__file__).parent), *filter(None, [os.environ.get("PYTHONPATH")])]
     )
@@ -239,10 +239,10 @@ async def main(arguments: argparse.Namespace) -> int:
         for _ in range(arguments.rounds):
             await bench.round()
         console.print(table(bench.figures))
-    if "lane" not in bench.figures:
+    if "bulk" not in bench.figures:
         return 0
-    lane = bench.figures["lane"]
-    ratio = median_of(lane.loaded, "command_ms", 0.99) / median_of(lane.idle, "command_ms", 0.99)
+    bulk = bench.figures["bulk"]
+    ratio = median_of(bulk.loaded, "command_ms", 0.99) / median_of(bulk.idle, "command_ms", 0.99)
     console.print(f"Promised: command p99 beside bulk ≤ {PROMISE:.0f} x idle; found {ratio:.1f}.")
     return 0 if ratio <= PROMISE else 1
 

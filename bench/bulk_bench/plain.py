@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from processes.other_end import next_call
 
-from lane_bench.connectors import BULK_MESSAGE
+from bulk_bench.connectors import BULK_MESSAGE
 
 if TYPE_CHECKING:
     from aiortc import RTCDataChannel, RTCPeerConnection
