@@ -422,7 +422,7 @@ class LaneAnswer(ControlMessage):
 
 
 class LaneCandidate(ControlMessage):
-    """Both ways: an ICE candidate of the lane."""
+    """Both ways: an ICE candidate of the bulk connection."""
 
     type = "lane.candidate"
     lane: LaneName = "bulk"
@@ -446,7 +446,7 @@ class LaneCandidate(ControlMessage):
 
 
 class LaneClose(ControlMessage):
-    """Both ways: the lane is not made, or ends; bulk goes on over the main connection."""
+    """Both ways: the bulk connection is not made, or ends; bulk goes on over the main connection."""
 
     type = "lane.close"
     lane: LaneName = "bulk"

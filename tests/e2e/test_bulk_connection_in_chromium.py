@@ -47,4 +47,4 @@ def test_bulk_arrives_over_a_connection_of_its_own_and_the_details_say_so(page: 
     assert ["_lane", "pose"] in labels
     assert not any("pose" in one and "_mosaic" in one for one in labels)
     page.get_by_role("button", name="Connection details").click()
-    expect(page.get_by_test_id("bulk-lane")).to_have_text("Bulk data has a connection of its own.")
+    expect(page.get_by_test_id("bulk-connection")).to_have_text("Bulk data has a connection of its own.")

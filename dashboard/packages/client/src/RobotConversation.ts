@@ -25,8 +25,8 @@ export interface ConversationSurroundings {
 }
 
 /**
- * Holds what this page and a robot have with each other, whichever attempt carries it: stores, control, pictures, the bulk
- * lane. It hears the robot's words and outlives every link; `RobotConnection` makes the links.
+ * Holds what this page and a robot have with each other, whichever attempt carries it: stores, control, pictures, the connection
+ * of bulk data. It hears the robot's words and outlives every link; `RobotConnection` makes the links.
  */
 export class RobotConversation {
   readonly stores: StoreBindings

@@ -31,7 +31,7 @@ export interface FakeRobotOptions {
 
 export class FakeRobot {
   readonly guests: Guest[] = []
-  readonly stopsHeard: { lane: string; id: string; reason: string }[] = []
+  readonly stopsHeard: { channel: string; id: string; reason: string }[] = []
   readonly heard: { from: string; type: string; data: Record<string, unknown> }[] = []
   /** Every command frame that arrived, with the verdict of the lease. */
   readonly commands: { from: string; label: string; frame: Frame; isAccepted: boolean }[] = []
@@ -53,7 +53,7 @@ export class FakeRobot {
     const info = { name: who.peerId, role: 'operator', isPerson: true, isOriginal: false, ...rest } as const
     const guest: Guest = { info, sessionId, peer, isSilenced: false }
     this.guests.push(guest)
-    for (const lane of ['_mosaic', '_stop']) this.listen(guest, peer.channel(lane))
+    for (const label of ['_mosaic', '_stop']) this.listen(guest, peer.channel(label))
     const extensions = this.options.extensions ?? CONTROL_EXTENSIONS
     this.say(guest, 'hello', { protocol: 1, extensions, software: 'fake', bootId: 'b1', isPerson: false })
     this.tellPeers()
@@ -210,7 +210,7 @@ export class FakeRobot {
   }
 
   private stopped(guest: Guest, channel: FakeDataChannel, { id, reason }: ControlMessages['stop']): void {
-    this.stopsHeard.push({ lane: channel.label, id, reason })
+    this.stopsHeard.push({ channel: channel.label, id, reason })
     if (this.safeUs === null) return
     const isNews = !this.isStopped
     this.isStopped = true

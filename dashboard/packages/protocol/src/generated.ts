@@ -545,7 +545,7 @@ export interface LaneAnswer {
   sdp: string
 }
 
-/** Both ways: an ICE candidate of the lane. */
+/** Both ways: an ICE candidate of the bulk connection. */
 export interface LaneCandidate {
   lane: string
   attempt: number
@@ -554,7 +554,7 @@ export interface LaneCandidate {
   sdpMLineIndex: number
 }
 
-/** Both ways: the lane is not made, or ends; bulk goes on over the main connection. */
+/** Both ways: the bulk connection is not made, or ends; bulk goes on over the main connection. */
 export interface LaneClose {
   lane: string
   attempt: number

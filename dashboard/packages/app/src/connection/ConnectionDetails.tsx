@@ -4,7 +4,7 @@ import { useReadable } from '@mosaic/react'
 import { IconStethoscope } from '@tabler/icons-react'
 import { Link } from 'react-router-dom'
 import { CopyButton } from '../shell/CopyButton'
-import { bulkLaneText, connectionText } from './connectionText'
+import { bulkConnectionText, connectionText } from './connectionText'
 import classes from './connection.module.css'
 import { TimelineBars } from './TimelineBars'
 
@@ -17,7 +17,7 @@ export interface ConnectionDetailsProps {
 export default function ConnectionDetails({ connection, onClose }: ConnectionDetailsProps) {
   const state = useReadable(connection.state)
   const timeline = useReadable(connection.timeline)
-  const bulkLane = useReadable(connection.bulkLane)
+  const bulk = useReadable(connection.bulkLane)
   const { text, reason, cure } = connectionText(state)
   return (
     // No veil over the page: somebody may be driving.
@@ -27,10 +27,10 @@ export default function ConnectionDetails({ connection, onClose }: ConnectionDet
           <strong>{text}.</strong> {reason} {cure}
           {state.code !== undefined && <code className={classes.code}>{state.code}</code>}
         </p>
-        {bulkLane.phase !== 'none' && (
-          <p className={classes.facts} data-testid="bulk-lane">
-            {bulkLaneText(bulkLane)}
-            {bulkLane.code !== undefined && <code className={classes.code}>{bulkLane.code}</code>}
+        {bulk.phase !== 'none' && (
+          <p className={classes.facts} data-testid="bulk-connection">
+            {bulkConnectionText(bulk)}
+            {bulk.code !== undefined && <code className={classes.code}>{bulk.code}</code>}
           </p>
         )}
         {timeline === null ? <p className={classes.facts}>Nothing was tried yet.</p> : <TimelineBars timeline={timeline} />}

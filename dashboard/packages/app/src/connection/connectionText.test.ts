@@ -1,6 +1,6 @@
 import type { ConnectionPhase } from '@mosaic/client'
 import { describe, expect, test } from 'vitest'
-import { bulkLaneText, connectionText, formattedRoundTrip } from './connectionText'
+import { bulkConnectionText, connectionText, formattedRoundTrip } from './connectionText'
 
 describe('the badge', () => {
   test.each<ConnectionPhase>(['idle', 'connecting', 'connected', 'reconnecting', 'failed', 'closed'])('%s has a text', (phase) => {
@@ -33,9 +33,9 @@ describe('the badge', () => {
   })
 
   test('says where bulk data goes, and why not over a connection of its own', () => {
-    expect(bulkLaneText({ phase: 'none' })).toBe('')
-    expect(bulkLaneText({ phase: 'up' })).toContain('of its own')
-    expect(bulkLaneText({ phase: 'failed', code: 'ice.timeout' })).toContain('No network path')
+    expect(bulkConnectionText({ phase: 'none' })).toBe('')
+    expect(bulkConnectionText({ phase: 'up' })).toContain('of its own')
+    expect(bulkConnectionText({ phase: 'failed', code: 'ice.timeout' })).toContain('No network path')
   })
 
   test.each([

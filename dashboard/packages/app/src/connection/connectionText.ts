@@ -61,7 +61,7 @@ export function formattedRoundTrip(roundTripMs: number | null): string {
 }
 
 /** What the details say of the second connection, once bulk data wants one. */
-export function bulkLaneText({ phase, code }: BulkLaneState): string {
+export function bulkConnectionText({ phase, code }: BulkLaneState): string {
   switch (phase) {
     case 'none':
       return ''

@@ -23,11 +23,11 @@ interface Draft {
   type: string
   dataType: MosaicDataType | ''
   widget: string
-  lanes: number
+  parallelNum: number
 }
 
 /** What a try-out fills in. */
-const GUESSED = { dataType: '', widget: '', lanes: 0 } as const
+const GUESSED = { dataType: '', widget: '', parallelNum: 0 } as const
 const EMPTY: Draft = { label: '', type: '', ...GUESSED }
 
 /** One connector by hand: its label, what travels there, how it is shown; or found out by listening. */
@@ -50,7 +50,7 @@ export function ConnectorForm({ robotId, isBusy, onAdd }: ConnectorFormProps) {
   const entry = describedEntry(connector)
   const label = draft.label.trim()
   // Nothing comes on the label itself: the card would stay empty for ever.
-  const needsCount = isNumbered && draft.lanes === 0
+  const needsCount = isNumbered && draft.parallelNum === 0
   const submit = async (event: SubmitEvent<HTMLFormElement>) => {
     event.preventDefault()
     if (label === '' || entry === null || needsCount || !(await onAdd(connector))) return
@@ -134,10 +134,10 @@ function Fields({ draft, entry, onChange }: FieldsProps) {
         <NumberInput
           label="Numbered channels"
           description="0: the label itself"
-          value={draft.lanes}
+          value={draft.parallelNum}
           min={0}
           max={MOST_CHANNELS}
-          onChange={(lanes) => onChange({ lanes: Number(lanes) || 0 })}
+          onChange={(parallelNum) => onChange({ parallelNum: Number(parallelNum) || 0 })}
         />
       )}
     </div>
@@ -153,13 +153,13 @@ function TypeOption({ type }: { type: string }) {
   )
 }
 
-function connectorOf({ label, type, dataType, widget, lanes }: Draft): DescribedConnector {
+function connectorOf({ label, type, dataType, widget, parallelNum }: Draft): DescribedConnector {
   return {
     connectorId: label.trim() || '?',
     connectorType: type.trim(),
     ...(dataType === '' ? {} : { dataType }),
     ...(widget === '' ? {} : { widget }),
-    ...(lanes > 0 ? { params: { parallelNum: lanes } } : {}),
+    ...(parallelNum > 0 ? { params: { parallelNum } } : {}),
   }
 }
 
@@ -167,5 +167,5 @@ function connectorOf({ label, type, dataType, widget, lanes }: Draft): Described
 function draftOf({ guess, isNumbered }: TryOut): Partial<Draft> {
   if (guess === null) return {}
   const widget = widgetOfValue(guess.dataType, guess.value) ?? ''
-  return { dataType: guess.dataType, widget, ...(isNumbered ? { lanes: 1 } : {}) }
+  return { dataType: guess.dataType, widget, ...(isNumbered ? { parallelNum: 1 } : {}) }
 }

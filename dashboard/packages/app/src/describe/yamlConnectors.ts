@@ -51,8 +51,7 @@ function connectorOf(item: YAMLMap): DescribedConnector | string {
   if (type === '' || label === '') return `the connector ${label === '' ? 'has no label' : `‘${label}’ has no type`}`
   const params = item.get('params')
   const word = isMap(params) ? PARALLEL_WORDS.find((one) => params.has(one)) : undefined
-  const lanes = word === undefined || !isMap(params) ? undefined : { [word]: textAt(params, word) }
-  return suggested(label, type, lanes)
+  return suggested(label, type, word === undefined || !isMap(params) ? undefined : { [word]: textAt(params, word) })
 }
 
 function textAt(map: YAMLMap, key: string): string {

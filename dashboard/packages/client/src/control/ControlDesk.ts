@@ -147,7 +147,7 @@ export class ControlDesk {
   /** Let commands act again: the deliberate act of somebody who holds a lease, or of a supervisor. Never rejects. */
   clearStop(): Promise<ClearReport> {
     const isClear = this.availability.get() === 'available' && !this.stopState.get().isStopped
-    // The answer to my own stop comes on a faster lane than the state of the robot: it may stand and not have said so.
+    // The answer to my own stop comes on a faster channel than the state of the robot: it may stand and not have said so.
     if (isClear && !this.hasSaidStop) return Promise.resolve({ isCleared: true })
     return this.answers.clear()
   }

@@ -16,7 +16,7 @@ import {
 } from '@mosaic/protocol'
 
 export const CONNECTION_CHECK = 'connection-check'
-/** More lanes for one point cloud no robot has; a slip of the keyboard must not open a thousand. */
+/** More channels for one point cloud no robot has; a slip of the keyboard must not open a thousand. */
 const MOST_CHANNELS = 64
 const PARALLEL_WORDS = ['parallelNum', 'parallel_num', 'parallel_stream']
 
@@ -76,9 +76,9 @@ function entryOf(label: string, connector: DescribedConnector, known: OriginalTy
 function channelsOf(label: string, dataType: MosaicDataType, connector: DescribedConnector, known: OriginalType | undefined): readonly ChannelEntry[] {
   if (dataType === 'media') return []
   if (known !== undefined && known.channels.length > 0) return suffixed(label, known.channels)
-  const lanes = parallelNumOf(connector) || (known?.parallelNum ?? 0)
-  if (lanes === 0 || directionOf(dataType) !== 'to-operator') return [{ label, dataType }]
-  return Array.from({ length: lanes }, (_, number) => ({ label: `${label}-${number}`, dataType }))
+  const count = parallelNumOf(connector) || (known?.parallelNum ?? 0)
+  if (count === 0 || directionOf(dataType) !== 'to-operator') return [{ label, dataType }]
+  return Array.from({ length: count }, (_, number) => ({ label: `${label}-${number}`, dataType }))
 }
 
 /** How many numbered channels it says it has; 0 where it does not say so. */

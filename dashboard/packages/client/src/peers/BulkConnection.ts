@@ -1,16 +1,16 @@
 import type { ControlMessage, ControlMessages, IceCandidate, IceServer } from '@mosaic/protocol'
 import { BulkLink } from './BulkLink'
-import { OperatorBulkMachine, type LaneEffect, type LaneEvent, type LaneState } from './bulkOfOperator'
+import { OperatorBulkMachine, type BulkEffect, type BulkEvent, type BulkPhase } from './bulkOfOperator'
 import type { Platform } from '../platform/Platform'
 import { Listeners, Value, type Readable } from '../platform/Readable'
 import { MachineDriver } from '../timing/MachineDriver'
 import { LocalCandidates } from './LocalCandidates'
 
-type LaneWord = 'lane.offer' | 'lane.candidate' | 'lane.close'
+type BulkWord = 'lane.offer' | 'lane.candidate' | 'lane.close'
 
 /** Whether there is a second peer connection for bulk data; `code` says why it failed. */
 export interface BulkLaneState {
-  phase: LaneState
+  phase: BulkPhase
   code?: string
 }
 
@@ -21,7 +21,7 @@ export interface IceSource {
 
 /** The way to the robot, while there is one. */
 export interface BulkSignaling {
-  send<T extends LaneWord>(type: T, data: ControlMessages[T]): boolean
+  send<T extends BulkWord>(type: T, data: ControlMessages[T]): boolean
 }
 
 /** A peer connection, as far as channels of connectors go. */
@@ -41,7 +41,7 @@ interface Attempt {
 export class BulkConnection {
   private readonly status = new Value<BulkLaneState>({ phase: 'none' })
   private machine: OperatorBulkMachine
-  private driver: MachineDriver<LaneEvent, LaneEffect>
+  private driver: MachineDriver<BulkEvent, BulkEffect>
   private attempt: Attempt | null = null
   private isKnown = false
   private hasGreeted = false
@@ -59,21 +59,21 @@ export class BulkConnection {
     this.driver = this.newDriver()
   }
 
-  /** The robot said hello: whether it knows lanes. */
+  /** The robot said hello: whether it knows bulk connections. */
   greeted(isKnown: boolean): void {
     this.isKnown = isKnown
     this.hasGreeted = true
     this.changed.tell(null)
   }
 
-  /** Where a bulk channel opens that is wanted now; null: it shall wait, for the hello or until the lane is made. */
+  /** Where a bulk channel opens that is wanted now; null: it shall wait, for the hello or until the connection is made. */
   carrier(main: ChannelCarrier): ChannelCarrier | null {
     if (this.isKnown) this.driver.tell({ type: 'wanted' })
     if (!this.hasGreeted || this.machine.state === 'connecting') return null
     return this.machine.state === 'up' ? (this.attempt?.link ?? main) : main
   }
 
-  /** The robot's word about the lane. */
+  /** The robot's word about the bulk connection. */
   heard(message: ControlMessage): void {
     const { attempt } = this
     if (message.type === 'lane.close') {
@@ -89,7 +89,7 @@ export class BulkConnection {
     }
   }
 
-  /** The main connection is over, and with it the lane. */
+  /** The main connection is over, and with it the one for bulk. */
   drop(): void {
     this.attempt?.link.close()
     this.attempt = null
@@ -104,14 +104,14 @@ export class BulkConnection {
     return new OperatorBulkMachine(() => this.platform.random())
   }
 
-  private newDriver(): MachineDriver<LaneEvent, LaneEffect> {
-    return new MachineDriver<LaneEvent, LaneEffect>(this.machine, this.platform, {
+  private newDriver(): MachineDriver<BulkEvent, BulkEffect> {
+    return new MachineDriver<BulkEvent, BulkEffect>(this.machine, this.platform, {
       decided: () => this.publish(),
       carryOut: (effect) => this.carryOut(effect),
     })
   }
 
-  private carryOut(effect: LaneEffect): void {
+  private carryOut(effect: BulkEffect): void {
     if (effect.type === 'begin') void this.begin(effect.attempt)
     else if (effect.type === 'use') this.changed.tell(null)
     else if (effect.type === 'ping') this.attempt?.link.ping()
@@ -157,7 +157,7 @@ export class BulkConnection {
     }
   }
 
-  private fallBack({ attempt, code, tellsRobot }: LaneEffect & { type: 'fallBack' }): void {
+  private fallBack({ attempt, code, tellsRobot }: BulkEffect & { type: 'fallBack' }): void {
     const lost = this.attempt?.link ?? null
     this.attempt = null
     if (tellsRobot) this.main.send('lane.close', { lane: 'bulk', attempt, code })

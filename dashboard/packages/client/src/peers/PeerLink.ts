@@ -57,7 +57,7 @@ export class PeerLink {
   private isSecured = false
   private isClosed = false
   readonly control: RTCDataChannel
-  /** A lane of its own: a lost packet of anything else delays no stop. */
+  /** A channel of its own: a lost packet of anything else delays no stop. */
   readonly stop: RTCDataChannel
 
   constructor(

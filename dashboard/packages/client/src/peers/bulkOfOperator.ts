@@ -6,7 +6,7 @@ import { backoffDelayMs } from '../timing/backoff'
 import type { DeadlinePassed } from '../timing/MachineDriver'
 
 /** `none`: nobody wanted one, or the robot knows none. `failed`: bulk goes over the main connection meanwhile. */
-export type LaneState = 'none' | 'connecting' | 'up' | 'failed'
+export type BulkPhase = 'none' | 'connecting' | 'up' | 'failed'
 
 export const SETUP_TIMEOUT_MS = 5000
 export const PING_PERIOD_MS = 2000
@@ -15,23 +15,23 @@ export const LOST_AFTER_MS = 8000
 /** A deadline noticed this late means that the page was frozen; answers may be waiting unread. */
 const STALL_MS = 1000
 const RETRY = { baseMs: 3000, maxMs: 120_000 }
-/** A lane that was up for this long begins to count its failures anew. */
+/** A bulk connection that was up for this long begins to count its failures anew. */
 const STABLE_MS = 30_000
 
-export type LaneEvent =
+export type BulkEvent =
   /** A bulk store is there. */
   | { type: 'wanted' }
-  /** The lane's own channel is open: everything below it works. */
+  /** Its own channel is open: everything below it works. */
   | { type: 'opened'; attempt: number }
   | { type: 'heard'; attempt: number }
   /** It can't be made, or is gone. `isTold`: the robot said so itself. */
   | { type: 'failed'; attempt: number; code: string; isTold?: boolean }
   | DeadlinePassed
 
-export type LaneEffect =
+export type BulkEffect =
   /** Make a transport and offer it under this number. */
   | { type: 'begin'; attempt: number }
-  /** Bulk channels open on the lane from now on. */
+  /** Bulk channels open on it from now on. */
   | { type: 'use' }
   | { type: 'ping' }
   /** Close the transport; bulk channels open on the main connection. */
@@ -39,7 +39,7 @@ export type LaneEffect =
 
 /** Decides when one main connection has a second beside it; times are milliseconds of any monotonic clock, `draw` gives numbers of [0, 1). */
 export class OperatorBulkMachine {
-  state: LaneState = 'none'
+  state: BulkPhase = 'none'
   /** Why it failed; empty otherwise. */
   code = ''
   /** When `deadlinePassed` is to be said; null: never. */
@@ -52,7 +52,7 @@ export class OperatorBulkMachine {
 
   constructor(private readonly draw: () => number) {}
 
-  handle(event: LaneEvent, nowMs: number): LaneEffect[] {
+  handle(event: BulkEvent, nowMs: number): BulkEffect[] {
     if (event.type === 'wanted') return this.state === 'none' ? this.begin(nowMs) : []
     if (event.type === 'deadlinePassed') return this.deadlineMs !== null && nowMs >= this.deadlineMs ? this.overdue(nowMs) : []
     const isCurrent = event.attempt === this.attempt && (this.state === 'connecting' || this.state === 'up')
@@ -63,7 +63,7 @@ export class OperatorBulkMachine {
     return []
   }
 
-  private begin(nowMs: number): LaneEffect[] {
+  private begin(nowMs: number): BulkEffect[] {
     this.attempt += 1
     this.state = 'connecting'
     this.code = ''
@@ -71,7 +71,7 @@ export class OperatorBulkMachine {
     return [{ type: 'begin', attempt: this.attempt }]
   }
 
-  private opened(nowMs: number): LaneEffect[] {
+  private opened(nowMs: number): BulkEffect[] {
     if (this.state === 'up') return []
     this.state = 'up'
     this.upAtMs = nowMs
@@ -80,7 +80,7 @@ export class OperatorBulkMachine {
     return [{ type: 'use' }]
   }
 
-  private overdue(nowMs: number): LaneEffect[] {
+  private overdue(nowMs: number): BulkEffect[] {
     if (this.state === 'failed') return this.begin(nowMs)
     if (this.state === 'connecting') return this.failed('ice.timeout', nowMs, true)
     if (nowMs >= this.lostAtMs) {
@@ -91,7 +91,7 @@ export class OperatorBulkMachine {
     return [{ type: 'ping' }]
   }
 
-  private failed(code: string, nowMs: number, tellsRobot: boolean): LaneEffect[] {
+  private failed(code: string, nowMs: number, tellsRobot: boolean): BulkEffect[] {
     const wasStable = this.state === 'up' && nowMs - this.upAtMs >= STABLE_MS
     this.failures = wasStable ? 0 : this.failures
     this.state = 'failed'

@@ -405,19 +405,19 @@ describe('a lost link', () => {
 })
 
 describe('the stop', () => {
-  test('has a lane of its own in the first offer', async () => {
+  test('has a channel of its own in the first offer', async () => {
     const { client, platform } = await signedIn()
     client.connection(ROBOT).connect()
     await settle()
     expect(platform.peer.channel('_stop').options).toEqual({ ordered: false, maxRetransmits: 0, protocol: 'mosaic.1' })
   })
 
-  test('is the lane on which pings of the robot are answered, too', async () => {
+  test('is the channel on which pings of the robot are answered, too', async () => {
     const { peer } = await meet()
-    const lane = peer.channel('_stop')
-    lane.sent.length = peer.channel('_mosaic').sent.length = 0
-    lane.control('ping', { t0: 77 })
-    expect(lane.controlSent()).toMatchObject([{ type: 'pong', data: { t0: 77 } }])
+    const stops = peer.channel('_stop')
+    stops.sent.length = peer.channel('_mosaic').sent.length = 0
+    stops.control('ping', { t0: 77 })
+    expect(stops.controlSent()).toMatchObject([{ type: 'pong', data: { t0: 77 } }])
     expect(peer.channel('_mosaic').controlSent()).toEqual([])
   })
 
@@ -425,9 +425,9 @@ describe('the stop', () => {
     const { control, peer } = await meet()
     peer.channel('_mosaic').sent.length = 0
     void control.stop('smoke')
-    const [onLane] = peer.channel('_stop').controlSent()
-    expect(onLane).toMatchObject({ type: 'stop', data: { reason: 'smoke' } })
-    expect(peer.channel('_mosaic').controlSent()).toEqual([onLane])
+    const [onChannel] = peer.channel('_stop').controlSent()
+    expect(onChannel).toMatchObject({ type: 'stop', data: { reason: 'smoke' } })
+    expect(peer.channel('_mosaic').controlSent()).toEqual([onChannel])
   })
 
   test('is said again every 30 ms until it is acknowledged, always with the same id, and then no more', async () => {
@@ -435,8 +435,8 @@ describe('the stop', () => {
     robot.safeUs = null
     const outcome = control.stop()
     await vi.advanceTimersByTimeAsync(299)
-    const onLane = robot.stopsHeard.filter(({ lane }) => lane === '_stop')
-    expect(onLane).toHaveLength(10)
+    const onChannel = robot.stopsHeard.filter(({ channel }) => channel === '_stop')
+    expect(onChannel).toHaveLength(10)
     expect(new Set(robot.stopsHeard.map(({ id }) => id)).size).toBe(1)
     robot.safeUs = 12_000
     await vi.advanceTimersByTimeAsync(60)
@@ -444,7 +444,7 @@ describe('the stop', () => {
     const count = robot.stopsHeard.length
     await vi.advanceTimersByTimeAsync(1000)
     expect(robot.stopsHeard).toHaveLength(count)
-    expect(robot.stopsHeard.filter(({ lane }) => lane === '_mosaic')).toHaveLength(1)
+    expect(robot.stopsHeard.filter(({ channel }) => channel === '_mosaic')).toHaveLength(1)
   })
 
   test('is measured: to the robot, back here, and until the robot stood', async () => {
@@ -506,7 +506,7 @@ describe('the stop', () => {
     expect(new Set(met.robot.stopsHeard.map(({ id }) => id)).size).toBe(1)
   })
 
-  test('works where the robot knows no stop lane', async () => {
+  test('works where the robot knows no stop channel', async () => {
     const { control, robot, peer } = await meet()
     peer.channel('_stop').vanishes()
     expect((await withTime(control.stop(), 100)).phase).toBe('safe')
@@ -674,8 +674,8 @@ test('nothing that a robot says breaks the desk or lets a command out without a 
     }),
   })
   fc.assert(
-    fc.property(fc.array(fc.oneof(junk, near)), fc.constantFrom('_mosaic', '_stop'), (messages, lane) => {
-      for (const message of messages) met.peer.channel(lane).says(JSON.stringify(message))
+    fc.property(fc.array(fc.oneof(junk, near)), fc.constantFrom('_mosaic', '_stop'), (messages, label) => {
+      for (const message of messages) met.peer.channel(label).says(JSON.stringify(message))
       // Nobody asked for a lease, so nothing can have granted one.
       expect(store.sendData('{}')).toBe(false)
     }),

@@ -20,7 +20,7 @@ interface Bench {
   main: FakePeerConnection
 }
 
-function greetedWithLane(peer: FakePeerConnection, extensions: Record<string, number> = { bulkLane: 1 }): void {
+function greetedWithBulk(peer: FakePeerConnection, extensions: Record<string, number> = { bulkLane: 1 }): void {
   const hello = { protocol: 1, extensions, software: 'mosaic-core', bootId: 'b1', isPerson: false }
   peer.channel('_mosaic').control('hello', hello)
   peer.channel('_mosaic').control('catalogue', { catalogue: WITH_MAP })
@@ -28,7 +28,7 @@ function greetedWithLane(peer: FakePeerConnection, extensions: Record<string, nu
 
 async function connected(extensions?: Record<string, number>): Promise<Bench> {
   const { platform, client, peer } = await linked({ catalogue: WITH_MAP })
-  greetedWithLane(peer, extensions)
+  greetedWithBulk(peer, extensions)
   return { platform, client, main: peer }
 }
 
@@ -42,18 +42,18 @@ const said = ({ main }: Bench, type: string) =>
 
 const labelsOf = (peer: FakePeerConnection): string[] => peer.channels.map(({ label }) => label)
 
-/** Answer the newest offer and open the lane's own channel. */
-async function laneUp(bench: Bench): Promise<FakePeerConnection> {
+/** Answer the newest offer and open its own channel. */
+async function bulkUp(bench: Bench): Promise<FakePeerConnection> {
   await settle()
   const { attempt } = said(bench, 'lane.offer').at(-1) as { attempt: number }
   bench.main.channel('_mosaic').control('lane.answer', { lane: 'bulk', attempt, sdp: 'lane-answer' })
   await settle()
-  const lane = bench.platform.peer
-  lane.channel('_lane').opens()
-  return lane
+  const bulk = bench.platform.peer
+  bulk.channel('_lane').opens()
+  return bulk
 }
 
-describe('the lane', () => {
+describe('the bulk connection', () => {
   test('is made for the first bulk store, and only bulk goes there', async () => {
     const bench = await connected()
     store(bench, 'battery')
@@ -63,15 +63,15 @@ describe('the lane', () => {
     const map = store(bench, 'map')
     expect(stateOf(bench)).toEqual({ phase: 'connecting' })
     expect(map.state.get().phase).toBe('waiting')
-    const lane = await laneUp(bench)
+    const bulk = await bulkUp(bench)
     expect(stateOf(bench)).toEqual({ phase: 'up' })
-    expect(labelsOf(lane)).toEqual(['_lane', 'map'])
+    expect(labelsOf(bulk)).toEqual(['_lane', 'map'])
     expect(labelsOf(bench.main)).toEqual(['_mosaic', '_stop', 'battery'])
-    lane.channel('map').opens()
+    bulk.channel('map').opens()
     expect(map.state.get().phase).toBe('open')
     const heard: unknown[] = []
     map.subscribe((buffer) => void heard.push(new TextDecoder().decode(buffer)))
-    lane.channel('map').says('{"cells":1}')
+    bulk.channel('map').says('{"cells":1}')
     expect(heard).toEqual(['{"cells":1}'])
   })
 
@@ -88,7 +88,7 @@ describe('the lane', () => {
     const theirs = { lane: 'bulk', attempt: 1, candidate: 'candidate:9', sdpMid: '0', sdpMLineIndex: 0 } as const
     bench.main.channel('_mosaic').control('lane.candidate', theirs)
     bench.main.channel('_mosaic').control('lane.candidate', { ...theirs, attempt: 2 })
-    await laneUp(bench)
+    await bulkUp(bench)
     expect(bench.platform.peer.candidates).toEqual([{ candidate: 'candidate:9', sdpMid: '0', sdpMLineIndex: 0 }])
   })
 
@@ -127,16 +127,16 @@ describe('the lane', () => {
   test('that falls silent is given up, one that answers lives', async () => {
     const bench = await connected()
     const map = store(bench, 'map')
-    const lane = await laneUp(bench)
-    lane.channel('map').opens()
+    const bulk = await bulkUp(bench)
+    bulk.channel('map').opens()
     for (let second = 0; second < 12; second += 1) {
       await live(bench.main, 1000)
-      lane.channel('_lane').control('pong', { t0: 0, t1: 0, t2: 0 })
+      bulk.channel('_lane').control('pong', { t0: 0, t1: 0, t2: 0 })
     }
     expect(stateOf(bench)).toEqual({ phase: 'up' })
     await live(bench.main, 10_500)
     expect(stateOf(bench)).toEqual({ phase: 'failed', code: 'peer.lost' })
-    expect(lane.isClosed).toBe(true)
+    expect(bulk.isClosed).toBe(true)
     expect(map.state.get().phase).not.toBe('open')
     bench.main.channel('map').opens()
     expect(map.state.get().phase).toBe('open')
@@ -151,7 +151,7 @@ describe('the lane', () => {
     bench.main.channel('_mosaic').control('lane.answer', { lane: 'bulk', attempt: 1, sdp: 'lane-answer' })
     bench.main.channel('_mosaic').control('bye', { code: 'peer.shutdown' })
     await vi.advanceTimersByTimeAsync(500)
-    greetedWithLane(await link(bench.platform))
+    greetedWithBulk(await link(bench.platform))
     await settle()
     expect(stateOf(bench)).toEqual({ phase: 'connecting' })
     refuse()
@@ -162,9 +162,9 @@ describe('the lane', () => {
   test('ends with its main connection', async () => {
     const bench = await connected()
     store(bench, 'map')
-    const lane = await laneUp(bench)
+    const bulk = await bulkUp(bench)
     bench.client.connection(ROBOT).disconnect()
-    expect(lane.isClosed).toBe(true)
+    expect(bulk.isClosed).toBe(true)
     expect(stateOf(bench)).toEqual({ phase: 'none' })
   })
 })
