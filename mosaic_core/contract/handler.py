@@ -17,6 +17,7 @@ from pydantic import BaseModel
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
+from mosaic_core.contract.params import Message
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataType
@@ -177,6 +178,12 @@ def message_type_of(handler: type) -> Any:
     return dict[str, Any]
 
 
+def _velocities_in(message_type: Any) -> tuple[str, ...]:
+    """The dotted paths of the numbers that a message says are velocities."""
+    is_message = isinstance(message_type, type) and issubclass(message_type, Message)
+    return tuple(path for path, kind in message_type.motion_kinds.items() if kind == "velocity") if is_message else ()
+
+
 def _data_type_of(handler: type, way: Literal["r2u", "u2r"]) -> MosaicDataType:
     words = {str: "string", bytes: "byte"}
     return MosaicDataType(f"{words.get(message_type_of(handler), 'json')}-{way}")
@@ -243,7 +250,8 @@ class DataChannelReceivable(Handler, Generic[T]):
     the YAML file overrides it."""
     motion_fields: ClassVar[tuple[str, ...]] = ()
     """Dotted paths of the numbers in its JSON message that mean motion and are 0 at a standstill (``"linear.x"``). The
-    framework slows them down on a bad link, and sends zeros nobody needs no further."""
+    framework slows them down on a bad link, and sends zeros nobody needs no further. Where none are named: those that
+    its message says are velocities (``Message.motion_kinds``)."""
     takes_observers: ClassVar[bool] = False
     """Messages of operators who may only observe are refused, unless this is true."""
 
@@ -271,6 +279,11 @@ class DataChannelReceivable(Handler, Generic[T]):
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls.data_type = _data_type_of(cls, "u2r")
+        velocities = _velocities_in(message_type_of(cls))
+        if velocities and not any(
+            "motion_fields" in vars(one) for one in cls.__mro__ if one is not DataChannelReceivable
+        ):
+            cls.motion_fields = velocities
 
 
 class DataChannelJsonReceivable(DataChannelReceivable[dict[str, Any]]):

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, model_validator
 from pydantic_core import CoreSchema, core_schema
+
+from mosaic_core.words.limits import MotionKind
 
 
 class Params(BaseModel):
@@ -35,6 +38,9 @@ class Message(BaseModel):
     or ``unit("V")`` adds the unit that widgets show. Unknown keys are ignored on receipt, NaN is refused."""
 
     model_config = ConfigDict(extra="ignore", allow_inf_nan=False)
+    motion_kinds: ClassVar[Mapping[str, MotionKind]] = {}
+    """What its numbers move, by dotted path: ``{"linear.x": "velocity"}``. Velocities are the ``motion_fields`` of
+    receivers that take it and name none themselves."""
 
     @model_validator(mode="before")
     @classmethod

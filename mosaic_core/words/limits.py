@@ -14,6 +14,8 @@ from typing import Literal
 Curve = tuple[tuple[float, float], ...]
 """Points ``(value, factor)`` of a piecewise linear curve; flat before the first and after the last."""
 PictureRule = Literal["off", "if_watching", "required"]
+MotionKind = Literal["velocity", "position"]
+"""What a number of a command means: a velocity is 0 at a standstill, a position stays where it was told."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,8 @@ import pytest
 ROOT = Path(__file__).parents[2]
 CORE = ROOT / "mosaic_core"
 
-LAYERS = ["words", "machines", "contract", "runtime", "adapters"]
-TOP = {"operator": 5, "laboratory": 6, "testing": 7, "drill": 7, "doctor": 7, "bench": 7, "cli": 8}
+LAYERS = ["words", "machines", "contract", "messages", "runtime", "adapters"]
+TOP = {"operator": 6, "laboratory": 7, "testing": 8, "drill": 8, "doctor": 8, "bench": 8, "cli": 9}
 RANK = {**{name: rank for rank, name in enumerate(LAYERS)}, **TOP}
 """A new folder must be given its place here. What stands above `adapters` composes what lies below: the operator, the
 laboratory (whole robots on networks that can be made bad), and the four that experiment in it: the kit for plugin

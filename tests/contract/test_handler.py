@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import inspect
-from collections.abc import AsyncIterator, Iterator
-from typing import Any
+from collections.abc import AsyncIterator, Iterator, Mapping
+from typing import Any, ClassVar
 
 import pytest
 
@@ -26,6 +26,7 @@ from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.host import Outgoing, Sender
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.words.errors import MosaicError
+from mosaic_core.words.limits import MotionKind
 
 
 class Reading(Message):
@@ -84,6 +85,32 @@ def test_the_data_type_follows_from_the_type_argument() -> None:
     assert MediaTrackHandler.data_type is MosaicDataType.MEDIA
     assert message_type_of(Derived) is Reading
     assert message_type_of(DataChannelJsonReceivable) == dict[str, Any]
+
+
+class Lift(Message):
+    motion_kinds: ClassVar[Mapping[str, MotionKind]] = {"speed": "velocity", "height": "position"}
+    speed: float = 0.0
+    height: float | None = None
+
+
+def test_the_velocities_of_a_message_are_the_motion_fields_of_its_receivers() -> None:
+    class Lifter(DataChannelReceivable[Lift]): ...
+
+    class Derived(Lifter): ...
+
+    class Told(DataChannelBidirectional[Lift]):
+        motion_fields: ClassVar[tuple[str, ...]] = ("height",)
+
+    class Unmoved(DataChannelReceivable[Lift]):
+        motion_fields: ClassVar[tuple[str, ...]] = ()
+
+    class DerivedUnmoved(Unmoved): ...
+
+    class Plain(DataChannelReceivable[Reading]): ...
+
+    assert Lifter.motion_fields == Derived.motion_fields == ("speed",)
+    assert Told.motion_fields == ("height",)
+    assert Unmoved.motion_fields == DerivedUnmoved.motion_fields == Plain.motion_fields == ()
 
 
 def test_every_ticks_on_a_grid_and_ends_at_stop() -> None:

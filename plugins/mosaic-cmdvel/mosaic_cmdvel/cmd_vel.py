@@ -9,20 +9,20 @@ from typing import Any, ClassVar
 
 from mosaic_cmdvel.drive_registry import load_drive
 from mosaic_cmdvel.kept_drive import KeptDrive
-from mosaic_cmdvel.params import ANGULAR, LINEAR, CmdVelParams, CmdVelSafety
-from mosaic_cmdvel.twist_message import TwistMessage
+from mosaic_cmdvel.params import CmdVelParams, CmdVelSafety
+from mosaic_cmdvel.twist import velocity_of
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.contract.host import Sender
+from mosaic_core.messages import Twist
 from mosaic_core.words.data_type import Delivery
 
 
-class CmdVel(DataChannelReceivable[TwistMessage]):
+class CmdVel(DataChannelReceivable[Twist]):
     """Moves ``drive`` as told. A stop holds until a newer command is handled."""
 
     delivery: ClassVar[Delivery] = Delivery.LATEST
     widget: ClassVar[str | None] = "drive-pad"
-    motion_fields: ClassVar[tuple[str, ...]] = (*LINEAR, *ANGULAR)
 
     def __init__(self, label: str, drive: KeptDrive, safety: CmdVelSafety) -> None:
         super().__init__(label)
@@ -32,11 +32,11 @@ class CmdVel(DataChannelReceivable[TwistMessage]):
         self._lock = threading.Lock()
         self._commander: str | None = None
 
-    def handle_data(self, data: TwistMessage, sender: Sender) -> None:
+    def handle_data(self, data: Twist, sender: Sender) -> None:
         """Receiver's thread."""
         with self._lock:
             self._commander = sender.peer_id
-        self._drive.apply(data.twist())
+        self._drive.apply(velocity_of(data))
 
     def make_safe(self, cause: str) -> None:
         """Safety thread."""

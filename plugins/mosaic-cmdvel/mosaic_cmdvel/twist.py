@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from mosaic_core import messages
+
 
 @dataclass(frozen=True, slots=True)
 class Twist:
@@ -33,6 +35,12 @@ class Twist:
 
 
 STANDSTILL = Twist()
+
+
+def velocity_of(message: messages.Twist) -> Twist:
+    """What an operator sent."""
+    linear, angular = message.linear, message.angular
+    return Twist(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
 
 
 def limited(twist: Twist, *, max_linear_mps: float, max_angular_radps: float) -> Twist:

@@ -11,7 +11,7 @@ from mosaic_cmdvel import STANDSTILL, Twist
 from mosaic_cmdvel.cmd_vel import CmdVel, CmdVelConfigurer
 from mosaic_cmdvel.kept_drive import KeptDrive
 from mosaic_cmdvel.params import ANGULAR, LINEAR, CmdVelParams, CmdVelSafety
-from mosaic_cmdvel.twist_message import TwistMessage
+from mosaic_core import messages
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.host import Sender
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 IN_TIME_S = 5.0
 
 
-def message(x: float = 0.0, yaw: float = 0.0) -> TwistMessage:
-    return TwistMessage.model_validate({"linear": {"x": x}, "angular": {"z": yaw}})
+def message(x: float = 0.0, yaw: float = 0.0) -> messages.Twist:
+    return messages.Twist.model_validate({"linear": {"x": x}, "angular": {"z": yaw}})
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def test_it_is_announced_as_a_drive_pad_with_newest_only_delivery() -> None:
     assert CmdVel.data_type is MosaicDataType.JSON_U2R
     assert CmdVel.delivery is Delivery.LATEST
     assert CmdVel.widget == "drive-pad"
-    assert message_type_of(CmdVel) is TwistMessage
+    assert message_type_of(CmdVel) is messages.Twist
 
 
 def test_a_command_moves_the_drive(base: CmdVel, drive: ScriptedDrive, alice: Sender) -> None:

@@ -1,23 +1,22 @@
-"""The message of a ``cmd-vel`` channel: the Twist JSON of the original dashboards, read strictly.
-
-Absent components are 0, as the original documents them. But what is no velocity at all (``{}``, a misspelt key, a
-string, NaN) is refused instead of being taken for a stop: whoever sends it shall hear of it.
-"""
+"""Positions and velocities. Axes as in REP-103: x forward, y left, z up; angles count counter-clockwise."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, model_validator
 
-from mosaic_cmdvel.twist import Twist
 from mosaic_core.contract.params import Message, unit
+from mosaic_core.words.limits import MotionKind
 
 MetresPerSecond = Annotated[float, Field(strict=True, json_schema_extra=unit("m/s"))]
 RadiansPerSecond = Annotated[float, Field(strict=True, json_schema_extra=unit("rad/s"))]
 
 
-class _Vector(Message):
+class _Components(Message):
+    """Three numbers of which some may be absent. One that has none of them, but other keys, is misspelt."""
+
     @model_validator(mode="before")
     @classmethod
     def _has_a_component(cls, data: Any) -> Any:
@@ -26,7 +25,7 @@ class _Vector(Message):
         return data
 
 
-class LinearVelocity(_Vector):
+class LinearVelocity(_Components):
     """Metres per second: x forward, y left, z up."""
 
     x: MetresPerSecond = 0.0
@@ -34,7 +33,7 @@ class LinearVelocity(_Vector):
     z: MetresPerSecond = 0.0
 
 
-class AngularVelocity(_Vector):
+class AngularVelocity(_Components):
     """Radians per second; positive z turns left."""
 
     x: RadiansPerSecond = 0.0
@@ -42,9 +41,16 @@ class AngularVelocity(_Vector):
     z: RadiansPerSecond = 0.0
 
 
-class TwistMessage(Message):
-    """``{"linear": {"x", "y", "z"}, "angular": {"x", "y", "z"}}``; at least one of the two."""
+class Twist(Message):
+    """A velocity in the frame of what moves (``base_link``): ``{"linear": {"x", "y", "z"}, "angular": {…}}``.
 
+    Absent components are 0, but one of the two must be there: what is no velocity at all (``{}``, a misspelt key, a
+    string, NaN) is refused instead of being taken for a stop.
+    """
+
+    motion_kinds: ClassVar[Mapping[str, MotionKind]] = {
+        f"{part}.{axis}": "velocity" for part in ("linear", "angular") for axis in ("x", "y", "z")
+    }
     linear: LinearVelocity = LinearVelocity()
     angular: AngularVelocity = AngularVelocity()
 
@@ -54,16 +60,6 @@ class TwistMessage(Message):
         if isinstance(data, dict) and not data.keys() & {"linear", "angular"}:
             raise ValueError(f"a Twist needs linear or angular, has {_names(data) if data else 'neither'}")
         return data
-
-    def twist(self) -> Twist:
-        return Twist(
-            linear_x_mps=self.linear.x,
-            linear_y_mps=self.linear.y,
-            linear_z_mps=self.linear.z,
-            angular_x_radps=self.angular.x,
-            angular_y_radps=self.angular.y,
-            angular_z_radps=self.angular.z,
-        )
 
 
 def _names(data: dict[Any, Any]) -> str:
