@@ -18,7 +18,7 @@ from mosaic_core.contract import hooks
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.observation.metrics_text import METRICS
 from mosaic_core.words.codes import CLOSE_REASONS, REASONS
-from mosaic_core.words.config import RobotConfig
+from mosaic_core.words.config import RobotConfig, SafetyConfig
 from mosaic_core.words.control import CONTROL_MESSAGES
 from mosaic_core.words.signaling import ALIASES, MESSAGES
 
@@ -93,17 +93,19 @@ def configuration() -> str:
         "The older spellings `auth_config`, `webrtc_config` and the auth type `token` load too.",
         "",
     ]
-    schema = RobotConfig.model_json_schema(by_alias=False)
-    for name, either in [("RobotConfig", schema), *schema["$defs"].items()]:
+    robot, safety = (model.model_json_schema(by_alias=False) for model in (RobotConfig, SafetyConfig))
+    definitions = robot["$defs"] | safety["$defs"]
+    models = [("RobotConfig", robot), *robot["$defs"].items(), ("SafetyConfig", safety), *safety["$defs"].items()]
+    for name, either in models:
         # a model with a short form is either that or its mapping
         model = next((one for one in either.get("anyOf", ()) if "properties" in one), either)
         if "properties" in model:
             lines += [
                 f"## {name}",
                 "",
-                (model.get("description") or "").split("\n")[0],
+                " ".join((model.get("description") or "").split("\n\n")[0].split()),
                 "",
-                *_table(model, schema["$defs"]),
+                *_table(model, definitions),
                 "",
             ]
     return "\n".join(lines)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from mosaic_core.contract.hooks import hookimpl
     from mosaic_core.contract.host import Sender
     from mosaic_core.contract.media import Captured, EncodingParams
-    from mosaic_core.contract.params import CameraLabel, Message, NoParams, Params, unit
+    from mosaic_core.contract.params import CameraLabel, Message, NoParams, OwnFolder, Params, unit
     from mosaic_core.contract.sound import Sound, SoundEncoding
     from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
     from mosaic_core.runtime.configuration.resolver import ConnectorResolver
@@ -74,6 +74,7 @@ __all__ = [
     "MosaicDataType",
     "MosaicError",
     "NoParams",
+    "OwnFolder",
     "Params",
     "PluginError",
     "Refused",

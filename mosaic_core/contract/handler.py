@@ -62,22 +62,43 @@ class Every:
         tick, start_s = 0, self._host.monotonic_s()
         while not self._host.is_stopping:
             yield tick
-            tick, wait_s = self._next(tick, start_s)
+            tick, wait_s = self.next_tick(tick, start_s)
             if self._host.wait(wait_s):
                 return
 
-    async def __aiter__(self) -> AsyncIterator[int]:
-        tick, start_s = 0, self._host.monotonic_s()
-        while not self._host.is_stopping:
-            yield tick
-            tick, wait_s = self._next(tick, start_s)
-            if await self._host.wait_async(wait_s):
-                return
+    def __aiter__(self) -> AsyncIterator[int]:
+        return _AsyncTicks(self._host, self.next_tick)
 
-    def _next(self, tick: int, start_s: float) -> tuple[int, float]:
+    def next_tick(self, tick: int, start_s: float) -> tuple[int, float]:
+        """The tick after ``tick``, and the seconds until then; ``start_s``: when tick 0 was."""
         elapsed_s = self._host.monotonic_s() - start_s
         following = max(tick + 1, int(elapsed_s / self._period_s))
         return following, max(0.0, following * self._period_s - elapsed_s)
+
+
+class _AsyncTicks:
+    """Iterates over the ticks of an ``async`` body. No generator: one that is left early would have to be closed by a
+    task of its own, for which a loop that ends has no time."""
+
+    def __init__(self, host: HandlerHost, following: Callable[[int, float], tuple[int, float]]) -> None:
+        self._host = host
+        self._following = following
+        self._start_s = host.monotonic_s()
+        self._tick: int | None = None
+
+    def __aiter__(self) -> AsyncIterator[int]:
+        return self
+
+    async def __anext__(self) -> int:
+        is_over = self._host.is_stopping
+        if self._tick is None:
+            self._tick = 0
+        elif not is_over:
+            self._tick, wait_s = self._following(self._tick, self._start_s)
+            is_over = await self._host.wait_async(wait_s)
+        if is_over:
+            raise StopAsyncIteration
+        return self._tick
 
 
 class Handler:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -31,6 +32,23 @@ class CameraLabel(str):
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_after_validator_function(cls, core_schema.str_schema())
+
+
+class OwnFolder(str):
+    """Text in ``params`` that names a folder which this connector has to itself: ``directory: OwnFolder``. A second
+    connector of the robot with the same folder is a mistake of the file, told before anything starts."""
+
+    __slots__ = ()
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        text = core_schema.no_info_before_validator_function(_as_text, core_schema.str_schema())
+        return core_schema.no_info_after_validator_function(cls, text)
+
+
+def _as_text(folder: object) -> object:
+    """Whoever makes ``params`` in Python has a :class:`~pathlib.Path`."""
+    return os.fspath(folder) if isinstance(folder, os.PathLike) else folder
 
 
 class Message(BaseModel):

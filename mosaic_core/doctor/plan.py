@@ -52,10 +52,18 @@ class Plan:
         url = subject.server_url or (server.ws_url if server else "")
         self._address = ServerAddress(_as_ws_url(url)) if url else None
 
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """The names of all groups of checks, each once."""
+        return tuple(dict.fromkeys(one.name for one in self._every()))
+
     def checks(self) -> list[CheckRun]:
         """All, or those that are wanted."""
+        return [one for one in self._every() if not self._only or one.name in self._only]
+
+    def _every(self) -> list[CheckRun]:
         read = self._read
-        made = [
+        return [
             *([] if read is None else [CheckRun("config", lambda: config_checks(read))]),
             *([] if read is None else [CheckRun("code", lambda: code_checks(read))]),
             CheckRun("machine", machine_checks),
@@ -71,7 +79,6 @@ class Plan:
             *([] if read is None else [CheckRun("device", lambda: device_checks(read))]),
             *self._of_plugins(),
         ]
-        return [one for one in made if not self._only or one.name in self._only]
 
     async def _server(self) -> AsyncIterator[Finding]:
         if self._address is None:

@@ -84,7 +84,8 @@ class SafetyConfig(ConfigModel):
     resource: ResourceName = Field(default="motion", description="Whose lease: a name of your own separates an arm.")
     max_rate_hz: float | None = Field(default=None, gt=0, le=1000, description="Commands per second and operator.")
     limits: dict[FieldPath, FieldBounds] = Field(
-        default_factory=dict, description="By dotted path of the JSON message (`linear.x`)."
+        default_factory=dict,
+        description="FieldBounds by dotted path of the JSON message (`linear.x`).",
     )
     slow_down: SlowDown | Literal["off"] | None = Field(
         default=None, description="Less speed on a bad link; default: on where the connector names motion fields."

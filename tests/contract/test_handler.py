@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+import sys
 from collections.abc import AsyncIterator, Iterator, Mapping
 from typing import Any, ClassVar
 
@@ -242,3 +243,16 @@ def test_shared_things_are_made_once_and_closed_in_reverse_order() -> None:
     with shared.entered():
         assert log == ["+a", "+b"]
     assert log == ["+a", "+b", "-b", "-a"]
+
+
+async def test_ticks_that_are_left_early_leave_nothing_to_close() -> None:
+    gauge, begun = Gauge("g"), list[Any]()
+    gauge.bind(ScriptedHost())
+    usual = sys.get_asyncgen_hooks()
+    sys.set_asyncgen_hooks(firstiter=begun.append)
+    try:
+        async for _ in gauge.every(0.1):
+            break
+    finally:
+        sys.set_asyncgen_hooks(*usual)
+    assert not begun, "a loop that ends has no time for a generator that nobody closes"

@@ -388,7 +388,7 @@ async def test_unknown_labels_and_messages_to_a_sender_are_refused_by_name(kit: 
         operator.open("count").say({"v": 1})
         await kit.until(lambda: len(control.heard("refusal")) == 2)
         codes = {(note.label, note.code) for note in control.heard("refusal")}
-        assert codes == {("cuont", "channel.unknown_label"), ("count", "channel.invalid")}
+        assert codes == {("cuont", "channel.unknown_label"), ("count", "channel.wrong_direction")}
 
 
 async def test_candidates_that_come_right_behind_the_offer_are_used(kit: Any) -> None:

@@ -18,7 +18,7 @@ from rich.text import Text
 from mosaic_core.adapters.machine.event_loop import run_event_loop
 from mosaic_core.cli.operator.operator_session import SignIn
 from mosaic_core.cli.robot.run_command import make_robot
-from mosaic_core.cli.terminal.error_report import FAILED, FINE, usage
+from mosaic_core.cli.terminal.error_report import FAILED, FINE, need_known, usage
 from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
 from mosaic_core.doctor.examination import Examined, Progress, examined
 from mosaic_core.doctor.plan import Plan, Subject
@@ -74,10 +74,16 @@ def _stand_in(server: ServerConfig) -> Robot:
 
 
 async def _run(subject: Subject, progress: Progress | None = None) -> Examined:
-    checks = Plan(subject).checks()
-    if not checks:
-        usage(f"no group of checks is called {', '.join(sorted(subject.only))}")
-    return await examined(checks, progress)
+    plan = Plan(subject)
+    for name in sorted(subject.only):
+        if name in _NEEDS and name not in plan.groups:
+            usage(f"--only {name} needs {_NEEDS[name]}")
+        need_known("group of checks", name, plan.groups)
+    return await examined(plan.checks(), progress)
+
+
+_FILE = "the robot's YAML file"
+_NEEDS = {"config": _FILE, "code": _FILE, "device": _FILE, "whole": "--with-server"}
 
 
 JSON_VERSION = 1

@@ -203,8 +203,8 @@ ON_ARRIVAL: tuple[GateRule[ArrivedCommand], ...] = (
         Gate.MESSAGE,
         "Is it a whole message, not too large, on a channel that takes messages?",
         (
-            "channel.unknown_label", "channel.wrong_lane", "channel.too_large", "channel.incomplete", "channel.invalid",
-            "signal.bad_message",
+            "channel.unknown_label", "channel.wrong_lane", "channel.too_large", "channel.incomplete",
+            "channel.wrong_direction", "signal.bad_message",
         ),
         where="the reader of the channel, before there is a command",
     ),

@@ -21,9 +21,11 @@ from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry, e
 from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector, Validation
 from mosaic_core.runtime.configuration.config_loader import check_config, load_config
 from mosaic_core.runtime.configuration.connector import Connector
+from mosaic_core.runtime.configuration.folder_problems import folder_problems
 from mosaic_core.runtime.configuration.handler_problems import (
     WithHandlers,
     delivery_problems,
+    guard_hints,
     label_problems,
     safety_problems,
 )
@@ -99,8 +101,13 @@ class AutoConfigurer:
         """
         problems: list[Problem] = []
         made = self._configurers(validation.connectors, problems)
-        groups = lease_groups(_connectors(made, problems))
-        return Rehearsal(tuple(problems), tuple(lookalikes(groups, validation.connectors)), groups)
+        connectors = _connectors(made, problems)
+        groups = lease_groups(connectors)
+        hints = [*lookalikes(groups, validation.connectors)]
+        checked = {one.config.label: one for one, _ in made}
+        for connector in connectors:
+            hints += guard_hints(checked[connector.config.label], connector.handlers)
+        return Rehearsal(tuple(problems), tuple(hints), groups)
 
     def _configurers(self, connectors: Sequence[CheckedConnector], problems: list[Problem]) -> list[Made]:
         made: list[Made] = []
@@ -127,6 +134,7 @@ def _connectors(made: Sequence[Made], problems: list[Problem]) -> list[Connector
         except PydanticUserError as error:
             problems.append(_broken(one, f"its message type has no JSON Schema: {error.message}"))
     problems += label_problems(known)
+    problems += folder_problems([one for one, _ in made])
     problems += _taken_channels(connectors, {one.config.label: one for one, _ in made})
     return connectors
 

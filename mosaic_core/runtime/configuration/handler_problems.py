@@ -5,16 +5,17 @@ and the robot does not have. Told before anything starts, with the nearest name 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, TypeAlias, get_args
+from typing import Any, TypeAlias, TypeVar, get_args
 
 from pydantic import AliasChoices, AliasPath, BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, MediaTrackHandler, message_type_of
-from mosaic_core.contract.params import CameraLabel
+from mosaic_core.contract.params import CameraLabel, OwnFolder
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions
 from mosaic_core.runtime.configuration.catalogue_entry import message_schema, receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import real_place
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.configuration.resolver import guess
 from mosaic_core.words.data_type import Direction, MosaicDataType
 from mosaic_core.words.errors import Problem
@@ -70,6 +71,23 @@ def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], 
         else:
             message = f"connector '{one.config.label}' of {one.installed.source} moves by '{field}'"
             yield one.broken(f"{message}, a number that its messages don't have: nothing would limit it", cure=cure)
+
+
+def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
+    """What the framework can't do for a receiver that says it moves something, but not by which numbers."""
+    for handler in receivers(handlers):
+        safety, message_type = ReceiverSafety.of(one.safety, handler), message_type_of(type(handler))
+        is_mover = safety.timeout_s is not None or type(handler).make_safe is not DataChannelReceivable.make_safe
+        if not is_mover or safety.motion_fields or safety.limits or getattr(message_type, "motion_kinds", None):
+            continue
+        message = (
+            f"nothing says which numbers move connector '{one.config.label}': a bad link does not slow it down, and "
+            "after a stop was cleared no zero lets it go on, only silence"
+        )
+        cure = "name them in `limits`, or in the `motion_fields` of its class"
+        if message_type in (str, bytes):
+            cure = "it takes no JSON messages, so it can't: let it stop quickly by itself"
+        yield one.problem(message, "safety", cure=cure)
 
 
 def delivery_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
@@ -130,7 +148,7 @@ def label_problems(made: Sequence[WithHandlers]) -> Iterator[Problem]:
     cameras = [handler.label for _, handlers in made for handler in handlers if isinstance(handler, MediaTrackHandler)]
     unmade = _unmade([one for one, _ in made])
     for one, _ in made:
-        for loc, label in named_in(one.params):
+        for loc, label in named_in(one.params, CameraLabel):
             if label in cameras or (label not in types and any(label.startswith(other) for other in unmade)):
                 continue
             what = f"which is of type '{types[label]}'" if label in types else "which this robot does not have"
@@ -141,21 +159,24 @@ def label_problems(made: Sequence[WithHandlers]) -> Iterator[Problem]:
             yield one.document.problem(place, message, cure=there_are, guess=meant)
 
 
-def named_in(value: object, loc: Loc = ()) -> Iterator[tuple[Loc, CameraLabel]]:
-    """The labels of cameras in ``params``, each with its way from there."""
+N = TypeVar("N", CameraLabel, OwnFolder)
+
+
+def named_in(value: object, kind: type[N], loc: Loc = ()) -> Iterator[tuple[Loc, N]]:
+    """The texts of this kind in ``params``, each with its way from there."""
     parts: Iterator[tuple[Any, Any]] = iter(())
-    if isinstance(value, CameraLabel):
+    if isinstance(value, kind):
         yield loc, value
     elif isinstance(value, BaseModel):
         parts = ((name, getattr(value, name)) for name in type(value).model_fields)
     elif isinstance(value, Mapping):
         for key in value:
-            yield from named_in(key, (*loc, key))
+            yield from named_in(key, kind, (*loc, key))
         parts = iter(value.items())
     elif isinstance(value, list | tuple | set | frozenset):
         parts = enumerate(value)
     for key, inner in parts:
-        yield from named_in(inner, (*loc, key))
+        yield from named_in(inner, kind, (*loc, key))
 
 
 def _unmade(made: Sequence[CheckedConnector]) -> set[str]:

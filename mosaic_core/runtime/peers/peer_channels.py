@@ -24,7 +24,7 @@ from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL
 from mosaic_core.words.errors import WireError
 
-_TAKES_NONE = GateRefusal(Gate.MESSAGE, "channel.invalid", "this connector takes no messages")
+_TAKES_NONE = GateRefusal(Gate.MESSAGE, "channel.wrong_direction", "this connector sends and takes no messages")
 
 
 class PeerChannels:

@@ -8,7 +8,7 @@ from pathlib import Path
 import platformdirs
 from pydantic import Field, field_validator, model_validator
 
-from mosaic_core import CameraLabel, Params, unit
+from mosaic_core import CameraLabel, OwnFolder, Params, unit
 from mosaic_core.contract.media_tap import TapCodec
 from mosaic_recorder.movie_file import Container
 
@@ -17,7 +17,7 @@ class RecorderParams(Params):
     labels: tuple[CameraLabel, ...] = Field(
         min_length=1, description="Cameras that may be recorded, by their labels; a command may choose among them."
     )
-    directory: Path | None = Field(
+    directory: OwnFolder | None = Field(
         default=None,
         description="Folder of this recorder alone. Default: `recordings/LABEL` in MOSAIC_DATA_DIR or the user's "
         "data directory.",
@@ -77,7 +77,7 @@ class RecorderParams(Params):
 def recordings_directory(params: RecorderParams, label: str) -> Path:
     """The folder of the recorder ``label``; it need not exist."""
     if params.directory is not None:
-        return params.directory.expanduser()
+        return Path(params.directory).expanduser()
     named = os.environ.get("MOSAIC_DATA_DIR")
     data = Path(named) if named else Path(platformdirs.user_data_dir("mosaic", appauthor=False))
     return data / "recordings" / label

@@ -15,7 +15,7 @@ import av
 import numpy as np
 import pytest
 
-from mosaic_core import ConfigError, MosaicDataType, Sender, Shared
+from mosaic_core import ConfigError, MosaicDataType, OwnFolder, Sender, Shared
 from mosaic_core.contract.media_tap import TappedImage
 from mosaic_core.testing import ANOTHER_OPERATOR, OPERATOR, From, build, fake_host, feed
 from mosaic_core.words.codes import REASONS
@@ -457,7 +457,8 @@ def test_recordings_belong_where_the_system_keeps_data(monkeypatch: pytest.Monke
     monkeypatch.delenv("MOSAIC_DATA_DIR")
     assert recordings_directory(params, "cam_recorder").parts[-3:] == ("mosaic", "recordings", "cam_recorder")
     monkeypatch.setenv("HOME", str(tmp_path))
-    named = RecorderParams(labels=("front",), directory=Path("~/films"))
+    named = RecorderParams(labels=("front",), directory=OwnFolder("~/films"))
+    assert named == RecorderParams(labels=("front",), directory=Path("~/films"))  # type: ignore[arg-type]
     assert recordings_directory(named, "cam_recorder") == tmp_path / "films"
 
 

@@ -448,3 +448,21 @@ def test_over_any_history_nothing_is_said_before_authorization_and_every_wait_is
 def _asked_to_close(it: RobotSignaling) -> bool:
     """After CloseSocket the driver ends the socket, so no deadline is needed."""
     return it.state in ("greeting", "authorizing", "welcoming")
+
+
+def test_refused_credentials_are_never_rarer_than_every_five_minutes_and_being_let_in_forgets_them() -> None:
+    it, now_s = session(), 0.0
+
+    def refused() -> float:
+        it.handle(SocketOpened(), now_s)
+        it.handle(frame("authorize.req"), now_s)
+        it.handle(frame("authorize.res", 10021), now_s)
+        (again,) = [one for one in it.handle(SocketClosed(1000), now_s) if isinstance(one, ReconnectAfter)]
+        return again.delay_s
+
+    assert [refused() for _ in range(6)] == [30.0, 60.0, 120.0, 240.0, 300.0, 300.0]
+    it.handle(SocketOpened(), now_s)
+    it.handle(frame("authorize.req"), now_s)
+    it.handle(frame("authorize.res", 100), now_s)
+    it.handle(SocketClosed(1000), now_s)
+    assert refused() == 30.0

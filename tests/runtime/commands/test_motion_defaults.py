@@ -88,3 +88,12 @@ def test_zeros_repeat_what_the_last_command_that_acted_said_besides_its_motion()
     shaper.limited(shaper.parsed(b'{"light": false}'), 1.0)
     shaper.undone()
     assert shaper.zeros() == Roll(speed=0.0, light=True)
+
+
+@pytest.mark.parametrize("word", ["allOf", "anyOf", "oneOf"])
+def test_a_field_behind_a_reference_among_others_has_its_default(word: str) -> None:
+    either = {word: [{"type": "null"}, {"$ref": "#/$defs/Vector"}, {"properties": {"y": {"default": 9.0}}}]}
+    vector = {"properties": {"y": {"default": 0.25}}}
+    message: dict[str, Any] = {"linear": {}}
+    MotionDefaults({"properties": {"linear": either}, "$defs": {"Vector": vector}}, ["linear.y"]).complete(message)
+    assert message == {"linear": {"y": 0.25}}

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Rehearsal
 from mosaic_core.runtime.configuration.checked_config import Validation
 from mosaic_core.runtime.configuration.config_loader import validate_file
+from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.testing.pytest_plugin import InstallDistribution
 from mosaic_core.words.errors import ConfigError, Problem
 
+Rehearsed = Callable[..., Rehearsal]
 ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
 
 ACME = '''
@@ -154,6 +158,7 @@ class WatcherParams(Params):
     main: CameraLabel | None = None
     others: tuple[CameraLabel, ...] = ()
     weights: dict[CameraLabel, float] = {}
+    films: OwnFolder | None = None
 
 
 class WatcherConfigurer(DataChannelConfigurer[WatcherParams]):
@@ -246,3 +251,16 @@ def problems(check: Callable[..., Validation]) -> Callable[..., tuple[Problem, .
             return error.problems
 
     return problems_of
+
+
+@pytest.fixture
+def rehearsed(acme: ConnectorResolver, write: Callable[[str], Path], robot_yaml: Callable[..., str]) -> Rehearsed:
+    """What `mosaic validate` says of these connectors, each on a line of its own from line 6 on."""
+
+    def rehearsal_of(*connectors: str, **options: Any) -> Rehearsal:
+        text = robot_yaml("".join(f"\n  - {{ {one} }}" for one in connectors))
+        validation = validate_file(write(text), resolver=acme, environ={}, **options)
+        found = AutoConfigurer(resolver=acme, plugins=hook_plugins([])).rehearse(validation)
+        return replace(found, problems=(*validation.problems, *found.problems))
+
+    return rehearsal_of

@@ -3,35 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import pytest
 
 from mosaic_core import CameraLabel, Params
-from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
-from mosaic_core.runtime.configuration.checked_config import Validation
-from mosaic_core.runtime.configuration.config_loader import validate_file
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Rehearsal
 from mosaic_core.runtime.configuration.handler_problems import named_in
 from mosaic_core.runtime.configuration.hook_calls import hook_plugins
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.words.config import RobotConfig
-from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.errors import ConfigError
 
-Rehearsed = Callable[..., tuple[Problem, ...]]
-
-
-@pytest.fixture
-def rehearsed(acme: ConnectorResolver, write: Callable[[str], Path], robot_yaml: Callable[..., str]) -> Rehearsed:
-    """What `mosaic validate` says of these connectors, each on a line of its own from line 6 on."""
-
-    def problems(*connectors: str, **options: Any) -> tuple[Problem, ...]:
-        text = robot_yaml("".join(f"\n  - {{ {one} }}" for one in connectors))
-        validation: Validation = validate_file(write(text), resolver=acme, environ={}, **options)
-        automatic = AutoConfigurer(resolver=acme, plugins=hook_plugins([]))
-        return (*validation.problems, *automatic.rehearse(validation).problems)
-
-    return problems
+Rehearsed = Callable[..., Rehearsal]
 
 
 EYES = ("type: eye, label: front", "type: eye, label: rear")
@@ -39,43 +22,43 @@ EYES = ("type: eye, label: front", "type: eye, label: rear")
 
 def test_cameras_that_are_there_may_be_named_in_any_order(rehearsed: Rehearsed) -> None:
     watcher = "type: watcher, label: w, params: { main: rear, others: [front, rear], weights: { front: 0.5 } }"
-    assert not rehearsed(watcher, *EYES)
+    assert not rehearsed(watcher, *EYES).problems
 
 
 def test_a_label_that_no_connector_has_is_told_with_its_line_and_the_nearest(rehearsed: Rehearsed) -> None:
-    (problem,) = rehearsed(*EYES, "type: watcher, label: w, params: { others: [front, raer] }")
+    (problem,) = rehearsed(*EYES, "type: watcher, label: w, params: { others: [front, raer] }").problems
     assert (problem.line, problem.path) == (8, "connectors[2].params.others[1]")
     assert problem.message == "connector 'w' names the camera 'raer', which this robot does not have"
     assert problem.cure == "did you mean 'rear'?"
 
 
 def test_a_label_like_no_other_is_told_what_there_is(rehearsed: Rehearsed) -> None:
-    (problem,) = rehearsed(*EYES, "type: watcher, label: w, params: { weights: { x: 1 } }")
+    (problem,) = rehearsed(*EYES, "type: watcher, label: w, params: { weights: { x: 1 } }").problems
     assert (problem.path, problem.cure) == ("connectors[2].params.weights.x", "it has: front, rear")
-    (alone,) = rehearsed("type: watcher, label: w, params: { main: front }")
+    (alone,) = rehearsed("type: watcher, label: w, params: { main: front }").problems
     assert alone.cure == "add a camera with this label"
 
 
 @pytest.mark.parametrize(("label", "kind"), [("battery", "gauge"), ("link", "pair"), ("link-sender", "pair")])
 def test_a_connector_that_is_no_camera_is_told_with_its_type(rehearsed: Rehearsed, label: str, kind: str) -> None:
     others = ("type: gauge, label: battery", "type: pair, label: link")
-    (problem,) = rehearsed(*EYES, *others, f"type: watcher, label: w, params: {{ main: {label} }}")
+    (problem,) = rehearsed(*EYES, *others, f"type: watcher, label: w, params: {{ main: {label} }}").problems
     assert problem.message == f"connector 'w' names the camera '{label}', which is of type '{kind}'"
 
 
 def test_a_camera_with_a_mistake_of_its_own_is_not_missed(rehearsed: Rehearsed) -> None:
     broken = "type: eye, label: front, params: { colour: red }"
-    (problem,) = rehearsed(broken, "type: watcher, label: w, params: { main: front }")
+    (problem,) = rehearsed(broken, "type: watcher, label: w, params: { main: front }").problems
     assert "unknown key 'colour'" in problem.message
-    (problem, other) = rehearsed(broken, "type: watcher, label: w, params: { main: rear }")
+    (problem, other) = rehearsed(broken, "type: watcher, label: w, params: { main: rear }").problems
     assert "names the camera 'rear'" in other.message
-    (problem, other) = rehearsed(broken, "type: watcher, label: w, params: { main: frnt }")
+    (problem, other) = rehearsed(broken, "type: watcher, label: w, params: { main: frnt }").problems
     assert other.cure == "did you mean 'front'?"
 
 
 def test_a_label_that_only_the_robot_knows_may_be_any(rehearsed: Rehearsed) -> None:
     unknown = 'type: eye, label: "${FRONT}"'
-    assert not rehearsed(unknown, "type: watcher, label: w, params: { main: rear }", allow_missing_env=True)
+    assert not rehearsed(unknown, "type: watcher, label: w, params: { main: rear }", allow_missing_env=True).problems
 
 
 def test_a_robot_made_in_python_is_checked_too(acme: ConnectorResolver) -> None:
@@ -96,7 +79,7 @@ class Outer(Params):
 
 
 def test_labels_are_found_in_every_depth_and_as_defaults() -> None:
-    assert dict(named_in(Outer())) == {("inner", "camera"): "front", ("many", 0): "left"}
+    assert dict(named_in(Outer(), CameraLabel)) == {("inner", "camera"): "front", ("many", 0): "left"}
 
 
 def test_a_label_is_text_for_its_reader_and_its_schema() -> None:

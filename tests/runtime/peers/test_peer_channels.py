@@ -406,7 +406,7 @@ async def test_what_came_before_is_not_taken_again() -> None:
 async def test_a_connector_that_only_sends_takes_no_messages() -> None:
     scene = Scene()
     scene.opens("events").says(5)
-    assert scene.refused == [("events", 5, "channel.invalid")]
+    assert scene.refused == [("events", 5, "channel.wrong_direction")]
 
 
 async def test_what_is_no_frame_is_refused_without_a_number() -> None:

@@ -1,0 +1,94 @@
+"""A receiver that moves something and does not say by which numbers: what no guard can do for it is told, as a hint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import pytest
+
+from mosaic_core import DataChannelReceivable, Message
+from mosaic_core.runtime.configuration.auto_configurer import Rehearsal
+from mosaic_core.runtime.configuration.handler_problems import guard_hints
+from mosaic_core.words.errors import Problem
+from mosaic_core.words.limits import MotionKind
+from mosaic_core.words.safety_config import FieldBounds, SafetyConfig
+
+Rehearsed = Callable[..., Rehearsal]
+
+
+def test_the_hint_stands_at_the_connector_and_refuses_nothing(rehearsed: Rehearsed) -> None:
+    found = rehearsed("type: motor, label: wheel, params: { pin: 1 }", "type: gauge, label: battery")
+    (hint,) = found.hints
+    assert not found.problems
+    assert (hint.line, hint.message) == (
+        6,
+        "nothing says which numbers move connector 'wheel': a bad link does not slow it down, and after a stop was "
+        "cleared no zero lets it go on, only silence",
+    )
+    assert hint.cure == "name them in `limits`, or in the `motion_fields` of its class"
+
+
+class Speed(Message):
+    mps: float
+
+
+class Angle(Message):
+    motion_kinds: ClassVar[Mapping[str, MotionKind]] = {"rad": "position"}
+    rad: float
+
+
+class Stops(DataChannelReceivable[Speed]):
+    def make_safe(self, cause: str) -> None:
+        """Stands."""
+
+
+class Named(Stops):
+    motion_fields = ("mps",)
+
+
+class Lamp(DataChannelReceivable[Speed]):
+    """Moves nothing."""
+
+
+class Timed(DataChannelReceivable[Speed]):
+    timeout_s = 0.3
+
+
+class Joint(DataChannelReceivable[Angle]):
+    timeout_s = 0.3
+
+
+class Text(DataChannelReceivable[str]):
+    timeout_s = 0.3
+
+
+class Place:
+    """Of the connector in its file."""
+
+    class config:
+        label = "it"
+
+    def __init__(self, **safety: Any) -> None:
+        self.safety = SafetyConfig(**safety)
+
+    def problem(self, message: str, *key: str, cure: str = "") -> Problem:
+        return Problem("config.invalid", message, cure=cure)
+
+
+@pytest.mark.parametrize(
+    ("handler", "safety", "cure"),
+    [
+        (Stops, {}, "name them in `limits`, or in the `motion_fields` of its class"),
+        (Timed, {}, "name them in `limits`, or in the `motion_fields` of its class"),
+        (Text, {}, "it takes no JSON messages, so it can't: let it stop quickly by itself"),
+        (Lamp, {"timeout_s": 1.0}, "name them in `limits`, or in the `motion_fields` of its class"),
+        (Lamp, {}, None),
+        (Named, {}, None),
+        (Joint, {}, None),
+        (Timed, {"limits": {"mps": FieldBounds(max=1.0)}}, None),
+    ],
+)
+def test_who_moves_something_by_no_named_number_gets_it(handler: Any, safety: dict[str, Any], cure: str | None) -> None:
+    one: Any = Place(**safety)
+    assert [hint.cure for hint in guard_hints(one, (handler("it"),))] == ([] if cure is None else [cure])
