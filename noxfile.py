@@ -87,7 +87,7 @@ def docs(session: nox.Session) -> None:
     session.run(
         PYTHON, "docs/generate_reference.py", *(["--check"] if "--check" in session.posargs else []), external=True
     )
-    session.run(PYTHON, "-m", "mkdocs", "build", "--strict", "--quiet", env={"NO_MKDOCS_2_WARNING": "1"}, external=True)
+    session.run(PYTHON, "docs/build_site.py", external=True)
 
 
 @nox.session

@@ -43,7 +43,9 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from mosaic_core.words.errors import ConfigError, MosaicError, PluginError
 
     AMediaTrackHandler = MediaTrackHandler
+    """MOSAIC's own name for :class:`MediaTrackHandler`."""
     run_configured: Callable[[Configured], Coroutine[Any, Any, None]]  # declared: its module asks this one's version
+    """Run a robot that :class:`AutoConfigurer` has read, until it is cancelled."""
 __version__ = "0.1.0"
 
 __all__ = [

@@ -139,6 +139,7 @@ class Handler:
 
     @property
     def is_stopping(self) -> bool:
+        """Whether the handler shall stop: leave the body soon. Any thread."""
         return self._host.is_stopping
 
     @property

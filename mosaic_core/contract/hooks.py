@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 PROJECT = "mosaic"
 hookspec = pluggy.HookspecMarker(PROJECT)
 hookimpl = pluggy.HookimplMarker(PROJECT)
+"""Marks a function as a hook of a robot."""
 
 
 @hookspec

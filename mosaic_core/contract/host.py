@@ -75,7 +75,8 @@ class HandlerHost(Protocol):
         """The same for ``async`` bodies."""
 
     @property
-    def is_stopping(self) -> bool: ...
+    def is_stopping(self) -> bool:
+        """Whether the handler shall stop."""
 
     def send(self, message: Outgoing) -> bool:
         """Hand a message over; ``False`` if nobody listens or the queue is full."""

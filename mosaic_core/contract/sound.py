@@ -30,6 +30,7 @@ class Sound:
 
     @property
     def duration_s(self) -> float:
+        """How long it lasts, in seconds."""
         return len(self.samples) / self.rate_hz
 
 

@@ -24,10 +24,16 @@ class Network(Protocol):
     open_stream: PictureStreamFactory
     open_sound: SoundStreamFactory
 
-    def offerer(self, listener: OffererListener, ice_servers: Sequence[IceServer]) -> Offerer: ...
-    def answerer(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> Answerer: ...
+    def offerer(self, listener: OffererListener, ice_servers: Sequence[IceServer]) -> Offerer:
+        """The operator's end of a new connection."""
+
+    def answerer(self, listener: AnswererListener, ice_servers: Sequence[IceServer]) -> Answerer:
+        """The robot's end of a new connection."""
+
     @property
-    def robot_ice_servers(self) -> tuple[IceServer, ...]: ...
+    def robot_ice_servers(self) -> tuple[IceServer, ...]:
+        """The ICE servers that the robot is told of."""
+
     def become(self, profile: LinkProfile | str) -> None:
         """Another network from now on, both ways."""
 
@@ -73,6 +79,7 @@ class WebRtcNetwork:
 
     @property
     def robot_ice_servers(self) -> tuple[IceServer, ...]:
+        """The relay between the two, if there is one."""
         return robot_ice_servers(self.path)
 
     def become(self, profile: LinkProfile | str) -> None:

@@ -85,10 +85,12 @@ class RobotConnection(RobotStores):
 
     @property
     def session_id(self) -> str | None:
+        """The id of the session, which outlives a reconnection; ``None``: the robot keeps none."""
         return self._plan.session_id
 
     @property
     def peer_id(self) -> str:
+        """The id of this operator's connection, as the robot's log writes it."""
         return self._plan.peer_id
 
     @property
@@ -232,18 +234,22 @@ class RobotConnection(RobotStores):
         self._peer.signaled(message)
 
     def store_opened(self, store: MosaicStore) -> None:
+        """Called by a store that is wanted from now on."""
         self._bindings.open(store)
 
     def store_released(self, store: MosaicStore) -> None:
+        """Called by a store that nobody wants any more."""
         self._drives.released(store)
         self._bindings.release(store)
 
     # -- told by the peer attempt ----------------------------------------------------------------------------------
 
     def track_arrived(self, label: str, video: IncomingVideo) -> None:
+        """Called by the peer attempt with each track."""
         self._bindings.media.track_arrived(label, video)
 
     def robot_known(self) -> None:
+        """Called by the peer attempt once it knows whether the robot is an original one."""
         if self.is_original:
             self._streams.plain()
             self.control.found_original()
@@ -251,15 +257,18 @@ class RobotConnection(RobotStores):
             self._settle()
 
     def greeted(self, port: ControlChannel, extensions: Mapping[str, int]) -> None:
+        """Called by the peer attempt with the robot's hello."""
         self.control.greeted(port, extensions)
         self._streams.greeted(extensions)
         self.delivery.greeted(extensions)
         self._bindings.greeted(extensions)
 
     def resume_word(self) -> control.Resume:
+        """What the hello says of messages that were under way when the connection was lost."""
         return self._streams.resume_word()
 
     def control_heard(self, message: control.ControlMessage) -> None:
+        """Called by the peer attempt with every other message of the control channel."""
         self.control.heard(message)
         match message:
             case control.CatalogueFull(catalogue=catalogue):
@@ -278,6 +287,7 @@ class RobotConnection(RobotStores):
                 self._bindings.heard(message)
 
     def ended(self, error: ConnectionFailed) -> None:
+        """Called by the peer attempt when it is over."""
         self.error = error
         comes_back = (self._is_kept or self._is_breaking) and not error.code.startswith(FINAL)
         self._is_breaking = False

@@ -39,6 +39,7 @@ class FakeClock:
         self._alarms.append(alarm)
 
     def forget(self, alarm: Alarm) -> None:
+        """Ring it no more."""
         self._alarms.remove(alarm)
 
     def advance(self, seconds: float) -> None:
@@ -89,30 +90,37 @@ class FakeHost:
 
     @property
     def is_stopping(self) -> bool:
+        """Whether :meth:`stop` was called."""
         return self._is_stopping
 
     def monotonic_s(self) -> float:
+        """The clock's time, in seconds."""
         return self.clock.now_s
 
     def wait(self, seconds: float) -> bool:
+        """Advance the clock; ``True`` when the handler shall stop."""
         if not self._is_stopping:
             self.clock.advance(min(seconds, self.stop_at_s - self.clock.now_s))
             self._is_stopping = self._is_stopping or self.clock.now_s >= self.stop_at_s
         return self._is_stopping
 
     async def wait_async(self, seconds: float) -> bool:
+        """The same for ``async`` bodies."""
         await asyncio.sleep(0)
         return self.wait(seconds)
 
     def send(self, message: Outgoing) -> bool:
+        """Keep the message, for :meth:`sent_values`."""
         if self.accepts:
             self.sent.append(message)
         return self.accepts
 
     def is_heard(self, channel: str) -> bool:
+        """Whether the channel is among those that a test opened."""
         return self.heard is None or channel in self.heard
 
     def offer(self, label: str, item: Picture | Sound) -> bool:
+        """Keep the picture or the sound."""
         if not self.accepts:
             return False
         if isinstance(item, Sound):
@@ -122,12 +130,15 @@ class FakeHost:
         return True
 
     def count_loss(self, reason: Loss, messages: int) -> None:
+        """Add up the losses by their reason."""
         self.losses[reason] += messages
 
     def tap_media(self, label: str, codec: TapCodec) -> FakeTap:
+        """The encoded pictures that the test has put there."""
         return FakeTap(self, self.tapped.get(label))
 
     def tap_pictures(self, label: str) -> FakePictureTap:
+        """The pictures that the test has put there."""
         return FakePictureTap(self, self.tapped_images.get(label))
 
     def sent_values(self, channel: str | None = None) -> list[Any]:

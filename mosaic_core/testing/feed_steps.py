@@ -12,6 +12,7 @@ from mosaic_core.contract.host import Sender
 OPERATOR = Sender(peer_id="peer-1", session_id="session-1", operator_id="operator-1", name="Alice")
 """Who sends what a script does not attribute to somebody."""
 ANOTHER_OPERATOR = Sender(peer_id="peer-2", session_id="session-2", operator_id="operator-2", name="Bob")
+"""Somebody else, who says stop where a script does not say who."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,7 @@ class MosaicDataType(StrEnum):
 
     @property
     def direction(self) -> "Direction":
+        """Which way such data flows."""
         if self is MosaicDataType.JSON_BI:
             return Direction.BOTH
         return Direction.TO_ROBOT if self.value.endswith("u2r") else Direction.TO_OPERATOR

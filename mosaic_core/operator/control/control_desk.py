@@ -205,9 +205,11 @@ class ControlDesk:
         self._stops = StopCaller(channel, self._clock_us)
 
     def found_original(self) -> None:
+        """Called by the connection: the robot is an original one."""
         self._is_original = True
 
     def heard(self, message: control.ControlMessage) -> None:
+        """Called by the connection with every message of the control channel."""
         self._answers.heard(message)
         if isinstance(message, control.StopAck) and self._stops is not None:
             self._stops.acknowledged(message)

@@ -56,6 +56,7 @@ class Lease:
 
     @property
     def is_held(self) -> bool:
+        """Whether commands under it count: neither lost nor given back."""
         return self.lost is None and not self._is_released
 
     def on_lost(self, callback: Callable[[LeaseLost], None]) -> Callable[[], None]:
@@ -95,6 +96,7 @@ class Lease:
     # -- called by the connection ----------------------------------------------------------------------------------
 
     def end(self, lost: LeaseLost) -> None:
+        """Called by the desk: the lease is lost; the block under it is cancelled."""
         if not self.is_held:
             return
         self.lost = lost

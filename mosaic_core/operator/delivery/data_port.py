@@ -53,9 +53,11 @@ class Received:
     info: MessageInfo
 
     def text(self) -> str:
+        """The payload as text; raises :class:`UnicodeDecodeError`."""
         return self.data.decode()
 
     def json(self) -> Any:
+        """The payload as JSON; raises :class:`ValueError`."""
         return json.loads(self.data)
 
 

@@ -35,6 +35,7 @@ class RobotSummary(WireModel):
 
     @property
     def is_online(self) -> bool:
+        """Whether the robot is connected to the server."""
         return self.status is not RobotStatus.DISCONNECTED
 
 

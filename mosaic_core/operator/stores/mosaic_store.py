@@ -117,13 +117,16 @@ class MosaicStore:
     # -- called by the connection ----------------------------------------------------------------------------------
 
     def opening(self) -> None:
+        """The channel or track is about to be opened."""
         self._moment("before_connected")
 
     def opened(self) -> None:
+        """Data can flow."""
         self._enter(StoreState("open"))
         self._moment("after_connected")
 
     def closed(self) -> None:
+        """The connection is over; nothing comes back."""
         self._ended("closed")
 
     def interrupted(self) -> None:
@@ -131,6 +134,7 @@ class MosaicStore:
         self._ended("reconnecting")
 
     def disconnected(self, *, comes_back: bool) -> None:
+        """The connection is gone; ``comes_back``: it is being made anew."""
         if comes_back:
             self.interrupted()
         else:
@@ -143,6 +147,7 @@ class MosaicStore:
             self._moment("after_disconnected")
 
     def missed(self, lost: int | None, *, sent: bool) -> None:
+        """``lost`` messages (``None``: nobody knows how many) got lost across a reconnection."""
         label = self.robot_connector.connector_id
         what = "messages" if lost is None else f"{lost} message(s)"
         _log.warning("%r: %s %s lost while there was no connection", label, what, "sent were" if sent else "were")
@@ -150,6 +155,7 @@ class MosaicStore:
             callback(Gap(lost, sent))
 
     def failed(self, error: MosaicError, nearest: str | None = None) -> None:
+        """The channel or track could not be opened; ``nearest`` is the label that may be meant."""
         is_mismatch = error.code == "channel.unknown_label"
         phase: Literal["mismatch", "closed"] = "mismatch" if is_mismatch else "closed"
         self._enter(StoreState(phase, error.code, error.message, nearest, error.cure))

@@ -24,4 +24,5 @@ class RobotConnector:
 
     @property
     def key(self) -> tuple[str, str]:
+        """Robot and connector, by which stores are found again."""
         return (self.robot_id, self.connector_id)

@@ -1,0 +1,86 @@
+"""The site is complete, and all that it shows and runs comes from itself."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PUBLIC = {
+    "mosaic_core": "python-connectors",
+    "mosaic_core.operator": "python-operator",
+    "mosaic_core.testing": "python-testing",
+}
+"""Modules that others import, and the page that describes each."""
+LOADED = re.compile(r'<(?:script|link|img|iframe)\b[^>]*?\b(?:src|href)="(https?:[^"]*)"')
+
+
+def public_objects() -> Iterator[tuple[str, Any]]:
+    for module in PUBLIC:
+        for name in importlib.import_module(module).__all__:
+            yield f"{module}.{name}", getattr(importlib.import_module(module), name)
+
+
+def undocumented(name: str, value: Any) -> Iterator[str]:
+    """What of a public class or function has no words: itself, or a method or property that it has of its own."""
+    if not (inspect.isclass(value) or inspect.isfunction(value)):
+        return
+    if not inspect.getdoc(value):
+        yield name
+    for member, defined in vars(value).items() if inspect.isclass(value) else ():
+        is_asked = not member.startswith("_") and (inspect.isroutine(defined) or isinstance(defined, property))
+        if is_asked and not inspect.getdoc(getattr(value, member)):
+            yield f"{name}.{member}"
+
+
+@pytest.fixture(scope="module")
+def site() -> Path:
+    done = subprocess.run(
+        [sys.executable, ROOT / "docs" / "build_site.py"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return ROOT / "site"
+
+
+def test_every_public_name_has_words() -> None:
+    assert [missing for name, value in public_objects() for missing in undocumented(name, value)] == []
+
+
+def test_what_has_no_words_is_found() -> None:
+    class Bare:
+        def method(self) -> None: ...
+
+    assert list(undocumented("Bare", Bare)) == ["Bare", "Bare.method"]
+
+
+def test_every_public_name_is_on_its_page(site: Path) -> None:
+    for module, page in PUBLIC.items():
+        text = (site / "reference" / page / "index.html").read_text()
+        headings = set(re.findall(r'id="([\w.]+)"', text))
+        assert {f"{module}.{name}" for name in importlib.import_module(module).__all__} <= headings
+
+
+def test_pages_with_diagrams_bring_the_script_that_draws_them_and_no_page_loads_from_others(site: Path) -> None:
+    pages = {path: path.read_text() for path in site.rglob("*.html")}
+    drawn = [text for text in pages.values() if 'class="mermaid"' in text]
+    assert len(drawn) >= 2
+    assert all("assets/javascripts/mermaid.js" in text for text in drawn)
+    assert {str(path): found for path, text in pages.items() if (found := LOADED.findall(text))} == {}
+    assert (site / "assets/javascripts/mermaid.js").stat().st_size > 100_000
+
+
+def test_the_first_page_shows_the_product_and_leads_three_kinds_of_people_on(site: Path) -> None:
+    text = (site / "index.html").read_text()
+    assert 'src="images/demo.png"' in text
+    assert text.count('href="tutorial/') >= 4
+    assert {"You have a robot", "You write software for robots", "You build what people see"} <= set(
+        re.findall(r"<h2[^>]*>([^<]+)", text)
+    )
