@@ -40,7 +40,7 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from mosaic_core.runtime.configuration.resolver import ConnectorResolver
     from mosaic_core.words.data_type import Delivery, MosaicDataType
     from mosaic_core.words.delivery import DeliveryContract
-    from mosaic_core.words.errors import ConfigError, MosaicError, PluginError
+    from mosaic_core.words.errors import ConfigError, DeviceGone, MosaicError, PluginError
 
     AMediaTrackHandler = MediaTrackHandler
     """MOSAIC's own name for :class:`MediaTrackHandler`."""
@@ -68,6 +68,7 @@ __all__ = [
     "DataChannelStringReceivable",
     "Delivery",
     "DeliveryContract",
+    "DeviceGone",
     "EncodingParams",
     "Handler",
     "MediaTrackConfigurer",

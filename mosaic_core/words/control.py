@@ -509,6 +509,8 @@ class DeliveryRow(WireModel):
     lost: int = 0
     resent: int = 0
     age_ms: float | None = Field(default=None, description="Since the last message; null: there was none.")
+    failure_code: PlainText | None = Field(default=None, description="Why it fails now; null: it does not.")
+    tries_again_in_s: float | None = Field(default=None, description="Seconds until the robot tries it again.")
 
 
 class DeliveryReport(ControlMessage):

@@ -94,6 +94,14 @@ class ConnectionFailed(MosaicError):
     """A peer connection could not be made, or was lost; the code names the phase."""
 
 
+class DeviceGone(MosaicError):
+    """The device of a connector isn't there: a plugin raises it where it opens or uses one. ``message`` says which,
+    ``cure`` what to do. It is no mistake of the code: one line in the log, and every few seconds another try."""
+
+    def __init__(self, message: str, cure: str = "") -> None:
+        super().__init__(f"{message}; {cure}" if cure else message, code="plugin.no_device", cure=cure or None)
+
+
 class WireError(MosaicError):
     """Bytes from the other side that make no sense; the message is safe to show and quotes no secret."""
 

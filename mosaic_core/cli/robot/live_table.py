@@ -4,6 +4,8 @@ them what did not arrive, with the reason.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rich.console import Group, RenderableType
@@ -38,7 +40,7 @@ def robot_table(snapshot: RobotSnapshot, width: int = _ROOMY) -> RenderableType:
     for connector in snapshot.connectors:
         row = _row(connector)
         table.add_row(*(row[index] for index in shown))
-    return Group(*_headlines(snapshot), table, *_reasons(snapshot.connectors))
+    return Group(*_headlines(snapshot), table, *_failures(snapshot.connectors), *_reasons(snapshot.connectors))
 
 
 def _headlines(snapshot: RobotSnapshot) -> tuple[Text, ...]:
@@ -136,8 +138,8 @@ def _reasons(connectors: tuple[ConnectorSnapshot, ...]) -> list[Text]:
 
 def _row(connector: ConnectorSnapshot) -> list[Text]:
     state = Text(connector.state, style=_STATE_STYLES.get(connector.state, ""))
-    if connector.state == "failed" and connector.last_error:
-        state.append(f" {connector.last_error[:40]}", style="red")
+    if connector.state == "failed" and _is_absent(connector):
+        state = Text("no device", style="yellow")
     drops = sum(_drops(connector).values())
     return [
         Text(connector.label),
@@ -151,6 +153,20 @@ def _row(connector: ConnectorSnapshot) -> list[Text]:
         Text("–" if connector.age_s is None else duration(connector.age_s)),
         _speed(connector.limit_factor),
     ]
+
+
+def _failures(connectors: tuple[ConnectorSnapshot, ...]) -> Iterator[Text]:
+    """``front    no such camera: /dev/video0 (plugin.no_device), tries again in 8 s``, a line for each that fails."""
+    for connector in connectors:
+        if connector.state == "failed" and connector.tries_again_in_s is not None:
+            why = (connector.last_error, "yellow" if _is_absent(connector) else "red")
+            again = f" ({connector.failure_code}), tries again in {math.ceil(connector.tries_again_in_s)} s"
+            yield Text.assemble((f"{connector.label}  ", "dim"), why, (again, "dim"), no_wrap=True, overflow="ellipsis")
+
+
+def _is_absent(connector: ConnectorSnapshot) -> bool:
+    """Its device is not there; the plugin is well."""
+    return connector.failure_code == "plugin.no_device"
 
 
 def size(count: float) -> str:

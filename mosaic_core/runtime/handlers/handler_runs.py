@@ -33,6 +33,7 @@ from mosaic_core.runtime.media.talk_hub import TalkHub
 from mosaic_core.runtime.observation.counters import ConnectorCounters, ConnectorSnapshot, HandlerLosses
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.threads.handover import Handover
+from mosaic_core.runtime.threads.stacks import PluginCode
 from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
 
 logger = logging.getLogger(__name__)
@@ -105,7 +106,8 @@ class HandlerRuns:
         host = RuntimeHost(self._loop, self.outbox, self.media)
         handler.bind(host)
         self._losses[handler.label] = host.losses
-        failures = Failures(handler.label, lambda *failure: self._failed.put(failure))
+        code = PluginCode((handler,))
+        failures = Failures(handler.label, lambda *failure: self._failed.put(failure), code=code)
         self._failures[handler.label] = failures
         runner = runner_of(handler, host, failures)
         if runner is not None:
@@ -189,6 +191,7 @@ class HandlerRuns:
         labels = [handler.label for handler in connector.handlers]
         failing = [self._failures[label] for label in labels]
         states = [self._state(label) for label in labels]
+        worst = next((one for one, state in zip(failing, states, strict=True) if state == "failed"), None)
         queue_messages, queue_bytes = max(map(self._waiting, labels))
         lost = {reason: getattr(counters, reason) + self._left_out(labels, reason) for reason in get_args(Loss)}
         lost["replaced"] += self._replaced_in(labels)
@@ -211,6 +214,8 @@ class HandlerRuns:
             resent=counters.resent,
             failures=sum(failures.count for failures in failing),
             last_error=next((failures.last_error for failures in failing if failures.last_error), ""),
+            failure_code=worst.last_code if worst is not None else "",
+            tries_again_in_s=worst.tries_again_in_s if worst is not None else None,
             age_s=None if counters.last_at_s is None else now_s - counters.last_at_s,
             limit_factor=min((limit_factors[label] for label in labels if label in limit_factors), default=None),
         )

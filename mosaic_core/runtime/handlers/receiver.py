@@ -24,7 +24,7 @@ from mosaic_core.runtime.commands.command_turn import CommandTurn
 from mosaic_core.runtime.commands.inbox import Inbox, Incoming
 from mosaic_core.runtime.commands.safety_watch import GONE, SafetyWatch
 from mosaic_core.runtime.handlers.task_runner import leave_behind
-from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.runtime.threads.failures import Failures, failure_code
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, HandlerThread, tell_abandoned
 
 logger = logging.getLogger(__name__)
@@ -251,7 +251,7 @@ class Receiver:
         self._resting_until_s = rests
         # what the plugin raised is for the robot's log: it may name files, addresses, passwords
         text = f"{self.label!r} could not carry it out; the robot's log says why"
-        self._tell_of(item, GateRefusal(Gate.HANDLER, "plugin.failed", text))
+        self._tell_of(item, GateRefusal(Gate.HANDLER, failure_code(error), text))
 
     def _tell_of(self, item: Incoming | None, refusal: GateRefusal | None = None) -> None:
         """What became of it; nobody waits for news of the framework's own zeros (``None``)."""

@@ -124,6 +124,10 @@ class ConnectorSnapshot:
     last_error: str
     age_s: float | None
     """Seconds since the last message; ``None``: there was none."""
+    failure_code: str = ""
+    """The ``plugin.*`` code of why it fails now."""
+    tries_again_in_s: float | None = None
+    """``None``: it does not fail."""
     limit_factor: float | None = None
     """What is left of the speed of whoever commands, 0 to 1; ``None``: nobody does, or nothing limits it here."""
     refused_by: Mapping[str, int] = field(default_factory=dict)

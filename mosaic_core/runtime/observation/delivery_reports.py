@@ -51,4 +51,6 @@ def row_of(snapshot: ConnectorSnapshot) -> DeliveryRow:
     alike = {name: getattr(snapshot, name) for name in DeliveryRow.model_fields if hasattr(snapshot, name)}
     rounded = {"rate_hz": round(snapshot.rate_hz, 2), "bytes_per_s": round(snapshot.bytes_per_s, 1)}
     age_ms = None if snapshot.age_s is None else round(snapshot.age_s * 1000, 1)
-    return DeliveryRow.model_validate({**alike, **rounded, "age_ms": age_ms})
+    again_s = None if snapshot.tries_again_in_s is None else round(snapshot.tries_again_in_s, 1)
+    changed = {"age_ms": age_ms, "failure_code": snapshot.failure_code or None, "tries_again_in_s": again_s}
+    return DeliveryRow.model_validate({**alike, **rounded, **changed})

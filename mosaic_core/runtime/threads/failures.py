@@ -1,19 +1,21 @@
-"""The one failure policy: an error ends the handler, hooks are told, it restarts with back-off; logged once when lost
-and once when back.
+"""The one failure policy: an error ends the handler, hooks are told, it restarts with back-off. A device that is gone
+is one quiet line, an error names the line of the plugin that raised it; each is logged once when it begins, when its
+reason changes, and when it is over.
 """
 
 from __future__ import annotations
 
 import logging
 import random
+import time
 from collections.abc import Callable
 
-from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
-from mosaic_core.words.errors import MosaicError
+from mosaic_core.machines.timing.failure_course import FailureCourse
+from mosaic_core.runtime.threads.stacks import PluginCode
+from mosaic_core.words.errors import DeviceGone, MosaicError
 
 logger = logging.getLogger(__name__)
 
-RESTART_POLICY = BackoffPolicy(first_s=0.5, max_s=30.0)
 TellFailed = Callable[[str, BaseException, float], object]
 """``(label, error, restart_in_s)``; called on the handler's thread."""
 
@@ -25,34 +27,53 @@ def failure_code(error: BaseException) -> str:
 
 
 class Failures:
-    """The failures of one handler; used by the one thread or task that runs it."""
+    """The failures of one handler; used by the one thread or task that runs it, read on any."""
 
-    def __init__(self, label: str, tell: TellFailed, policy: BackoffPolicy = RESTART_POLICY) -> None:
+    def __init__(
+        self,
+        label: str,
+        tell: TellFailed,
+        course: FailureCourse | None = None,
+        code: PluginCode | None = None,
+    ) -> None:
         self._label = label
         self._tell = tell
-        self._backoff = Backoff(policy)
-        self.is_failing = False
+        self._course = course or FailureCourse()
+        self._code = code or PluginCode(())
+        self._next_try_at_s = 0.0
         self.count = 0
         self.last_error = ""
         self.last_code = ""
 
+    @property
+    def is_failing(self) -> bool:
+        return self._course.is_failing
+
+    @property
+    def tries_again_in_s(self) -> float | None:
+        """Seconds until the next try; ``None``: it does not fail."""
+        return max(0.0, self._next_try_at_s - time.monotonic()) if self.is_failing else None
+
     def failed(self, error: BaseException, ran_for_s: float) -> float:
         """Note one failure; seconds until the restart."""
-        delay_s = self._backoff.failed(ran_for_s, random.random())
-        self.last_code = code = failure_code(error)
-        fields = {"label": self._label, "code": code}
-        text = f"connector %r failed: %s: %s ({code}); next try in %.1f s"
-        level = logging.DEBUG if self.is_failing else logging.ERROR
-        cause = (self._label, type(error).__name__, error, delay_s)
-        logger.log(level, text, *cause, extra=fields, exc_info=error if not self.is_failing else None)
-        self.is_failing = True
+        is_absence = isinstance(error, DeviceGone)
+        place = self._code.place_of(error)
+        reason = str(error) if is_absence else f"{type(error).__name__} at {place}"
+        verdict = self._course.failed(reason, is_absence=is_absence, ran_for_s=ran_for_s, random_unit=random.random())
+        self._next_try_at_s = time.monotonic() + verdict.delay_s
+        self.last_code = failure_code(error)
+        self.last_error = str(error) if is_absence else f"{type(error).__name__}: {error}"
         self.count += 1
-        self.last_error = f"{type(error).__name__}: {error}"
-        self._tell(self._label, error, delay_s)
-        return delay_s
+        level = logging.DEBUG if not verdict.is_news else logging.WARNING if is_absence else logging.ERROR
+        what = "" if is_absence else f" failed at {place}" if place else " failed"
+        trace = None if is_absence or not verdict.is_news else error
+        told = (self._label, what, self.last_error, self.last_code, verdict.delay_s)
+        fields = {"label": self._label, "code": self.last_code}
+        logger.log(level, "connector %r%s: %s (%s); tries again in %.1f s", *told, extra=fields, exc_info=trace)
+        self._tell(self._label, error, verdict.delay_s)
+        return verdict.delay_s
 
     def alive(self) -> None:
         """It produced or took something: it works (again)."""
-        if self.is_failing:
-            self.is_failing = False
+        if self._course.alive():
             logger.info("connector %r is back", self._label, extra={"label": self._label})

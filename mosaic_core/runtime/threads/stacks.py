@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
+import traceback
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import FrameType, ModuleType
@@ -31,6 +32,18 @@ class PluginCode:
 
     def __init__(self, handlers: Iterable[Handler]) -> None:
         self._sources = tuple(set(_sources(handlers)))
+
+    def place_of(self, error: BaseException) -> str:
+        """``FILE:LINE in NAME`` of the innermost line of the plugins on the way of ``error``; else the innermost line
+        that is not the framework's own, or nothing."""
+        lines = [
+            (frame.f_code, line)
+            for frame, line in traceback.walk_tb(error.__traceback__)
+            if not frame.f_code.co_filename.startswith(_CORE)
+        ]
+        own = [(code, line) for code, line in lines if code.co_filename.startswith(self._sources)]
+        code, line = next(reversed(own or lines), (None, 0))
+        return f"{code.co_filename}:{line} in {code.co_qualname}" if code is not None else ""
 
     def stack_of(self, thread_id: int) -> list[StackFrame]:
         """What the event loop on this thread does now, the innermost line first. Any thread."""

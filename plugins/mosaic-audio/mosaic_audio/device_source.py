@@ -9,8 +9,8 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from mosaic_audio.devices import NoDevice, OpenStream, chosen_device
-from mosaic_core import Sound
+from mosaic_audio.devices import OpenStream, chosen_device
+from mosaic_core import DeviceGone, Sound
 
 PIECE_S = 0.02
 MAX_WAITING = 10
@@ -25,7 +25,7 @@ MAX_DELAY_S = 0.5
 def device_sounds(
     sounds: Any, device: int | str, rate_hz: int, channels: int | None, is_stopping: Callable[[], bool]
 ) -> Iterator[Sound]:
-    """Until ``is_stopping``. Raises :class:`NoDevice` when the device can't be opened or falls silent."""
+    """Until ``is_stopping``. Raises :class:`DeviceGone` when the device can't be opened or falls silent."""
     wanted, has = chosen_device(sounds, device, "input")
     inbox = _Inbox(rate_hz)
     options = {"samplerate": rate_hz, "channels": min(channels or 1, has), "blocksize": round(rate_hz * PIECE_S)}
@@ -37,7 +37,7 @@ def device_sounds(
             if piece is not None:
                 yield piece
             elif silent_s >= LOST_S:
-                raise NoDevice(f"the device {device!r} gives no sound any more", "check its plug; it is tried again")
+                raise DeviceGone(f"the device {device!r} gives no sound any more", "check its plug; it is tried again")
 
 
 class _Inbox:

@@ -5,43 +5,36 @@ from __future__ import annotations
 from types import TracebackType
 from typing import Any, Literal, Self
 
-from mosaic_core import MosaicError
+from mosaic_core import DeviceGone
 
 Way = Literal["input", "output"]
 DEFAULT = "default"
 
 
-class NoDevice(MosaicError):
-    """A sound device that can't be used; the connector is started again with back-off."""
-
-    def __init__(self, message: str, cure: str) -> None:
-        super().__init__(f"{message}; {cure}", code="plugin.no_device", cure=cure)
-
-
 def portaudio() -> Any:
-    """The module ``sounddevice``; raises :class:`NoDevice` where the library PortAudio is missing."""
+    """The module ``sounddevice``; raises :class:`DeviceGone` where the library PortAudio is missing."""
     try:
         import sounddevice
     except OSError as error:
-        raise NoDevice(
+        raise DeviceGone(
             "the PortAudio library is not installed",
             "install it, on Debian and Ubuntu `sudo apt install libportaudio2`",
         ) from error
     except ImportError as error:
-        raise NoDevice("the package sounddevice is not installed", "`pip install sounddevice`") from error
+        raise DeviceGone("the package sounddevice is not installed", "`pip install sounddevice`") from error
     return sounddevice
 
 
 def chosen_device(sounds: Any, device: int | str, way: Way) -> tuple[int | str | None, int]:
-    """What to open, and its number of channels (1 or 2). Raises :class:`NoDevice` naming those that there are."""
+    """What to open, and its number of channels (1 or 2). Raises :class:`DeviceGone` naming those that there are."""
     wanted = None if device == DEFAULT else device
     try:
         found = sounds.query_devices(wanted, way)
     except (ValueError, sounds.PortAudioError) as error:
-        raise NoDevice(f"no {way} device {device!r}", _cure(sounds, way)) from error
+        raise DeviceGone(f"no {way} device {device!r}", _cure(sounds, way)) from error
     channels = int(found[f"max_{way}_channels"])
     if channels < 1:
-        raise NoDevice(f"the device {device!r} has no {way}", _cure(sounds, way))
+        raise DeviceGone(f"the device {device!r} has no {way}", _cure(sounds, way))
     return wanted, min(2, channels)
 
 
@@ -60,7 +53,7 @@ class OpenStream:
             self._stream.start()
         except (ValueError, sounds.PortAudioError) as error:
             cure = "see that no other program holds it, and that it has this rate (`python -m sounddevice`)"
-            raise NoDevice(f"the {way} device can't be opened: {error}", cure) from error
+            raise DeviceGone(f"the {way} device can't be opened: {error}", cure) from error
 
     def write(self, samples: Any) -> None:
         """Play; waits until the device takes it."""

@@ -7,8 +7,9 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
-from mosaic_audio.devices import NoDevice, Way, chosen_device, portaudio
+from mosaic_audio.devices import Way, chosen_device, portaudio
 from mosaic_audio.microphone import SUFFIXES, TONE
+from mosaic_core import DeviceGone
 from mosaic_core.contract.checks import CheckContext, NamedConnector
 from mosaic_core.words.finding import Finding, failed, passed, skipped
 
@@ -22,7 +23,7 @@ async def examine(context: CheckContext) -> AsyncIterator[Finding]:
     wanted = [(one, device, way) for one, device, way in named if not is_file(device)]
     try:
         sounds = await asyncio.to_thread(portaudio)
-    except NoDevice as error:
+    except DeviceGone as error:
         what = error.message.removesuffix(f"; {error.cure}")
         sentence, cure = f"{what[0].upper()}{what[1:]}.", f"{error.cure[0].upper()}{error.cure[1:]}."
         if wanted:
@@ -53,7 +54,7 @@ def device_finding(sounds: Any, one: NamedConnector, device: int | str, way: Way
     check = f"audio.{one.label}"
     try:
         _, channels = chosen_device(sounds, device, way)
-    except NoDevice as error:
+    except DeviceGone as error:
         what = error.message.removesuffix(f"; {error.cure}")
         return failed(check, "plugin.no_device", f"{one.label}: {what}.", f"{error.cure}.")
     return passed(check, f"{one.label}: {way} {device!r} is there.", channels=channels)

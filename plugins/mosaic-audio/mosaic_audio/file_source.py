@@ -8,19 +8,19 @@ from pathlib import Path
 import av
 import numpy as np
 
-from mosaic_core import MosaicError
+from mosaic_core import DeviceGone
 from mosaic_core.contract.sound import Samples
 
 RATE_HZ = 48_000
 PIECE = RATE_HZ // 50
 
 
-class NoSoundFile(MosaicError):
+class NoSoundFile(DeviceGone):
     """A file that can't be played."""
 
     def __init__(self, path: Path, why: str) -> None:
         cure = "set `source` to a file with sound, such as WAV, MP3, FLAC, Ogg or MP4"
-        super().__init__(f"{path} can't be played: {why}; {cure}", code="plugin.failed", cure=cure)
+        super().__init__(f"{path} can't be played: {why}", cure)
 
 
 def file_sounds(path: Path, channels: int | None) -> Iterator[Samples]:

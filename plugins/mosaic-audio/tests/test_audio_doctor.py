@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from mosaic_audio import doctor
-from mosaic_audio.devices import NoDevice
 from mosaic_audio.microphone import MicrophoneParams
+from mosaic_core import DeviceGone
 from mosaic_core.contract.checks import CheckContext, NamedConnector
 from mosaic_core.words.finding import Finding
 
@@ -48,7 +48,7 @@ def test_a_device_that_is_there_is_fine_and_another_is_told_with_those_there_are
 
 def test_without_portaudio_only_who_needs_it_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     def none() -> SimpleNamespace:
-        raise NoDevice("the PortAudio library is not installed", "install it")
+        raise DeviceGone("the PortAudio library is not installed", "install it")
 
     monkeypatch.setattr(doctor, "portaudio", none)
     assert [(one.status, one.sentence) for one in found("tone:440")] == [

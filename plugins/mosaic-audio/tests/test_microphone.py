@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from mosaic_audio.devices import NoDevice
 from mosaic_audio.file_source import NoSoundFile
 from mosaic_audio.microphone import MicrophoneConfigurer, is_file
+from mosaic_core import DeviceGone
 from mosaic_core.testing import build, fake_host, take_sounds
 
 
@@ -122,19 +122,19 @@ def test_a_device_is_found_by_its_number(portaudio: Any) -> None:
 
 
 def test_an_unknown_device_is_an_error_that_names_those_there_are(portaudio: Any) -> None:
-    with pytest.raises(NoDevice, match="no input device 'webcam'; choose one of: headset") as caught:
+    with pytest.raises(DeviceGone, match="no input device 'webcam'; choose one of: headset") as caught:
         take_sounds(build(MicrophoneConfigurer, params={"source": "webcam"}), 1)
     assert caught.value.code == "plugin.no_device"
 
 
 def test_a_device_without_an_input_is_an_error(portaudio: Any) -> None:
-    with pytest.raises(NoDevice, match="has no input; choose one of: headset"):
+    with pytest.raises(DeviceGone, match="has no input; choose one of: headset"):
         take_sounds(build(MicrophoneConfigurer, params={"source": "monitor"}), 1)
 
 
 def test_a_device_that_another_program_holds_is_an_error(portaudio: Any) -> None:
     portaudio.is_busy = True
-    with pytest.raises(NoDevice, match="can't be opened: Device unavailable"):
+    with pytest.raises(DeviceGone, match="can't be opened: Device unavailable"):
         take_sounds(build(MicrophoneConfigurer), 1)
 
 
@@ -142,7 +142,7 @@ def test_without_portaudio_the_error_says_what_to_install(monkeypatch: pytest.Mo
     (tmp_path / "sounddevice.py").write_text("raise OSError('PortAudio library not found')")
     monkeypatch.delitem(sys.modules, "sounddevice", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(NoDevice, match=r"PortAudio library is not installed; .*libportaudio2"):
+    with pytest.raises(DeviceGone, match=r"PortAudio library is not installed; .*libportaudio2"):
         take_sounds(build(MicrophoneConfigurer), 1)
 
 

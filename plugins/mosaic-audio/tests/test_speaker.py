@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mosaic_audio.devices import NoDevice
 from mosaic_audio.speaker import SpeakerConfigurer
-from mosaic_core import Sender, Sound
+from mosaic_core import DeviceGone, Sender, Sound
 from mosaic_core.testing import build
 
 ANN = Sender("peer", "session", name="Ann")
@@ -52,7 +51,7 @@ def test_gain_clips_what_is_too_loud(portaudio: Any) -> None:
 
 def test_an_unknown_device_is_an_error_that_names_those_there_are(portaudio: Any) -> None:
     speaker = build(SpeakerConfigurer, params={"output": "horn"})
-    with pytest.raises(NoDevice, match="no output device 'horn'; choose one of: headset, monitor"):
+    with pytest.raises(DeviceGone, match="no output device 'horn'; choose one of: headset, monitor"):
         speaker.handle_sound(voice(), ANN)
 
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from mosaic_core import MosaicError
+from mosaic_core import DeviceGone
 
 
-class SourceError(MosaicError):
-    """A camera's source can't be opened or was lost: the runner reports it and restarts with back-off."""
-
-    def __init__(self, message: str, cure: str) -> None:
-        super().__init__(f"{message}; {cure}", code="plugin.failed", cure=cure)
+class SourceError(DeviceGone):
+    """A camera's source can't be opened or was lost: it is looked for again."""

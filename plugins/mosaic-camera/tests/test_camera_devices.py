@@ -45,7 +45,7 @@ def test_a_camera_without_permission_names_the_group(tmp_path: Path, monkeypatch
     with pytest.raises(SourceError, match="usermod -aG video") as caught:
         check_device(node, [])
     assert caught.value.cure
-    assert caught.value.code == "plugin.failed"
+    assert caught.value.code == "plugin.no_device"
 
 
 def test_a_camera_that_is_there_and_allowed_passes(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelSendable
 from mosaic_core.contract.params import Message, Params, unit
 from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.errors import DeviceGone
 from mosaic_sensors.nmea import NmeaPosition, PositionTracker, parsed
 from mosaic_sensors.nmea_source import is_serial, is_tcp, opened, tcp_address
 from mosaic_sensors.nmea_stream import Lines, Pace
@@ -89,6 +90,12 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
                     yield _message(position, tracker.bad_lines)
 
     def _live(self) -> Generator[Any, None, None]:
+        try:
+            yield from self._heard()
+        except OSError as error:
+            raise DeviceGone(f"{self.params.source}: {error}") from error
+
+    def _heard(self) -> Generator[Any, None, None]:
         lines = Lines()
         heard_at_s = self.monotonic_s()
         with opened(self.params.source, self.params.baud) as source:
@@ -99,9 +106,7 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
                         heard_at_s = self.monotonic_s()
                     yield sentence
                 if self.monotonic_s() - heard_at_s > self.params.silence_s:
-                    raise TimeoutError(
-                        f"{self.params.source}: no NMEA sentence for {self.params.silence_s:g} s{self._hint}"
-                    )
+                    raise TimeoutError(f"no NMEA sentence for {self.params.silence_s:g} s{self._hint}")
 
     @property
     def _hint(self) -> str:

@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 
 from mosaic_core.contract.handler import Handler
 from mosaic_core.machines.timing.pacing import ComplaintPace
+from mosaic_core.words.errors import DeviceGone
 
 _log = logging.getLogger(__name__)
 
@@ -65,7 +66,7 @@ class Datagrams:
         self._overflowed = 0
 
     def __enter__(self) -> Self:
-        """Raises :class:`OSError` that names the port."""
+        """Raises :class:`DeviceGone` that names the port."""
         self._socket = receiver = _bound(*self._listens_at)
         self._received = self._overflowed = 0
         self.address = receiver.getsockname()[:2]
@@ -121,7 +122,7 @@ def _bound(host: str, port: int) -> socket.socket:
         receiver.bind((host, port))
     except OSError as error:
         receiver.close()
-        raise OSError(error.errno, f"can't listen on UDP {host} port {port}: {error.strerror}") from error
+        raise DeviceGone(f"can't listen on UDP {host} port {port}: {error.strerror}") from error
     receiver.settimeout(RECEIVE_TIMEOUT_S)
     return receiver
 

@@ -15,7 +15,7 @@ import pytest
 
 import mosaic_sensors.nmea_source
 from mosaic_core.testing import build, collect, fake_host
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_sensors.gps_nmea import GpsNmea, GpsNmeaConfigurer
 
 
@@ -116,7 +116,7 @@ def serving(server: socket.socket, *parts: bytes) -> Iterator[None]:
 def test_positions_come_over_tcp_until_the_server_goes(server: socket.socket) -> None:
     with serving(server, RMC + GGA[:20], GGA[20:]), closing(gps(address(server)).messages()) as messages:
         assert next(messages).latitude == pytest.approx(53.36133667)
-        with pytest.raises(ConnectionError, match="closed the connection"):
+        with pytest.raises(DeviceGone, match="closed the connection"):
             next(messages)
 
 
@@ -124,7 +124,7 @@ def test_a_tcp_server_that_does_not_answer_is_an_error(server: socket.socket) ->
     closed = address(server)
     server.close()
 
-    with pytest.raises(ConnectionRefusedError):
+    with pytest.raises(DeviceGone, match="refused"):
         collect(gps(closed), 1)
 
 
@@ -179,7 +179,7 @@ def test_a_silent_receiver_is_an_error_that_asks_for_the_baud_rate(
 
     monkeypatch.setattr(fake_host(handler), "monotonic_s", passing)
 
-    with pytest.raises(TimeoutError, match="no NMEA sentence for 10 s; is 9600 the right baud rate"):
+    with pytest.raises(DeviceGone, match="no NMEA sentence for 10 s; is 9600 the right baud rate"):
         next(handler.messages())
 
 

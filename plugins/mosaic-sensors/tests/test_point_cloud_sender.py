@@ -18,7 +18,7 @@ from mosaic_core.machines.delivery.reassembly import MAX_MESSAGE_BYTES
 from mosaic_core.testing import FakeHost, build, collect, fake_host
 from mosaic_core.words.data_type import Delivery, MosaicDataType
 from mosaic_core.words.delivery import DeliveryContract
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_sensors.point_cloud import PointCloudParams, PointCloudSender, cloud_of, decoded
 from mosaic_sensors.point_cloud.connector import PointCloudConfigurer
 from mosaic_sensors.point_cloud.datagrams import Assembly, datagrams_of
@@ -230,7 +230,7 @@ def test_a_taken_port_is_told() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
         port = other.getsockname()[1]
-        with pytest.raises(OSError, match=f"can't listen on UDP 127.0.0.1 port {port}"):
+        with pytest.raises(DeviceGone, match=f"can't listen on UDP 127.0.0.1 port {port}"):
             next(iter(connector(source=f"udp://127.0.0.1:{port}").clouds()))
 
 

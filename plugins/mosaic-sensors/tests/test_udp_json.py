@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import mosaic_sensors.udp_socket
 from mosaic_core.testing import FakeHost, build, fake_host
 from mosaic_core.words.data_type import MosaicDataType
-from mosaic_core.words.errors import ConfigError
+from mosaic_core.words.errors import ConfigError, DeviceGone
 from mosaic_core.words.wire_model import to_json
 from mosaic_sensors.udp_json import UdpJson, UdpJsonConfigurer, parsed_object
 
@@ -114,7 +114,7 @@ def test_a_port_in_use_is_an_error_that_names_it() -> None:
         other.bind(("127.0.0.1", 0))
         port = other.getsockname()[1]
 
-        with pytest.raises(OSError, match=f"can't listen on UDP 127.0.0.1 port {port}"):
+        with pytest.raises(DeviceGone, match=f"can't listen on UDP 127.0.0.1 port {port}"):
             received(port=port)
 
 

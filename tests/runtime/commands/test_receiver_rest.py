@@ -12,13 +12,14 @@ from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.contract.host import Sender
 from mosaic_core.machines.commands.gates import Gate
 from mosaic_core.machines.delivery.send_scheduler import LIMITS, Priority
+from mosaic_core.machines.timing.failure_course import ERROR_POLICY
 from mosaic_core.runtime.commands.inbox import Incoming
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.handlers import receiver as receiver_module
 from mosaic_core.runtime.handlers.receiver import FORGIVEN_S, Outcome, Receiver
 from mosaic_core.runtime.threads import failures as failures_module
-from mosaic_core.runtime.threads.failures import RESTART_POLICY, Failures
+from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.testing import until
 
 
@@ -68,7 +69,7 @@ async def test_the_senders_rest_grows_with_each_error_right_after_it(bench: Benc
         outcome = await bench.says("ann")
         assert outcome.refusal is not None
         assert (outcome.refusal.gate, outcome.refusal.code) == (Gate.HANDLER, "plugin.failed")
-        assert bench.delays[-1] == RESTART_POLICY.first_s * factor
+        assert bench.delays[-1] == ERROR_POLICY.first_s * factor
         bench.now_s += bench.delays[-1] - 0.01
         assert bench.receiver.is_resting
         resting = await bench.says("ann", b"{}")
@@ -91,7 +92,7 @@ async def test_an_error_long_after_the_rest_is_a_first_one_again(bench: Bench) -
     await bench.says("ann")
     bench.now_s += bench.delays[-1] + 0.1
     await bench.says("ann")
-    bench.now_s += bench.delays[-1] + RESTART_POLICY.stable_s
+    bench.now_s += bench.delays[-1] + ERROR_POLICY.stable_s
     await bench.says("ann")
     assert bench.delays == [0.5, 1.0, 0.5]
 

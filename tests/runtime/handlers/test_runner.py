@@ -15,6 +15,7 @@ import pytest
 from mosaic_core import DataChannelSendable
 from mosaic_core.laboratory.memory_network import memory_picture
 from mosaic_core.machines.timing.backoff import BackoffPolicy
+from mosaic_core.machines.timing.failure_course import FailureCourse
 from mosaic_core.runtime.handlers.body import body_of, runner_of
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.handlers.runner import Runner
@@ -34,7 +35,8 @@ class Setup:
         hub = MediaHub(plain_streams(memory_picture), lambda label, on: None)
         self.host = RuntimeHost(asyncio.get_running_loop(), outbox, hub)
         handler.bind(self.host)
-        told = Failures(handler.label, lambda label, error, delay_s: self.failures.append(error), QUICK)
+        course = FailureCourse(QUICK, QUICK)
+        told = Failures(handler.label, lambda label, error, delay_s: self.failures.append(error), course)
         runner = runner_of(handler, self.host, told)
         assert runner is not None
         self.runner: Runner = runner

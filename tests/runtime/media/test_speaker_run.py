@@ -12,6 +12,7 @@ import pytest
 from mosaic_core import AudioReceivable, Sender
 from mosaic_core.contract.sound import Sound
 from mosaic_core.machines.timing.backoff import BackoffPolicy
+from mosaic_core.machines.timing.failure_course import FailureCourse
 from mosaic_core.runtime.media.speaker_run import SpeakerRun
 from mosaic_core.runtime.threads.failures import Failures
 from mosaic_core.runtime.transport.media_transport import HeardSound
@@ -47,9 +48,8 @@ class Studio:
     def __init__(self) -> None:
         self.speaker = Speaker()
         self.told: list[BaseException] = []
-        failures = Failures(
-            "speaker", lambda label, error, s: self.told.append(error), BackoffPolicy(first_s=REST_S, max_s=REST_S)
-        )
+        course = FailureCourse(BackoffPolicy(first_s=REST_S, max_s=REST_S))
+        failures = Failures("speaker", lambda label, error, s: self.told.append(error), course)
         self.run = SpeakerRun(self.speaker, failures)
 
     def say(self, *loudness: int, sender: Sender = ANN, first: int = 0) -> list[bool]:

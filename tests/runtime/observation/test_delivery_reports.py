@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, get_args
 
 import pytest
@@ -72,6 +73,7 @@ def test_reports_come_at_once_then_periodically_until_nobody_asks(kit: Any, monk
         (row,) = ann.reports[0].connectors
         assert (row.label, row.delivery, row.rate_hz, row.age_ms) == ("pose", "latest", 9.88, 250.0)
         assert (row.too_large, row.thinned) == (2, 2)
+        assert (row.failure_code, row.tries_again_in_s) == (None, None)
 
     played(kit, monkeypatch, body)
 
@@ -159,3 +161,13 @@ async def test_an_operator_that_asks_learns_of_values_that_were_replaced(kit: An
         ann.control.channel.buffered_bytes = 0
         channel.on_drained()
         await kit.until(lambda: channel.values() == [{"x": 2}])
+
+
+def test_of_a_failure_operators_learn_its_code_and_the_next_try_and_no_word_of_the_plugins() -> None:
+    (well,) = snapshot()
+    failing = replace(
+        well, state="failed", last_error="/dev/secret", failure_code="plugin.no_device", tries_again_in_s=8.04
+    )
+    row = row_of(failing)
+    assert (row.failure_code, row.tries_again_in_s) == ("plugin.no_device", 8.0)
+    assert "secret" not in row.model_dump_json()

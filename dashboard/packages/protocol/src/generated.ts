@@ -193,6 +193,10 @@ export interface DeliveryRow {
   resent: number
   /** Since the last message; null: there was none. */
   ageMs?: number
+  /** Why it fails now; null: it does not. */
+  failureCode?: string
+  /** Seconds until the robot tries it again. */
+  triesAgainInS?: number
 }
 
 /** One thing that happened. `at` is the robot's wall clock in ISO 8601 UTC, for people to read. */
@@ -1002,7 +1006,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   Delivered: {"properties": {"seqs": {"additionalProperties": {"maximum": 4294967295, "minimum": 0, "type": "integer"}, "maxProperties": 1024, "type": "object"}}, "type": "object"},
   Delivery: {"enum": ["reliable", "latest", "bulk"], "type": "string"},
   DeliveryReport: {"properties": {"connectors": {"items": {"$ref": "DeliveryRow"}, "type": "array"}}, "required": ["connectors"], "type": "object"},
-  DeliveryRow: {"properties": {"label": {"type": "string"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "messages": {"default": 0, "type": "integer"}, "rateHz": {"default": 0.0, "type": "number"}, "bytesPerS": {"default": 0.0, "type": "number"}, "queueMessages": {"default": 0, "type": "integer"}, "queueBytes": {"default": 0, "type": "integer"}, "replaced": {"default": 0, "type": "integer"}, "dropped": {"default": 0, "type": "integer"}, "tooLarge": {"default": 0, "type": "integer"}, "thinned": {"default": 0, "type": "integer"}, "refused": {"default": 0, "type": "integer"}, "lost": {"default": 0, "type": "integer"}, "resent": {"default": 0, "type": "integer"}, "ageMs": {"anyOf": [{"type": "number"}, {"type": "null"}], "default": null}}, "required": ["label"], "type": "object"},
+  DeliveryRow: {"properties": {"label": {"type": "string"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "messages": {"default": 0, "type": "integer"}, "rateHz": {"default": 0.0, "type": "number"}, "bytesPerS": {"default": 0.0, "type": "number"}, "queueMessages": {"default": 0, "type": "integer"}, "queueBytes": {"default": 0, "type": "integer"}, "replaced": {"default": 0, "type": "integer"}, "dropped": {"default": 0, "type": "integer"}, "tooLarge": {"default": 0, "type": "integer"}, "thinned": {"default": 0, "type": "integer"}, "refused": {"default": 0, "type": "integer"}, "lost": {"default": 0, "type": "integer"}, "resent": {"default": 0, "type": "integer"}, "ageMs": {"anyOf": [{"type": "number"}, {"type": "null"}], "default": null}, "failureCode": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "triesAgainInS": {"anyOf": [{"type": "number"}, {"type": "null"}], "default": null}}, "required": ["label"], "type": "object"},
   DeliveryWatch: {"properties": {"on": {"type": "boolean"}}, "required": ["on"], "type": "object"},
   Direction: {"enum": ["to-operator", "to-robot", "both"], "type": "string"},
   ExchangeIceCandidate: {"properties": {"rtcConnectionId": {"type": "string"}, "iceCandidate": {"$ref": "IceCandidate"}}, "required": ["rtcConnectionId", "iceCandidate"], "type": "object"},

@@ -1,0 +1,46 @@
+"""Decides what the next failure of a handler means: when it is tried again, and whether that is news.
+
+A device that is absent comes back when somebody plugs it in, so it is looked for at short intervals; a mistake in the
+code stays, so its pauses grow long.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mosaic_core.machines.timing.backoff import Backoff, BackoffPolicy
+
+ERROR_POLICY = BackoffPolicy(first_s=0.5, max_s=30.0)
+ABSENCE_POLICY = BackoffPolicy(first_s=1.0, max_s=10.0)
+
+
+@dataclass(frozen=True, slots=True)
+class FailureVerdict:
+    """``delay_s``: seconds until the next try. ``is_news``: nobody was told yet that it fails for this reason."""
+
+    delay_s: float
+    is_news: bool
+
+
+class FailureCourse:
+    """The failures of one handler, each an absence of its device or an error."""
+
+    def __init__(self, errors: BackoffPolicy = ERROR_POLICY, absences: BackoffPolicy = ABSENCE_POLICY) -> None:
+        self._backoffs = {False: Backoff(errors), True: Backoff(absences)}
+        self._told: tuple[bool, str] | None = None
+
+    @property
+    def is_failing(self) -> bool:
+        return self._told is not None
+
+    def failed(self, reason: str, *, is_absence: bool, ran_for_s: float, random_unit: float) -> FailureVerdict:
+        """``reason``: equal texts are one reason. ``random_unit`` is a random number of [0, 1)."""
+        self._backoffs[not is_absence].reset()
+        delay_s = self._backoffs[is_absence].failed(ran_for_s, random_unit)
+        before, self._told = self._told, (is_absence, reason)
+        return FailureVerdict(delay_s, before != self._told)
+
+    def alive(self) -> bool:
+        """It works; ``True`` if that is news."""
+        was_failing, self._told = self.is_failing, None
+        return was_failing

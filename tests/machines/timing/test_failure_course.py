@@ -1,0 +1,62 @@
+"""What a failure means: an absent device is looked for often, an error rarely, and each reason is news once."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mosaic_core.machines.timing.failure_course import ABSENCE_POLICY, ERROR_POLICY, FailureCourse, FailureVerdict
+
+GONE, ERROR, ALIVE = "gone", "error", "alive"
+
+
+def fails(course: FailureCourse, reason: str = "why", *, is_absence: bool = False) -> FailureVerdict:
+    return course.failed(reason, is_absence=is_absence, ran_for_s=0.0, random_unit=0.0)
+
+
+def test_an_absent_device_is_looked_for_every_ten_seconds_at_the_latest() -> None:
+    course = FailureCourse()
+    assert [fails(course, is_absence=True).delay_s for _ in range(6)] == [1.0, 2.0, 4.0, 8.0, 10.0, 10.0]
+
+
+def test_the_pauses_of_an_error_grow_to_half_a_minute() -> None:
+    course = FailureCourse()
+    assert [fails(course).delay_s for _ in range(8)] == [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0, 30.0]
+
+
+def test_an_error_after_an_absence_begins_anew_and_so_does_an_absence_after_an_error() -> None:
+    course = FailureCourse()
+    delays = [fails(course, is_absence=one).delay_s for one in (True, True, False, False, True)]
+    assert delays == [1.0, 2.0, 0.5, 1.0, 1.0]
+
+
+def test_a_reason_is_news_once_until_it_changes_or_the_handler_worked() -> None:
+    course = FailureCourse()
+    assert [fails(course, reason).is_news for reason in ("a", "a", "b", "b", "a")] == [True, False, True, False, True]
+    assert fails(course, "a", is_absence=True).is_news, "the same words for another kind"
+    assert course.alive()
+    assert not course.alive()
+    assert fails(course, "a", is_absence=True).is_news
+
+
+EVENTS = st.tuples(
+    st.sampled_from([GONE, ERROR, ALIVE]), st.sampled_from("ab"), st.floats(0, 100), st.floats(0, 1, exclude_max=True)
+)
+
+
+@given(st.lists(EVENTS))
+def test_whatever_happens_it_is_tried_again_in_time_and_told_once_for_each_change(
+    happened: list[tuple[str, str, float, float]],
+) -> None:
+    course, told = FailureCourse(), None
+    for what, reason, ran_for_s, unit in happened:
+        if what == ALIVE:
+            assert course.alive() is (told is not None)
+            told = None
+        else:
+            verdict = course.failed(reason, is_absence=what == GONE, ran_for_s=ran_for_s, random_unit=unit)
+            policy = ABSENCE_POLICY if what == GONE else ERROR_POLICY
+            assert policy.first_s * (1 - policy.jitter) <= verdict.delay_s <= policy.max_s
+            assert verdict.is_news is (told != (what, reason))
+            told = (what, reason)
+        assert course.is_failing is (told is not None)

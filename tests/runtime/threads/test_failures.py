@@ -1,0 +1,78 @@
+"""The log of a handler that fails: a device that is gone is one quiet line, an error names the plugin's own line."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Callable
+
+import pytest
+
+from mosaic_core import DataChannelSendable, DeviceGone
+from mosaic_core.machines.timing.backoff import BackoffPolicy
+from mosaic_core.machines.timing.failure_course import FailureCourse
+from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.runtime.threads.stacks import PluginCode
+
+SURE = BackoffPolicy(first_s=8.0, max_s=8.0, jitter=0.0)
+
+
+class Gauge(DataChannelSendable[str]):
+    def reads(self) -> None:
+        json.loads("{")
+
+
+def raised(action: Callable[[], object]) -> Exception:
+    try:
+        action()
+    except Exception as error:  # noqa: BLE001 - just that is wanted
+        return error
+    raise AssertionError("nothing was raised")
+
+
+@pytest.fixture
+def failures(caplog: pytest.LogCaptureFixture) -> Failures:
+    caplog.set_level(logging.INFO, "mosaic_core")
+    return Failures("gauge", lambda *failure: None, FailureCourse(SURE, SURE), PluginCode((Gauge("gauge"),)))
+
+
+def test_a_device_that_is_gone_is_one_line_until_its_reason_changes_or_it_is_back(
+    failures: Failures, caplog: pytest.LogCaptureFixture
+) -> None:
+    for words in ("no gauge at /dev/x", "no gauge at /dev/x", "it is busy"):
+        failures.failed(DeviceGone(words), 0.0)
+    failures.alive()
+    failures.failed(DeviceGone("it is busy"), 0.0)
+    assert [(record.levelname, record.message, record.exc_info) for record in caplog.records] == [
+        ("WARNING", "connector 'gauge': no gauge at /dev/x (plugin.no_device); tries again in 8.0 s", None),
+        ("WARNING", "connector 'gauge': it is busy (plugin.no_device); tries again in 8.0 s", None),
+        ("INFO", "connector 'gauge' is back", None),
+        ("WARNING", "connector 'gauge': it is busy (plugin.no_device); tries again in 8.0 s", None),
+    ]
+
+
+def test_an_error_is_logged_once_with_the_plugins_own_line_and_its_traceback(
+    failures: Failures, caplog: pytest.LogCaptureFixture
+) -> None:
+    for _ in range(3):
+        failures.failed(raised(Gauge("gauge").reads), 0.0)
+    (record,) = caplog.records
+    line = Gauge.reads.__code__.co_firstlineno + 1
+    assert (record.levelname, record.exc_info is not None) == ("ERROR", True)
+    assert record.message.startswith(f"connector 'gauge' failed at {__file__}:{line} in Gauge.reads: JSONDecodeError: ")
+
+
+def test_an_error_without_a_line_of_anybody_elses_is_told_without_one(
+    failures: Failures, caplog: pytest.LogCaptureFixture
+) -> None:
+    failures.failed(ValueError("so"), 0.0)
+    assert caplog.records[0].message == "connector 'gauge' failed: ValueError: so (plugin.failed); tries again in 8.0 s"
+
+
+def test_when_it_tries_again_is_known_until_it_works(failures: Failures) -> None:
+    assert failures.tries_again_in_s is None
+    failures.failed(DeviceGone("no gauge", "plug it in"), 0.0)
+    assert failures.tries_again_in_s == pytest.approx(8.0, abs=1.0)
+    assert (failures.last_code, failures.last_error) == ("plugin.no_device", "no gauge; plug it in")
+    failures.alive()
+    assert failures.tries_again_in_s is None
