@@ -30,6 +30,7 @@ CORE_ROOMS = {
         "media",
         "peers",
         "signaling",
+        "lan",
     ],
     "runtime": [
         "timing",
@@ -46,8 +47,8 @@ CORE_ROOMS = {
         "control",
         "peers",
     ],
-    "adapters": ["machine", "signaling", "aiortc_private", "video", "sound", "peers", "diagnosis"],
-    "operator": ["signaling", "delivery", "stores", "control", "peers"],
+    "adapters": ["machine", "signaling", "lan", "aiortc_private", "video", "sound", "peers", "diagnosis"],
+    "operator": ["signaling", "lan", "delivery", "stores", "control", "peers"],
     "cli": ["terminal", "robot", "operator", "configuration", "diagnosis"],
 }
 """Lowest first: a room may import those before it. Files beside the rooms may import all of them, and no room them."""

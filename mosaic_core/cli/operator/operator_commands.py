@@ -60,8 +60,18 @@ def checked_drive_type(value: str | None) -> str | None:
 
 
 @command()
-def robots(as_json: AsJson = False) -> Work:
+def robots(
+    announced: Annotated[
+        bool, typer.Option("--lan", help="Those that announce themselves on this network instead; needs no account.")
+    ] = False,
+    as_json: AsJson = False,
+) -> Work:
     """List the robots of an account, with their state and connectors."""
+    if announced:
+        from mosaic_core.cli.operator.lan_robots import list_lan_robots
+
+        list_lan_robots(as_json=as_json)
+        raise typer.Exit
     from mosaic_core.cli.operator.operator_session import list_robots
 
     return partial(list_robots, as_json=as_json)

@@ -16,9 +16,6 @@ _INSIDE_THIS_MACHINE = re.compile(r"(docker|virbr|lxcbr|lxdbr|podman|cni|flannel
 """Networks of containers and virtual machines: nobody comes from there with a phone."""
 
 
-_USUAL_PORTS = {"http": 80, "ws": 80, "https": 443, "wss": 443}
-
-
 @dataclass(frozen=True, slots=True)
 class InterfaceAddress:
     """One address of one network interface."""
@@ -63,12 +60,6 @@ def usable(found: Iterable[InterfaceAddress], version: int) -> list[str]:
         if ip.version == version and not is_inside:
             outside.append(ip)
     return [str(ip) for ip in sorted(dict.fromkeys(outside), key=lambda ip: not ip.is_private)]
-
-
-def url_of(scheme: str, host: str, port: int) -> str:
-    """A browser's address, without the port where it is the usual one."""
-    literal = f"[{host}]" if ":" in host else host
-    return f"{scheme}://{literal}" if port == _USUAL_PORTS[scheme] else f"{scheme}://{literal}:{port}"
 
 
 def own_names() -> list[str]:

@@ -19,9 +19,10 @@ from typing import Annotated, NoReturn
 import typer
 from sqlalchemy.exc import SQLAlchemyError
 
+from mosaic_core.machines.lan.robot_url import url_of
 from mosaic_core.words.lan import LanNews
 from mosaic_server.cli.logs import configure_logs
-from mosaic_server.lan.addresses import is_only_here, lan_addresses, names_of_certificate, own_names, url_of
+from mosaic_server.lan.addresses import is_only_here, lan_addresses, names_of_certificate, own_names
 from mosaic_server.lan.announcement import Announced, Announcement
 from mosaic_server.lan.home import LanHome, Reach
 from mosaic_server.lan.offers import StandingOffer

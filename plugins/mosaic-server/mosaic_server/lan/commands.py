@@ -1,16 +1,13 @@
-"""``mosaic lan …``: pair a device with the robot that serves this network, list and revoke devices, find robots."""
+"""``mosaic lan …``: pair a device with the robot that serves this network, list and revoke devices."""
 
 from __future__ import annotations
 
-import asyncio
-import json
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mosaic_core.words.errors import MosaicError
-from mosaic_server.cli.options import AsJson, show_table
+from mosaic_server.cli.options import AsJson
 from mosaic_server.lan.device_commands import HomeDir
 from mosaic_server.lan.device_commands import app as devices_app
 from mosaic_server.roles import Role
@@ -47,25 +44,3 @@ def reach_of(home: LanHome) -> Reach:
         cure = "start it with `mosaic run --serve`, as this user and with the same MOSAIC_DATA_DIR"
         raise MosaicError(message, code="config.lan", cure=cure)
     return reach
-
-
-@app.command("find")
-def find(
-    seconds: Annotated[float, typer.Option(min=0.1, max=60, help="How long to listen.")] = 2.0,
-    as_json: AsJson = False,
-) -> None:
-    """List the robots that announce themselves on this network."""
-    from mosaic_server.lan.discovery import found_robots
-
-    robots = asyncio.run(found_robots(seconds))
-    if as_json:
-        typer.echo(json.dumps([asdict(one) for one in robots]))
-        return
-    if not robots:
-        typer.echo("no robot announces itself here; does it run with `mosaic run --serve`, in this network?")
-        return
-    rows = [
-        {"name": one.name, "open": "  ".join(one.urls), "version": one.version, "robot id": one.robot_id}
-        for one in robots
-    ]
-    show_table(rows, as_json=False)

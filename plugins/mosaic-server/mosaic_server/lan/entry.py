@@ -11,11 +11,12 @@ import ssl
 import sys
 from pathlib import Path
 
+from mosaic_core.machines.lan.robot_url import url_of
 from mosaic_core.words.config import AuthConfig, ServerConfig
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.lan import LanChild, LanNews
 from mosaic_core.words.lan_wish import LanWish
-from mosaic_server.lan.addresses import ANY_IPV4, ANY_IPV6, url_of
+from mosaic_server.lan.addresses import ANY_IPV4, ANY_IPV6
 from mosaic_server.lan.home import LanHome
 from mosaic_server.lan.screen import pairing_box
 

@@ -22,14 +22,14 @@ import pytest
 from support.waiting import wait_for
 from typer.testing import CliRunner
 
+from mosaic_core.adapters.lan.robot_search import announced_robots
 from mosaic_core.adapters.signaling.websocket import open_websocket
+from mosaic_core.machines.lan.announced_robots import AnnouncedRobot
 from mosaic_core.words.errors import MosaicError, SignalingError
 from mosaic_core.words.lan import LanChild
 from mosaic_core.words.lan_wish import LanWish
-from mosaic_server.lan import discovery
 from mosaic_server.lan.addresses import lan_addresses
 from mosaic_server.lan.commands import app
-from mosaic_server.lan.discovery import FoundRobot, found_robots
 from mosaic_server.lan.entry import RobotsOwnServer
 from mosaic_server.lan.home import LanHome
 
@@ -132,9 +132,9 @@ def test_the_robot_finds_its_place_there(child: Child) -> None:
 
 
 def test_it_is_found_by_its_announcement(child: Child) -> None:
-    found: list[FoundRobot] = []
+    found: list[AnnouncedRobot] = []
     for _ in range(5):  # on a busy machine the first answer may come too late
-        found = [one for one in asyncio.run(found_robots(1.0, [HOST])) if one.urls[0] == child.url]
+        found = [one for one in asyncio.run(announced_robots(1.0, [HOST])) if one.urls[0] == child.url]
         if found:
             break
     [robot] = found
@@ -228,7 +228,7 @@ def test_on_loopback_it_says_that_nobody_else_can_open_it_and_announces_nothing(
         shown = running.lan("pair", "--no-wait").stdout
         assert "Only this machine can open it" in shown
         assert "▀" not in shown
-        assert asyncio.run(found_robots(0.5, [LOOPBACK])) == []
+        assert asyncio.run(announced_robots(0.5, [LOOPBACK])) == []
     finally:
         assert running.end() == 0
 
@@ -251,10 +251,3 @@ def test_over_tls_the_robot_trusts_that_certificate_alone(tmp_path: Path, certif
         assert "strict-transport-security" not in answer.headers, "the name may be served without TLS tomorrow"
     finally:
         assert running.end() == 0
-
-
-def test_without_the_package_finding_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "zeroconf", None)
-    with pytest.raises(MosaicError) as caught:
-        asyncio.run(discovery.found_robots(0.1))
-    assert "mosaic-server[lan]" in caught.value.cure

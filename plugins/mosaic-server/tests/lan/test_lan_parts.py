@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
+from mosaic_core.machines.lan.robot_url import url_of
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.lan import LanNews
 from mosaic_core.words.lan_wish import LanWish
@@ -22,7 +23,6 @@ from mosaic_server.lan.addresses import (
     lan_addresses,
     mdns_label,
     names_of_certificate,
-    url_of,
     usable,
 )
 from mosaic_server.lan.announcement import Announced

@@ -1,0 +1,61 @@
+"""`mosaic operator robots --lan`: who announces itself, who asks for a PIN, who is paired and away."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+from uuid import UUID
+
+import pytest
+
+from mosaic_core.cli.operator import lan_robots
+from mosaic_core.machines.lan.announced_robots import AnnouncedRobot
+from mosaic_core.operator.lan.paired_robots import PairedRobot, PairedRobots
+
+TOKEN = "a.b.c"  # noqa: S105 - of nobody
+ROVER, ARM, AWAY = (str(UUID(int=number)) for number in (7, 8, 9))
+
+
+@pytest.fixture
+def announced(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[AnnouncedRobot]:
+    """Whom the search finds; nobody is paired and nobody has said who they are."""
+    monkeypatch.setenv("MOSAIC_DATA_DIR", str(tmp_path))
+    for name in ("MOSAIC_EMAIL", "MOSAIC_PASSWORD", "MOSAIC_SERVER"):
+        monkeypatch.delenv(name, raising=False)
+    found: list[AnnouncedRobot] = []
+
+    async def search(for_s: float) -> list[AnnouncedRobot]:
+        return found
+
+    monkeypatch.setattr(lan_robots, "announced_robots", search)
+    return found
+
+
+def keep(robot_id: str, name: str) -> None:
+    PairedRobots().keep(PairedRobot(robot_id=robot_id, name=name, url="http://10.0.0.9:9002", access_token=TOKEN))
+
+
+def test_robots_are_listed_with_whether_they_ask_for_a_pin(mosaic: Any, announced: list[AnnouncedRobot]) -> None:
+    announced += [
+        AnnouncedRobot("Arm", ARM, ("http://10.0.0.8:9002",), "0.1.0"),
+        AnnouncedRobot("Rover", ROVER, ("http://10.0.0.7:9002", "http://rover.local:9002"), "0.1.0"),
+    ]
+    keep(ROVER, "Rover")
+    keep(AWAY, "Boat")
+    lines = [json.loads(line) for line in mosaic("operator", "robots", "--lan", "--json").out.splitlines()]
+    told = {line["name"]: (line["asksForPin"], line["announced"], line["urls"][0]) for line in lines}
+    assert told == {
+        "Arm": (True, True, "http://10.0.0.8:9002"),
+        "Rover": (False, True, "http://10.0.0.7:9002"),
+        "Boat": (False, False, "http://10.0.0.9:9002"),
+    }
+    table = mosaic("operator", "robots", "--lan").out
+    assert "asks for a PIN" in table
+    assert "paired, not announced now" in table
+
+
+def test_nobody_is_told_with_what_to_look_for(mosaic: Any, announced: list[AnnouncedRobot]) -> None:
+    ended = mosaic("operator", "robots", "--lan")
+    assert (ended.code, announced) == (0, [])
+    assert "mosaic run --serve" in ended.out
