@@ -18,7 +18,11 @@ async def test_without_the_package_it_says_what_to_install(monkeypatch: pytest.M
     assert 'pip install "mosaic-core[lan]"' in caught.value.cure
 
 
-async def test_without_a_network_it_says_so() -> None:
-    with pytest.raises(SignalingError) as caught:
-        await announced_robots(0.1, ["203.0.113.9"])
+async def test_without_a_network_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_network(**_: object) -> None:
+        raise OSError("no interface")
+
+    monkeypatch.setattr("zeroconf.asyncio.AsyncZeroconf", no_network)
+    with pytest.raises(SignalingError, match="no interface") as caught:
+        await announced_robots(0.1)
     assert caught.value.code == "lan.search"
