@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hmac
 import time
 from dataclasses import dataclass
 from typing import Any
 
 import jwt
 
+from mosaic_core.machines.lan.pairing_proof import proof_of
 from mosaic_core.words.codes import ResultCode
 
 LIFETIME_S = 12 * 3600
@@ -52,6 +54,11 @@ class AccessTokens:
             "ver": login_version,
         }
         return jwt.encode(claims, self._secret, algorithm="HS256")
+
+    def proof(self, claims: str, nonce: str) -> str:
+        """What only the server can answer that made a token of these claims, its first two parts: who keeps the token
+        asks before it shows it."""
+        return proof_of(hmac.digest(self._secret, claims.encode(), "sha256"), nonce)
 
     def read(self, token: str | None) -> AccessClaims:
         """Raises :class:`AccessTokenRefused`."""

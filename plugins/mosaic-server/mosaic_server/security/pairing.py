@@ -48,6 +48,11 @@ class Verdict:
     accepted: str | None
     wrong_pins: dict[str, int]
 
+    @property
+    def tries_left(self) -> int:
+        """How many more wrong PINs the newest PIN bears; 0: none is open."""
+        return max((WRONG_PINS_PER_OFFER - wrong for wrong in self.wrong_pins.values()), default=0)
+
     def is_void(self, offer_id: str) -> bool:
         return self.wrong_pins.get(offer_id, 0) >= WRONG_PINS_PER_OFFER
 

@@ -107,10 +107,18 @@ def offer_state(session: Session, offer_id: str) -> OfferState:
     return OfferState(is_open, is_open and offer.pin_hash is not None, offer.taken_by)
 
 
-def pair(
-    session: Session, judge: Callable[[Sequence[Offer]], Verdict], name: str, address: str
-) -> tuple[Person, Role] | None:
-    """The new device of whoever met an open offer; ``None``: nobody did, and that is counted."""
+@dataclass(frozen=True, slots=True)
+class NewDevice:
+    """The device that was just paired, and the robot that it is paired with."""
+
+    person: Person
+    role: Role
+    robot_id: str
+    robot_name: str
+
+
+def pair(session: Session, judge: Callable[[Sequence[Offer]], Verdict], name: str, address: str) -> NewDevice | Verdict:
+    """The new device of whoever met an open offer; else what was judged, and that is counted."""
     rows = {row.id: row for row in _open(session)}
     verdict = judge([Offer(row.id, row.pin_hash, row.code_hash, row.wrong_pins) for row in rows.values()])
     for offer_id, wrong in verdict.wrong_pins.items():
@@ -118,14 +126,14 @@ def pair(
         if verdict.is_void(offer_id):
             rows[offer_id].pin_hash = None
     if verdict.accepted is None:
-        return None
+        return verdict
     offer = rows[verdict.accepted]
-    person, role = _added(session, offer, name, address)
-    offer.taken_by = person.id
-    return person, role
+    device = _added(session, offer, name, address)
+    offer.taken_by = device.person.id
+    return device
 
 
-def _added(session: Session, offer: PairingOffer, name: str, address: str) -> tuple[Person, Role]:
+def _added(session: Session, offer: PairingOffer, name: str, address: str) -> NewDevice:
     robot = session.scalars(select(RobotRow)).one()
     role = Role(offer.role) if offer.role else Role.OPERATOR if count_devices(session) else Role.SUPERVISOR
     email = f"{uuid4().hex[:12]}@{_ADDRESSES}"
@@ -145,7 +153,7 @@ def _added(session: Session, offer: PairingOffer, name: str, address: str) -> tu
         ),
     )
     set_role(session, robot.id, person.id, role, PAIRING)
-    return person, role
+    return NewDevice(person, role, robot.id, robot.name)
 
 
 def devices(session: Session) -> list[ListedDevice]:
@@ -181,6 +189,10 @@ def count_devices(session: Session) -> int:
 def change_device_role(session: Session, device_id: str, role: Role, actor: Actor) -> None:
     """Raises :class:`LastSupervisor`."""
     set_role(session, session.scalars(select(RobotRow)).one().id, device_id, role, actor)
+
+
+def is_device(session: Session, account_id: str) -> bool:
+    return session.get(PairedDevice, account_id) is not None
 
 
 def revoke_device(session: Session, device_id: str, actor: Actor) -> None:

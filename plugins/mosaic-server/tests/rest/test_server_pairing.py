@@ -12,6 +12,7 @@ import pytest
 from sqlalchemy import delete
 from sqlalchemy.orm import Session
 
+from mosaic_core.machines.lan.pairing_proof import claims_of, is_proved
 from mosaic_server.roles import Role
 from mosaic_server.security.login_limits import LoginLimits
 from mosaic_server.security.pairing import LIFETIME_S, WRONG_PINS_PER_OFFER, PairingSecrets, PinLimits
@@ -131,7 +132,7 @@ def test_beyond_all_limits_no_pin_counts_and_the_code_does(lan: Any, monkeypatch
     answers = [pair(lan, pin=wrong(shown.pin)).status_code for _ in range(22)]
     assert answers == [401] * 20 + [429] * 2
     late = pair(lan, pin=offered(lan).pin)
-    assert late.status_code == 429
+    assert (late.status_code, late.json()["code"]) == (429, "auth.pairing_locked")
     assert int(late.headers["Retry-After"]) > 3000
     assert pair(lan, code=shown.code).status_code == 200
 
@@ -204,6 +205,49 @@ def test_a_robot_under_a_new_id_keeps_its_devices_and_their_roles(lan: Any) -> N
     assert [one.role for one in lan.work(devices.devices)] == [Role.SUPERVISOR, Role.OBSERVER]
     lan.work(adopt_robot, new, "Rover 2", "mrt_other")
     assert [one.role for one in lan.work(devices.devices)] == [Role.SUPERVISOR, Role.OBSERVER]
+
+
+def test_pairing_says_with_which_robot(lan: Any) -> None:
+    data = pair(lan, pin=offered(lan).pin).json()["resultData"]
+    assert (data["robotId"], data["robotName"]) == (ROBOT, "Rover")
+
+
+def test_a_wrong_pin_is_told_with_the_tries_left(lan: Any) -> None:
+    shown = offered(lan)
+    told = [pair(lan, pin=wrong(shown.pin)).json()["message"] for _ in range(WRONG_PINS_PER_OFFER)]
+    assert [message.split("; ")[1][0] for message in told] == ["4", "3", "2", "1", "0"]
+    assert "more" not in pair(lan, code="nonsense").json()["message"]
+
+
+def test_only_the_server_that_gave_a_sign_in_can_prove_it(lan: Any, server: Any) -> None:
+    token = pair(lan, code=offered(lan).code).json()["resultData"]["accessToken"]
+    question = {"claims": claims_of(token), "nonce": "n" * 32}
+    proof = lan.http.post("/api/v1/pairing/proof", json=question).json()["resultData"]["proof"]
+    assert is_proved(token, "n" * 32, proof)
+    assert not is_proved(token, "m" * 32, proof)
+    other = server.http.post("/api/v1/pairing/proof", json=question).json()["resultData"]["proof"]
+    assert not is_proved(token, "n" * 32, other)
+    assert token.rpartition(".")[2] not in proof
+
+
+@pytest.mark.parametrize("question", [{}, {"claims": "a.b.c", "nonce": "n" * 32}, {"claims": "a.b", "nonce": "short"}])
+def test_a_proof_is_made_of_claims_and_a_nonce_alone(lan: Any, question: dict[str, str]) -> None:
+    assert lan.http.post("/api/v1/pairing/proof", json=question).status_code == 400
+
+
+def test_a_device_unpairs_itself_and_nobody_else_can(lan: Any, server: Any) -> None:
+    token = pair(lan, code=offered(lan).code).json()["resultData"]["accessToken"]
+    stays = pair(lan, code=offered(lan).code).json()["resultData"]["accessToken"]
+    socket = lan.connect_operator(token)
+    headers = {"Authorization": f"Bearer {token}"}
+    assert lan.http.delete("/api/v1/pairing").status_code == 401
+    assert lan.http.delete("/api/v1/pairing", headers=headers).status_code == 200
+    assert socket.close_code() == 4401
+    assert lan.get("/api/v1/users/me", token).status_code == 401
+    assert lan.get("/api/v1/users/me", stays).status_code == 200
+    server.account()
+    signed_in = {"Authorization": f"Bearer {server.log_in()}"}
+    assert server.http.delete("/api/v1/pairing", headers=signed_in).status_code == 403
 
 
 def test_pairing_and_revoking_stand_in_the_audit_log(lan: Any) -> None:
