@@ -13,6 +13,8 @@ import httpx
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
 from mosaic_core.machines.peers.network_change import NetworkChange
 from mosaic_core.operator.delivery.data_port import now_us
+from mosaic_core.operator.lan.paired_robots import PairedRobot
+from mosaic_core.operator.lan.pairing import pair_at, paired_robot, place_to_pair
 from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.operator.reconnection import Keeper
 from mosaic_core.operator.robot_connection import RobotConnection
@@ -46,8 +48,9 @@ class MosaicOperator:
 
     All calls and callbacks on one event loop. ``is_person``: a person decides what is sent; programs give way to
     persons, so say so only where it is true. ``ice_transport_policy="relay"`` goes only through TURN.
-    ``uses_bulk_lane=False`` puts bulk data beside everything else on the one peer connection. ``open_socket``,
-    ``make_offerer``, ``http`` and ``clock_us`` (this operator's monotonic clock) and ``watch_network`` are for tests.
+    ``uses_bulk_lane=False`` puts bulk data beside everything else on the one peer connection. ``certificate`` is the
+    only one that the server may present, as PEM; empty: any that an authority vouches for. ``open_socket``,
+    ``make_offerer``, ``http``, ``clock_us`` (this operator's monotonic clock) and ``watch_network`` are for tests.
     """
 
     def __init__(
@@ -58,6 +61,7 @@ class MosaicOperator:
         is_person: bool = False,
         ice_transport_policy: IceTransportPolicy = "all",
         uses_bulk_lane: bool = True,
+        certificate: str = "",
         open_socket: SocketConnector | None = None,
         make_offerer: OffererFactory | None = None,
         http: httpx.AsyncBaseTransport | None = None,
@@ -68,7 +72,9 @@ class MosaicOperator:
         self.is_person = is_person
         self.ice_transport_policy: IceTransportPolicy = ice_transport_policy
         self.uses_bulk_lane = uses_bulk_lane
-        self.rest = RestApi(base_url, access_token, http)
+        self.paired_id: str | None = None
+        """The robot that this operator is signed in to by pairing: the only one that it sees."""
+        self.rest = RestApi(base_url, access_token, http, certificate)
         self.stores = StoreManager(self._known_of, self._store_opened, self._store_released)
         self._robots = KnownRobots(self.rest)
         self.statuses = self._robots.statuses
@@ -87,7 +93,9 @@ class MosaicOperator:
         self._watches_network = False
         self._watched: set[str] = set()
         url = base_url.rstrip("/").replace("http", "ws", 1) + "/ws/user"
-        self._signaling = OperatorSignalingSocket(url, access_token, open_socket or _default_socket(), self._signaled)
+        self._signaling = OperatorSignalingSocket(
+            url, access_token, open_socket or _default_socket(certificate), self._signaled
+        )
 
     @classmethod
     async def login(cls, base_url: str, email: str, password: str, *, is_person: bool = False) -> Self:
@@ -99,6 +107,36 @@ class MosaicOperator:
     async def login_with_code(cls, base_url: str, code: str, *, is_person: bool = False) -> Self:
         """Sign in with a one-time code, which ``POST /api/v1/account/one-time-code`` gives to who is signed in."""
         return cls(base_url, await log_in(base_url, CODE_ROUTE, {"code": code}), is_person=is_person)
+
+    @classmethod
+    async def pair(cls, robot: str, *, pin: str, name: str = "", is_person: bool = False) -> Self:
+        """Pair this machine with a robot on its network and sign in: by its address, announced name or id, and by the
+        PIN or code that the robot shows.
+
+        The sign-in is kept for :meth:`find`. ``name``: what the robot calls this machine; by default the host's name.
+        Raises :class:`AuthError` (``auth.pairing``, ``auth.pairing_locked``) and :class:`SignalingError`
+        (``lan.not_found``, ``lan.several``, ``lan.other_robot``, ``lan.search``, ``signal.unreachable``) within half a
+        minute.
+        """
+        paired, _ = await pair_at(await place_to_pair(robot), pin, name)
+        return cls._at(paired, is_person=is_person)
+
+    @classmethod
+    async def find(cls, robot: str, *, is_person: bool = False) -> Self:
+        """Sign in to a robot that this machine is paired with, by its name, id or address, wherever on this network it
+        is.
+
+        It has proved to be that robot before it is shown the sign-in. Raises :class:`SignalingError`
+        (``lan.not_paired``, ``lan.several``, ``lan.not_found``, ``lan.other_robot``, ``lan.search``), and
+        :class:`AuthError` (``lan.not_paired``) where the robot has let go of this machine, within half a minute.
+        """
+        return cls._at(await paired_robot(robot), is_person=is_person)
+
+    @classmethod
+    def _at(cls, paired: PairedRobot, *, is_person: bool) -> Self:
+        made = cls(paired.url, paired.access_token, is_person=is_person, certificate=paired.certificate)
+        made.paired_id = paired.robot_id
+        return made
 
     async def __aenter__(self) -> Self:
         self._start()
@@ -333,7 +371,7 @@ def _default_watch() -> NetworkWatcher:
     return watch_network
 
 
-def _default_socket() -> SocketConnector:
+def _default_socket(certificate: str) -> SocketConnector:
     from mosaic_core.adapters.signaling.websocket import open_websocket
 
-    return open_websocket
+    return partial(open_websocket, certificate=certificate or None)

@@ -26,6 +26,7 @@ from websockets.proxy import get_proxy
 from websockets.uri import parse_uri
 
 from mosaic_core.adapters.signaling.name_lookup import addresses_of
+from mosaic_core.adapters.signaling.pinned_tls import pinned_tls
 from mosaic_core.machines.peers.home_address import is_loopback_name
 from mosaic_core.words.errors import SignalingError
 from mosaic_core.words.signaling import SIZE_AFTER_AUTHORIZATION
@@ -72,10 +73,10 @@ class WebSocket:
         return self._connection.close_code
 
 
-async def open_websocket(url: str, *, certificate: Path | None = None) -> WebSocket:
+async def open_websocket(url: str, *, certificate: Path | str | None = None) -> WebSocket:
     """A ``SocketConnector``; raises :class:`SignalingError` (``signal.unreachable``) naming the cause.
 
-    With ``certificate`` the server must present the very one of that file, whatever name it is for.
+    With ``certificate`` (a PEM file, or PEM text) the server must present that very one, whatever name it is for.
     """
     sock: socket.socket | None = None
     try:
@@ -114,17 +115,10 @@ async def _connected(url: str) -> socket.socket | None:
     return await start_connection(infos, happy_eyeballs_delay=NEXT_ADDRESS_AFTER_S)
 
 
-def _tls(url: str, certificate: Path | None) -> ssl.SSLContext | Literal[True] | None:
+def _tls(url: str, certificate: Path | str | None) -> ssl.SSLContext | Literal[True] | None:
     if not url.startswith("wss:"):
         return None
-    return True if certificate is None else _pinned(certificate)
-
-
-def _pinned(certificate: Path) -> ssl.SSLContext:
-    context = ssl.create_default_context(cafile=str(certificate))
-    context.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN  # it need not be an authority's
-    context.check_hostname = False
-    return context
+    return True if certificate is None else pinned_tls(certificate)
 
 
 def _cause(url: str, error: Exception) -> tuple[str, str | None]:

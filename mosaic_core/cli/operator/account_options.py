@@ -32,6 +32,10 @@ CODE_HELP = (
     "POST /api/v1/account/one-time-code."
 )
 Code = Annotated[str, typer.Option(help=CODE_HELP)]
+Lan = Annotated[
+    bool,
+    typer.Option("--lan", help="The robot that this machine is paired with, whatever account is named; see `pair`."),
+]
 Timeline = Annotated[bool, typer.Option("--timeline", help="At the end, show how the connection came up.")]
 DEFAULT_SERVER = "http://127.0.0.1:9001"
 
@@ -52,19 +56,25 @@ def command(
             email: Email = "",
             password_stdin: PasswordStdin = False,
             code: Code = "",
+            lan: Lan = False,
             timeline: Timeline = False,
             **words: Any,
         ) -> NoReturn:
             work = work_of(**words)
             from mosaic_core.cli.operator import operator_session as session  # loads WebRTC: only for who acts
 
-            sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
+            robot = words.get("robot", "")
+            if lan or (robot and not (email or code) and session.is_paired(robot)):
+                sign_in: session.SignIn | session.PairedSignIn = session.PairedSignIn(robot)
+            else:
+                sign_in = session.SignIn.asked(server, email, code, password_stdin=password_stdin)
             decides = sys.stdin.isatty() if is_person is None else is_person
             raise typer.Exit(session.run(sign_in, work, is_person=decides, shows_timeline=timeline))
 
         own = list(inspect.signature(work_of, eval_str=True).parameters.values())
-        *account, timeline, _ = inspect.signature(signed_in, eval_str=True).parameters.values()
+        *account, by_pairing, timeline, _ = inspect.signature(signed_in, eval_str=True).parameters.values()
         arguments = sum(map(_is_argument, own))
+        account += [by_pairing] if "robot" in inspect.signature(work_of).parameters else []
         options = [*own[:arguments], *account, *own[arguments:], *([timeline] if has_timeline else [])]
         _take(signed_in, options)
         signed_in.__doc__ = work_of.__doc__

@@ -77,6 +77,35 @@ def robots(
     return partial(list_robots, as_json=as_json)
 
 
+@app.command()
+def pair(
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Its name, id or address; see `robots --lan`.")],
+    pin_stdin: Annotated[
+        bool, typer.Option("--pin-stdin", help="Read the PIN or code from stdin; else it is asked.")
+    ] = False,
+    name: Annotated[str, typer.Option(help="What the robot calls this machine; default: its host name.")] = "",
+    as_json: AsJson = False,
+) -> None:
+    """Pair this machine with a robot on its network, by the PIN or the code that the robot shows.
+
+    Afterwards every command finds the robot by its name, id or address, where no account is named.
+    """
+    from mosaic_core.cli.operator.lan_pairing import pair_robot
+
+    pair_robot(robot, name, pin_stdin=pin_stdin, as_json=as_json)
+
+
+@app.command()
+def unpair(
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Its name, id or address; see `robots --lan`.")],
+    as_json: AsJson = False,
+) -> None:
+    """Forget a paired robot; the robot signs this machine out, if it is reached."""
+    from mosaic_core.cli.operator.lan_pairing import unpair_robot
+
+    unpair_robot(robot, as_json=as_json)
+
+
 @command(has_timeline=True)
 def tail(
     robot: RobotArgument,

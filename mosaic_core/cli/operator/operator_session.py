@@ -19,6 +19,7 @@ from mosaic_core.cli.terminal.log_output import LogLevel, set_up_logging
 from mosaic_core.cli.terminal.rich_table import show
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
 from mosaic_core.operator import MosaicOperator, MosaicStore, RobotConnection, RobotConnector, RobotSummary
+from mosaic_core.operator.lan.paired_robots import PairedRobots
 from mosaic_core.words.codes import reason
 from mosaic_core.words.described import DescribedConnector, described_catalogue
 from mosaic_core.words.errors import ConnectionFailed, MosaicError, SignalingError
@@ -40,7 +41,9 @@ class SignIn:
         if code:
             return cls(server, "", "", code)
         if not email:
-            usage("--email (or MOSAIC_EMAIL) or --code is needed to sign in")
+            usage(
+                "--email (or MOSAIC_EMAIL) or --code is needed to sign in, or a robot paired by `mosaic operator pair`"
+            )
         if password_stdin:
             return cls(server, email, sys.stdin.readline().rstrip("\r\n"), "")
         password = os.environ.get("MOSAIC_PASSWORD")
@@ -56,8 +59,27 @@ class SignIn:
         return await MosaicOperator.login(self.server, self.email, self.password, is_person=is_person)
 
 
+@dataclass(frozen=True, slots=True)
+class PairedSignIn:
+    """Signs in to the robot of this name, id or address, which this machine is paired with."""
+
+    robot: str
+
+    async def operator(self, *, is_person: bool = False) -> MosaicOperator:
+        return await MosaicOperator.find(self.robot, is_person=is_person)
+
+
+def is_paired(robot: str) -> bool:
+    """Whether this machine is paired with a robot that goes by this."""
+    try:
+        PairedRobots().named(robot)
+    except SignalingError as error:
+        return error.code == "lan.several"
+    return True
+
+
 def run(
-    sign_in: SignIn,
+    sign_in: SignIn | PairedSignIn,
     work: Callable[[MosaicOperator], Awaitable[int]],
     *,
     is_person: bool = False,
@@ -128,7 +150,8 @@ async def connected(
     ``label`` is the one connector that will be used: an original robot then sends no camera that nobody looks at.
     """
     found = await operator.robots()
-    match = next((one for one in found if one.id == robot), None)
+    wanted = operator.paired_id or robot
+    match = next((one for one in found if one.id == wanted), None)
     if match is None:
         named = [one for one in found if one.name == robot]
         if len(named) != 1:

@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 import httpx
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
+from mosaic_core.adapters.signaling.pinned_tls import pinned_tls
 from mosaic_core.machines.peers.home_address import is_loopback_name
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.words.catalogue import Catalogue
@@ -52,13 +53,20 @@ _ICE_SERVERS = TypeAdapter(list[IceServer])
 
 class RestApi:
     """Calls the server's REST API for one signed-in account. Raises :class:`AuthError` or :class:`SignalingError`;
-    close it at the end."""
+    close it at the end. ``certificate``: the only one to trust, as PEM; empty: those that an authority vouches for."""
 
-    def __init__(self, base_url: str, access_token: str, transport: httpx.AsyncBaseTransport | None = None) -> None:
+    def __init__(
+        self,
+        base_url: str,
+        access_token: str,
+        transport: httpx.AsyncBaseTransport | None = None,
+        certificate: str = "",
+    ) -> None:
         self._base_url = base_url
+        self._certificate = certificate
         self._transport = transport
         self._headers = {"Authorization": f"Bearer {access_token}"}
-        self._client = _client(base_url, transport, self._headers)
+        self._client = rest_client(base_url, transport, self._headers, certificate)
         self._leaving = BackgroundTasks()
 
     def renew(self) -> None:
@@ -66,7 +74,7 @@ class RestApi:
         if self._transport is not None:
             return
         self._leaving.start(self._client.aclose())
-        self._client = _client(self._base_url, None, self._headers)
+        self._client = rest_client(self._base_url, None, self._headers, self._certificate)
 
     async def robots(self) -> list[RobotSummary]:
         """All robots of this account's organization."""
@@ -122,7 +130,7 @@ async def log_in(
     base_url: str, route: str, body: dict[str, str], transport: httpx.AsyncBaseTransport | None = None
 ) -> str:
     """An access token for ``body``'s credentials; raises :class:`AuthError`."""
-    async with _client(base_url, transport, {}) as client:
+    async with rest_client(base_url, transport, {}) as client:
         try:
             data = await _call(client, "POST", route, json=body)
         except SignalingError as error:
@@ -132,10 +140,17 @@ async def log_in(
         return str(data["accessToken"])
 
 
-def _client(base_url: str, transport: httpx.AsyncBaseTransport | None, headers: dict[str, str]) -> httpx.AsyncClient:
+def rest_client(
+    base_url: str, transport: httpx.AsyncBaseTransport | None, headers: dict[str, str], certificate: str = ""
+) -> httpx.AsyncClient:
     is_local = is_loopback_name(urlsplit(base_url).hostname or "")  # no proxy reaches our loopback
     return httpx.AsyncClient(
-        base_url=base_url, headers=headers, timeout=TIMEOUT_S, transport=transport, trust_env=not is_local
+        base_url=base_url,
+        headers=headers,
+        timeout=TIMEOUT_S,
+        transport=transport,
+        trust_env=not is_local,
+        verify=pinned_tls(certificate) if certificate else True,
     )
 
 
@@ -155,10 +170,11 @@ async def _call(client: httpx.AsyncClient, method: str, path: str, **kwargs: Any
     is_envelope = isinstance(content, dict) and "resultCode" in content
     if response.is_success and (not is_envelope or content["resultCode"] == ResultCode.SUCCESS):
         return content["resultData"] if is_envelope else content
-    raise _refused(path, response.status_code, content if isinstance(content, dict) else {})
+    raise refused(path, response.status_code, content if isinstance(content, dict) else {})
 
 
-def _refused(path: str, status: int, content: dict[str, Any]) -> MosaicError:
+def refused(path: str, status: int, content: dict[str, Any]) -> MosaicError:
+    """The error that a refusing answer means: in the server's words, where it has any."""
     code = content.get("code") or _code_of(content.get("resultCode"), status)
     try:
         entry = reason(str(code))

@@ -201,6 +201,31 @@ def test_without_a_running_robot_the_commands_say_so(tmp_path: Path) -> None:
     assert "mosaic run --serve" in done.exception.cure
 
 
+def operator(data_dir: Path, *words: str, stdin: str = "") -> subprocess.CompletedProcess[str]:
+    """`mosaic operator …` on a machine with data of its own, where no account is named."""
+    clean = {key: value for key, value in os.environ.items() if not key.startswith("MOSAIC_")}
+    environment = {**clean, "MOSAIC_DATA_DIR": str(data_dir)}
+    command = [*MOSAIC, "operator", *words]
+    return subprocess.run(command, env=environment, input=stdin, capture_output=True, text=True, timeout=60)
+
+
+def test_from_a_terminal_it_is_paired_by_name_found_and_unpaired(child: Child, tmp_path: Path) -> None:
+    offer = json.loads(child.lan("pair", "--no-wait", "--json").stdout)
+    paired = operator(tmp_path, "pair", ROBOT, "--pin-stdin", "--name", "bench", "--json", stdin=f"{offer['pin']}\n")
+    assert paired.returncode == 0, paired.stderr
+    told = json.loads(paired.stdout)
+    assert (told["id"], told["name"], told["url"]) == (ROBOT, "Rover 7", child.url)
+    assert "plain http" in paired.stderr
+    assert offer["pin"] not in paired.stdout + paired.stderr
+    listed = [json.loads(line) for line in operator(tmp_path, "robots", "--lan", "--json").stdout.splitlines()]
+    assert [one["asksForPin"] for one in listed if one["id"] == ROBOT] == [False]
+    away = operator(tmp_path, "lease", "Rover 7")
+    assert (away.returncode, "code: signal.robot_offline" in away.stderr) == (1, True), "signed in, and it is offline"
+    assert operator(tmp_path, "unpair", "Rover 7").returncode == 0
+    assert "bench" not in child.lan("devices", "list").stdout
+    assert "code: lan.not_paired" in operator(tmp_path, "unpair", "Rover 7").stderr
+
+
 def test_it_ends_with_its_robot_and_comes_back_with_everything_in_it(child: Child) -> None:
     """Last: the others need it alive."""
     httpx.post(f"{child.url}/api/v1/pairing", json={"pin": child.news[-1]["pin"], "name": "kettle"}).raise_for_status()
