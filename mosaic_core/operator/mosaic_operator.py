@@ -115,7 +115,7 @@ class MosaicOperator:
 
         The sign-in is kept for :meth:`find`. ``name``: what the robot calls this machine; by default the host's name.
         Raises :class:`AuthError` (``auth.pairing``, ``auth.pairing_locked``) and :class:`SignalingError`
-        (``lan.not_found``, ``lan.several``, ``lan.other_robot``, ``lan.search``, ``signal.unreachable``) within half a
+        (``lan.not_found``, ``lan.several``, ``lan.other_robot``, ``lan.search``, ``signal.unreachable``) within a
         minute.
         """
         paired, _ = await pair_at(await place_to_pair(robot), pin, name)
