@@ -11,6 +11,8 @@ import httpx
 from mosaic_core.words.errors import SignalingError
 
 _TIMEOUT_S = 5.0
+LARGEST_CERTIFICATE = 20_000
+"""Letters of PEM; the usual ones have two thousand."""
 
 
 async def certificate_to_pin(url: str) -> str:
@@ -21,7 +23,10 @@ async def certificate_to_pin(url: str) -> str:
     try:
         await _presented(url, httpx.create_ssl_context())
     except ssl.SSLCertVerificationError:
-        return ssl.DER_cert_to_PEM_cert(await _presented(url, _unverified()))
+        certificate = ssl.DER_cert_to_PEM_cert(await _presented(url, _unverified()))
+        if len(certificate) > LARGEST_CERTIFICATE:
+            raise SignalingError(f"the certificate at {url} is too large", code="signal.bad_message") from None
+        return certificate
     return ""
 
 

@@ -11,12 +11,14 @@ from uuid import UUID
 import platformdirs
 from pydantic import AfterValidator, Field, ValidationError
 
+from mosaic_core.adapters.lan.robot_certificate import LARGEST_CERTIFICATE
 from mosaic_core.machines.lan.announced_robots import LONGEST_NAME
 from mosaic_core.words.errors import MosaicError, SignalingError, hint_at
 from mosaic_core.words.wire_model import PlainText, WireModel, wrong_fields
 
 _LARGEST_FILE = 64 * 1024
-_TOKEN = r"^[\w-]+\.[\w-]+\.[\w-]+$"  # noqa: S105 - the form of a JWT
+LONGEST_TOKEN = 4096
+ACCESS_TOKEN = r"^[\w-]+\.[\w-]+\.[\w-]+$"  # noqa: S105 - the form of a JWT
 
 
 class PairedRobot(WireModel):
@@ -26,8 +28,8 @@ class PairedRobot(WireModel):
     robot_id: Annotated[str, AfterValidator(lambda text: str(UUID(text)))]
     name: PlainText = Field(max_length=LONGEST_NAME)
     url: str = Field(max_length=300, pattern=r"^https?://")
-    access_token: str = Field(max_length=4096, pattern=_TOKEN, repr=False)
-    certificate: str = Field(default="", max_length=20_000)
+    access_token: str = Field(max_length=LONGEST_TOKEN, pattern=ACCESS_TOKEN, repr=False)
+    certificate: str = Field(default="", max_length=LARGEST_CERTIFICATE)
 
 
 class PairedRobots:

@@ -75,6 +75,7 @@ async def pair_at(place: PairablePlace, secret: str, device: str = "") -> tuple[
     by the id of another.
     """
     kept = PairedRobots()
+    kept.all()  # what can't be read is told before the PIN is used
     async with RobotDoor(place.url, place.certificate) as door:
         paired = await door.pair(pairing_secret(secret), (device or socket.gethostname())[:60])
         before = kept.of_id(paired.robot_id)
@@ -90,7 +91,11 @@ async def pair_at(place: PairablePlace, secret: str, device: str = "") -> tuple[
             access_token=paired.access_token,
             certificate=place.certificate,
         )
-        kept.keep(robot)
+        try:
+            kept.keep(robot)
+        except MosaicError:
+            await _give_back(door, paired.access_token)
+            raise
         if before is not None:
             await _give_back(door, before.access_token)
     return robot, paired.role

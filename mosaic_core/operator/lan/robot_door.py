@@ -16,6 +16,7 @@ from pydantic import Field, ValidationError, field_validator
 
 from mosaic_core.machines.lan.announced_robots import LONGEST_NAME
 from mosaic_core.machines.lan.pairing_proof import claims_of, is_proved
+from mosaic_core.operator.lan.paired_robots import ACCESS_TOKEN, LONGEST_TOKEN
 from mosaic_core.operator.signaling.rest_api import RobotSummary, refused, rest_client
 from mosaic_core.words.errors import AuthError, MosaicError, SignalingError
 from mosaic_core.words.wire_model import PlainText, WireModel
@@ -36,7 +37,7 @@ class RobotServerInfo(WireModel):
 class DevicePaired(WireModel):
     """The sign-in that a robot's own server gives to a device, for good."""
 
-    access_token: str = Field(repr=False)
+    access_token: str = Field(max_length=LONGEST_TOKEN, pattern=ACCESS_TOKEN, repr=False)
     role: PlainText = Field(max_length=20)
     robot_id: str
     robot_name: PlainText

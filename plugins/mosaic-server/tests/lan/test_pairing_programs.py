@@ -243,6 +243,26 @@ async def test_an_impostor_hears_nothing_that_signs_in(start: Start, impostor: A
     assert not any(kept.access_token.rpartition(".")[2] in one for one in told)
 
 
+@pytest.mark.parametrize("token", ["", "no token", "a.b.c" * 1000, "a.b.\n"])
+async def test_a_sign_in_that_is_none_is_refused_and_not_repeated(impostor: Any, token: str) -> None:
+    answers = {"pairsWith": "Rover", "accessToken": token, "role": "operator", "robotId": ROVER, "robotName": "Rover"}
+    url, _ = impostor({"resultCode": 100, "resultData": answers})
+    error = await refusal(MosaicOperator.pair(url, pin="12345678"))
+    assert error.code == "signal.bad_message"
+    assert not token or token not in error.message
+    assert PairedRobots().all() == []
+
+
+async def test_where_nothing_can_be_kept_nothing_is_paired(
+    start: Start, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    rover = start()
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("MOSAIC_DATA_DIR", str(tmp_path / "file"))
+    assert (await refusal(MosaicOperator.pair(url_of(rover), pin=pin_of(rover)))).code == "lan.unreadable"
+    assert rover.work(devices) == []
+
+
 async def test_an_answer_without_an_end_is_given_up(impostor: Any) -> None:
     url, told = impostor({}, endless=True)
     error = await refusal(MosaicOperator.pair(url, pin="12345678"))
