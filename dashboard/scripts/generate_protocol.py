@@ -1,5 +1,6 @@
 """Writes ``packages/protocol/src/generated.ts``: the Python models of the wire as TypeScript types and schemas; and
-``generatedOriginalTypes.ts`` beside it: the connector types of the original MOSAIC.
+beside it ``generatedOriginalTypes.ts``, the connector types of the original MOSAIC, and ``generatedMessages.ts``, the
+standard messages of ``mosaic_core.messages``.
 
 Run it with the repository's Python: ``python dashboard/scripts/generate_protocol.py`` (``--check`` only compares).
 What a receiver accepts and what a sender emits is decided in ``mosaic_core.words``; nothing is written twice.
@@ -20,6 +21,7 @@ from pydantic.json_schema import models_json_schema
 
 from mosaic_core.machines.delivery import framing
 from mosaic_core.machines.delivery import reassembly
+from mosaic_core.messages import STANDARD_MESSAGES
 from mosaic_core.words import codes, control, data_type, signaling
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry
 from mosaic_core.words.described import DescribedConnector
@@ -94,6 +96,31 @@ def generate_original_types() -> str:
     return "\n".join(parts)
 
 
+def generate_messages() -> str:
+    """The whole text of the module with the standard messages and their schema ids."""
+    schemas = _schemas(STANDARD_MESSAGES.values())
+    ids = "".join(f"  {message.__name__}: {_literal(schema_id)},\n" for schema_id, message in STANDARD_MESSAGES.items())
+    parts = [
+        HEADING.replace("words", "messages"),
+        f"/** The schema id of every standard message, as a robot's catalogue has it. */\n"
+        f"export const SCHEMA_IDS = {{\n{ids}}} as const\n",
+        *(_message_interface(name, schema) for name, schema in sorted(schemas.items())),
+    ]
+    return "\n".join(parts)
+
+
+def _message_interface(name: str, schema: dict[str, Any]) -> str:
+    """What is `None` by default is left out on the wire; `null` is a value."""
+    lines = []
+    for key, field in schema["properties"].items():
+        about = " ".join(filter(None, (field.get("description"), f"({field['unit']})" if "unit" in field else "")))
+        is_absent = "default" in field and field["default"] is None
+        lines.append(f"  /** {about} */\n" if about else "")
+        lines.append(f"  {key}{'?' if is_absent else ''}: {_type(field, nulls=not is_absent)}\n")
+    about = " ".join(schema.get("description", "").replace("``", "`").split())
+    return f"/** {about} */\nexport interface {name} {{\n{''.join(lines)}}}\n"
+
+
 def _wire_table(name: str, values: Mapping[str, WireModel], kind: str) -> str:
     lines = "".join(
         f"  {_literal(key)}: {json.dumps(value.wire(), ensure_ascii=False)},\n" for key, value in values.items()
@@ -155,25 +182,25 @@ def _interface(model: type[BaseModel], schema: dict[str, Any]) -> str:
     return f"{_doc(model)}export interface {model.__name__} {{\n{''.join(lines)}}}\n"
 
 
-def _type(field: dict[str, Any]) -> str:
+def _type(field: dict[str, Any], *, nulls: bool = False) -> str:
     if "$ref" in field:
         return str(field["$ref"]).rsplit("/", 1)[1]
     if "anyOf" in field:
-        kinds = [_type(option) for option in field["anyOf"] if option.get("type") != "null"]
+        kinds = [_type(option, nulls=nulls) for option in field["anyOf"] if nulls or option.get("type") != "null"]
         return " | ".join(kinds)
     if "enum" in field:
         return " | ".join(_literal(value) for value in field["enum"])
     kind = field.get("type")
     if kind == "array":
-        return f"readonly {_array_of(field['items'])}[]"
+        return f"readonly {_array_of(_type(field['items'], nulls=nulls))}[]"
     if kind == "object":
         extra = field.get("additionalProperties")
         return f"Record<string, {_type(extra) if isinstance(extra, dict) else 'unknown'}>"
-    return {"string": "string", "integer": "number", "number": "number", "boolean": "boolean"}.get(str(kind), "unknown")
+    simple = {"integer": "number"} | {one: one for one in ("string", "number", "boolean", "null")}
+    return simple.get(str(kind), "unknown")
 
 
-def _array_of(items: dict[str, Any]) -> str:
-    inner = _type(items)
+def _array_of(inner: str) -> str:
     return f"({inner})" if " " in inner else inner
 
 
@@ -275,7 +302,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="fail if the file on disk is not current")
     check = parser.parse_args().check
-    modules = {"generated.ts": generate(), "generatedOriginalTypes.ts": generate_original_types()}
+    modules = {
+        "generated.ts": generate(),
+        "generatedMessages.ts": generate_messages(),
+        "generatedOriginalTypes.ts": generate_original_types(),
+    }
     for name, text in modules.items():
         path = SOURCES / name
         if not check:

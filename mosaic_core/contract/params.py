@@ -56,6 +56,9 @@ class Message(BaseModel):
     or ``unit("V")`` adds the unit that widgets show. Unknown keys are ignored on receipt, NaN is refused."""
 
     model_config = ConfigDict(extra="ignore", allow_inf_nan=False)
+    schema_id: ClassVar[str] = ""
+    """The name of its shape, such as ``acme/Grip@1``, for whoever knows it; the number rises when old readers would
+    misread it. The catalogue carries it, and a widget may say that it shows it."""
     motion_kinds: ClassVar[Mapping[str, MotionKind]] = {}
     """What its numbers move, by dotted path: ``{"linear.x": "velocity"}``. Velocities are the ``motion_fields`` of
     receivers that take it and name none themselves."""

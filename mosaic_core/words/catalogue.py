@@ -33,6 +33,7 @@ class CatalogueEntry(WireModel):
     channels: tuple[ChannelEntry, ...] = ()
     delivery: Delivery = Delivery.RELIABLE
     widget: str | None = Field(default=None, description="Hint: the widget that shows this connector best.")
+    schema_id: PlainText | None = Field(default=None, description="The known shape of its messages: `mosaic/Twist@1`.")
     message_schema: dict[str, Any] | None = Field(default=None, description="JSON Schema of one message, with units.")
     safety: dict[str, Any] | None = Field(default=None, description="The limits that the robot enforces.")
 

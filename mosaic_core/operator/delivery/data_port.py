@@ -10,8 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from pydantic import ValidationError
+
 from mosaic_core.machines.delivery.arrivals import Arrivals
 from mosaic_core.machines.delivery.framing import SEQ_MODULUS, Frame, FrameFlag, FrameReader, PayloadKind, encode_frame
+from mosaic_core.messages import STANDARD_MESSAGES, StandardMessage
 from mosaic_core.operator.delivery.store_counters import StoreCounters
 from mosaic_core.runtime.delivery.data_port import PeerPartials
 from mosaic_core.runtime.transport.transport import Channel
@@ -29,13 +32,15 @@ MAX_QUEUED_BYTES = 64 * 1024
 class MessageInfo:
     """The facts that came with a message. ``seq`` and ``stamp_us`` (the robot's clock) are 0 from original robots, and
     ``is_latched`` marks the last value, repeated for those who came later. ``to_ours_us`` maps the robot's clock to
-    ours, by what is known now of the connection on which it came."""
+    ours, by what is known now of the connection on which it came. ``schema_id`` is what it should be, by the robot's
+    catalogue."""
 
     received_at_s: float
     seq: int = 0
     stamp_us: int = 0
     is_latched: bool = False
     to_ours_us: Callable[[int], int | None] = field(default=lambda _: None, repr=False, compare=False)
+    schema_id: str = ""
 
     @property
     def age_s(self) -> float | None:
@@ -59,6 +64,17 @@ class Received:
     def json(self) -> Any:
         """The payload as JSON; raises :class:`ValueError`."""
         return json.loads(self.data)
+
+    def message(self) -> StandardMessage | None:
+        """It as the standard message that the robot announced; ``None`` where it announced none that is known here.
+        Raises :class:`WireError` where it is none."""
+        kind = STANDARD_MESSAGES.get(self.info.schema_id)
+        try:
+            return None if kind is None else kind.model_validate_json(self.data)
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(map(str, first["loc"]))
+            raise WireError(f"no {self.info.schema_id}: {place} {first['msg']}") from error
 
 
 def now_us() -> int:
@@ -204,6 +220,7 @@ class DataPort:
             self._received(frame)
 
 
-def info_of(frame: Frame, to_ours_us: Callable[[int], int | None], at_us: int) -> MessageInfo:
+def info_of(frame: Frame, to_ours_us: Callable[[int], int | None], at_us: int, schema_id: str = "") -> MessageInfo:
     """What to tell a subscriber at ``at_us`` of our clock."""
-    return MessageInfo(at_us / 1e6, frame.seq, frame.stamp_us, bool(frame.flags & FrameFlag.LATCHED), to_ours_us)
+    is_latched = bool(frame.flags & FrameFlag.LATCHED)
+    return MessageInfo(at_us / 1e6, frame.seq, frame.stamp_us, is_latched, to_ours_us, schema_id)

@@ -172,7 +172,7 @@ class StoreBindings:
             ordered=not is_latest,
             max_retransmits=0 if is_latest else None,
         )
-        received: Callable[[Frame], None] = partial(self._deliver, link.store, planned.label)
+        received: Callable[[Frame], None] = partial(self._deliver, link.store, planned)
         if self._is_ours and planned.delivery is Delivery.RELIABLE:
             received = partial(self._streams.arrived, planned.label, deliver=received)
         return DataPort(
@@ -186,10 +186,11 @@ class StoreBindings:
             partials=self._partials,
         )
 
-    def _deliver(self, store: MosaicStore, label: str, frame: Frame) -> None:
-        self._plan.timeline.mark("value", time.monotonic(), label)
+    def _deliver(self, store: MosaicStore, planned: PlannedChannel, frame: Frame) -> None:
+        self._plan.timeline.mark("value", time.monotonic(), planned.label)
         if isinstance(store, ReceivableStore):
-            info = info_of(frame, self._peer.control.clock.to_ours_us, self._plan.clock_us())
+            to_ours_us = self._peer.control.clock.to_ours_us
+            info = info_of(frame, to_ours_us, self._plan.clock_us(), planned.schema_id)
             store.notify_subscribers(frame.payload, info)
 
     def _port_changed(self, link: _Link, planned: PlannedChannel, is_open: bool) -> None:

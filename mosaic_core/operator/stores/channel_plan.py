@@ -50,13 +50,15 @@ def naming(data_type: MosaicDataType) -> Iterator[None]:
 @dataclass(frozen=True, slots=True)
 class PlannedChannel:
     """``resource``: what must be held to command here; ``None`` where nothing must. ``may_wait``: a message that waits
-    for a connection, or is repeated on the next one, does no harm; never one that moves something."""
+    for a connection, or is repeated on the next one, does no harm; never one that moves something. ``schema_id``: what
+    arrives here, as the robot announced it."""
 
     label: str
     delivery: Delivery
     sends: bool
     resource: str | None = None
     may_wait: bool = False
+    schema_id: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,7 +220,9 @@ def _planned(entry: CatalogueEntry, label: str, data_type: MosaicDataType) -> Pl
     safety = entry.safety or {}
     is_free = not any(safety.get(key) for key in ("requires_lease", "timeout_s", "max_rate_hz"))
     may_wait = entry.delivery is Delivery.RELIABLE and is_free
-    return PlannedChannel(label, entry.delivery, _sends(data_type), resource_of(entry), may_wait)
+    is_first = label == (entry.channels[0].label if entry.channels else entry.label)  # the id is that of its messages
+    schema_id = entry.schema_id if is_first and data_type is MosaicDataType.JSON_R2U else None
+    return PlannedChannel(label, entry.delivery, _sends(data_type), resource_of(entry), may_wait, schema_id or "")
 
 
 def _sends(data_type: MosaicDataType) -> bool:

@@ -45,6 +45,7 @@ def catalogue_entry(label: str, connector_type: str, handlers: Sequence[Handler]
         ),
         delivery=terms_of(first.delivery).mode,
         widget=next((handler.widget for handler in handlers if handler.widget), None),
+        schema_id=getattr(message_type_of(type(first)), "schema_id", "") or None,
         message_schema=message_schema(first),
     )
 

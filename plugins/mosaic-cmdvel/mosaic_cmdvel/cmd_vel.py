@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 from mosaic_cmdvel.drive_registry import load_drive
 from mosaic_cmdvel.kept_drive import KeptDrive
 from mosaic_cmdvel.params import CmdVelParams, CmdVelSafety
-from mosaic_cmdvel.twist import velocity_of
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.contract.host import Sender
@@ -36,7 +35,7 @@ class CmdVel(DataChannelReceivable[Twist]):
         """Receiver's thread."""
         with self._lock:
             self._commander = sender.peer_id
-        self._drive.apply(velocity_of(data))
+        self._drive.apply(data)
 
     def make_safe(self, cause: str) -> None:
         """Safety thread."""

@@ -11,9 +11,9 @@ from typing import ClassVar, Generic, Self, TypeVar, get_args, get_origin
 
 from pydantic import Field
 
-from mosaic_cmdvel.twist import Twist
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.params import Params
+from mosaic_core.messages import Twist
 
 
 class DriveParams(Params):

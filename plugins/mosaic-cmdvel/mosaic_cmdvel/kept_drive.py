@@ -16,8 +16,8 @@ from types import TracebackType
 from typing import Any, Self
 
 from mosaic_cmdvel.drive import Drive
-from mosaic_cmdvel.twist import Twist
 from mosaic_core.contract.handler import Refused
+from mosaic_core.messages import Twist
 
 _log = logging.getLogger(__name__)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mosaic_cmdvel.twist import Twist
+from mosaic_core.messages import Twist
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,20 +28,18 @@ class DifferentialBase:
 
     def wheels(self, twist: Twist) -> WheelSpeeds:
         """The speeds that roll along ``twist``; only its x and yaw, the base can do nothing else."""
-        turning_mps = twist.angular_z_radps * self.track_width_m / 2
+        turning_mps = twist.angular.z * self.track_width_m / 2
         return WheelSpeeds(
-            left_radps=(twist.linear_x_mps - turning_mps) / self.wheel_radius_m,
-            right_radps=(twist.linear_x_mps + turning_mps) / self.wheel_radius_m,
+            left_radps=(twist.linear.x - turning_mps) / self.wheel_radius_m,
+            right_radps=(twist.linear.x + turning_mps) / self.wheel_radius_m,
         )
 
     def twist(self, wheels: WheelSpeeds) -> Twist:
         """The velocity that these wheel speeds make."""
         left_mps = wheels.left_radps * self.wheel_radius_m
         right_mps = wheels.right_radps * self.wheel_radius_m
-        return Twist(
-            linear_x_mps=(right_mps + left_mps) / 2,
-            angular_z_radps=(right_mps - left_mps) / self.track_width_m,
-        )
+        turning_mps = right_mps - left_mps
+        return Twist.planar((right_mps + left_mps) / 2, yaw_radps=turning_mps / self.track_width_m)
 
 
 def saturated(wheels: WheelSpeeds, max_wheel_radps: float) -> WheelSpeeds:

@@ -9,9 +9,10 @@ from typing import Self
 
 import pytest
 
-from mosaic_cmdvel import STANDSTILL, Drive, DriveParams, Twist
+from mosaic_cmdvel import Drive, DriveParams
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.host import Sender
+from mosaic_core.messages import STANDSTILL, Twist
 
 IN_TIME_S = 5.0
 

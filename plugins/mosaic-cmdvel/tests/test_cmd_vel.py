@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from mosaic_cmdvel import STANDSTILL, Twist
 from mosaic_cmdvel.cmd_vel import CmdVel, CmdVelConfigurer
 from mosaic_cmdvel.kept_drive import KeptDrive
 from mosaic_cmdvel.params import ANGULAR, LINEAR, CmdVelParams, CmdVelSafety
-from mosaic_core import messages
 from mosaic_core.contract.configurer import Shared
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.host import Sender
+from mosaic_core.messages import STANDSTILL, Twist
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.testing import Leaves, Silence, build, fake_host, feed
 from mosaic_core.words.data_type import Delivery, MosaicDataType
@@ -26,8 +25,8 @@ if TYPE_CHECKING:
 IN_TIME_S = 5.0
 
 
-def message(x: float = 0.0, yaw: float = 0.0) -> messages.Twist:
-    return messages.Twist.model_validate({"linear": {"x": x}, "angular": {"z": yaw}})
+def message(x: float = 0.0, yaw: float = 0.0) -> Twist:
+    return Twist.model_validate({"linear": {"x": x}, "angular": {"z": yaw}})
 
 
 @pytest.fixture
@@ -41,13 +40,13 @@ def test_it_is_announced_as_a_drive_pad_with_newest_only_delivery() -> None:
     assert CmdVel.data_type is MosaicDataType.JSON_U2R
     assert CmdVel.delivery is Delivery.LATEST
     assert CmdVel.widget == "drive-pad"
-    assert message_type_of(CmdVel) is messages.Twist
+    assert message_type_of(CmdVel) is Twist
 
 
 def test_a_command_moves_the_drive(base: CmdVel, drive: ScriptedDrive, alice: Sender) -> None:
     base.handle_data(message(0.5, -0.3), alice)
 
-    assert drive.velocity == Twist(linear_x_mps=0.5, angular_z_radps=-0.3)
+    assert drive.velocity == Twist.planar(x_mps=0.5, yaw_radps=-0.3)
 
 
 def test_its_limits_are_vectors_that_the_framework_keeps_and_its_lease_is_required(base: CmdVel) -> None:
@@ -65,9 +64,9 @@ def test_what_is_faster_than_its_limits_arrives_clamped_and_no_faster_than_it_ma
     fake_host(base).safety = ReceiverSafety.of(safety, base)
     command = {"linear": {"x": 1e300}, "angular": {"z": -7.0}}
     feed(base, [command])
-    assert drive.velocity == Twist(linear_x_mps=0.2, angular_z_radps=-1.0)
+    assert drive.velocity == Twist.planar(x_mps=0.2, yaw_radps=-1.0)
     feed(base, [step for _ in range(5) for step in (command, Silence(0.1))])
-    assert drive.velocity == Twist(linear_x_mps=0.8, angular_z_radps=-1.0)
+    assert drive.velocity == Twist.planar(x_mps=0.8, yaw_radps=-1.0)
 
 
 def test_silence_stops_and_a_newer_command_moves_again(base: CmdVel, drive: ScriptedDrive, alice: Sender) -> None:
@@ -77,7 +76,7 @@ def test_silence_stops_and_a_newer_command_moves_again(base: CmdVel, drive: Scri
     assert drive.velocity == STANDSTILL
 
     base.handle_data(message(0.2), alice)
-    assert drive.velocity == Twist(linear_x_mps=0.2)
+    assert drive.velocity == Twist.planar(x_mps=0.2)
 
 
 def test_the_base_stops_when_the_commanding_operator_leaves(base: CmdVel, drive: ScriptedDrive, alice: Sender) -> None:
@@ -93,7 +92,7 @@ def test_an_operator_who_only_watched_leaves_without_a_stop(
     base.handle_data(message(0.5), alice)
     base.peer_left(bob)
 
-    assert drive.velocity == Twist(linear_x_mps=0.5)
+    assert drive.velocity == Twist.planar(x_mps=0.5)
 
 
 def test_an_operator_who_closed_the_pad_and_opened_it_again_drives_again(
@@ -103,7 +102,7 @@ def test_an_operator_who_closed_the_pad_and_opened_it_again_drives_again(
     base.peer_left(alice)
     base.handle_data(message(0.2), alice)
 
-    assert drive.velocity == Twist(linear_x_mps=0.2)
+    assert drive.velocity == Twist.planar(x_mps=0.2)
 
 
 def configured(drive: dict[str, Any], shared: Shared, safety: CmdVelSafety | None = None) -> CmdVel:
@@ -123,7 +122,7 @@ def test_configuring_opens_nothing_and_the_robots_life_opens_and_closes_the_driv
         assert kept.wait_until_open(IN_TIME_S)
         handler.handle_data(message(0.5), alice)
 
-    assert moves == [STANDSTILL, Twist(linear_x_mps=0.5), STANDSTILL]
+    assert moves == [STANDSTILL, Twist.planar(x_mps=0.5), STANDSTILL]
 
 
 def test_the_time_out_comes_from_the_safety_section() -> None:

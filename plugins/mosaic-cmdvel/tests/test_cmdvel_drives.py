@@ -11,13 +11,13 @@ from collections.abc import Iterator
 import pytest
 import serial
 
-from mosaic_cmdvel import STANDSTILL, Twist
 from mosaic_cmdvel.drives.callback import CallbackDrive, CallbackParams
 from mosaic_cmdvel.drives.log import LogDrive, LogParams
 from mosaic_cmdvel.drives.unicycle import UnicycleDrive, UnicycleParams
 from mosaic_cmdvel.drives.wheel_line import wheel_line
 from mosaic_cmdvel.kinematics import WheelSpeeds
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.messages import STANDSTILL, Twist
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def unicycle(port: str, max_wheel_radps: float | None = None) -> UnicycleDrive:
 
 def test_wheel_speeds_go_to_the_controller_line_by_line(controller: tuple[int, str]) -> None:
     with unicycle(controller[1]) as drive:
-        drive.apply(Twist(linear_x_mps=0.5, angular_z_radps=1.0))
+        drive.apply(Twist.planar(x_mps=0.5, yaw_radps=1.0))
         assert received(controller[0], 1) == ["L2.500 R7.500"]
         drive.stop()
         assert received(controller[0], 2)[-1] == "L0.000 R0.000"
@@ -57,7 +57,7 @@ def test_wheel_speeds_go_to_the_controller_line_by_line(controller: tuple[int, s
 
 def test_wheels_are_slowed_alike(controller: tuple[int, str]) -> None:
     with unicycle(controller[1], max_wheel_radps=3.0) as drive:
-        drive.apply(Twist(linear_x_mps=0.5, angular_z_radps=1.0))
+        drive.apply(Twist.planar(x_mps=0.5, yaw_radps=1.0))
         assert received(controller[0], 1) == ["L1.000 R3.000"]
 
 
@@ -84,7 +84,7 @@ def test_a_closed_unicycle_takes_no_command(controller: tuple[int, str]) -> None
 
 def flood(drive: UnicycleDrive) -> None:
     for _ in range(100_000):
-        drive.apply(Twist(linear_x_mps=0.5))
+        drive.apply(Twist.planar(x_mps=0.5))
 
 
 def test_a_controller_that_reads_nothing_makes_writing_fail_instead_of_hang(controller: tuple[int, str]) -> None:
@@ -101,8 +101,8 @@ def test_a_line_has_no_negative_zero() -> None:
 def test_the_unicycle_can_log_instead(caplog: pytest.LogCaptureFixture) -> None:
     params = UnicycleParams(type="unicycle", wheel_radius_m=0.1, track_width_m=0.5, output="log")
     with caplog.at_level(logging.INFO), UnicycleDrive(params, Shared()) as drive:
-        drive.apply(Twist(linear_x_mps=0.5))
-        drive.apply(Twist(linear_x_mps=0.5))
+        drive.apply(Twist.planar(x_mps=0.5))
+        drive.apply(Twist.planar(x_mps=0.5))
         drive.stop()
         drive.stop()
 
@@ -116,7 +116,7 @@ def test_the_log_drive_logs_changes_and_not_the_state(caplog: pytest.LogCaptureF
     drive = LogDrive(LogParams(type="log"), Shared())
     with caplog.at_level(logging.INFO):
         for x in (0.5, 0.5, 0.55, 0.7):
-            drive.apply(Twist(linear_x_mps=x))
+            drive.apply(Twist.planar(x_mps=x))
         drive.stop()
         drive.stop()
 
@@ -130,7 +130,7 @@ def test_the_log_drive_logs_changes_and_not_the_state(caplog: pytest.LogCaptureF
 def test_the_callback_is_called_with_every_command_and_with_standstill_to_stop() -> None:
     called: list[Twist] = []
     drive = CallbackDrive(CallbackParams(function=called.append), Shared())
-    drive.apply(Twist(linear_x_mps=0.5))
+    drive.apply(Twist.planar(x_mps=0.5))
     drive.stop()
 
-    assert called == [Twist(linear_x_mps=0.5), STANDSTILL]
+    assert called == [Twist.planar(x_mps=0.5), STANDSTILL]

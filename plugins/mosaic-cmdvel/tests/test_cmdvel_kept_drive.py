@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from mosaic_cmdvel import STANDSTILL, Twist
 from mosaic_cmdvel.kept_drive import KeptDrive
 from mosaic_core.contract.handler import Refused
+from mosaic_core.messages import STANDSTILL, Twist
 
 if TYPE_CHECKING:
     from conftest import ScriptedDrive
 
 IN_TIME_S = 5.0
-FORWARD = Twist(linear_x_mps=0.5)
-LEFT = Twist(angular_z_radps=0.5)
+FORWARD = Twist.planar(x_mps=0.5)
+LEFT = Twist.planar(yaw_radps=0.5)
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mosaic_cmdvel import Twist
 from mosaic_cmdvel.kinematics import DifferentialBase, WheelSpeeds, saturated
+from mosaic_core.messages import Twist
 
 speeds = st.floats(min_value=-50, max_value=50)
 bases = st.builds(DifferentialBase, st.floats(min_value=0.01, max_value=1), st.floats(min_value=0.05, max_value=3))
@@ -18,10 +18,10 @@ wheel_speeds = st.builds(WheelSpeeds, speeds, speeds)
 
 @given(bases, speeds, speeds)
 def test_a_velocity_survives_the_way_to_the_wheels_and_back(base: DifferentialBase, x: float, yaw: float) -> None:
-    back = base.twist(base.wheels(Twist(linear_x_mps=x, angular_z_radps=yaw)))
+    back = base.twist(base.wheels(Twist.planar(x_mps=x, yaw_radps=yaw)))
 
-    assert back.linear_x_mps == pytest.approx(x, abs=1e-9)
-    assert back.angular_z_radps == pytest.approx(yaw, abs=1e-9)
+    assert back.linear.x == pytest.approx(x, abs=1e-9)
+    assert back.angular.z == pytest.approx(yaw, abs=1e-9)
 
 
 @given(bases, wheel_speeds)
@@ -35,8 +35,8 @@ def test_wheel_speeds_survive_the_way_to_a_velocity_and_back(base: DifferentialB
 def test_turning_left_makes_the_right_wheel_faster() -> None:
     base = DifferentialBase(wheel_radius_m=0.1, track_width_m=0.5)
 
-    assert base.wheels(Twist(angular_z_radps=1.0)) == WheelSpeeds(left_radps=-2.5, right_radps=2.5)
-    assert base.wheels(Twist(linear_x_mps=1.0)) == WheelSpeeds(left_radps=10.0, right_radps=10.0)
+    assert base.wheels(Twist.planar(yaw_radps=1.0)) == WheelSpeeds(left_radps=-2.5, right_radps=2.5)
+    assert base.wheels(Twist.planar(x_mps=1.0)) == WheelSpeeds(left_radps=10.0, right_radps=10.0)
 
 
 @given(wheel_speeds, st.floats(min_value=0.1, max_value=20))
@@ -51,9 +51,9 @@ def test_saturation_keeps_the_curve(base: DifferentialBase, wheels: WheelSpeeds,
     wanted, driven = base.twist(wheels), base.twist(saturated(wheels, maximum))
 
     # the same curvature: yaw per metre, as a cross product so that straight and spot turns need no division
-    cross = wanted.linear_x_mps * driven.angular_z_radps - driven.linear_x_mps * wanted.angular_z_radps
+    cross = wanted.linear.x * driven.angular.z - driven.linear.x * wanted.angular.z
     assert math.isclose(cross, 0.0, abs_tol=1e-6)
-    assert wanted.linear_x_mps * driven.linear_x_mps >= 0
+    assert wanted.linear.x * driven.linear.x >= 0
 
 
 @given(wheel_speeds)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Generator, Iterator
 from contextlib import closing
 from pathlib import Path
@@ -13,7 +12,8 @@ from pydantic import Field, field_validator
 
 from mosaic_core.contract.configurer import DataChannelConfigurer
 from mosaic_core.contract.handler import DataChannelSendable
-from mosaic_core.contract.params import Message, Params, unit
+from mosaic_core.contract.params import Params, unit
+from mosaic_core.messages import GpsFix, wall_time_us
 from mosaic_core.words.data_type import Delivery
 from mosaic_core.words.errors import DeviceGone
 from mosaic_sensors.nmea import NmeaPosition, PositionTracker, parsed
@@ -46,23 +46,14 @@ class GpsNmeaParams(Params):
         return source
 
 
-class GpsPosition(Message):
-    """The first four keys are those of the original ``NavSatFix``; null: unknown, for example without a fix."""
+class GpsPosition(GpsFix):
+    """The position that a receiver tells; null: it does not say."""
 
-    latitude: float | None = Field(json_schema_extra=unit("deg"), description="WGS84, north positive.")
-    longitude: float | None = Field(json_schema_extra=unit("deg"), description="WGS84, east positive.")
-    altitude: float | None = Field(json_schema_extra=unit("m"), description="Above mean sea level.")
-    timestamp: int = Field(
-        json_schema_extra=unit("us"), description="UTC since 1970; of the receiver once it knows it."
-    )
-    fix: str = Field(description="none, gps, dgps, pps, rtk, float-rtk, estimated, manual or simulated.")
     satellites: int | None = None
-    hdop: float | None = Field(default=None, description="Horizontal dilution of precision.")
-    vdop: float | None = Field(default=None, description="Vertical dilution of precision.")
-    speed_mps: float | None = Field(default=None, json_schema_extra=unit("m/s"), description="Over ground.")
-    course_rad: float | None = Field(
-        default=None, json_schema_extra=unit("rad"), description="Over ground, clockwise from true north."
-    )
+    hdop: float | None = None
+    vdop: float | None = None
+    speed_mps: float | None = Field(default=None, json_schema_extra=unit("m/s"))
+    course_rad: float | None = Field(default=None, json_schema_extra=unit("rad"))
     bad_lines: int = Field(default=0, description="Lines since the start that were no valid sentence.")
 
 
@@ -70,7 +61,6 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
     """Sends a position per epoch of a GPS receiver, also without a fix."""
 
     delivery: ClassVar[Delivery] = Delivery.LATEST
-    widget: ClassVar[str | None] = "gps"
 
     def __init__(self, label: str, params: GpsNmeaParams) -> None:
         super().__init__(label)
@@ -127,12 +117,12 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
 
 
 def _message(position: NmeaPosition, bad_lines: int) -> GpsPosition:
-    utc_s = position.time_utc.timestamp() if position.time_utc is not None else time.time()
+    utc_us = round(position.time_utc.timestamp() * 1e6) if position.time_utc is not None else wall_time_us()
     return GpsPosition(
         latitude=position.latitude_deg,
         longitude=position.longitude_deg,
         altitude=position.altitude_m,
-        timestamp=round(utc_s * 1e6),
+        timestamp=utc_us,
         fix=position.fix,
         satellites=position.satellites,
         hdop=position.hdop,

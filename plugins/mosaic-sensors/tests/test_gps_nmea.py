@@ -70,6 +70,16 @@ def test_the_message_has_the_keys_of_the_original_nav_sat_fix(track: str) -> Non
     assert sent["altitude"] == 61.7
 
 
+def test_what_a_receiver_does_not_say_is_null_under_its_key(track: str) -> None:
+    handler = gps(track)
+    collect(handler, 1)
+
+    sent = fake_host(handler).sent_values()[0]
+    more = {"fix", "satellites", "hdop", "vdop", "speed_mps", "course_rad", "bad_lines"}
+    assert set(sent) == {"latitude", "longitude", "altitude", "timestamp", *more}
+    assert sent["vdop"] is None
+
+
 def test_a_recording_is_played_again_until_stop(track: str) -> None:
     handler = gps(track)
     assert len(collect(handler, 5)) == 5

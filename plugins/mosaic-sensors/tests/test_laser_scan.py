@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mosaic_core.machines.delivery.framing import PayloadKind
+from mosaic_core.messages import LaserScan
 from mosaic_core.testing import FakeHost, build, fake_host
 from mosaic_core.words.data_type import Delivery, MosaicDataType
 from mosaic_core.words.errors import ConfigError, WireError
@@ -78,6 +79,7 @@ def test_a_scan_of_1080_rays_takes_less_than_a_fifth_of_its_json() -> None:
 
 def test_the_json_has_the_keys_of_original_dashboards_and_null_for_no_return() -> None:
     message = json.loads(json_of(scan_of([1.23456, math.nan], -1, 0.5, scan_time_s=0.1, intensities=[1, 2])))
+    assert LaserScan.model_validate(message).model_dump(mode="json") == message
     assert set(message) == JSON_KEYS
     assert message["ranges"] == [1.235, None]
     assert (message["angle_max"], message["intensities"]) == (-0.5, [1, 2])

@@ -6,15 +6,9 @@ from collections.abc import Iterator
 
 from pydantic import Field
 
-from mosaic_core import DataChannelConfigurer, DataChannelSendable, Message, unit
+from mosaic_core import DataChannelConfigurer, DataChannelSendable
+from mosaic_core.messages import BatteryState
 from mosaic_sim.live_world import LiveWorld, SimParams, shared_world
-
-
-class BatteryState(Message):
-    percent: float = Field(json_schema_extra=unit("%"))
-    voltage_v: float = Field(json_schema_extra=unit("V"))
-    current_a: float = Field(description="Out of the battery; negative while charging.", json_schema_extra=unit("A"))
-    charging: bool
 
 
 class SimBatteryParams(SimParams):
@@ -22,8 +16,6 @@ class SimBatteryParams(SimParams):
 
 
 class SimBattery(DataChannelSendable[BatteryState]):
-    widget = "battery"
-
     def __init__(self, label: str, params: SimBatteryParams, world: LiveWorld) -> None:
         super().__init__(label)
         self._params = params

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from mosaic_cmdvel import Drive, DriveParams, Twist
+from mosaic_cmdvel import Drive, DriveParams
 from mosaic_core import Shared
+from mosaic_core.messages import Twist
 from mosaic_sim.live_world import shared_world
 
 
@@ -21,7 +22,7 @@ class SimDrive(Drive[SimDriveParams]):
         self._world = shared_world(shared, params.seed).world
 
     def apply(self, twist: Twist) -> None:
-        self._world.drive(twist.linear_x_mps, twist.angular_z_radps)
+        self._world.drive(twist.linear.x, twist.angular.z)
 
     def stop(self) -> None:
         self._world.drive(0.0, 0.0)

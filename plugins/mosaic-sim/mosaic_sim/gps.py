@@ -7,21 +7,12 @@ from collections.abc import Iterator
 
 from pydantic import Field
 
-from mosaic_core import DataChannelConfigurer, DataChannelSendable, Delivery, Message, unit
+from mosaic_core import DataChannelConfigurer, DataChannelSendable, Delivery
+from mosaic_core.messages import GpsFix, wall_time_us
 from mosaic_sim.live_world import LiveWorld, SimParams, shared_world
-from mosaic_sim.messages import wall_time_us
 
 WGS84_SEMI_MAJOR_M = 6_378_137.0
 WGS84_ECCENTRICITY_SQUARED = 6.694_379_990_14e-3
-
-
-class GpsFix(Message):
-    """A WGS84 position; the keys of MOSAIC's NavSatFix."""
-
-    latitude: float = Field(json_schema_extra=unit("deg"))
-    longitude: float = Field(json_schema_extra=unit("deg"))
-    altitude: float = Field(json_schema_extra=unit("m"))
-    timestamp: int = Field(description="Since 1970-01-01 UTC.", json_schema_extra=unit("µs"))
 
 
 class SimGpsParams(SimParams):
@@ -49,7 +40,6 @@ def to_wgs84(latitude_deg: float, longitude_deg: float, east_m: float, north_m: 
 
 class SimGps(DataChannelSendable[GpsFix]):
     delivery = Delivery.LATEST
-    widget = "gps"
 
     def __init__(self, label: str, params: SimGpsParams, world: LiveWorld) -> None:
         super().__init__(label)

@@ -7,21 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 from pydantic import Field
 
-from mosaic_core import DataChannelConfigurer, DataChannelSendable, Delivery, Message, unit
+from mosaic_core import DataChannelConfigurer, DataChannelSendable, Delivery
+from mosaic_core.messages import AngularVelocity, Imu, LinearAcceleration, Quaternion, wall_time_us
 from mosaic_sim.live_world import LiveWorld, SimParams, shared_world
-from mosaic_sim.messages import Acceleration, AngularVelocity, Orientation, wall_time_us
 from mosaic_sim.motion import Motion
 
 GRAVITY_MPS2 = 9.80665
-
-
-class Imu(Message):
-    """The reading of an IMU at the robot's centre; at rest it feels gravity upwards (REP-145)."""
-
-    angular_velocity: AngularVelocity
-    linear_acceleration: Acceleration
-    orientation: Orientation
-    timestamp: int = Field(description="Since 1970-01-01 UTC.", json_schema_extra=unit("µs"))
 
 
 class SimImuParams(SimParams):
@@ -32,7 +23,6 @@ class SimImuParams(SimParams):
 
 class SimImu(DataChannelSendable[Imu]):
     delivery = Delivery.LATEST
-    widget = "imu"
 
     def __init__(self, label: str, params: SimImuParams, world: LiveWorld) -> None:
         super().__init__(label)
@@ -50,10 +40,10 @@ class SimImu(DataChannelSendable[Imu]):
         centripetal_mps2 = motion.linear_mps * motion.angular_radps
         return Imu(
             angular_velocity=AngularVelocity(x=gyro[0], y=gyro[1], z=motion.angular_radps + gyro[2]),
-            linear_acceleration=Acceleration(
+            linear_acceleration=LinearAcceleration(
                 x=motion.linear_mps2 + shake[0], y=centripetal_mps2 + shake[1], z=GRAVITY_MPS2 + shake[2]
             ),
-            orientation=Orientation.of_yaw(motion.yaw_rad),
+            orientation=Quaternion.of_yaw(motion.yaw_rad),
             timestamp=wall_time_us(),
         )
 

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 from pydantic import Field
 
-from mosaic_core import DataChannelConfigurer, DataChannelSendable, Delivery, Message, unit
+from mosaic_core import DataChannelConfigurer, DataChannelSendable, Delivery
+from mosaic_core.messages import LaserScan
 from mosaic_sim.live_world import LiveWorld, SimParams, shared_world
 from mosaic_sim.motion import Motion
 from mosaic_sim.raycast import cast
@@ -17,20 +18,6 @@ from mosaic_sim.room import Floats, Material, Room
 REFLECTANCE = np.full(len(Material), 0.7)
 REFLECTANCE[[Material.BARREL_RED, Material.CONE]] = 0.95
 REFLECTANCE[[Material.CRATE, Material.DIVIDER]] = 0.5
-
-
-class LaserScan(Message):
-    """One turn of the scanner; angles count counter-clockwise from straight ahead (REP-103)."""
-
-    angle_min: float = Field(json_schema_extra=unit("rad"))
-    angle_max: float = Field(json_schema_extra=unit("rad"))
-    angle_increment: float = Field(json_schema_extra=unit("rad"))
-    time_increment: float = Field(json_schema_extra=unit("s"))
-    scan_time: float = Field(json_schema_extra=unit("s"))
-    range_min: float = Field(json_schema_extra=unit("m"))
-    range_max: float = Field(json_schema_extra=unit("m"))
-    ranges: list[float | None] = Field(description="null: no return.", json_schema_extra=unit("m"))
-    intensities: list[float] = Field(description="0 to 1; 0: no return.")
 
 
 class SimLaserScanParams(SimParams):
@@ -50,7 +37,6 @@ def scanned(room: Room, motion: Motion, rays: int) -> tuple[Floats, Floats]:
 
 class SimLaserScan(DataChannelSendable[LaserScan]):
     delivery = Delivery.LATEST
-    widget = "laser-scan"
 
     def __init__(self, label: str, params: SimLaserScanParams, world: LiveWorld) -> None:
         super().__init__(label)

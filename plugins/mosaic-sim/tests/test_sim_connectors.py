@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mosaic_cmdvel import Twist
 from mosaic_core import Captured, Shared
+from mosaic_core.messages import Twist
+from mosaic_core.runtime.configuration.catalogue_entry import catalogue_entry
 from mosaic_core.testing import build, collect, fake_host, take_frames
 from mosaic_sim.battery import SimBatteryConfigurer
 from mosaic_sim.camera import SimCameraConfigurer
@@ -44,7 +45,7 @@ def drive(shared: Shared) -> SimDrive:
 def test_driving_moves_the_pose_and_stopping_rests_it(shared: Shared, world: World) -> None:
     pose, wheels = build(SimPoseConfigurer, shared=shared), drive(shared)
     before = collect(pose, 1)[0].position
-    wheels.apply(Twist(linear_x_mps=0.8))
+    wheels.apply(Twist.planar(x_mps=0.8))
     world.advance(2.0)
     moving = collect(pose, 1)[0]
     assert math.dist((before.x, before.y), (moving.position.x, moving.position.y)) > 1.0
@@ -66,6 +67,26 @@ def test_the_pose_has_the_keys_that_mosaic_reads(shared: Shared) -> None:
     assert set(value["orientation"]) == {"x", "y", "z", "w"}
     assert isinstance(value["timestamp"], int)
     assert sum(part**2 for part in value["orientation"].values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("configurer", "schema_id", "keys"),
+    [
+        (SimPoseConfigurer, "mosaic/Odometry@1", {"position", "orientation", "twist", "timestamp"}),
+        (SimImuConfigurer, "mosaic/Imu@1", {"angular_velocity", "linear_acceleration", "orientation", "timestamp"}),
+        (SimGpsConfigurer, "mosaic/GpsFix@1", {"latitude", "longitude", "altitude", "timestamp"}),
+        (SimBatteryConfigurer, "mosaic/BatteryState@1", {"percent", "voltage_v", "current_a", "charging"}),
+        (SimLaserScanConfigurer, "mosaic/LaserScan@1", SCAN_KEYS),
+    ],
+)
+def test_every_sensor_sends_a_standard_message_and_nothing_that_it_does_not_know(
+    configurer: Any, schema_id: str, keys: set[str]
+) -> None:
+    sensor = build(configurer)
+    collect(sensor, 1)
+    (value,) = fake_host(sensor).sent_values()
+    assert set(value) == keys
+    assert catalogue_entry("x", "x", [sensor]).schema_id == schema_id
 
 
 @pytest.mark.parametrize(
@@ -108,7 +129,7 @@ def test_a_standing_imu_feels_gravity_and_a_turning_one_its_rate(shared: Shared,
     standing = collect(imu, 1)[0]
     assert standing.linear_acceleration.z == pytest.approx(GRAVITY_MPS2)
     assert standing.angular_velocity.z == 0.0
-    drive(shared).apply(Twist(linear_x_mps=0.5, angular_z_radps=0.8))
+    drive(shared).apply(Twist.planar(x_mps=0.5, yaw_radps=0.8))
     world.advance(2.0)
     turning = collect(imu, 1)[0]
     assert turning.angular_velocity.z == pytest.approx(0.8, abs=0.01)
@@ -127,7 +148,7 @@ def test_noise_is_the_same_for_the_same_seed_and_label(shared: Shared) -> None:
 def test_the_battery_message_follows_the_world(shared: Shared, world: World) -> None:
     battery = build(SimBatteryConfigurer, shared=shared)
     full = collect(battery, 1)[0]
-    drive(shared).apply(Twist(linear_x_mps=1.0))
+    drive(shared).apply(Twist.planar(x_mps=1.0))
     world.advance(2.0)
     less = collect(battery, 1)[0]
     assert less.percent < full.percent

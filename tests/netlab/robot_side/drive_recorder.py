@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from mosaic_cmdvel import Twist
+from mosaic_core.messages import Twist
 
 _FILE = Path(os.environ["DRIVE_RECORD"]).open("ab", buffering=0)  # noqa: SIM115 (open as long as the robot lives)
 
@@ -23,6 +23,6 @@ def __getattr__(attribute: str) -> Callable[[Twist], None]:
     def record(twist: Twist) -> None:
         """One line in one write, for another process reads along."""
         at_s = time.monotonic()
-        _FILE.write(f"{name} {at_s:.6f} {twist.linear_x_mps:.4f} {twist.angular_z_radps:.4f}\n".encode())
+        _FILE.write(f"{name} {at_s:.6f} {twist.linear.x:.4f} {twist.angular.z:.4f}\n".encode())
 
     return record

@@ -88,6 +88,8 @@ export interface CatalogueEntry {
   delivery: Delivery
   /** Hint: the widget that shows this connector best. */
   widget?: string
+  /** The known shape of its messages: `mosaic/Twist@1`. */
+  schemaId?: string
   /** JSON Schema of one message, with units. */
   messageSchema?: Record<string, unknown>
   /** The limits that the robot enforces. */
@@ -1005,7 +1007,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   Bye: {"properties": {"code": {"default": "peer.closed", "format": "plain", "type": "string"}, "message": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}}, "type": "object"},
   Catalogue: {"properties": {"hash": {"type": "string"}, "entries": {"items": {"$ref": "CatalogueEntry"}, "type": "array"}}, "required": ["hash", "entries"], "type": "object"},
   CatalogueAnnounce: {"properties": {"catalogue": {"$ref": "Catalogue"}}, "required": ["catalogue"], "type": "object"},
-  CatalogueEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "type": {"format": "plain", "type": "string"}, "kind": {"$ref": "Kind", "default": "data"}, "dataType": {"$ref": "MosaicDataType"}, "direction": {"$ref": "Direction"}, "channels": {"default": [], "items": {"$ref": "ChannelEntry"}, "type": "array"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "widget": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "messageSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "safety": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}}, "required": ["label", "type", "dataType", "direction"], "type": "object"},
+  CatalogueEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "type": {"format": "plain", "type": "string"}, "kind": {"$ref": "Kind", "default": "data"}, "dataType": {"$ref": "MosaicDataType"}, "direction": {"$ref": "Direction"}, "channels": {"default": [], "items": {"$ref": "ChannelEntry"}, "type": "array"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "widget": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "schemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "messageSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "safety": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}}, "required": ["label", "type", "dataType", "direction"], "type": "object"},
   CatalogueFull: {"properties": {"catalogue": {"$ref": "Catalogue"}}, "required": ["catalogue"], "type": "object"},
   CatalogueUpdate: {"properties": {"robotId": {"type": "string"}, "catalogue": {"$ref": "Catalogue"}}, "required": ["robotId", "catalogue"], "type": "object"},
   ChannelEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "dataType": {"$ref": "MosaicDataType"}}, "required": ["label", "dataType"], "type": "object"},

@@ -24,6 +24,7 @@ export {
   STOP_REPEAT_MS,
 } from './generated'
 export type * from './generated'
+export * as messages from './generatedMessages'
 export * from './generatedOriginalTypes'
 export * from './messages'
 export { plainText } from './plainText'

@@ -4,6 +4,7 @@
  * The code of each comes when it is first shown, but that of the picture and the pad, as who is about
  * to drive waits for nothing, and that of the log, of which no line may be missed.
  */
+import { messages } from '@mosaic/client'
 import {
   IconActivityHeartbeat,
   IconBattery3,
@@ -32,6 +33,11 @@ import type { WidgetDefinition } from './registry/WidgetDefinition'
 
 const FROM_ROBOT = ['json-r2u', 'json-bi'] as const
 const TO_ROBOT = ['json-u2r', 'json-bi'] as const
+
+/** The schema ids of these standard messages. */
+function standard(...names: readonly (keyof typeof messages.SCHEMA_IDS)[]): readonly string[] {
+  return names.map((name) => messages.SCHEMA_IDS[name])
+}
 
 /** A third of the page's width, among the others. */
 function panel(rows: number): Pick<WidgetDefinition, 'area' | 'size'> {
@@ -72,6 +78,7 @@ export const widgets: readonly WidgetDefinition[] = [
       dataTypes: TO_ROBOT,
       connectorTypes: ['cmd-vel', 'ros2-receiver-geometry-Twist', 'ros2-receiver-geometry-TwistStamped'],
       fields: [['linear.x', 'angular.z']],
+      schemas: standard('Twist'),
       priority: 50,
     },
     area: 'control',
@@ -86,6 +93,7 @@ export const widgets: readonly WidgetDefinition[] = [
       dataTypes: [...FROM_ROBOT, 'byte-r2u'],
       connectorTypes: ['turtlebot-sender-laser-scan', 'laser-scan'],
       fields: [['ranges', 'angle_min', 'angle_increment']],
+      schemas: standard('LaserScan'),
       priority: 50,
     },
     ...panel(5),
@@ -99,6 +107,7 @@ export const widgets: readonly WidgetDefinition[] = [
       dataTypes: FROM_ROBOT,
       connectorTypes: ['ros2-sender-geometry-Pose', 'ros2-sender-geometry-PoseWithCovarianceStamped'],
       fields: [['position.x', 'position.y', 'orientation'], ['pose.position.x', 'pose.position.y'], ['x', 'y', 'theta']],
+      schemas: standard('Pose', 'Odometry'),
       priority: 50,
     },
     ...panel(5),
@@ -113,6 +122,7 @@ export const widgets: readonly WidgetDefinition[] = [
       hints: ['gps-position'],
       connectorTypes: ['ros2-sender-sensor-NavSatFix'],
       fields: [['latitude', 'longitude'], ['lat', 'lng'], ['lat', 'lon']],
+      schemas: standard('GpsFix'),
       priority: 50,
     },
     ...panel(4),
@@ -125,6 +135,7 @@ export const widgets: readonly WidgetDefinition[] = [
     accepts: {
       dataTypes: FROM_ROBOT,
       fields: [['percent', 'voltage_v'], ['percentage', 'voltage'], ['battery_percent']],
+      schemas: standard('BatteryState'),
       priority: 50,
     },
     ...panel(2),
@@ -138,6 +149,7 @@ export const widgets: readonly WidgetDefinition[] = [
       dataTypes: FROM_ROBOT,
       connectorTypes: ['h1-imu-state'],
       fields: [['orientation', 'angular_velocity', 'linear_acceleration']],
+      schemas: standard('Imu'),
       priority: 60,
     },
     ...panel(3),
@@ -167,7 +179,7 @@ export const widgets: readonly WidgetDefinition[] = [
     id: 'value-cards',
     title: 'Values',
     icon: IconListNumbers,
-    accepts: { dataTypes: FROM_ROBOT, anything: true, priority: 20 },
+    accepts: { dataTypes: FROM_ROBOT, anything: true, schemas: standard('JointState', 'Transform', 'Diagnostic'), priority: 20 },
     ...panel(4),
     Component: lazyWidget(() => import('./ValueCards/ValueCards').then((file) => file.ValueCards)),
   },
@@ -175,7 +187,7 @@ export const widgets: readonly WidgetDefinition[] = [
     id: 'time-plot',
     title: 'Time plot',
     icon: IconChartLine,
-    accepts: { dataTypes: FROM_ROBOT, anything: true, priority: 10 },
+    accepts: { dataTypes: FROM_ROBOT, anything: true, schemas: standard('Twist', 'Temperature', 'Range'), priority: 10 },
     ...panel(4),
     Component: lazyWidget(() => import('./TimePlot/TimePlot').then((file) => file.TimePlot)),
   },
@@ -183,7 +195,8 @@ export const widgets: readonly WidgetDefinition[] = [
     id: 'raw-json',
     title: 'Raw JSON',
     icon: IconBraces,
-    accepts: { dataTypes: FROM_ROBOT, anything: true, priority: 5 },
+    // These are text on purpose: nothing draws them yet.
+    accepts: { dataTypes: FROM_ROBOT, anything: true, schemas: standard('Path', 'OccupancyGrid', 'ImageAnnotations'), priority: 5 },
     ...panel(4),
     Component: lazyWidget(() => import('./RawJson/RawJson').then((file) => file.RawJson)),
   },
@@ -196,10 +209,18 @@ export const widgets: readonly WidgetDefinition[] = [
     Component: TextLog,
   },
   {
+    id: 'message-log',
+    title: 'Log',
+    icon: IconMessage,
+    accepts: { dataTypes: FROM_ROBOT, schemas: standard('Log'), priority: 50 },
+    ...panel(4),
+    Component: TextLog,
+  },
+  {
     id: 'json-sender',
     title: 'Send a message',
     icon: IconSend,
-    accepts: { dataTypes: ['json-u2r', 'json-bi', 'string-u2r'], anything: true, priority: 8 },
+    accepts: { dataTypes: ['json-u2r', 'json-bi', 'string-u2r'], anything: true, schemas: standard('JointTarget', 'GripperTarget'), priority: 8 },
     ...panel(4),
     Component: lazyWidget(() => import('./JsonSender/JsonSender').then((file) => file.JsonSender)),
   },

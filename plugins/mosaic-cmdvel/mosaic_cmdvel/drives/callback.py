@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field, ImportString
 
 from mosaic_cmdvel.drive import Drive, DriveParams
-from mosaic_cmdvel.twist import STANDSTILL, Twist
+from mosaic_core.messages import STANDSTILL, Twist
 
 
 class CallbackParams(DriveParams):

@@ -8,8 +8,8 @@ from typing import Literal
 from pydantic import Field
 
 from mosaic_cmdvel.drive import Drive, DriveParams
-from mosaic_cmdvel.twist import STANDSTILL, Twist
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.messages import STANDSTILL, Twist
 
 _log = logging.getLogger(__name__)
 
@@ -29,19 +29,17 @@ class LogDrive(Drive[LogParams]):
     def apply(self, twist: Twist) -> None:
         if self._differs(twist):
             self._logged = twist
-            _log.info(
-                "x %.2f m/s, y %.2f m/s, yaw %.2f rad/s", twist.linear_x_mps, twist.linear_y_mps, twist.angular_z_radps
-            )
+            _log.info("x %.2f m/s, y %.2f m/s, yaw %.2f rad/s", twist.linear.x, twist.linear.y, twist.angular.z)
 
     def stop(self) -> None:
         self.apply(STANDSTILL)
 
     def _differs(self, twist: Twist) -> bool:
-        if twist.is_zero != self._logged.is_zero:
+        if (twist == STANDSTILL) != (self._logged == STANDSTILL):
             return True
         old, step = self._logged, self.params.step_mps
         return (
-            abs(twist.linear_x_mps - old.linear_x_mps) >= step
-            or abs(twist.linear_y_mps - old.linear_y_mps) >= step
-            or abs(twist.angular_z_radps - old.angular_z_radps) >= step
+            abs(twist.linear.x - old.linear.x) >= step
+            or abs(twist.linear.y - old.linear.y) >= step
+            or abs(twist.angular.z - old.angular.z) >= step
         )

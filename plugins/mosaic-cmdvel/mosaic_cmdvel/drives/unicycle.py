@@ -11,8 +11,8 @@ from pydantic import Field, model_validator
 from mosaic_cmdvel.drive import Drive, DriveParams
 from mosaic_cmdvel.drives.wheel_line import WheelPort
 from mosaic_cmdvel.kinematics import DifferentialBase, WheelSpeeds, saturated
-from mosaic_cmdvel.twist import Twist
 from mosaic_core.contract.configurer import Shared
+from mosaic_core.messages import Twist
 
 _log = logging.getLogger(__name__)
 

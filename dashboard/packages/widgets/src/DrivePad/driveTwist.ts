@@ -1,17 +1,9 @@
 /** Turns where a hold points into a velocity within the limits of the robot, purely: never anything but numbers. */
+import type { messages } from '@mosaic/client'
 import type { Stick } from '../gamepad/stick'
 
 /** The Twist JSON that MOSAIC's robots take: m/s and rad/s, x forward, y left, z up (REP-103). */
-export interface Twist {
-  linear: Axes
-  angular: Axes
-}
-
-export interface Axes {
-  x: number
-  y: number
-  z: number
-}
+export type Twist = messages.Twist
 
 export interface DriveLimits {
   maxLinearMps: number

@@ -7,15 +7,16 @@ import { textOf } from '../stores/decode'
 import { receives, type AnyStore } from '../stores/storeKinds'
 import { throttled } from '../stores/useReceived'
 import { LogLines, matching, type LogLine } from './LogLines'
+import { logTextOf } from './logText'
 import classes from './TextLog.module.css'
 
 const PERIOD_MS = 150
 /** So near to the end counts as being there: new lines then pull the view along. */
 const AT_END_PX = 24
 
-/** Text messages, newest at the end. Whoever scrolls back is left in peace. */
+/** Text, or log messages, newest at the end. Whoever scrolls back is left in peace. */
 export function TextLog({ entry, store }: WidgetProps) {
-  const { lines, isPaused, setIsPaused, clear } = useLines(store)
+  const { lines, isPaused, setIsPaused, clear } = useLines(store, entry.dataType === 'string-r2u' ? textOf : logTextOf)
   const [search, setSearch] = useState('')
   const list = useRef<HTMLUListElement>(null)
   const isAtEnd = useRef(true)
@@ -67,7 +68,7 @@ export function TextLog({ entry, store }: WidgetProps) {
   )
 }
 
-function useLines(store: AnyStore) {
+function useLines(store: AnyStore, read: (data: ArrayBuffer) => string) {
   const [log] = useState(() => new LogLines())
   const [lines, setLines] = useState<readonly LogLine[]>([])
   const [isPaused, setIsPaused] = useState(false)
@@ -75,14 +76,14 @@ function useLines(store: AnyStore) {
     if (!receives(store)) return undefined
     const show = throttled(() => setLines(log.get()), PERIOD_MS)
     const unsubscribe = store.subscribe((data) => {
-      log.add(textOf(data))
+      log.add(read(data))
       if (!isPaused) show.call()
     })
     return () => {
       unsubscribe()
       show.cancel()
     }
-  }, [store, log, isPaused])
+  }, [store, log, isPaused, read])
   const clear = () => {
     log.clear()
     setLines([])

@@ -28,6 +28,8 @@ export interface Acceptance {
   directions?: readonly Direction[]
   /** Other spellings of the hint, beside the widget's id. */
   hints?: readonly string[]
+  /** Schema ids of the messages that it was made for: standard ones, or a plugin's own (`acme/Grip@1`). */
+  schemas?: readonly string[]
   /** Connector types that it was made for, where a robot gives neither hint nor schema. */
   connectorTypes?: readonly string[]
   /** Field paths; a schema that has all paths of one list is understood. */

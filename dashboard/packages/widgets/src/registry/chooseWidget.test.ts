@@ -1,4 +1,4 @@
-import type { CatalogueEntry } from '@mosaic/client'
+import { messages, type CatalogueEntry, type MosaicDataType } from '@mosaic/client'
 import { describe, expect, test } from 'vitest'
 import { chooseWidget, fitOf, widgetsFor } from './chooseWidget'
 import { widgets } from '../widgets'
@@ -51,6 +51,17 @@ describe('a connector is shown by', () => {
     expect(chosen({ type: 'connection-check', dataType: 'json-bi' })).toBe('connection-check')
   })
 
+  test('the standard message that it sends or takes', () => {
+    expect(chosen({ schemaId: 'mosaic/BatteryState@1' })).toBe('battery')
+    expect(chosen({ schemaId: 'mosaic/Twist@1', dataType: 'json-u2r' })).toBe('drive-pad')
+    expect(chosen({ schemaId: 'mosaic/Twist@1' })).toBe('time-plot')
+    expect(chosen({ schemaId: 'mosaic/BatteryState@2', messageSchema: object('x') })).toBe('value-cards')
+  })
+
+  test('the widget that the robot names, whatever message it sends', () => {
+    expect(chosen({ schemaId: 'mosaic/BatteryState@1', widget: 'raw-json' })).toBe('raw-json')
+  })
+
   test('its schema', () => {
     expect(chosen({ messageSchema: object('ranges', 'angle_min', 'angle_increment') })).toBe('laser-scan')
     expect(chosen({ messageSchema: object('latitude', 'longitude') })).toBe('gps')
@@ -97,4 +108,11 @@ test('with a schema that does not fit they are not even offered', () => {
 
 test('every id is unique', () => {
   expect(new Set(widgets.map(({ id }) => id)).size).toBe(widgets.length)
+})
+
+const dataTypes: readonly MosaicDataType[] = ['json-r2u', 'json-u2r']
+
+test.each(Object.values(messages.SCHEMA_IDS))('%s has a widget that was made for it', (schemaId) => {
+  const fits = widgets.flatMap((widget) => dataTypes.map((dataType) => fitOf(widget, entry({ schemaId, dataType }))))
+  expect(fits).toContain('message')
 })

@@ -4,7 +4,7 @@ import { hasPaths } from '../schema/jsonSchema'
 import type { WidgetDefinition } from './WidgetDefinition'
 
 /** How well a widget fits, best last. `possible` is offered to people but never chosen by itself. */
-export const FITS = ['possible', 'anything', 'schema', 'type', 'hint'] as const
+export const FITS = ['possible', 'anything', 'schema', 'type', 'message', 'hint'] as const
 export type Fit = (typeof FITS)[number]
 
 export function fitOf(widget: WidgetDefinition, entry: CatalogueEntry): Fit | null {
@@ -13,6 +13,7 @@ export function fitOf(widget: WidgetDefinition, entry: CatalogueEntry): Fit | nu
   if (accepts.kinds !== undefined && !accepts.kinds.includes(entry.kind)) return null
   if (accepts.directions !== undefined && !accepts.directions.includes(entry.direction)) return null
   if (entry.widget !== undefined && [widget.id, ...(accepts.hints ?? [])].includes(entry.widget)) return 'hint'
+  if (entry.schemaId !== undefined && accepts.schemas?.includes(entry.schemaId) === true) return 'message'
   if (accepts.connectorTypes?.includes(entry.type) === true) return 'type'
   if (accepts.fields?.some((paths) => hasPaths(entry.messageSchema, paths)) === true) return 'schema'
   if (accepts.anything === true) return 'anything'
