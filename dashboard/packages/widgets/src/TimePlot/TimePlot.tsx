@@ -11,12 +11,13 @@ import { SeriesBuffer } from './SeriesBuffer'
 /** Every number of the messages over time. */
 export function TimePlot({ entry, store }: WidgetProps) {
   const declared = useMemo(() => numericFields(entry.messageSchema, undefined), [entry.messageSchema])
-  // Without a schema the first message tells what there is.
+  // Messages tell what there is without a schema, and which of the fields that may be left out are not.
   const [found, setFound] = useState<readonly Field[]>([])
-  const fields = declared.length > 0 ? declared : found
+  const fields = found.length > 0 ? found : declared
   const buffer = useMemo(() => new SeriesBuffer(fields.length, KEPT_S), [fields])
   useEveryJson(store, (message, info) => {
-    if (fields.length === 0) return setFound(numericFields(undefined, message))
+    const there = numericFields(entry.messageSchema, message)
+    if (there.length > fields.length) return setFound(there)
     const values = fields.map((field) => numberAt(message, field))
     buffer.add((info?.receivedAtMs ?? nowMs()) / 1000, values)
   })

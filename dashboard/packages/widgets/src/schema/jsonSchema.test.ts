@@ -48,6 +48,15 @@ test('names, units and texts of a robot are plain text; the path stays as it is 
   expect(formatted('a\nb')).toBe('a b')
 })
 
+test('what may be left out is shown where it is not', () => {
+  const schema = { properties: { a: { type: 'number' }, b: { type: 'number', default: null }, c: { type: 'number', default: 1 } } }
+  const names = (message: unknown) => fieldValues(schema, message).map(({ path }) => path.join('.'))
+  expect(names({ a: 1 })).toEqual(['a', 'c'])
+  expect(names({ a: 1, b: null })).toEqual(['a', 'b', 'c'])
+  expect(numericFields(schema, undefined)).toHaveLength(2)
+  expect(numericFields(schema, { b: 2 })).toHaveLength(3)
+})
+
 test('without a schema the message itself tells its fields', () => {
   const values = fieldValues(undefined, { a: { percent: 5 }, ok: true, text: 'x', list: [1, 2] })
   expect(values.map(({ path, kind }) => [path.join('.'), kind])).toEqual([

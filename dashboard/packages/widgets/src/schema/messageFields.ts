@@ -10,17 +10,19 @@ export interface FieldValue extends Field {
 const MAX_LIST = 6
 
 export function fieldValues(schema: JsonSchema | undefined, message: unknown): FieldValue[] {
-  const declared = fieldsOf(schema)
-  const fields = declared.length > 0 ? declared : fieldsOfMessage(message)
-  return fields.map((field) => ({ ...field, value: valueAt(message, field.path) }))
+  return fieldsThere(schema, message).map((field) => ({ ...field, value: valueAt(message, field.path) }))
 }
 
 /** Those that a plot can draw. */
 export function numericFields(schema: JsonSchema | undefined, message: unknown): Field[] {
+  return fieldsThere(schema, message).filter((field) => field.kind === 'number' && field.path.at(-1) !== 'timestamp')
+}
+
+/** What the schema declares, without what may be left out (it is null by default) and is; without a schema, what is there. */
+function fieldsThere(schema: JsonSchema | undefined, message: unknown): Field[] {
   const declared = fieldsOf(schema)
-  return (declared.length > 0 ? declared : fieldsOfMessage(message)).filter(
-    (field) => field.kind === 'number' && field.path.at(-1) !== 'timestamp',
-  )
+  if (declared.length === 0) return fieldsOfMessage(message)
+  return declared.filter((field) => field.initial !== null || valueAt(message, field.path) !== undefined)
 }
 
 export function valueAt(message: unknown, path: readonly string[]): unknown {
