@@ -93,6 +93,15 @@ def configuration() -> str:
         "anchor stands where it is used first, such as on a connector or its `params`; a key of its own for templates, "
         "such as `x-camera`, is an unknown key like any other.",
         "",
+        "Connectors come from installed plugins, and from the folder `connectors/` beside the file: each `*.py` in "
+        "it with a configurer offers its `connector_type`. Using such a type runs the file's code, with the rights "
+        "of who starts the robot; the log says so (`runs code of …/connectors/arm.py`). Commands do that when they "
+        "are started from a terminal. A service does not, unless it is told to: `--local-connectors`; "
+        "`--no-local-connectors` forbids it everywhere. Never run is a folder of which anything can be written by "
+        "others than its owner, or that belongs to another user than the YAML file: whoever can write there could "
+        "act as you. Files are not run to be listed, and one that is broken hinders no other. How to write one: "
+        "[Write a connector](../tutorial/first-connector.md).",
+        "",
         "The older spellings `auth_config`, `webrtc_config` and the auth type `token` load too.",
         "",
     ]

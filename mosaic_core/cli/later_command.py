@@ -61,9 +61,10 @@ def _command_of(target: Any, name: str) -> Any:
 
 def spare_pydantic(command: Any) -> None:
     """Let typer's own flags (``--help``) be off where they are not given. They would be ``None``, which typer has
-    pydantic turn into ``None``, and loading that takes longer than all that a list of names needs."""
+    pydantic turn into ``None``, and loading that takes longer than all that a list of names needs. A flag that can be
+    denied (``--no-…``) is neither on nor off where it is not given."""
     for option in command.get_params(typer.Context(command)):
-        if getattr(option, "is_flag", False) and option.default is None:
+        if getattr(option, "is_flag", False) and option.default is None and not option.secondary_opts:
             option.default = False
     for inner in getattr(command, "commands", {}).values():
         if not isinstance(inner, LaterCommand):

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from mosaic_core.contract.checks import CHECKS_GROUP, CheckContext, NamedConnector
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.config_loader import validate_file
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.config import ServerConfig
 from mosaic_core.words.errors import ConfigError, Problem
@@ -38,10 +39,10 @@ class ConfigRead:
         return CheckContext(named, self.path, timeout_s)
 
 
-def read_config(path: Path) -> ConfigRead:
+def read_config(path: Path, resolver: ConnectorResolver | None = None) -> ConfigRead:
     """Read and check the file; a mistake is no error here, but a finding later."""
     try:
-        validation = validate_file(path)
+        validation = validate_file(path, resolver=resolver)
     except ConfigError as error:
         return ConfigRead(path, error.problems, None)
     return ConfigRead(path, validation.problems, _server_of(validation.document), validation.connectors)

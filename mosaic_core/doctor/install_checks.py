@@ -13,17 +13,17 @@ from mosaic_core import __version__
 from mosaic_core.contract.checks import CHECKS_GROUP
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.words.errors import MosaicError
-from mosaic_core.words.finding import Finding, failed, passed, warned
+from mosaic_core.words.finding import Finding, failed, passed, skipped, warned
 
 OUR_PREFIX = "mosaic-"
 CODECS: tuple[Literal["VP8", "H264"], ...] = ("VP8", "H264")
 
 
-async def install_checks() -> AsyncIterator[Finding]:
+async def install_checks(resolver: ConnectorResolver) -> AsyncIterator[Finding]:
     """Imports every plugin, on a thread: a broken one may take its time to fail."""
     yield lockstep(distributions())
     yield _uvloop()
-    for finding in await asyncio.to_thread(_plugins):
+    for finding in await asyncio.to_thread(_plugins, resolver):
         yield finding
 
 
@@ -60,8 +60,11 @@ def _uvloop() -> Finding:
     return passed("install.uvloop", "The fast event loop (uvloop) is used.")
 
 
-def _plugins() -> list[Finding]:
-    resolver, found, broken = ConnectorResolver(), [], list[Finding]()
+def _plugins(resolver: ConnectorResolver) -> list[Finding]:
+    found, broken = list[str](), [warned("install.local", one.code, str(one)) for one in resolver.local.problems]
+    if resolver.local.refusal:
+        text = f"Code beside the file is not run: {resolver.local.refusal}."
+        broken.append(skipped("install.local", text))
     for one in resolver.types():
         try:
             resolver.resolve(one.type)

@@ -19,6 +19,7 @@ from mosaic_core.doctor.machine_checks import loop_lag_check, machine_checks
 from mosaic_core.doctor.peer_checks import loopback_checks, relay_trial_checks
 from mosaic_core.doctor.server_checks import ServerAddress, server_checks
 from mosaic_core.doctor.whole_checks import WholeWay, whole_checks
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.words.config import ServerConfig
 from mosaic_core.words.finding import Finding, skipped
 
@@ -36,6 +37,7 @@ class Subject:
     server_url: str = ""
     only: frozenset[str] = frozenset()
     whole_way: Callable[[ServerConfig], WholeWay] | None = None
+    resolver: ConnectorResolver | None = None
 
 
 class Plan:
@@ -43,7 +45,8 @@ class Plan:
 
     def __init__(self, subject: Subject) -> None:
         self._only = subject.only
-        self._read = None if subject.config is None else read_config(subject.config)
+        self._read = None if subject.config is None else read_config(subject.config, subject.resolver)
+        self._resolver = subject.resolver or ConnectorResolver()
         self._issued = IssuedIceServers()
         server = self._read.server if self._read else None
         self._auth = server.auth if server else None
@@ -67,7 +70,7 @@ class Plan:
             *([] if read is None else [CheckRun("config", lambda: config_checks(read))]),
             *([] if read is None else [CheckRun("code", lambda: code_checks(read))]),
             CheckRun("machine", machine_checks),
-            CheckRun("install", install_checks),
+            CheckRun("install", lambda: install_checks(self._resolver)),
             CheckRun("network", address_checks),
             CheckRun("server", self._server),
             CheckRun("ice", self._ice),

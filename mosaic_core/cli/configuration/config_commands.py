@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from mosaic_core.cli.configuration.local_option import HERE, LocalOption, resolver_beside
 from mosaic_core.cli.terminal.error_report import usage
 
 _HEAD = """\
@@ -83,16 +84,15 @@ app = typer.Typer(add_completion=False, no_args_is_help=True, help="The robot's 
 
 
 @app.command()
-def schema() -> None:
+def schema(local_connectors: LocalOption = None) -> None:
     """Print the JSON Schema of the file, with the params of every installed connector.
 
     Editors complete and check from it; with the YAML language server, for example, write the output to
     mosaic.schema.json and put `# yaml-language-server: $schema=mosaic.schema.json` at the top of the YAML file.
     """
     from mosaic_core.cli.configuration.config_schema import config_schema
-    from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
-    result, broken = config_schema(ConnectorResolver())
+    result, broken = config_schema(resolver_beside(HERE, local_connectors))
     for error in broken:
         typer.secho(f"left out: {error.message}", err=True, fg=typer.colors.YELLOW)
     typer.echo(json.dumps(result, indent=2, ensure_ascii=False))

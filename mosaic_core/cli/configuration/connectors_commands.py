@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from mosaic_core.cli.configuration.local_option import HERE, LocalOption, resolver_beside
+from mosaic_core.cli.terminal.error_report import report_problems
+
 if TYPE_CHECKING:
     from mosaic_core.cli.configuration.connector_description import Row
     from mosaic_core.contract.configurer import Configurer
@@ -25,11 +28,16 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 @app.command("list")
 def list_types(as_json: AsJson = False) -> None:
-    """List the installed connector types; imports none of them."""
+    """List the connector types that are installed, or stand in the folder `connectors/`; imports none of them."""
     from mosaic_core.cli.terminal.plain_table import print_table
-    from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
-    rows = [(one, first_docstring_line(one.entry_point)) for one in ConnectorResolver().types()]
+    resolver = resolver_beside(HERE, is_wanted=True)
+    report_problems(resolver.local.problems, as_hints=True)
+    if resolver.local.refusal:
+        typer.echo(f"left out what stands in connectors/: {resolver.local.refusal}", err=True)
+    rows = [
+        (one, first_docstring_line(one.entry_point, one.local.file if one.local else None)) for one in resolver.types()
+    ]
     if as_json:
         typer.echo(json.dumps([_as_json(one, text) for one, text in rows]))
         return
@@ -41,12 +49,12 @@ def list_types(as_json: AsJson = False) -> None:
 def show(
     connector_type: Annotated[str, typer.Argument(metavar="TYPE", help="A type, as `connectors list` shows it.")],
     as_json: AsJson = False,
+    local_connectors: LocalOption = None,
 ) -> None:
     """Show the params of one connector type, what limits it takes, and an example to paste."""
     from mosaic_core.cli.configuration.connector_description import example_yaml, param_tables
-    from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
-    resolver = ConnectorResolver()
+    resolver = resolver_beside(HERE, local_connectors)
     configurer = resolver.resolve(connector_type)
     installed = resolver.find(connector_type)
     if as_json:
@@ -97,9 +105,9 @@ def _print_params(heading: str, rows: Iterable[Row]) -> None:
 # -- a configurer's docstring, read from its source: `mosaic connectors list` imports no plugin ----------------------
 
 
-def first_docstring_line(entry_point: EntryPoint) -> str:
-    """What the class says of itself; empty where the source can't be found or read."""
-    source = _source_of(entry_point.module)
+def first_docstring_line(entry_point: EntryPoint, source: Path | None = None) -> str:
+    """What the class says of itself; empty where the source can't be found or read. ``source``: its file, if known."""
+    source = source or _source_of(entry_point.module)
     if source is None:
         return ""
     try:

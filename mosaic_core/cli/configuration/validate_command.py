@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from mosaic_core.cli.configuration.local_option import LocalOption, resolver_beside
 from mosaic_core.cli.terminal.error_report import FINE, USAGE, report_problems
 from mosaic_core.words.errors import ConfigError, Problem
 
@@ -20,6 +21,7 @@ def validate(
     allow_missing_env: Annotated[
         bool, typer.Option(help="Forgive environment variables and secret files that only exist on the robot.")
     ] = False,
+    local_connectors: LocalOption = None,
 ) -> None:
     """Check a robot's YAML file: every mistake at once. Starts nothing and opens no device."""
     from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
@@ -27,10 +29,12 @@ def validate(
 
     leases: Mapping[str, Sequence[str]] = {}
     try:
-        validation = validate_file(config, allow_missing_env=allow_missing_env)
-        rehearsal = AutoConfigurer().rehearse(validation)
+        resolver = resolver_beside(config, local_connectors)
+        validation = validate_file(config, resolver=resolver, allow_missing_env=allow_missing_env)
+        rehearsal = AutoConfigurer(resolver=resolver).rehearse(validation)
         problems = _by_line((*validation.problems, *rehearsal.problems))
-        hints, leases = _by_line((*validation.hints, *rehearsal.hints)), rehearsal.leases
+        hints = (*resolver.local.problems, *_by_line((*validation.hints, *rehearsal.hints)))
+        leases = rehearsal.leases
     except ConfigError as error:
         problems, hints = error.problems, ()
     if as_json_text:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from mosaic_core.cli.configuration.local_option import LocalOption, resolver_beside
+
 if TYPE_CHECKING:
     from mosaic_core.adapters.video.encoder_choice import EncoderSpeed, Probe
 
@@ -61,6 +63,7 @@ def doctor(
     code: Annotated[
         str, typer.Option(help="As for `mosaic operator`: a one-time sign-in code instead of account and password.")
     ] = "",
+    local_connectors: LocalOption = None,
 ) -> None:
     """What works, what does not, and what to do: machine, plugins, server, STUN, TURN, NAT, WebRTC, encoders, devices.
 
@@ -72,7 +75,8 @@ def doctor(
         from mosaic_core.cli.diagnosis.doctor_examination import OperatorAccount, examine
 
         account = OperatorAccount(email, code) if with_server else None
-        raise typer.Exit(examine(config, server, only or [], as_json=as_json, account=account))
+        resolver = None if config is None else resolver_beside(config, local_connectors)
+        raise typer.Exit(examine(config, server, only or [], as_json=as_json, account=account, resolver=resolver))
 
 
 @app.command()

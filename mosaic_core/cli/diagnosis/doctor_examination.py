@@ -26,6 +26,7 @@ from mosaic_core.doctor.server_checks import ServerAddress
 from mosaic_core.doctor.whole_checks import WholeWay
 from mosaic_core.machines.diagnosis.first_steps import first_steps
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.robot import Robot
 from mosaic_core.words.config import ConnectorConfig, RobotConfig, ServerConfig
 from mosaic_core.words.finding import Finding, Status
@@ -33,13 +34,19 @@ from mosaic_core.words.plain_text import on_one_line
 
 
 def examine(
-    config: Path | None, server: str, only: Sequence[str], *, as_json: bool, account: OperatorAccount | None = None
+    config: Path | None,
+    server: str,
+    only: Sequence[str],
+    *,
+    as_json: bool,
+    account: OperatorAccount | None = None,
+    resolver: ConnectorResolver | None = None,
 ) -> int:
-    """The exit code. ``account``: make a whole connection as this operator."""
+    """The exit code. ``account``: make a whole connection as this operator. ``resolver`` knows the file's types."""
     set_up_logging(LogLevel.ERROR)
     if account is not None and config is None:
         usage("--with-server needs the robot's YAML file")
-    subject = Subject(config, server, frozenset(only), None if account is None else account.way)
+    subject = Subject(config, server, frozenset(only), None if account is None else account.way, resolver)
     if as_json:
         result = run_event_loop(_run(subject))
         typer.echo(json_document(result))

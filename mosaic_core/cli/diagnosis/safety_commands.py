@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from mosaic_core.cli.configuration.local_option import LocalOption, resolver_beside
 from mosaic_core.cli.terminal.error_report import FAILED, FINE, need_known, usage
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def drill(
     live: Annotated[bool, typer.Option("--live", help="Really drive the devices. Have them off the ground.")] = False,
     yes: Annotated[bool, typer.Option("--yes", help="With --live: do not ask.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
+    local_connectors: LocalOption = None,
 ) -> None:
     """Silence, a dead link, a frozen picture, stop, strangers: what do this configuration's receivers do?
 
@@ -50,7 +52,7 @@ def drill(
 
     for name in only or ():
         need_known("exercise", name, list(EXERCISES))
-    configured = AutoConfigurer().from_file(config)
+    configured = AutoConfigurer(resolver=resolver_beside(config, local_connectors)).from_file(config)
     if live and not yes:
         _confirm(configured)
     raise typer.Exit(_run(configured, live=live, only=tuple(only or ()), as_json=as_json))

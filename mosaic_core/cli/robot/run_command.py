@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from mosaic_core import __version__
+from mosaic_core.cli.configuration.local_option import resolver_beside
 from mosaic_core.cli.robot.end_signals import SAFE_WITHIN_S, EndSignals
 from mosaic_core.cli.robot.lan_serving import LanServing
 from mosaic_core.cli.robot.metrics_option import MetricsAddress
@@ -49,13 +50,17 @@ def run_robot(
     log_level: LogLevel,
     lan: LanWish | None = None,
     metrics: MetricsAddress | None = None,
+    local_connectors: bool | None = None,
 ) -> int:
     """Run until a signal; the exit code. Raises :class:`MosaicError` before anything starts."""
     with_table = not as_json and log_format is LogFormat.TEXT and sys.stdout.isatty()
     if not with_table:
         set_up_logging(log_level, log_format)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(FINE))  # until the event loop takes over
-    configured = AutoConfigurer().from_file(path)
+    resolver = resolver_beside(path, local_connectors)
+    for problem in resolver.local.problems:
+        logger.warning("%s", problem)
+    configured = AutoConfigurer(resolver=resolver).from_file(path)
     serving = _lan_serving(configured.config, lan, path, has_screen=with_table)
 
     # Only now, so that mistakes in the file are told without waiting for WebRTC and video libraries.

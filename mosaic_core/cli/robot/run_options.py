@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from mosaic_core.cli.configuration.local_option import LocalOption
 from mosaic_core.cli.robot.metrics_option import metrics_address
 from mosaic_core.cli.terminal.log_output import LogFormat, LogLevel
 from mosaic_core.words.errors import MosaicError
@@ -86,6 +87,7 @@ def run(
     metrics_public: Annotated[
         bool, typer.Option("--metrics-public", help="Serve them to others than this machine, too; nothing guards them.")
     ] = False,
+    local_connectors: LocalOption = None,
     log_format: Annotated[LogFormat, typer.Option(help="How log lines look on stderr.")] = LogFormat.TEXT,
     log_level: Annotated[LogLevel, typer.Option(help="The least severe lines to show.")] = LogLevel.INFO,
 ) -> None:
@@ -94,5 +96,13 @@ def run(
 
     lan = wish_of(serve, name, tls_cert, tls_key)
     address = metrics_address(metrics, is_public=metrics_public) if metrics is not None else None
-    code = run_robot(config, as_json=json_lines, log_format=log_format, log_level=log_level, lan=lan, metrics=address)
+    code = run_robot(
+        config,
+        as_json=json_lines,
+        log_format=log_format,
+        log_level=log_level,
+        lan=lan,
+        metrics=address,
+        local_connectors=local_connectors,
+    )
     raise typer.Exit(code)

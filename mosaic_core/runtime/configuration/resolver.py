@@ -1,4 +1,4 @@
-"""Finds the configurer of a connector type among the installed distributions.
+"""Finds the configurer of a connector type among the installed distributions and the files beside a configuration.
 
 The entry points of the group ``mosaic.connectors`` are the registry. Listing them imports nothing; a plugin is
 imported when a configuration uses it, and only then can it be broken.
@@ -13,6 +13,7 @@ from functools import cache
 from importlib.metadata import Distribution, EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from mosaic_core.runtime.configuration.local_connectors import LocalConnector, LocalConnectors
 from mosaic_core.words.errors import MosaicError
 
 if TYPE_CHECKING:
@@ -29,11 +30,18 @@ class InstalledConnector:
     distribution: str
     version: str
     entry_point: EntryPoint
+    local: LocalConnector | None = None
+    """Where it stands, if nobody ships it: ``distribution`` names the file then."""
 
     @property
     def source(self) -> str:
-        """``mosaic-camera 0.1.0``."""
+        """``mosaic-camera 0.1.0``, ``connectors/arm.py``."""
         return f"{self.distribution} {self.version}".strip()
+
+    @property
+    def place(self) -> str:
+        """The source, with the line of a file."""
+        return self.source if self.local is None else f"{self.source}:{self.local.line}"
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
@@ -52,32 +60,38 @@ def guess(word: str, known: Iterable[str], otherwise: str = "") -> str:
 class ConnectorResolver:
     """Connector types by name.
 
-    ``installed`` defaults to the entry points of this environment; tests give their own.
+    ``installed`` defaults to the entry points of this environment; tests give their own. ``local`` are those that
+    stand beside a configuration.
     """
 
-    def __init__(self, installed: Iterable[EntryPoint] | None = None) -> None:
+    def __init__(self, installed: Iterable[EntryPoint] | None = None, *, local: LocalConnectors | None = None) -> None:
+        self.local = local or LocalConnectors()
         found = entry_points(group=GROUP) if installed is None else installed
         self._by_type: dict[str, list[InstalledConnector]] = {}
         identity = cache(_identity)  # which parses a file that may be long
         for entry_point in sorted(found, key=lambda one: (one.name, one.value)):
             self._by_type.setdefault(entry_point.name, []).append(_installed(entry_point, identity))
+        for one in () if self.local.refusal else self.local.connectors:
+            beside = InstalledConnector(one.type, one.source, "", one.entry_point, one)
+            self._by_type.setdefault(one.type, []).append(beside)
         self._loaded: dict[str, type[Configurer[Any]]] = {}
 
     def types(self) -> tuple[InstalledConnector, ...]:
-        """Every installed connector type, by name; a type that two distributions claim is listed twice."""
+        """Every connector type that may be used, by name; one that two claim is listed twice."""
         return tuple(one for name in sorted(self._by_type) for one in self._by_type[name])
 
     def find(self, connector_type: str) -> InstalledConnector:
         """Who ships ``connector_type``. Raises :class:`MosaicError` with ``config.unknown_type`` and the nearest
-        name, or ``config.ambiguous_type`` naming both distributions."""
+        name, ``config.local_off`` where it is in a file that must not be run, or ``config.ambiguous_type`` naming
+        both places."""
         claims = self._by_type.get(connector_type, [])
         if not claims:
-            raise MosaicError(
-                f"no connector type '{connector_type}'", code="config.unknown_type", cure=self._cure(connector_type)
-            )
+            raise self._unknown(connector_type)
         if len(claims) > 1:
-            names = " and ".join(claim.source for claim in claims)
-            raise MosaicError(f"connector type '{connector_type}' is claimed by {names}", code="config.ambiguous_type")
+            names = " and ".join(claim.place for claim in claims)
+            renamed = next((f"Choose another connector_type in {one.place}." for one in claims if one.local), None)
+            message = f"connector type '{connector_type}' is claimed by {names}"
+            raise MosaicError(message, code="config.ambiguous_type", cure=renamed)
         return claims[0]
 
     def resolve(self, connector_type: str) -> type[Configurer[Any]]:
@@ -88,8 +102,16 @@ class ConnectorResolver:
 
         if connector_type not in self._loaded:
             found = self.find(connector_type)
-            self._loaded[connector_type] = load_configurer(found.entry_point, found.source)
+            self._loaded[connector_type] = load_configurer(found)
         return self._loaded[connector_type]
+
+    def _unknown(self, connector_type: str) -> MosaicError:
+        for one in self.local.connectors:
+            if one.type == connector_type:
+                message = f"the code of {one.source}, which has the type '{one.type}', is not run: {self.local.refusal}"
+                return MosaicError(message, code="config.local_off")
+        cure = self._cure(connector_type)
+        return MosaicError(f"no connector type '{connector_type}'", code="config.unknown_type", cure=cure)
 
     def _cure(self, connector_type: str) -> str:
         guess = nearest(connector_type, self._by_type)

@@ -696,6 +696,8 @@ export const REASONS = {
   'config.duplicate_label': { sentence: 'Two connectors share a label or a channel name.', cure: 'Give each connector a label of its own.' },
   'config.missing_env': { sentence: "An environment variable that the configuration names isn't set.", cure: 'Set it where the robot is started.' },
   'config.broken_plugin': { sentence: "A plugin that the configuration uses can't be loaded.", cure: 'Update or uninstall the distribution that it names.' },
+  'config.broken_local': { sentence: "A connector beside the configuration can't be used.", cure: 'Mend the file that it names.' },
+  'config.local_off': { sentence: 'A connector beside the configuration is not run here.', cure: 'Start it from a terminal, or with --local-connectors, or write it as a plugin and install that.' },
   'config.metrics': { sentence: "The robot can't serve its metrics this way.", cure: 'Check the address after --metrics.' },
   'config.lan': { sentence: "The robot can't serve its own network this way.", cure: 'Check the options after --serve.' },
   'auth.required': { sentence: 'Authorization comes first.', cure: 'Log in first.' },

@@ -1,0 +1,159 @@
+"""Finds the connectors that stand beside a robot's YAML file: each ``connectors/*.py`` with a configurer is a plugin.
+
+Finding them reads the files and runs none of them: a file is imported when a configuration uses a type of it, below a
+package of the folder's own, so that its name hides no installed module. Siblings import each other by ``from .driver
+import …``.
+"""
+
+from __future__ import annotations
+
+import ast
+import logging
+import sys
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from traceback import extract_tb
+from types import ModuleType
+
+from mosaic_core.runtime.configuration.folder_trust import doubt_about
+from mosaic_core.words.errors import Problem
+
+FOLDER = "connectors"
+_CONFIGURERS = {"Configurer", "DataChannelConfigurer", "MediaTrackConfigurer"}
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class LocalConnector:
+    """One connector type and the class of a file that makes it; known without running the file."""
+
+    type: str
+    file: Path
+    line: int
+    class_name: str
+
+    @property
+    def source(self) -> str:
+        """``connectors/arm.py``."""
+        return f"{self.file.parent.name}/{self.file.name}"
+
+    @property
+    def entry_point(self) -> EntryPoint:
+        """What :meth:`prepare` makes loadable."""
+        return EntryPoint(self.type, f"{self._module}:{self.class_name}", "mosaic.connectors")
+
+    def prepare(self) -> None:
+        """Let the file be imported, and say once in the log that its code runs."""
+        if self._package not in sys.modules:
+            package = ModuleType(self._package, "The connectors of one folder.")
+            package.__path__ = [str(self.file.parent)]
+            sys.modules[self._package] = package
+        if self._module not in sys.modules:
+            logger.warning("runs code of %s", self.file)
+
+    def explained(self, error: BaseException) -> str:
+        """Why the file could not be imported, with the line of the folder where it happened."""
+        frames = [frame for frame in extract_tb(error.__traceback__) if Path(frame.filename).parent == self.file.parent]
+        name, line = (frames[-1].filename, frames[-1].lineno) if frames else (str(self.file), None)
+        if isinstance(error, SyntaxError):
+            name, line = error.filename or name, error.lineno
+        place = ":".join(str(part) for part in (name, line) if part is not None)
+        return f"{place}: {type(error).__name__}: {error}{self._sibling_meant_by(error)}"
+
+    def _sibling_meant_by(self, error: BaseException) -> str:
+        missing = error.name if isinstance(error, ModuleNotFoundError) else None
+        is_sibling = missing is not None and self.file.with_name(f"{missing}.py").is_file()
+        return f"; for the file beside it write `from .{missing} import …`" if is_sibling else ""
+
+    @property
+    def _package(self) -> str:
+        """Differs from folder to folder, as a process may know several."""
+        return f"local_connectors_{zlib.crc32(str(self.file.parent).encode()):08x}"
+
+    @property
+    def _module(self) -> str:
+        return f"{self._package}.{self.file.stem}"
+
+
+@dataclass(frozen=True, slots=True)
+class LocalConnectors:
+    """The connectors of one folder, and what is wrong with its files. ``refusal`` says why none of them is run; empty
+    if they may be, or if there are none."""
+
+    connectors: tuple[LocalConnector, ...] = ()
+    problems: tuple[Problem, ...] = ()
+    refusal: str = ""
+
+
+def connectors_beside(config: Path, *, refusal: str = "") -> LocalConnectors:
+    """What the folder ``connectors`` beside ``config`` offers. ``refusal``: why its code must not be run, if so.
+
+    Its code is refused as well where others than the author of ``config`` could have written it.
+    """
+    folder = config.resolve().parent / FOLDER
+    found = [one for file in sorted(folder.glob("*.py")) for one in _found_in(file)]
+    connectors = tuple(one for one in found if isinstance(one, LocalConnector))
+    problems = tuple(one for one in found if isinstance(one, Problem))
+    if not connectors:
+        return LocalConnectors(problems=problems)
+    return LocalConnectors(connectors, problems, refusal or doubt_about(folder, config))
+
+
+def _found_in(file: Path) -> Iterator[LocalConnector | Problem]:
+    try:
+        tree = ast.parse(file.read_text("utf-8"), str(file))
+    except (OSError, SyntaxError, ValueError) as error:
+        line = error.lineno if isinstance(error, SyntaxError) else None
+        cause = error.msg if isinstance(error, SyntaxError) else str(error)
+        yield _problem(file, line, f"{type(error).__name__}: {cause}", "its connectors are left out")
+        return
+    classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+    inherited = {_name(base) for node in classes for base in node.bases}
+    for node in classes:
+        named = _type_of(node)
+        if named is not None:
+            yield _connector(file, node, named)
+        elif node.name not in inherited and _CONFIGURERS & {_name(base) for base in node.bases}:
+            yield _problem(file, node.lineno, f"{node.name} has no connector_type", _like(node.name))
+
+
+def _connector(file: Path, node: ast.ClassDef, named: ast.expr) -> LocalConnector | Problem:
+    if not isinstance(named, ast.Constant) or not isinstance(named.value, str) or not named.value:
+        return _problem(file, node.lineno, f"connector_type of {node.name} is no plain text", _like(node.name))
+    if not file.stem.isidentifier():
+        cure = "rename the file: letters, digits and _ alone"
+        return _problem(file, node.lineno, f"{file.name} can't be imported by its name", cure)
+    return LocalConnector(named.value, file, node.lineno, node.name)
+
+
+def _problem(file: Path, line: int | None, message: str, cure: str) -> Problem:
+    return Problem(message, "config.broken_local", file=str(file), line=line, cure=cure)
+
+
+def _type_of(node: ast.ClassDef) -> ast.expr | None:
+    """What the class says its ``connector_type`` is."""
+    for statement in node.body:
+        match statement:
+            case ast.Assign(targets=[ast.Name(id="connector_type")], value=value):
+                return value
+            case ast.AnnAssign(target=ast.Name(id="connector_type"), value=value):
+                return value
+    return None
+
+
+def _name(base: ast.expr) -> str:
+    """``DataChannelConfigurer`` of ``mosaic_core.DataChannelConfigurer[ArmParams]``."""
+    match base:
+        case ast.Subscript(value=value):
+            return _name(value)
+        case ast.Attribute(attr=name) | ast.Name(id=name):
+            return name
+    return ""
+
+
+def _like(class_name: str) -> str:
+    return f"write for example connector_type = '{class_name.removesuffix('Configurer').lower() or 'arm'}'"
