@@ -23,6 +23,7 @@ from mosaic_core.testing import build, collect, fake_host
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", *ROOT.glob("plugins/*/README.md")])
 FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LOCAL_FILE = re.compile(r"^`(connectors/\w+\.py)`:\n\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
 def blocks(language: str) -> list[tuple[str, str]]:
@@ -56,7 +57,10 @@ def test_every_yaml_block_is_valid(page: str, document: dict[str, Any], tmp_path
     document.setdefault("server", {"ws_url": "ws://127.0.0.1:9001", "auth": auth})
     config = tmp_path / "mosaic_config.yaml"
     config.write_text(yaml.safe_dump(document, sort_keys=False))
-    done = CliRunner().invoke(app, ["validate", str(config), "--allow-missing-env"])
+    for name, text in LOCAL_FILE.findall((ROOT / page).read_text()):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    done = CliRunner().invoke(app, ["validate", str(config), "--allow-missing-env", "--local-connectors"])
     assert done.exit_code == 0, f"{page}: {done.output}"
 
 

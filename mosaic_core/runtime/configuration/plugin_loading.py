@@ -3,34 +3,32 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any
+from importlib.metadata import EntryPoint
+from typing import Any
 
 from mosaic_core.contract.configurer import API_VERSION, Configurer
+from mosaic_core.runtime.configuration.local_connectors import LocalConnector
 from mosaic_core.words.errors import PluginError
 
-if TYPE_CHECKING:
-    from mosaic_core.runtime.configuration.resolver import InstalledConnector
 
-
-def load_configurer(found: InstalledConnector) -> type[Configurer[Any]]:
-    """Import a plugin and check that it keeps the contract; :class:`PluginError` otherwise."""
+def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector | None) -> type[Configurer[Any]]:
+    """Import a plugin that ``source`` ships and check that it keeps the contract; :class:`PluginError` otherwise.
+    ``local``: where it stands, if it is not installed."""
 
     def broken(cause: str) -> PluginError:
-        message = f"connector type '{found.type}' of {found.source} can't be used: {cause}"
-        code = "config.broken_plugin" if found.local is None else "config.broken_local"
-        return PluginError(message, distribution=found.source, code=code)
+        message = f"connector type '{entry_point.name}' of {source} can't be used: {cause}"
+        code = "config.broken_plugin" if local is None else "config.broken_local"
+        return PluginError(message, distribution=source, code=code)
 
     try:  # an import may fail in any way, even by sys.exit()
-        if found.local is not None:
-            found.local.prepare()
-        loaded = found.entry_point.load()
+        if local is not None:
+            local.prepare()
+        loaded = entry_point.load()
     except (Exception, SystemExit) as error:
-        explained = f"{type(error).__name__}: {error}" if found.local is None else found.local.explained(error)
+        explained = f"{type(error).__name__}: {error}" if local is None else local.explained(error)
         raise broken(explained) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
-        named = (
-            found.entry_point.value if found.local is None else f"{found.local.class_name}, line {found.local.line},"
-        )
+        named = entry_point.value if local is None else f"{local.class_name}, line {local.line},"
         raise broken(f"{named} is not a Configurer class")
     version = _api_version(loaded)
     if version != API_VERSION:

@@ -102,7 +102,7 @@ class ConnectorResolver:
 
         if connector_type not in self._loaded:
             found = self.find(connector_type)
-            self._loaded[connector_type] = load_configurer(found)
+            self._loaded[connector_type] = load_configurer(found.entry_point, found.source, found.local)
         return self._loaded[connector_type]
 
     def _unknown(self, connector_type: str) -> MosaicError:
