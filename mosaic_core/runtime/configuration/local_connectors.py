@@ -38,7 +38,7 @@ class LocalConnector:
 
     @property
     def source(self) -> str:
-        """``connectors/arm.py``."""
+        """``connectors/….py``."""
         return f"{self.file.parent.name}/{self.file.name}"
 
     @property

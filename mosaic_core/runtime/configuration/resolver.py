@@ -35,7 +35,7 @@ class InstalledConnector:
 
     @property
     def source(self) -> str:
-        """``mosaic-camera 0.1.0``, ``connectors/arm.py``."""
+        """``mosaic-camera 0.1.0``, ``connectors/….py``."""
         return f"{self.distribution} {self.version}".strip()
 
     @property
