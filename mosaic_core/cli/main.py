@@ -20,6 +20,7 @@ COMMANDS = (
     ("validate", "configuration.validate_command:validate", "Check a robot's YAML file: every mistake at once."),
     ("connectors", "configuration.connectors_commands:app", "The connector types that are installed."),
     ("config", "configuration.config_commands:app", "The robot's YAML file."),
+    ("plugin", "plugin.plugin_commands:app", "Plugins of your own."),
     ("operator", "operator.operator_commands:app", "Look at robots, and command them, from the terminal."),
     ("safety", "diagnosis.safety_commands:app", "Exercise what keeps a robot safe."),
     ("doctor", "diagnosis.doctor_commands:app", "What works, what does not, and what to do."),

@@ -49,7 +49,7 @@ CORE_ROOMS = {
     ],
     "adapters": ["machine", "signaling", "lan", "aiortc_private", "video", "sound", "peers", "diagnosis"],
     "operator": ["signaling", "lan", "delivery", "stores", "control", "peers"],
-    "cli": ["terminal", "configuration", "robot", "operator", "diagnosis"],
+    "cli": ["terminal", "configuration", "plugin", "robot", "operator", "diagnosis"],
 }
 """Lowest first: a room may import those before it. Files beside the rooms may import all of them, and no room them."""
 SERVER_ROOMS = ["security", "entrance", "storage", "switchboard", "sockets", "rest", "web"]

@@ -127,3 +127,11 @@ def test_it_runs(python: Path, tmp_path: Path) -> None:
         process.kill()
         process.wait(timeout=5)
         process.stdout.close()
+
+
+def test_the_wheel_has_the_templates_of_new_plugins(mosaic: Callable[..., subprocess.CompletedProcess[str]]) -> None:
+    done = mosaic("plugin", "new", "acme-eye", "--camera")
+    assert done.stdout.startswith("wrote acme-eye/"), done.stderr
+    assert {".gitignore", ".github", "README.md", "acme_eye", "tests"} <= {
+        path.name for path in (Path(done.args[0]).parent / "acme-eye").iterdir()
+    }

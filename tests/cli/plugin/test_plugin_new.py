@@ -1,0 +1,125 @@
+"""`mosaic plugin new` writes packages that are green from their first second, and refuses what it can't write."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mosaic_core.cli.plugin.scaffold import KINDS, NewPlugin
+from mosaic_core.testing.distributions import write_distribution
+from mosaic_core.words.errors import MosaicError
+
+CACHE = Path(__file__).parents[3] / ".mypy_cache" / "new_plugins"
+LONGEST = "acme-a-name-as-long-as-it-may-be"
+
+
+@pytest.fixture(scope="module")
+def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a new plugin of each kind, each installed as far as its metadata goes."""
+    folder = tmp_path_factory.mktemp("new")
+    for kind in KINDS:
+        NewPlugin(f"acme-{kind}", kind).write(folder / f"acme-{kind}")
+        project = tomllib.loads((folder / f"acme-{kind}" / "pyproject.toml").read_text())["project"]
+        write_distribution(folder / "installed", project["name"], entry_points=project["entry-points"])
+    return folder
+
+
+def checked(packages: Path, kind: str, *words: str) -> str:
+    """What a command in the folder of a new plugin prints; it must end well."""
+    own = [packages / "installed", packages / f"acme-{kind}"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, own))}
+    command = [sys.executable, "-m", *words]
+    done = subprocess.run(command, cwd=own[1], env=environment, capture_output=True, text=True, timeout=100)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_tests_of_a_new_plugin_pass(packages: Path, kind: str) -> None:
+    assert " passed" in checked(packages, kind, "pytest", "-q", "-p", "no:cacheprovider")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_example_of_a_new_plugin_is_valid(packages: Path, kind: str) -> None:
+    told = checked(packages, kind, "mosaic_core.cli.main", "validate", "--allow-missing-env")
+    assert told == "mosaic_config.yaml: valid\n"
+
+
+def test_new_plugins_are_typed_strictly(packages: Path) -> None:
+    """All kinds at once: most of the time goes into what they import."""
+    folders = [str(packages / f"acme-{kind}" / f"acme_{kind}") for kind in KINDS]
+    assert "no issues" in checked(packages, "sensor", "mypy", "--strict", "--cache-dir", str(CACHE), *folders)
+
+
+@pytest.mark.parametrize("name", ["acme-lamp", LONGEST])
+@pytest.mark.parametrize("kind", KINDS)
+def test_new_plugins_are_formatted_and_without_a_lint(tmp_path: Path, kind: str, name: str) -> None:
+    NewPlugin(name, kind).write(tmp_path / name)
+    for words in (["check"], ["format", "--check"]):
+        done = subprocess.run([sys.executable, "-m", "ruff", *words, "--no-cache", tmp_path], capture_output=True)
+        assert done.returncode == 0, done.stdout.decode()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_command_writes_a_folder_once(
+    mosaic: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ended = mosaic("plugin", "new", "acme-lamp", f"--{kind}")
+    assert (ended.code, ended.out.splitlines()[0]) == (0, "wrote acme-lamp/; next:")
+    text = (tmp_path / "acme-lamp" / "acme_lamp" / "connector.py").read_text()
+    assert "$" not in text
+    (tmp_path / "acme-lamp" / "acme_lamp" / "connector.py").write_text("mine")
+    again = mosaic("plugin", "new", "acme-lamp", f"--{kind}")
+    assert "acme-lamp is there already" in again.err
+    assert (again.code, (tmp_path / "acme-lamp" / "acme_lamp" / "connector.py").read_text()) == (1, "mine")
+
+
+@pytest.mark.parametrize("kinds", [[], ["--sensor", "--camera"]])
+def test_one_kind_is_wanted(mosaic: Callable[..., Any], kinds: list[str]) -> None:
+    ended = mosaic("plugin", "new", "acme-lamp", *kinds)
+    assert ended.code == 2
+    assert f"say one of {', '.join(f'--{kind}' for kind in KINDS)}" in ended.err
+
+
+def test_a_type_that_is_installed_is_refused(mosaic: Callable[..., Any]) -> None:
+    ended = mosaic("plugin", "new", "connection-check", "--sensor")
+    assert ended.code == 2
+    assert "has the type 'connection-check' already; choose another name" in ended.err
+
+
+def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(MosaicError, match="acme-lamp can't be written: Not a directory"):
+        NewPlugin("acme-lamp", "sensor").write(tmp_path / "file" / "acme-lamp")
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("Acme", "'Acme' is no name for a plugin"),
+        ("../acme", "'../acme' is no name for a plugin"),
+        ("acme_lamp", "'acme_lamp' is no name for a plugin"),
+        (f"{LONGEST}x", "is no name for a plugin"),
+        ("json", "a module 'json' is there already"),
+        ("class", "a module 'class' is there already"),
+        ("mosaic-core", "a module 'mosaic_core' is there already"),
+    ],
+)
+def test_a_name_that_cannot_be_is_refused(name: str, message: str) -> None:
+    with pytest.raises(MosaicError) as caught:
+        NewPlugin(name, "sensor")
+    assert message in caught.value.message
+    assert caught.value.code == "plugin.name"
+
+
+def test_the_type_of_our_own_plugins_goes_without_our_name() -> None:
+    new = NewPlugin("mosaic-lift", "actuator")
+    assert (new.module, new.connector_type) == ("mosaic_lift", "lift")
