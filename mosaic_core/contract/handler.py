@@ -9,11 +9,13 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from types import FrameType
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel
 
+from mosaic_core.contract.declared_message import DeclaredMessage
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
@@ -24,7 +26,6 @@ from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataTyp
 from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.errors import Refused as Refused
-from mosaic_core.words.wire_model import to_json
 
 T = TypeVar("T")
 Runs = Literal["always", "watched"]
@@ -211,11 +212,25 @@ def _data_type_of(handler: type, way: Literal["r2u", "u2r"]) -> MosaicDataType:
     return MosaicDataType(f"{words.get(message_type_of(handler), 'json')}-{way}")
 
 
+@cache
+def _declared_by(handler: type) -> DeclaredMessage:
+    """What this class of handlers sends; of a bidirectional one nothing is declared."""
+    return DeclaredMessage(handler, message_type_of(handler) if issubclass(handler, DataChannelSendable) else None)
+
+
 class _Sends(Handler):
     def send_json(self, value: BaseModel | Mapping[str, Any] | list[Any], to: Sender | None = None) -> bool:
-        """Send JSON to everybody who listens, or ``to`` one; NaN raises :class:`ValueError`."""
-        plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
-        return self._send(PayloadKind.JSON, to_json(plain).encode(), to)
+        """Send JSON to everybody who listens, or ``to`` one. A number that is not finite becomes null where the class
+        declares that it may be absent; else the message is counted as ``refused``. Raises :class:`MosaicError`
+        (``plugin.wrong_message``) for what the class does not declare."""
+        declared = _declared_by(type(self))
+        text = declared.json_of(value, self.label)
+        if text is None:
+            self.count_loss("refused")
+            return False
+        if isinstance(self, DataChannelSendable):
+            declared.check(value)
+        return self._send(PayloadKind.JSON, text.encode(), to)
 
     def send_string(self, text: str, to: Sender | None = None) -> bool:
         return self._send(PayloadKind.STRING, text.encode(), to)
@@ -234,7 +249,10 @@ class _Sends(Handler):
         return self._send(PayloadKind.BYTES, first, to, tuple(followers))
 
     def send(self, value: Any, to: Sender | None = None) -> bool:
-        """Whatever ``messages()`` yields: a message or mapping as JSON, ``str``, or ``bytes``."""
+        """Whatever ``messages()`` yields: a message or mapping as JSON, ``str``, or ``bytes``. Raises
+        :class:`MosaicError` (``plugin.wrong_message``) for what the class does not declare."""
+        if isinstance(value, str | bytes | bytearray | memoryview) and isinstance(self, DataChannelSendable):
+            _declared_by(type(self)).check(value)
         if isinstance(value, str):
             return self.send_string(value, to)
         if isinstance(value, bytes | bytearray | memoryview):

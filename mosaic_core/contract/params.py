@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, model_validator
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from mosaic_core.words.limits import MotionKind
@@ -66,12 +67,19 @@ class Message(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _finite(cls, data: Any) -> Any:
-        """Also refuse NaN inside untyped parts, which ``allow_inf_nan`` does not reach."""
+        """NaN of a field that may be absent is ``None``. Else it is refused, also inside untyped parts, which
+        ``allow_inf_nan`` does not reach."""
         if isinstance(data, dict):
             for key, value in data.items():
                 if isinstance(value, float) and not math.isfinite(value):
-                    raise ValueError(f"{key} is not a finite number")
+                    if not _may_be_none(cls.model_fields.get(key)):
+                        raise ValueError(f"{key} is not a finite number")
+                    data = {**data, key: None}
         return data
+
+
+def _may_be_none(field: FieldInfo | None) -> bool:
+    return field is not None and type(None) in get_args(field.annotation)
 
 
 def unit(name: str) -> dict[str, Any]:

@@ -21,9 +21,10 @@ PATIENCE_S = 3600.0
 def collect(handler: DataChannelSendable[T], count: int | None = None, *, within_s: float = PATIENCE_S) -> list[T]:
     """The first ``count`` messages that ``messages()`` yields; all of them if ``count`` is ``None``.
 
-    Each one is also sent, as the robot would: what is no JSON raises here, and ``fake_host(handler).sent`` has the
-    bytes. The body is then closed, so that its ``with`` blocks exit; another ``collect`` starts it anew, as a restart
-    would. Raises :class:`AssertionError` if the body ends early or yields too little ``within_s`` fake seconds.
+    Each one is also sent, as the robot would: what is no JSON raises here, ``fake_host(handler).sent`` has the bytes,
+    and ``losses`` what was refused. The body is then closed, so that its ``with`` blocks exit; another ``collect``
+    starts it anew, as a restart would. Raises :class:`AssertionError` if the body ends early or yields too little
+    ``within_s`` fake seconds.
     """
     return _run(handler, handler.messages, handler.send, count, within_s, "messages")
 

@@ -150,10 +150,21 @@ def test_a_body_that_ends_gives_all_it_has() -> None:
 def test_a_message_that_is_no_json_fails_where_it_is_collected() -> None:
     class Broken(DataChannelSendable[dict[str, Any]]):
         def messages(self) -> Iterator[dict[str, Any]]:
+            yield {"x": object()}
+
+    with pytest.raises(TypeError, match="JSON"):
+        collect(Broken("broken"), 1)
+
+
+def test_a_message_with_nan_is_refused_and_counted_as_on_the_robot() -> None:
+    class Broken(DataChannelSendable[dict[str, Any]]):
+        def messages(self) -> Iterator[dict[str, Any]]:
             yield {"x": float("nan")}
 
-    with pytest.raises(ValueError, match="JSON"):
-        collect(Broken("broken"), 1)
+    broken = Broken("broken")
+    collect(broken, 1)
+    assert not fake_host(broken).sent
+    assert fake_host(broken).losses == {"refused": 1}
 
 
 def test_params_are_checked_as_in_the_file() -> None:

@@ -849,6 +849,7 @@ export const REASONS = {
   'check.far_server': { sentence: 'The server is far away: setting up takes longer than it must.', cure: 'Use a server that is nearer, or see what slows the way to it; once connected it no longer matters.' },
   'plugin.failed': { sentence: "The connector's handler ended with an error; it will be restarted.", cure: "Look into the robot's log, which has the error; send again in a moment." },
   'plugin.name': { sentence: "A new plugin can't be written under this name.", cure: 'Choose another name.' },
+  'plugin.wrong_message': { sentence: "The connector's handler sends something else than its class declares.", cure: "Let it send what it declares, or declare what it sends; the robot's log names class, line and fields." },
   'plugin.no_device': { sentence: "The connector's device isn't available; it is being tried again.", cure: 'Plug it in, and see whether another program holds it.' },
   'plugin.no_permission': { sentence: 'This account may not use a device that the configuration names.', cure: 'Add it to the group that owns the device, e.g. `sudo usermod -aG video,dialout $USER`, and log in again.' },
   'plugin.ignored_stop': { sentence: 'The handler did not stop in time and was abandoned.', cure: '' },
