@@ -2,7 +2,7 @@ import { nowMs, type CatalogueEntry, type DeliveryRow, type StoreCounters } from
 import { ageOf, ageText } from '../stores/age'
 import { receives, sends, showsMedia, type AnyStore } from '../stores/storeKinds'
 import classes from './delivery.module.css'
-import { PROMISES, queueText, rateText } from './deliveryText'
+import { failureText, PROMISES, queueText, rateText } from './deliveryText'
 import { useDeliveryRow, useLocalDelivery, type LocalDelivery } from './useDelivery'
 
 export interface DeliverySheetProps {
@@ -39,6 +39,7 @@ export function DeliverySheet({ robotId, entry, store }: DeliverySheetProps) {
           ))}
         </tbody>
       </table>
+      {row?.failureCode !== undefined && <p role="status">{failureText(row)}</p>}
       <p className={classes.hint}>{hintOf(row)}</p>
     </>
   )

@@ -1,6 +1,6 @@
 import { StoreCounters, type DeliveryRow } from '@mosaic/client'
 import { describe, expect, test } from 'vitest'
-import { queueText, rateText, sizeText } from './deliveryText'
+import { failureText, queueText, rateText, sizeText } from './deliveryText'
 import { DropWatch } from './DropWatch'
 
 const row = (changes: Partial<DeliveryRow>) => ({ dropped: 0, tooLarge: 0, lost: 0, ...changes }) as DeliveryRow
@@ -51,6 +51,14 @@ describe('drops', () => {
     watch.sample(counters, row({ dropped: 0 }))
     expect(watch.sample(counters, row({ dropped: 1 }))).toBe(true)
   })
+})
+
+test('a connector that fails is told with its reason and its next try', () => {
+  expect(failureText({ failureCode: 'plugin.no_device', triesAgainInS: 7.2 })).toBe(
+    "It fails (plugin.no_device): The connector's device isn't available; it is being tried again. Next try in 8 s.",
+  )
+  expect(failureText({ failureCode: 'plugin.failed' })).not.toContain('Next try')
+  expect(failureText({})).toBe('')
 })
 
 test('numbers are short and have units', () => {

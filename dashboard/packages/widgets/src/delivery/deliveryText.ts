@@ -1,4 +1,4 @@
-import type { Delivery } from '@mosaic/client'
+import { reasonOf, type Delivery, type DeliveryRow } from '@mosaic/client'
 
 /** What each delivery promises, in a few words. */
 export const PROMISES: Record<Delivery, string> = {
@@ -22,4 +22,11 @@ export function rateText({ rateHz, bytesPerS }: { rateHz: number; bytesPerS: num
 /** `3 · 1.5 KB`; a dash where nothing waits. */
 export function queueText(messages: number, bytes: number): string {
   return messages === 0 ? '–' : `${messages} · ${sizeText(bytes)}`
+}
+
+/** `It fails (plugin.no_device): The connector's device … Next try in 8 s.`; nothing where it does not. */
+export function failureText({ failureCode, triesAgainInS }: Pick<DeliveryRow, 'failureCode' | 'triesAgainInS'>): string {
+  if (failureCode === undefined) return ''
+  const next = triesAgainInS === undefined ? '' : ` Next try in ${Math.ceil(triesAgainInS)} s.`
+  return `It fails (${failureCode}): ${reasonOf(failureCode).sentence}${next}`
 }
