@@ -9,7 +9,6 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cache
 from types import FrameType
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origin
 
@@ -212,10 +211,16 @@ def _data_type_of(handler: type, way: Literal["r2u", "u2r"]) -> MosaicDataType:
     return MosaicDataType(f"{words.get(message_type_of(handler), 'json')}-{way}")
 
 
-@cache
+_DECLARED: dict[type, DeclaredMessage] = {}
+
+
 def _declared_by(handler: type) -> DeclaredMessage:
     """What this class of handlers sends; of a bidirectional one nothing is declared."""
-    return DeclaredMessage(handler, message_type_of(handler) if issubclass(handler, DataChannelSendable) else None)
+    found = _DECLARED.get(handler)
+    if found is None:
+        declared = message_type_of(handler) if issubclass(handler, DataChannelSendable) else None
+        found = _DECLARED[handler] = DeclaredMessage(handler, declared)
+    return found
 
 
 class _Sends(Handler):

@@ -103,10 +103,15 @@ def test_a_shape_is_validated_once(monkeypatch: pytest.MonkeyPatch) -> None:
     class Meter(DataChannelSendable[Counted]):
         pass
 
-    meter, validated = Meter("meter"), []
+    meter, validated = Meter("meter"), list[Any]()
     fake_host(meter)
     usual = Counted.model_validate
-    monkeypatch.setattr(Counted, "model_validate", lambda value: validated.append(value) or usual(value))
+
+    def counted(value: Any) -> Any:
+        validated.append(value)
+        return usual(value)
+
+    monkeypatch.setattr(Counted, "model_validate", counted)
     for number in range(5):
         meter.send_json({"v": number})
     assert validated == [{"v": 0}]

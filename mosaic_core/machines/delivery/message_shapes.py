@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
-from typing import Any
+from typing import Any, TypeAlias
 
+Shape: TypeAlias = tuple[Any, ...] | type
 MAX_SHAPES = 64
 """Of one class. Keys that differ in every message are no shape; then all begins anew."""
 
 
-def shape_of(value: Any) -> Hashable:
+def shape_of(value: Any) -> Shape:
     """The class of a message; of a mapping its keys and the classes of their values, in their order."""
     return (*value, *map(type, value.values())) if isinstance(value, dict) else type(value)
 
@@ -18,12 +18,12 @@ class MessageShapes:
     """The shapes that were found good. Any thread."""
 
     def __init__(self) -> None:
-        self._known: set[Hashable] = set()
+        self._known: set[Shape] = set()
 
-    def is_known(self, shape: Hashable) -> bool:
+    def is_known(self, shape: Shape) -> bool:
         return shape in self._known
 
-    def add(self, shape: Hashable) -> None:
+    def add(self, shape: Shape) -> None:
         if len(self._known) >= MAX_SHAPES:
             self._known.clear()
         self._known.add(shape)
