@@ -18,6 +18,7 @@ from mosaic_core.contract.declared_message import DeclaredMessage
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
+from mosaic_core.contract.message_fields import field_paths
 from mosaic_core.contract.params import Message
 from mosaic_core.contract.sound import Sound, SoundEncoding
 from mosaic_core.machines.delivery.framing import PayloadKind
@@ -25,6 +26,7 @@ from mosaic_core.words.data_type import Delivery, Direction, Kind, MosaicDataTyp
 from mosaic_core.words.delivery import DeliveryContract
 from mosaic_core.words.errors import MosaicError
 from mosaic_core.words.errors import Refused as Refused
+from mosaic_core.words.limits import MOTION_KINDS, MotionKind
 
 T = TypeVar("T")
 Runs = Literal["always", "watched"]
@@ -200,10 +202,13 @@ def message_type_of(handler: type) -> Any:
     return dict[str, Any]
 
 
-def _velocities_in(message_type: Any) -> tuple[str, ...]:
-    """The dotted paths of the numbers that a message says are velocities."""
-    is_message = isinstance(message_type, type) and issubclass(message_type, Message)
-    return tuple(path for path, kind in message_type.motion_kinds.items() if kind == "velocity") if is_message else ()
+def _moving_numbers(message_type: Any, kind: MotionKind) -> tuple[str, ...]:
+    """The dotted paths of the numbers that a message says are of this kind; of lists nothing can be limited."""
+    if not (isinstance(message_type, type) and issubclass(message_type, Message)):
+        return ()
+    paths = [path for path, its in message_type.motion_kinds.items() if its == kind]
+    known = field_paths(message_type.model_json_schema()) if paths else ()
+    return tuple(path for path in paths if path in known)
 
 
 def _data_type_of(handler: type, way: Literal["r2u", "u2r"]) -> MosaicDataType:
@@ -297,6 +302,10 @@ class DataChannelReceivable(Handler, Generic[T]):
     """Dotted paths of the numbers in its JSON message that mean motion and are 0 at a standstill (``"linear.x"``). The
     framework slows them down on a bad link, and sends zeros nobody needs no further. Where none are named: those that
     its message says are velocities (``Message.motion_kinds``)."""
+    position_fields: ClassVar[tuple[str, ...]] = ()
+    """Dotted paths of the numbers in its JSON message that mean a position: 0 is a place like any other. On a bad link
+    the framework slows their change down and never scales the position itself. Where none are named: the numbers that
+    its message says are positions."""
     takes_observers: ClassVar[bool] = False
     """Messages of operators who may only observe are refused, unless this is true."""
 
@@ -318,17 +327,27 @@ class DataChannelReceivable(Handler, Generic[T]):
         it returns or a newer command is carried out.
         """
 
+    def reported_position(self, field: str) -> float | None:
+        """Where the position field ``field`` is now, in the unit of the message; ``None``: not known now.
+
+        A limited rate begins there. Asked before the first command, the first after a safe action, and the first after
+        a second without any; in between the position that was sent last counts. Runs where ``handle_data`` runs, just
+        before it: be quick, answer from what was read last. Raising fails the command as ``handle_data`` would.
+        """
+        return None
+
     def peer_left(self, sender: Sender) -> None:
         """A peer that had this channel open is gone. Runs on the safety thread."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls.data_type = _data_type_of(cls, "u2r")
-        velocities = _velocities_in(message_type_of(cls))
-        if velocities and not any(
-            "motion_fields" in vars(one) for one in cls.__mro__ if one is not DataChannelReceivable
-        ):
-            cls.motion_fields = velocities
+        named = {name for one in cls.__mro__ if one is not DataChannelReceivable for name in vars(one)}
+        velocities, positions = (_moving_numbers(message_type_of(cls), kind) for kind in MOTION_KINDS)
+        if velocities and "motion_fields" not in named:
+            cls.motion_fields = tuple(one for one in velocities if one not in cls.position_fields)
+        if positions and "position_fields" not in named:
+            cls.position_fields = tuple(one for one in positions if one not in cls.motion_fields)
 
 
 class DataChannelJsonReceivable(DataChannelReceivable[dict[str, Any]]):

@@ -7,23 +7,37 @@ Fields are dotted paths of the JSON message (``linear.x``). Units are those of t
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, get_args
 
 Curve = tuple[tuple[float, float], ...]
 """Points ``(value, factor)`` of a piecewise linear curve; flat before the first and after the last."""
 PictureRule = Literal["off", "if_watching", "required"]
 MotionKind = Literal["velocity", "position"]
-"""What a number of a command means: a velocity is 0 at a standstill, a position stays where it was told."""
+"""What a number of a command means: a velocity is 0 at a standstill; for a position 0 is a place like any
+other."""
+MOTION_KINDS: tuple[MotionKind, ...] = get_args(MotionKind)
+
+
+class ImpossibleLimit(ValueError):
+    """A limit that nothing can follow. ``key``: what of it is wrong, where that is one thing; ``cure``: what to write
+    instead."""
+
+    def __init__(self, message: str, *, key: str = "", cure: str = "") -> None:
+        super().__init__(message)
+        self.key = key
+        self.cure = cure
 
 
 @dataclass(frozen=True, slots=True)
 class FieldLimit:
     """Limits of one field, or of several that form a vector (then ``max_norm`` and the rates mean its length).
 
-    ``min`` and ``max`` hold for each field. Rates are per second: ``max_rise_per_s`` away from zero,
-    ``max_fall_per_s`` towards it. ``None``: unlimited. Raises :class:`ValueError` for limits without a standstill.
+    ``min`` and ``max`` hold for each field. Rates are per second: of a velocity ``max_rise_per_s`` away from zero and
+    ``max_fall_per_s`` towards it, of a position ``max_rate_per_s`` in any direction. ``None``: unlimited. Raises
+    :class:`ImpossibleLimit` for a range without a value, or a velocity without a standstill.
     """
 
     fields: tuple[str, ...]
@@ -32,22 +46,63 @@ class FieldLimit:
     max_norm: float | None = None
     max_rise_per_s: float | None = None
     max_fall_per_s: float | None = None
+    max_rate_per_s: float | None = None
+    kind: MotionKind = "velocity"
 
     def __post_init__(self) -> None:
         name = " and ".join(self.fields)
         if not self.fields or len(set(self.fields)) != len(self.fields):
-            raise ValueError("a limit needs the names of its fields, each once")
+            raise ImpossibleLimit("a limit needs the names of its fields, each once")
         if any(not part for field in self.fields for part in field.split(".")):
-            raise ValueError(f"limit of {name!r}: a field is a dotted path like linear.x")
-        numbers = (self.min, self.max, self.max_norm, self.max_rise_per_s, self.max_fall_per_s)
+            raise ImpossibleLimit(f"limit of {name!r}: a field is a dotted path like linear.x")
+        rates = (self.max_rise_per_s, self.max_fall_per_s, self.max_rate_per_s)
+        numbers = (self.min, self.max, self.max_norm, *rates)
         if any(number is not None and not math.isfinite(number) for number in numbers):
-            raise ValueError(f"limit of {name}: every number must be finite")
-        if (self.min is not None and self.min > 0) or (self.max is not None and self.max < 0):
-            raise ValueError(f"limit of {name}: zero must be allowed (min <= 0 <= max), or nothing could stand still")
+            raise ImpossibleLimit(f"limit of {name}: every number must be finite")
         if self.max_norm is not None and self.max_norm < 0:
-            raise ValueError(f"limit of {name}: max_norm can't be negative")
-        if any(rate is not None and rate <= 0 for rate in (self.max_rise_per_s, self.max_fall_per_s)):
-            raise ValueError(f"limit of {name}: a rate must be positive, or it could never change")
+            raise ImpossibleLimit(f"limit of {name}: max_norm can't be negative", key="max_norm")
+        if any(rate is not None and rate <= 0 for rate in rates):
+            raise ImpossibleLimit(f"limit of {name}: a rate must be positive, or it could never change")
+        if self.kind == "position":
+            self._check_position(name)
+        else:
+            self._check_velocity(name)
+
+    def _check_velocity(self, name: str) -> None:
+        for key, is_wrong in (("min", (self.min or 0) > 0), ("max", (self.max or 0) < 0)):
+            if is_wrong:
+                message = f"limit of {name}: zero must be allowed (min <= 0 <= max), or nothing could stand still"
+                raise ImpossibleLimit(message, key=key, cure="write `kind: position` if 0 is no standstill")
+        if self.max_rate_per_s is not None:
+            message = f"limit of {name}: max_rate_per_s is for a position, and this is a velocity"
+            cure = "write max_rise_per_s and max_fall_per_s, or `kind: position` if 0 is no standstill"
+            raise ImpossibleLimit(message, key="max_rate_per_s", cure=cure)
+
+    def _check_position(self, name: str) -> None:
+        for key in ("max_rise_per_s", "max_fall_per_s"):
+            if getattr(self, key) is not None:
+                message = f"limit of {name}: {key} is for a velocity, and this is a position"
+                raise ImpossibleLimit(message, key=key, cure="write max_rate_per_s, which holds in any direction")
+        if self.min is not None and self.max is not None and self.min > self.max:
+            message = f"limit of {name}: min {self.min:g} is above max {self.max:g}, so no position is left"
+            raise ImpossibleLimit(message, key="min", cure="swap them")
+
+
+def clashes(limits: Iterable[FieldLimit]) -> Iterator[tuple[str, str]]:
+    """``(field, what is wrong)`` of every field that several limits hold, which can't all be kept."""
+    by_field: dict[str, list[FieldLimit]] = {}
+    for limit in limits:
+        for field in limit.fields:
+            by_field.setdefault(field, []).append(limit)
+    for field, its in by_field.items():
+        low = max((one.min for one in its if one.min is not None), default=-math.inf)
+        high = min((one.max for one in its if one.max is not None), default=math.inf)
+        if len({one.kind for one in its}) > 1:
+            yield field, f"'{field}' is limited as a velocity and as a position"
+        elif low > high:
+            yield field, f"no position is left for '{field}': at least {low:g} and at most {high:g}"
+        elif not low <= 0 <= high and any(one.max_norm is not None for one in its):
+            yield field, f"'{field}' has a max_norm, the distance from 0, and a range without 0"
 
 
 @dataclass(frozen=True, slots=True)

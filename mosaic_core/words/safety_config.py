@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
 from mosaic_core.words.control import ResourceName
-from mosaic_core.words.limits import Curve, FieldLimit, PictureRule, SlowDownCurves
+from mosaic_core.words.limits import Curve, FieldLimit, MotionKind, PictureRule, SlowDownCurves
 from mosaic_core.words.wire_model import ConfigModel
 
 SafePolicy = Literal["callback", "zero", "hold"]
@@ -22,13 +23,36 @@ _DEFAULTS = SlowDownCurves()
 class FieldBounds(ConfigModel):
     """Bounds how far and how fast one number of the message may go, in the message's own unit."""
 
-    min: float | None = Field(default=None, le=0, description="Least value.")
-    max: float | None = Field(default=None, ge=0, description="Greatest value.")
-    max_rise_per_s: float | None = Field(default=None, gt=0, description="Fastest change away from zero, per second.")
-    max_fall_per_s: float | None = Field(default=None, gt=0, description="Fastest change towards zero, per second.")
+    kind: MotionKind | None = Field(
+        default=None,
+        description="`velocity`: 0 is a standstill; `position`: 0 is a place like any other. Default: what the "
+        "connector says, else `velocity`.",
+    )
+    min: float | None = Field(default=None, description="Least value; of a velocity at most 0.")
+    max: float | None = Field(default=None, description="Greatest value; of a velocity at least 0.")
+    max_rise_per_s: float | None = Field(
+        default=None, gt=0, description="Fastest change of a velocity away from zero, per second."
+    )
+    max_fall_per_s: float | None = Field(
+        default=None, gt=0, description="Fastest change of a velocity towards zero, per second."
+    )
+    max_rate_per_s: float | None = Field(
+        default=None, gt=0, description="Fastest change of a position in any direction, per second."
+    )
 
-    def limit(self, field: str) -> FieldLimit:
-        return FieldLimit((field,), self.min, self.max, None, self.max_rise_per_s, self.max_fall_per_s)
+    def limit(self, field: str, kind: MotionKind = "velocity") -> FieldLimit:
+        """As the limit of ``field``, which is of this ``kind`` where nothing else is said. Raises
+        :class:`~mosaic_core.words.limits.ImpossibleLimit`."""
+        return FieldLimit(
+            (field,),
+            self.min,
+            self.max,
+            None,
+            self.max_rise_per_s,
+            self.max_fall_per_s,
+            self.max_rate_per_s,
+            self.kind or kind,
+        )
 
 
 class SlowDown(ConfigModel):
@@ -100,9 +124,14 @@ class SafetyConfig(ConfigModel):
         """A connector's own limits; a subclass overrides it to turn its own keys into limits of fields or vectors."""
         return ()
 
-    def every_limit(self) -> tuple[FieldLimit, ...]:
-        """The connector's own limits and those of ``limits``: all of them hold."""
-        return (*self.field_limits(), *(bounds.limit(field) for field, bounds in self.limits.items()))
+    def every_limit(self, positions: Collection[str] = ()) -> tuple[FieldLimit, ...]:
+        """The connector's own limits and those of ``limits``: all of them hold. ``positions``: fields that the
+        connector calls positions. Raises :class:`~mosaic_core.words.limits.ImpossibleLimit`."""
+        bounded = (
+            bounds.limit(field, "position" if field in positions else "velocity")
+            for field, bounds in self.limits.items()
+        )
+        return (*self.field_limits(), *bounded)
 
 
 class ControlConfig(ConfigModel):

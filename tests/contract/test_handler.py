@@ -99,6 +99,17 @@ class Lift(Message):
     height: float | None = None
 
 
+class Points(Message):
+    motion_kinds: ClassVar[Mapping[str, MotionKind]] = {"positions": "position"}
+    positions: list[float]
+
+
+def test_of_a_list_nothing_can_be_limited() -> None:
+    class Along(DataChannelReceivable[Points]): ...
+
+    assert Along.position_fields == ()
+
+
 def test_the_velocities_of_a_message_are_the_motion_fields_of_its_receivers() -> None:
     class Lifter(DataChannelReceivable[Lift]): ...
 
@@ -115,7 +126,8 @@ def test_the_velocities_of_a_message_are_the_motion_fields_of_its_receivers() ->
     class Plain(DataChannelReceivable[Reading]): ...
 
     assert Lifter.motion_fields == Derived.motion_fields == ("speed",)
-    assert Told.motion_fields == ("height",)
+    assert Lifter.position_fields == Derived.position_fields == ("height",)
+    assert (Told.motion_fields, Told.position_fields) == (("height",), ()), "what it says itself counts"
     assert Unmoved.motion_fields == DerivedUnmoved.motion_fields == Plain.motion_fields == ()
 
 

@@ -6,7 +6,15 @@ from typing import Any
 
 import pytest
 
-from mosaic_core.words.limits import NO_SLOW_DOWN, Curve, FieldLimit, SlowDownCurves, check_curve
+from mosaic_core.words.limits import (
+    NO_SLOW_DOWN,
+    Curve,
+    FieldLimit,
+    ImpossibleLimit,
+    SlowDownCurves,
+    check_curve,
+    clashes,
+)
 
 
 @pytest.mark.parametrize(
@@ -28,6 +36,51 @@ from mosaic_core.words.limits import NO_SLOW_DOWN, Curve, FieldLimit, SlowDownCu
 def test_a_limit_that_cannot_work_is_refused(limit: dict[str, Any], culprit: str) -> None:
     with pytest.raises(ValueError, match=culprit):
         FieldLimit(**limit)
+
+
+@pytest.mark.parametrize(
+    ("limit", "key", "cure"),
+    [
+        ({"min": 5.0}, "min", "`kind: position`"),
+        ({"max": -5.0}, "max", "`kind: position`"),
+        ({"max_rate_per_s": 1.0}, "max_rate_per_s", "max_rise_per_s and max_fall_per_s"),
+        ({"kind": "position", "max_rise_per_s": 1.0}, "max_rise_per_s", "max_rate_per_s"),
+        ({"kind": "position", "max_fall_per_s": 1.0}, "max_fall_per_s", "max_rate_per_s"),
+        ({"kind": "position", "min": 2.0, "max": 1.0}, "min", "swap"),
+        ({"kind": "position", "max_norm": -1.0}, "max_norm", ""),
+        ({"kind": "position", "max_rate_per_s": 0.0}, "", ""),
+    ],
+)
+def test_what_makes_no_sense_of_its_kind_is_told_with_its_cure(limit: dict[str, Any], key: str, cure: str) -> None:
+    with pytest.raises(ImpossibleLimit, match="limit of x") as told:
+        FieldLimit(("x",), **limit)
+    assert told.value.key == key
+    assert cure in told.value.cure
+
+
+def test_a_position_needs_no_zero() -> None:
+    assert FieldLimit(("x",), 5.0, 90.0, kind="position").min == 5.0
+    assert FieldLimit(("x",), 5.0, 5.0, kind="position").max == 5.0
+
+
+def position(low: float | None, high: float | None, norm: float | None = None) -> FieldLimit:
+    return FieldLimit(("x",), low, high, norm, kind="position")
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        ((position(0, 5), position(5, 9)), []),
+        ((position(0, 5), position(6, 9)), ["no position is left for 'x': at least 6 and at most 5"]),
+        ((position(0, 5), FieldLimit(("x",), max=5)), ["'x' is limited as a velocity and as a position"]),
+        ((position(1, 5), position(None, None, 9)), ["'x' has a max_norm, the distance from 0, and a range without 0"]),
+        ((position(-9, -1, 9),), ["'x' has a max_norm, the distance from 0, and a range without 0"]),
+        ((position(0, 5), position(-5, 0, 9)), []),
+        ((FieldLimit(("x",), max=5), FieldLimit(("x", "y"), max_norm=5)), []),
+    ],
+)
+def test_limits_of_one_field_that_cannot_all_be_kept_are_told(limits: tuple[FieldLimit, ...], words: list[str]) -> None:
+    assert [message for _, message in clashes(limits)] == words
 
 
 def test_a_limit_may_forbid_motion_altogether() -> None:

@@ -231,7 +231,7 @@ ON_ACTING: tuple[GateRule[Acting], ...] = (
     GateRule(
         Gate.ENVELOPE,
         "Within its limits, is it still what the connector takes?",
-        ("safety.out_of_range", "channel.invalid"),
+        ("safety.out_of_range", "safety.position_unknown", "channel.invalid"),
         _envelope,
     ),
     GateRule(

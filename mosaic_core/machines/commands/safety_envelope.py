@@ -4,14 +4,19 @@ Works on the parsed JSON message: a dict of dicts with numbers, addressed by dot
 counts as 0 and stays missing, but for one that has not fallen to 0 yet: leaving it out stops no faster. Rates hold
 between what was put out before and what is put out now: towards zero for the whole time between two commands, away from
 zero for at most :data:`MAX_RISE_STEP_S`, so that a pause saves up no jump.
+
+All that is of velocities. Position fields go their own way (:mod:`.position_slew`): 0 is a place like any other to
+them, a missing one stays where it is, and the factor scales their rate.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any
 
+from mosaic_core.machines.commands.position_slew import Held, HeldPosition, PositionSlew, Report
 from mosaic_core.machines.commands.slew import MAX_RISE_STEP_S, clamped, reach
 from mosaic_core.words.errors import Refused
 from mosaic_core.words.limits import FieldLimit
@@ -33,10 +38,10 @@ class OutOfRange(Refused):
 
 @dataclass(frozen=True, slots=True)
 class Shaped:
-    """The command that may act, after the safety envelope. ``is_zero``: every motion field is 0. ``is_idle``: it has
-    been for a second and nothing else has changed: accept it, but don't hand it over, and disarm the watchdog.
-    ``was_limited``: it differs from the wish. ``wants_motion``: some motion field of the wish isn't 0, whatever is left
-    of it."""
+    """The command that may act, after the safety envelope. ``is_zero``: every velocity is 0, and there is one.
+    ``is_idle``: it has been for a second and nothing else has changed: accept it, but don't hand it over, and disarm
+    the watchdog. ``was_limited``: it differs from the wish. ``wants_motion``: some velocity of the wish isn't 0,
+    whatever is left of it, or it names a position."""
 
     message: dict[str, Any]
     is_zero: bool
@@ -53,6 +58,7 @@ class EnvelopeState:
     at_s: float | None
     zero_since_s: float | None
     standing: Mapping[str, Any] | None
+    held: Held = field(default_factory=dict)
 
 
 class SafetyEnvelope:
@@ -62,16 +68,23 @@ class SafetyEnvelope:
         self,
         limits: Iterable[FieldLimit] = (),
         motion_fields: Iterable[str] = (),
+        position_fields: Iterable[str] = (),
         *,
+        report: Report = lambda name: None,
         idle_after_s: float = IDLE_AFTER_S,
     ) -> None:
         self.limits = tuple(limits)
-        names = [*motion_fields, *(field for limit in self.limits for field in limit.fields)]
-        self.fields = tuple(dict.fromkeys(names))
-        """Everything that is scaled, limited and set to zero."""
-        self._paths = tuple(tuple(field.split(".")) for field in self.fields)
-        place = {field: at for at, field in enumerate(self.fields)}
-        self._limits = tuple((limit, tuple(place[field] for field in limit.fields)) for limit in self.limits)
+        paces = [limit for limit in self.limits if limit.kind == "velocity"]
+        places = [limit for limit in self.limits if limit.kind == "position"]
+        self.positions = tuple(dict.fromkeys((*position_fields, *(name for one in places for name in one.fields))))
+        """Position fields: their rate is scaled and limited."""
+        self.fields = tuple(dict.fromkeys((*motion_fields, *(name for one in paces for name in one.fields))))
+        """Velocities: everything that is scaled, limited and set to zero."""
+        self._position_paths = tuple((name, tuple(name.split("."))) for name in self.positions)
+        self._slew = PositionSlew(self.positions, places, report)
+        self._paths = tuple(tuple(name.split(".")) for name in self.fields)
+        place = {name: at for at, name in enumerate(self.fields)}
+        self._limits = tuple((limit, tuple(place[name] for name in limit.fields)) for limit in paces)
         self._groups = _groups(self._limits)
         self._idle_after_s = idle_after_s
         self._state = EnvelopeState((0.0,) * len(self.fields), None, None, None)
@@ -85,32 +98,44 @@ class SafetyEnvelope:
         self._state = state
 
     def stand_still(self) -> None:
-        """A safe action has run: whatever comes next starts from zero, and like a first command acts at once."""
-        self._state = EnvelopeState((0.0,) * len(self.fields), None, None, None)
+        """A safe action has run. Whatever comes next starts velocities from zero, and like a first command acts at
+        once; positions start where they are then."""
+        held = {name: replace(one, is_sure=False) for name, one in self._state.held.items()}
+        self._state = EnvelopeState((0.0,) * len(self.fields), None, None, None, held)
 
     def shaped(self, message: Mapping[str, Any], factor: float, now_s: float) -> Shaped:
-        """``message`` as it may act now, with ``factor`` (0 to 1) of its speed. Raises :class:`OutOfRange`."""
-        wish = [_number(message, path, field) for path, field in zip(self._paths, self.fields, strict=True)]
+        """``message`` as it may act now, with ``factor`` (0 to 1) of its speed. Raises :class:`OutOfRange`, or what
+        :meth:`PositionSlew.moved` raises."""
+        wish = [_number(message, path, name) for path, name in zip(self._paths, self.fields, strict=True)]
+        goals = self._goals(message)
         share = factor if 0.0 <= factor <= 1.0 else 0.0  # NaN too: what is unknown doesn't move
         target = [0.0 if value is None else max(-HUGE, min(HUGE, value)) for value in wish]
         for limit, places in self._limits:
             clamped(target, limit, places)
         # a share of what is allowed: of a wish beyond the limits it would leave the limits themselves
         output = self._slewed([value * share for value in target], now_s)
+        sent = self._slew.moved(goals, self._state.held, share, now_s)
         shaped, was_limited = dict(message), False
-        for path, value, wished in zip(self._paths, output, wish, strict=True):
-            if value != (wished or 0.0):  # what isn't limited stays the number it was, also an integer
+        velocities = zip(self._paths, output, (value or 0.0 for value in wish), strict=True)
+        positions = ((path, sent[name], goals[name]) for name, path in self._position_paths if name in sent)
+        for path, value, wished in chain(velocities, positions):
+            if value != wished:  # what isn't limited stays the number it was, also an integer
                 was_limited = True
                 _put(shaped, message, path, value)
         is_zero = not any(output) and any(value is not None for value in wish)
-        is_idle = self._note(output, shaped, is_zero, now_s)
-        return Shaped(shaped, is_zero, is_idle, was_limited, any(wish))
+        is_idle = self._note(output, sent, shaped, is_zero, now_s)
+        return Shaped(shaped, is_zero, is_idle, was_limited, any(wish) or bool(goals))
+
+    def _goals(self, message: Mapping[str, Any]) -> dict[str, float]:
+        """The positions that ``message`` names."""
+        said = ((name, _number(message, path, name)) for name, path in self._position_paths)
+        return {name: max(-HUGE, min(HUGE, value)) for name, value in said if value is not None}
 
     def zero(self, message: Mapping[str, Any]) -> dict[str, Any]:
-        """``message`` with every motion field at 0, for receivers that are told to stand by a command."""
+        """``message`` with every velocity at 0, for receivers that are told to stand by a command."""
         shaped = dict(message)
-        for path, field in zip(self._paths, self.fields, strict=True):
-            if _number(message, path, field) is not None:
+        for path, name in zip(self._paths, self.fields, strict=True):
+            if _number(message, path, name) is not None:
                 _put(shaped, message, path, 0.0)
         return shaped
 
@@ -129,19 +154,22 @@ class SafetyEnvelope:
                     clamped(output, limit, its)  # rounding must not leave the limits
         return [value + 0.0 for value in output]  # -0.0 becomes 0.0
 
-    def _note(self, output: list[float], shaped: dict[str, Any], is_zero: bool, now_s: float) -> bool:
+    def _note(
+        self, output: list[float], sent: Mapping[str, float], shaped: dict[str, Any], is_zero: bool, now_s: float
+    ) -> bool:
         """Remember what is put out; whether it is idle."""
         before = self._state
         at_s = now_s if before.at_s is None else max(before.at_s, now_s)
+        held = {**before.held, **{name: HeldPosition(value, at_s) for name, value in sent.items()}}
         if not is_zero:
-            self._state = EnvelopeState(tuple(output), at_s, None, None)
+            self._state = EnvelopeState(tuple(output), at_s, None, None, held)
             return False
         since_s = before.zero_since_s
         if since_s is None or shaped != before.standing:
             since_s = now_s if since_s is None else since_s
-            self._state = EnvelopeState(tuple(output), at_s, since_s, shaped)
+            self._state = EnvelopeState(tuple(output), at_s, since_s, shaped, held)
             return False
-        self._state = EnvelopeState(tuple(output), at_s, since_s, before.standing)
+        self._state = EnvelopeState(tuple(output), at_s, since_s, before.standing, held)
         return now_s - since_s >= self._idle_after_s
 
 

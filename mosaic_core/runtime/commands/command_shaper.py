@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,7 +29,7 @@ class ShapedCommand:
 class CommandShaper:
     """Shapes the commands of one receiver, on its one thread or task.
 
-    ``fired`` counts the safe actions: after one, speeds rise from zero again.
+    ``fired`` counts the safe actions: after one, speeds rise from zero again, and positions start where they are.
     """
 
     def __init__(
@@ -40,9 +40,8 @@ class CommandShaper:
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._reader = PayloadReader(handler)
-        has_fields = bool(safety.limits or safety.motion_fields)
-        self._envelope = SafetyEnvelope(safety.limits, safety.motion_fields) if has_fields else None
-        self._defaults = MotionDefaults(self._reader.schema(), self._envelope.fields) if self._envelope else None
+        self._envelope = _envelope_of(handler, safety) if safety.has_fields else None
+        self._defaults = _defaults_of(self._reader, self._envelope) if self._envelope else None
         self._fired = fired
         self._shaped_after = fired()
         self._now_s = now_s
@@ -108,25 +107,33 @@ class CommandShaper:
         return self._reader.validated(self._envelope.zero(self._last))
 
 
+def _envelope_of(handler: DataChannelReceivable[Any], safety: ReceiverSafety) -> SafetyEnvelope:
+    return SafetyEnvelope(safety.limits, safety.motion_fields, safety.position_fields, report=handler.reported_position)
+
+
+def _defaults_of(reader: PayloadReader, envelope: SafetyEnvelope) -> MotionDefaults:
+    return MotionDefaults(reader.schema(), envelope.fields, envelope.positions)
+
+
 class MotionDefaults:
     """Completes the messages of one receiver by what it would take for motion fields that they leave out, if that
     moves: else a message without the field would move by a default that no limit has seen. ``schema``: the JSON Schema
-    of its messages; ``fields``: dotted paths of what moves.
+    of its messages; ``fields``: dotted paths of velocities, ``positions``: those of positions, which any number moves.
     """
 
-    def __init__(self, schema: Mapping[str, Any], fields: Iterable[str]) -> None:
+    def __init__(self, schema: Mapping[str, Any], fields: Iterable[str], positions: Collection[str] = ()) -> None:
         found: dict[tuple[str, ...], Any] = {}
-        for field in fields:
+        for field in (*fields, *positions):
             path, node = tuple(field.split(".")), schema
             for place, key in enumerate(path, 1):
                 node = _object(schema, node).get("properties", {}).get(key, {})
                 default = node.get("default")
-                if _moves(default, path[place:]):
+                if _moves(default, path[place:], is_position=field in positions):
                     found[path[:place]] = default
         self._found = tuple(sorted(found.items(), key=lambda item: len(item[0])))
 
     def complete(self, message: dict[str, Any]) -> None:
-        """Add to ``message`` what it leaves out and what isn't 0."""
+        """Add to ``message`` what it leaves out and what moves."""
         for path, default in self._found:
             inner: Any = message
             for key in path[:-1]:
@@ -135,10 +142,10 @@ class MotionDefaults:
                 inner[path[-1]] = copy.deepcopy(default)
 
 
-def _moves(default: Any, path: Iterable[str]) -> bool:
+def _moves(default: Any, path: Iterable[str], *, is_position: bool) -> bool:
     for key in path:
         default = default.get(key) if isinstance(default, dict) else None
-    return isinstance(default, int | float) and not isinstance(default, bool) and default != 0
+    return isinstance(default, int | float) and not isinstance(default, bool) and (is_position or default != 0)
 
 
 def _object(schema: Mapping[str, Any], node: Mapping[str, Any]) -> Mapping[str, Any]:

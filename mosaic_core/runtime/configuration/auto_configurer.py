@@ -25,13 +25,12 @@ from mosaic_core.runtime.configuration.folder_problems import folder_problems
 from mosaic_core.runtime.configuration.handler_problems import (
     WithHandlers,
     delivery_problems,
-    guard_hints,
     label_problems,
-    safety_problems,
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.configuration.safety_problems import guard_hints, safety_problems
 from mosaic_core.words.config import LABEL, RobotConfig
 from mosaic_core.words.errors import ConfigError, Problem
 

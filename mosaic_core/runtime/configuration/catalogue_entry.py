@@ -23,7 +23,7 @@ def effective_safety(safety: SafetyConfig, handlers: Sequence[Handler]) -> Safet
         more["timeout_s"] = min(own)
     if safety.requires_lease is None and any(handler.requires_lease for handler in receivers(handlers)):
         more["requires_lease"] = True
-    if safety.slow_down is None and any(handler.motion_fields for handler in receivers(handlers)):
+    if safety.slow_down is None and any(one.motion_fields or one.position_fields for one in receivers(handlers)):
         more["slow_down"] = SlowDown()
     return safety.model_copy(update=more)
 

@@ -9,7 +9,7 @@ from itertools import combinations
 from mosaic_core.runtime.configuration.catalogue_entry import receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.connector import Connector
-from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.configuration.receiver_safety import resource_of
 from mosaic_core.words.errors import Problem
 
 _PARTS = re.compile(r"[-_]|\d+")
@@ -19,8 +19,8 @@ def lease_groups(connectors: Iterable[Connector]) -> dict[str, tuple[str, ...]]:
     """Resource → the labels of the connectors that its holder commands, in the order of the file."""
     groups: dict[str, tuple[str, ...]] = {}
     for connector in connectors:
-        safeties = [ReceiverSafety.of(connector.safety, one) for one in receivers(connector.handlers)]
-        for resource in dict.fromkeys(safety.resource for safety in safeties if safety.resource is not None):
+        resources = (resource_of(connector.safety, one) for one in receivers(connector.handlers))
+        for resource in dict.fromkeys(resource for resource in resources if resource is not None):
             groups[resource] = (*groups.get(resource, ()), connector.config.label)
     return groups
 

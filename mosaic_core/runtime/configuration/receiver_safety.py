@@ -22,6 +22,7 @@ class ReceiverSafety:
     max_rate_hz: float | None = None
     limits: tuple[FieldLimit, ...] = ()
     motion_fields: tuple[str, ...] = ()
+    position_fields: tuple[str, ...] = ()
     curves: SlowDownCurves = NO_SLOW_DOWN
     takes_observers: bool = False
 
@@ -32,23 +33,36 @@ class ReceiverSafety:
 
     @property
     def is_slowed(self) -> bool:
-        return self.curves != NO_SLOW_DOWN and bool(self.limits or self.motion_fields)
+        return self.curves != NO_SLOW_DOWN and self.has_fields
+
+    @property
+    def has_fields(self) -> bool:
+        """Some number of its messages is limited, scaled, or set to zero."""
+        return bool(self.limits or self.motion_fields or self.position_fields)
 
     @classmethod
     def of(cls, config: SafetyConfig, handler: DataChannelReceivable[Any]) -> ReceiverSafety:
-        limits = config.every_limit()
-        needs_lease = handler.requires_lease if config.requires_lease is None else config.requires_lease
+        """Raises :class:`~mosaic_core.words.limits.ImpossibleLimit`."""
+        limits = config.every_limit(handler.position_fields)
+        limited = (field for limit in limits if limit.kind == "position" for field in limit.fields)
         return cls(
             timeout_s=handler.timeout_s if config.timeout_s is None else config.timeout_s,
             on_timeout=config.on_timeout,
             on_loss=config.on_loss or config.on_timeout,
-            resource=config.resource if needs_lease else None,
+            resource=resource_of(config, handler),
             max_rate_hz=config.max_rate_hz,
             limits=limits,
             motion_fields=handler.motion_fields,
+            position_fields=tuple(dict.fromkeys((*handler.position_fields, *limited))),
             curves=_curves(config, handler),
             takes_observers=handler.takes_observers,
         )
+
+
+def resource_of(config: SafetyConfig, handler: DataChannelReceivable[Any]) -> str | None:
+    """Whose lease the commands of this receiver need; ``None``: nobody's."""
+    needs_lease = handler.requires_lease if config.requires_lease is None else config.requires_lease
+    return config.resource if needs_lease else None
 
 
 def _curves(config: SafetyConfig, handler: DataChannelReceivable[Any]) -> SlowDownCurves:
@@ -56,4 +70,4 @@ def _curves(config: SafetyConfig, handler: DataChannelReceivable[Any]) -> SlowDo
         return NO_SLOW_DOWN
     if config.slow_down is not None:
         return config.slow_down.curves()
-    return SlowDownCurves() if handler.motion_fields else NO_SLOW_DOWN
+    return SlowDownCurves() if handler.motion_fields or handler.position_fields else NO_SLOW_DOWN

@@ -196,5 +196,6 @@ def _sends(route: Route) -> bool:
 def _takes(route: Route) -> bool:
     """What operators send there is numbered across connections: never what moves something, which is never repeated."""
     safety = route.safety
-    is_free = not safety.is_motion and safety.max_rate_hz is None and not safety.motion_fields
+    moves = safety.is_motion or safety.motion_fields or safety.position_fields
+    is_free = not moves and safety.max_rate_hz is None
     return isinstance(route.handler, DataChannelReceivable) and route.priority is Priority.RELIABLE and is_free

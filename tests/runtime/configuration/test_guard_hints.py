@@ -9,7 +9,7 @@ import pytest
 
 from mosaic_core import DataChannelReceivable, Message
 from mosaic_core.runtime.configuration.auto_configurer import Rehearsal
-from mosaic_core.runtime.configuration.handler_problems import guard_hints
+from mosaic_core.runtime.configuration.safety_problems import guard_hints
 from mosaic_core.words.errors import Problem
 from mosaic_core.words.limits import MotionKind
 from mosaic_core.words.safety_config import FieldBounds, SafetyConfig

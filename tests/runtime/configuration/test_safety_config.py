@@ -10,9 +10,9 @@ from pydantic import AliasChoices, ConfigDict, Field, ValidationError
 
 from mosaic_core import DataChannelReceivable, DataChannelStringReceivable, Message
 from mosaic_core.contract.configurer import DataChannelConfigurer
+from mosaic_core.contract.message_fields import field_paths
 from mosaic_core.contract.params import NoParams
 from mosaic_core.runtime.configuration.checked_config import Validation
-from mosaic_core.runtime.configuration.handler_problems import field_paths
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.testing import connector, joined
 from mosaic_core.words.config import ControlConfig, SafetyConfig
@@ -108,8 +108,7 @@ def test_limits_become_those_of_fields() -> None:
         {"resource": "Left Arm"},
         {"max_rate_hz": -1},
         {"limits": {"linear..x": {"max": 1}}},
-        {"limits": {"linear.x": {"max": -1}}},
-        {"limits": {"linear.x": {"min": 1}}},
+        {"limits": {"linear.x": {"kind": "effort"}}},
         {"limits": {"linear.x": {"max_rise_per_s": 0}}},
         {"limits": {"linear.x": {"maximum": 1}}},
         {"slow_down": {"rtt_ms": [[300, 1], [150, 0.5]]}},

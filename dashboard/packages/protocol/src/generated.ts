@@ -805,6 +805,7 @@ export const REASONS = {
   'safety.no_stop': { sentence: 'This robot has no stop: it runs an original MOSAIC.', cure: 'Use the switch on the robot; `mosaic operator stop --drive LABEL` sends zeros to what drives it.' },
   'safety.too_fast': { sentence: 'Commands came faster than this connector takes them.', cure: 'Send no faster than `max_rate_hz` of the connector.' },
   'safety.out_of_range': { sentence: "A value of the command can't be limited: it is no number where one belongs.", cure: 'Put a number into the field that it names.' },
+  'safety.position_unknown': { sentence: 'It may move only slowly from where it is, and nobody knows where that is.', cure: 'Wait until the connector knows its position; its author lets it report one with `reported_position`.' },
   'lease.required': { sentence: 'This connector takes commands only from the holder of its lease.', cure: 'Take control.' },
   'lease.not_holder': { sentence: 'Somebody else commands this robot.', cure: 'Ask for the lease and wait for the answer.' },
   'lease.old_epoch': { sentence: 'The command belongs to a lease that has ended.', cure: 'Send with the epoch of the present lease; whoever lost it takes control again.' },

@@ -1,0 +1,148 @@
+"""Finds what ``safety:`` of a connector says that its receivers can't follow: leases that guard nothing, fields that
+their messages don't have, limits without a standstill or without a place to begin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
+from mosaic_core.contract.message_fields import field_paths, has_two_names
+from mosaic_core.runtime.configuration.catalogue_entry import message_schema, receivers
+from mosaic_core.runtime.configuration.checked_config import CheckedConnector
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety, resource_of
+from mosaic_core.runtime.configuration.resolver import guess
+from mosaic_core.words.errors import Problem
+from mosaic_core.words.limits import ImpossibleLimit, clashes
+
+
+def safety_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
+    """What the ``safety:`` of this connector says that nothing of it can follow."""
+    found = receivers(handlers)
+    if one.config.safety and not found:
+        message = f"connector '{one.config.label}' ('{one.config.type}') receives nothing that could be limited"
+        yield one.problem(message, "safety", cure="remove `safety:`")
+    for handler in found:
+        yield from _receiver_problems(one, handler)
+
+
+def _receiver_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    safety = one.safety
+    if "resource" in safety.model_fields_set and resource_of(safety, handler) is None:
+        message = (
+            f"connector '{one.config.label}' needs no lease to be commanded, so '{safety.resource}' guards nothing"
+        )
+        yield one.problem(message, "safety", "resource", cure="add `requires_lease: true`, or remove `resource`")
+    bad = list(_limit_problems(one, handler))
+    yield from bad
+    if bad:
+        return
+    effective = ReceiverSafety.of(safety, handler)
+    limited = (field for limit in effective.limits for field in limit.fields)
+    fields = {*effective.motion_fields, *effective.position_fields, *limited}
+    if message_type_of(type(handler)) in (str, bytes) and fields:
+        message = f"connector '{one.config.label}' takes no JSON messages, so none of their fields can be limited"
+        yield one.problem(message, "safety", "limits", cure="remove `limits`")
+        return
+    yield from _zero_problems(one, effective, has_fields=bool(fields))
+    yield from _rate_problems(one, handler, effective)
+    yield from _field_problems(one, handler, fields)
+
+
+def _limit_problems(one: CheckedConnector, handler: DataChannelReceivable[Any]) -> Iterator[Problem]:
+    """Of each limit alone, of its kind and the handler's, and of several limits of one field."""
+    label, found = one.config.label, []
+    for field, bounds in one.safety.limits.items():
+        own = _own_kind(one, handler, field)
+        if own is not None and bounds.kind not in (None, own):
+            message = f"'{field}' is a {own} to connector '{label}', and can't be limited as a {bounds.kind}"
+            yield one.problem(message, "safety", "limits", field, "kind", cure="remove `kind`")
+            continue
+        try:
+            found.append(bounds.limit(field, own or "velocity"))
+        except ImpossibleLimit as wrong:
+            place = (field, wrong.key) if wrong.key else (field,)
+            yield one.problem(f"connector '{label}': {wrong}", "safety", "limits", *place, cure=wrong.cure)
+    for field, message in clashes((*one.safety.field_limits(), *found)):
+        cure = "write limits that can be kept together"
+        yield one.problem(f"connector '{label}': {message}", "safety", "limits", field, cure=cure)
+
+
+def _own_kind(one: CheckedConnector, handler: DataChannelReceivable[Any], field: str) -> Any:
+    """What the connector itself calls a field: ``velocity``, ``position`` or ``None``."""
+    if field in handler.position_fields:
+        return "position"
+    if field in handler.motion_fields:
+        return "velocity"
+    return next((limit.kind for limit in one.safety.field_limits() if field in limit.fields), None)
+
+
+def _zero_problems(one: CheckedConnector, effective: ReceiverSafety, *, has_fields: bool) -> Iterator[Problem]:
+    for key in ("on_timeout", "on_loss"):
+        if getattr(one.safety, key) != "zero":
+            continue
+        if effective.position_fields:
+            fields = " and ".join(f"'{field}'" for field in effective.position_fields)
+            message = f"connector '{one.config.label}' takes {fields} as a position, and 0 is no standstill of one"
+            cure = "write `callback`, or `hold` if it may stay where it is"
+            yield one.problem(message, "safety", key, cure=cure)
+        elif not has_fields:
+            message = f"connector '{one.config.label}' names no motion fields that could be set to zero"
+            yield one.problem(message, "safety", key, cure="write `callback`, or name its fields in `limits`")
+
+
+def _rate_problems(
+    one: CheckedConnector, handler: DataChannelReceivable[Any], effective: ReceiverSafety
+) -> Iterator[Problem]:
+    """A limited rate must begin somewhere."""
+    if type(handler).reported_position is not DataChannelReceivable.reported_position:
+        return
+    for limit in effective.limits:
+        if limit.max_rate_per_s is None:
+            continue
+        name = " and ".join(limit.fields)
+        message = f"connector '{one.config.label}' does not report where '{name}' is, so a rate can't begin anywhere"
+        cure = f"let {type(handler).__name__} implement reported_position, or remove max_rate_per_s"
+        if name in one.safety.limits:
+            yield one.problem(message, "safety", "limits", name, "max_rate_per_s", cure=cure)
+        else:
+            yield one.broken(message, cure=cure)
+
+
+def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], fields: set[str]) -> Iterator[Problem]:
+    """Of each field that is limited or moves something: its messages must have it, under one name."""
+    twice = {field for field in fields if has_two_names(message_type_of(type(handler)), field.split("."))}
+    for field in sorted(twice):
+        message = f"'{field}' of the messages of connector '{one.config.label}' can be written under two names"
+        cure = "give it one name in its model: a limit sees no other"
+        yield one.problem(message, "safety", code="config.broken_plugin", cure=cure)
+    known = field_paths(message_schema(handler))
+    unknown = [field for field in sorted(fields - twice) if known and field not in known]
+    for field in unknown:
+        cure = guess(field, sorted(known), f"they have: {', '.join(sorted(known))}")
+        if field in one.safety.limits:
+            message = f"the messages of connector '{one.config.label}' have no number '{field}'"
+            yield one.problem(message, "safety", "limits", field, cure=cure)
+        else:
+            message = f"connector '{one.config.label}' of {one.installed.source} moves by '{field}'"
+            yield one.broken(f"{message}, a number that its messages don't have: nothing would limit it", cure=cure)
+
+
+def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
+    """What the framework can't do for a receiver that says it moves something, but not by which numbers."""
+    safety = one.safety
+    for handler in receivers(handlers):
+        message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
+        is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
+        has_fields = handler.motion_fields or handler.position_fields or safety.limits or safety.field_limits()
+        if not is_mover or has_fields or getattr(message_type, "motion_kinds", None):
+            continue
+        message = (
+            f"nothing says which numbers move connector '{one.config.label}': a bad link does not slow it down, and "
+            "after a stop was cleared no zero lets it go on, only silence"
+        )
+        cure = "name them in `limits`, or in the `motion_fields` of its class"
+        if message_type in (str, bytes):
+            cure = "it takes no JSON messages, so it can't: let it stop quickly by itself"
+        yield one.problem(message, "safety", cure=cure)

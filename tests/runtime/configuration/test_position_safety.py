@@ -1,0 +1,152 @@
+"""Limits of positions that make no sense are refused before anything starts, with their place and cure."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any, ClassVar
+
+import pytest
+
+from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Message, NoParams
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.testing import connector, joined
+from mosaic_core.words.config import SafetyConfig
+from mosaic_core.words.errors import ConfigError, Problem
+from mosaic_core.words.limits import NO_SLOW_DOWN, FieldLimit
+
+
+class Wish(Message):
+    angle: float = 0.0
+    speed: float = 0.0
+    effort: float = 0.0
+
+
+class Blind(DataChannelReceivable[Wish]):
+    """Says nothing of where it is."""
+
+    motion_fields: ClassVar[tuple[str, ...]] = ("speed",)
+    position_fields: ClassVar[tuple[str, ...]] = ("angle",)
+
+    def handle_data(self, data: Wish) -> None:
+        """Takes everything."""
+
+
+class Arm(Blind):
+    def reported_position(self, field: str) -> float | None:
+        return 60.0
+
+
+class NarrowSafety(SafetyConfig):
+    def field_limits(self) -> tuple[FieldLimit, ...]:
+        return (FieldLimit(("angle",), 0, 50, kind="position"),)
+
+
+class BlindConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "blind"
+
+    def configure(self) -> Blind:
+        return Blind(self.label)
+
+
+class ArmConfigurer(BlindConfigurer):
+    connector_type = "arm"
+    safety_model = NarrowSafety
+
+    def configure(self) -> Arm:
+        return Arm(self.label)
+
+
+def problems_of(configurer: Any, safety: dict[str, Any]) -> list[Problem]:
+    async def start() -> None:
+        async with joined(connector(configurer, label="a", safety=safety)):
+            raise AssertionError("it started")
+
+    with pytest.raises(ConfigError) as caught:
+        asyncio.run(start())
+    return list(caught.value.problems)
+
+
+def field(name: str, **bounds: Any) -> dict[str, Any]:
+    return {"limits": {name: bounds}}
+
+
+ZERO = "zero must be allowed (min <= 0 <= max), or nothing could stand still"
+NO_REPORT = "connector 'a' does not report where '{}' is, so a rate can't begin anywhere"
+REPORT = "let Blind implement reported_position, or remove max_rate_per_s"
+
+
+@pytest.mark.parametrize(
+    ("safety", "path", "message", "cure"),
+    [
+        (
+            field("angle", kind="velocity"),
+            "limits.angle.kind",
+            "'angle' is a position to connector 'a', and can't be limited as a velocity",
+            "remove `kind`",
+        ),
+        (
+            field("speed", kind="position"),
+            "limits.speed.kind",
+            "'speed' is a velocity to connector 'a', and can't be limited as a position",
+            "remove `kind`",
+        ),
+        (
+            field("effort", min=5),
+            "limits.effort.min",
+            f"connector 'a': limit of effort: {ZERO}",
+            "write `kind: position` if 0 is no standstill",
+        ),
+        (
+            field("angle", max_fall_per_s=5),
+            "limits.angle.max_fall_per_s",
+            "connector 'a': limit of angle: max_fall_per_s is for a velocity, and this is a position",
+            "write max_rate_per_s, which holds in any direction",
+        ),
+        (field("angle", max_rate_per_s=5), "limits.angle.max_rate_per_s", NO_REPORT.format("angle"), REPORT),
+        (
+            field("effort", kind="position", max_rate_per_s=5),
+            "limits.effort.max_rate_per_s",
+            NO_REPORT.format("effort"),
+            REPORT,
+        ),
+        (
+            {"timeout_s": 1, "on_timeout": "zero"},
+            "on_timeout",
+            "connector 'a' takes 'angle' as a position, and 0 is no standstill of one",
+            "write `callback`, or `hold` if it may stay where it is",
+        ),
+        (
+            {"on_loss": "zero", **field("effort", kind="position")},
+            "on_loss",
+            "connector 'a' takes 'angle' and 'effort' as a position, and 0 is no standstill of one",
+            "write `callback`, or `hold` if it may stay where it is",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_refused_with_its_place_and_cure(
+    safety: dict[str, Any], path: str, message: str, cure: str
+) -> None:
+    (problem,) = problems_of(BlindConfigurer, safety)
+    assert (problem.path, problem.message, problem.cure) == (f"connectors[0].safety.{path}", message, cure)
+
+
+def test_limits_of_the_file_and_of_the_connector_must_leave_a_position() -> None:
+    (problem,) = problems_of(ArmConfigurer, field("angle", min=60, max=90))
+    assert problem.message == "connector 'a': no position is left for 'angle': at least 60 and at most 50"
+
+
+def test_a_position_has_a_range_without_zero_a_rate_and_the_slow_down_of_what_moves() -> None:
+    safety = SafetyConfig.model_validate(field("angle", min=5, max=90, max_rate_per_s=30))
+    it = ReceiverSafety.of(safety, Arm("arm"))
+    assert it.limits == (FieldLimit(("angle",), 5, 90, max_rate_per_s=30, kind="position"),)
+    assert (it.position_fields, it.is_slowed) == (("angle",), True)
+
+
+def test_the_file_may_call_a_field_a_position_of_which_the_connector_says_nothing() -> None:
+    class Plain(DataChannelReceivable[Wish]):
+        def handle_data(self, data: Wish) -> None:
+            """Takes everything."""
+
+    it = ReceiverSafety.of(SafetyConfig.model_validate(field("effort", kind="position", min=5)), Plain("p"))
+    assert it.position_fields == ("effort",)
+    assert it.curves == NO_SLOW_DOWN, "as for velocities, only the connector's own fields switch it on"
