@@ -332,7 +332,8 @@ class DataChannelReceivable(Handler, Generic[T]):
 
         A limited rate begins there. Asked before the first command, the first after a safe action, and the first after
         a second without any; in between the position that was sent last counts. Runs where ``handle_data`` runs, just
-        before it: be quick, answer from what was read last. Raising fails the command as ``handle_data`` would.
+        before it; in a live safety drill also on the event loop. Be quick, answer from what was read last. Raising
+        fails the command as ``handle_data`` would.
         """
         return None
 
@@ -348,6 +349,11 @@ class DataChannelReceivable(Handler, Generic[T]):
             cls.motion_fields = tuple(one for one in velocities if one not in cls.position_fields)
         if positions and "position_fields" not in named:
             cls.position_fields = tuple(one for one in positions if one not in cls.motion_fields)
+
+
+def reports_position(handler: DataChannelReceivable[Any]) -> bool:
+    """Whether its author wrote :meth:`DataChannelReceivable.reported_position`."""
+    return type(handler).reported_position is not DataChannelReceivable.reported_position
 
 
 class DataChannelJsonReceivable(DataChannelReceivable[dict[str, Any]]):

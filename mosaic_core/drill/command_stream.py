@@ -89,8 +89,8 @@ class CommandStream:
             await self.drive(self.period_s)
 
     def moves(self, act: Act) -> bool:
-        """Whether a command that was carried out means motion."""
-        if not self.command.fields:
+        """Whether a command that was carried out means motion; one that names a position does."""
+        if self.command.positions or not self.command.fields:
             return True
         return any(at(act.value, field) for field in self.command.fields)
 
@@ -98,6 +98,14 @@ class CommandStream:
         broken = [act.cause for act in self.subject.recorder.acts if act.kind == "failed" and act.at_s >= since_s]
         codes = [*dict.fromkeys(self.who.refusals), *dict.fromkeys(broken)]
         return f" ({', '.join(codes)})" if codes else ": handle_data does not return"
+
+
+def position_of(subject: DrilledReceiver, field: str) -> float | None:
+    """Where it says it is; raises :class:`ExerciseFailed` if it can't be asked."""
+    try:
+        return subject.handler.reported_position(field)
+    except Exception as error:  # noqa: BLE001 (a plugin may raise anything)
+        raise ExerciseFailed(f"reported_position raised: {type(error).__name__}: {error}") from None
 
 
 @asynccontextmanager
@@ -110,7 +118,7 @@ async def opened(
     try:
         if holds and subject.safety.resource is not None:
             await who.control.take(subject.safety.resource)
-        stream = CommandStream(who, subject, subject.command)
+        stream = CommandStream(who, subject, subject.command.placed(lambda field: position_of(subject, field)))
         await stream.open()
         yield stream
     finally:

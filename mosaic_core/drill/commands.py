@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pydantic import BaseModel
@@ -19,6 +19,8 @@ from mosaic_core.words.limits import FieldLimit
 
 GENTLE = 0.1
 """What a drill moves by at most, in the message's own unit: enough to see, little enough to survive."""
+SEEN_S = 0.5
+"""A slew that takes so long is seen: it is several commands long."""
 _DEPTH = 12
 _FORMATS = {
     "date-time": "2026-01-01T00:00:00Z", "date": "2026-01-01", "time": "00:00:00Z", "email": "drill@example.org",
@@ -32,13 +34,23 @@ class NoCommand(Exception):
 
 @dataclass(frozen=True, slots=True)
 class DrillCommand:
-    """A message that moves a receiver a little. ``fields``: the dotted paths that mean motion; ``moved``: the one that
-    is not zero here."""
+    """A message that moves a receiver a little. ``fields``: the dotted paths of velocities, ``positions``: those of
+    positions; ``moved``: the velocity that is not zero here, or else a position."""
 
     message: Any
     kind: PayloadKind
     fields: tuple[str, ...] = ()
     moved: str = ""
+    positions: tuple[str, ...] = ()
+
+    def placed(self, where: Callable[[str], float | None]) -> DrillCommand:
+        """The same message with the positions that are known by ``where``: it is told to be where it is."""
+        message = deepcopy(self.message)
+        for field in self.positions:
+            value = where(field)
+            if value is not None:
+                put(message, field, value)
+        return replace(self, message=message)
 
     def payload(self) -> bytes:
         if self.kind is PayloadKind.BYTES:
@@ -60,7 +72,8 @@ def moving_command(handler: DataChannelReceivable[Any], safety: ReceiverSafety) 
         return DrillCommand(b"\x00", PayloadKind.BYTES)
     if wanted is str:
         return DrillCommand("drill", PayloadKind.STRING)
-    fields = motion_fields(safety)
+    positions = safety.position_fields
+    fields = tuple(field for field in motion_fields(safety) if field not in positions)
     schema = wanted.model_json_schema() if isinstance(wanted, type) and issubclass(wanted, BaseModel) else {}
     message = example_of(schema, schema)
     if not isinstance(message, dict):
@@ -68,7 +81,9 @@ def moving_command(handler: DataChannelReceivable[Any], safety: ReceiverSafety) 
     for field in fields:
         put(message, field, 0)
     moved = next((field for field in fields if _move(message, field, schema, safety.limits)), "")
-    command = DrillCommand(message, PayloadKind.JSON, fields, moved)
+    for field in positions:
+        put(message, field, nearest_to(resting_place(field, safety.limits), schema_at(schema, field)))
+    command = DrillCommand(message, PayloadKind.JSON, fields, moved or next(iter(positions), ""), positions)
     try:
         PayloadReader(handler).read(command.payload())
     except Refused as refused:
@@ -80,6 +95,20 @@ def motion_fields(safety: ReceiverSafety) -> tuple[str, ...]:
     """Everything that means motion: what the connector names and what is limited."""
     limited = (field for limit in safety.limits for field in limit.fields)
     return tuple(dict.fromkeys((*safety.motion_fields, *limited)))
+
+
+def resting_place(field: str, limits: Iterable[FieldLimit]) -> float:
+    """A place in the range of a position, so far from 0, where the range allows, that a slew from 0 would be seen."""
+    its = [limit for limit in limits if field in limit.fields]
+    low = max((limit.min for limit in its if limit.min is not None), default=None)
+    high = min((limit.max for limit in its if limit.max is not None), default=None)
+    norms = (limit.max_norm / 2 for limit in its if limit.max_norm is not None)
+    rates = (limit.max_rate_per_s * SEEN_S for limit in its if limit.max_rate_per_s is not None)
+    enough = min(min(rates, default=1.0), min(norms, default=math.inf))
+    if low is not None and high is not None:
+        middle = (low + high) / 2
+        return middle if abs(middle) >= enough else max(low, high, key=abs)
+    return max(low, enough) if low is not None else enough if high is None else min(high, enough)
 
 
 def example_of(schema: Mapping[str, Any], root: Mapping[str, Any], depth: int = 0) -> Any:

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Collection, Mapping
 from dataclasses import asdict
 
-from mosaic_core.drill import silence, strangers
+from mosaic_core.drill import positions, silence, strangers
 from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, NotExercised, Passed
 from mosaic_core.drill.rig import DrilledReceiver, Rig, rig_of
 from mosaic_core.runtime.configuration.auto_configurer import Configured
@@ -21,6 +21,7 @@ EXERCISES: Mapping[str, Exercise] = {
     "disconnect": silence.disconnect,
     "leaves": silence.leaves,
     "frozen-picture": silence.frozen_picture,
+    "holds-position": positions.holds_position,
     "stop": strangers.stop,
     "stop-on-control": strangers.stop_on_control,
     "let-go": strangers.let_go,

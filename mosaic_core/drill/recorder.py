@@ -15,6 +15,7 @@ from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.contract.host import Sender
+from mosaic_core.drill.commands import DrillCommand, at
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +59,9 @@ class ActRecorder:
         return next((act for act in reversed(self.acts) if act.kind == "command"), None)
 
 
-def watched(handler: DataChannelReceivable[Any], *, live: bool) -> ActRecorder:
-    """Record what ``handler`` does from now on; unless ``live``, nothing of the plugin's own code runs any more.
+def watched(handler: DataChannelReceivable[Any], command: DrillCommand | None, *, live: bool) -> ActRecorder:
+    """Record what ``handler`` does from now on; unless ``live``, nothing of the plugin's own code runs any more: its
+    positions are then those of ``command``, and wherever it was sent since.
 
     Only this one object is changed, and it is the drill's own.
     """
@@ -71,6 +73,7 @@ def watched(handler: DataChannelReceivable[Any], *, live: bool) -> ActRecorder:
     object.__setattr__(handler, "make_safe", _recorded(make_safe, recorder, "safe"))
     if not live:
         object.__setattr__(handler, "peer_left", _ignore)
+        object.__setattr__(handler, "reported_position", _obedient(recorder, command.message if command else {}))
     return recorder
 
 
@@ -85,6 +88,16 @@ def _nothing(data: Any) -> None:
 
 def _ignore(sender: Sender) -> None:
     """In place of ``peer_left``."""
+
+
+def _obedient(recorder: ActRecorder, beginning: Any) -> Callable[[str], float]:
+    """In place of ``reported_position``: it is where it was sent."""
+
+    def reported_position(field: str) -> float:
+        last = recorder.last_command
+        return at(beginning if last is None else last.value, field)
+
+    return reported_position
 
 
 def _recorded(call: Callable[..., Any], recorder: ActRecorder, kind: Literal["command", "safe"]) -> Callable[..., Any]:

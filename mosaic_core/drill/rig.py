@@ -11,7 +11,7 @@ from typing import Any
 from uuid import UUID
 
 from mosaic_core.contract.configurer import Shared
-from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler
+from mosaic_core.contract.handler import DataChannelReceivable, MediaTrackHandler, reports_position
 from mosaic_core.drill.commands import DrillCommand, NoCommand, moving_command
 from mosaic_core.drill.recorder import ActRecorder, watched
 from mosaic_core.laboratory.joining import PATIENCE_S, running_robot, signed_in
@@ -84,11 +84,13 @@ class DrillOperator:
 
 @dataclass(slots=True)
 class Rig:
-    """A running robot. ``subjects``: its receivers, ``cameras``: the labels of its cameras."""
+    """A running robot. ``subjects``: its receivers, ``cameras``: the labels of its cameras, ``is_live``: it really
+    acts."""
 
     subjects: tuple[DrilledReceiver, ...]
     cameras: tuple[str, ...]
     lease_expiry_s: float
+    is_live: bool
     _server: MemoryServer
     _network: MemoryNetwork
     _stack: AsyncExitStack
@@ -120,7 +122,7 @@ async def rig_of(configured: Configured, *, live: bool) -> AsyncIterator[Rig]:
         staged = replace(staged, shared=Shared(), plugins=hook_plugins([]))
     server, network = MemoryServer(str(home.auth.robot_id)), MemoryNetwork()
     async with running_robot(staged, server, network, "drill"), AsyncExitStack() as stack:
-        yield Rig(subjects, cameras, staged.config.control.lease_expiry_s, server, network, stack)
+        yield Rig(subjects, cameras, staged.config.control.lease_expiry_s, live, server, network, stack)
 
 
 def _staged_config(config: RobotConfig, server: ServerConfig) -> RobotConfig:
@@ -156,7 +158,9 @@ def _subject(connector: Connector, receiver: DataChannelReceivable[Any], *, live
         command = moving_command(receiver, safety)
     except NoCommand as reason:
         no_command = str(reason)
-    recorder = watched(receiver, live=live)
+    if live and command is not None and command.positions and not reports_position(receiver):
+        command, no_command = None, "it does not report its position, so a live drill would move it without knowing"
+    recorder = watched(receiver, command, live=live)
     return DrilledReceiver(receiver.label, receiver, safety, connector.delivery, recorder, command, no_command)
 
 

@@ -74,6 +74,8 @@ async def leaves(rig: Rig, subject: DrilledReceiver) -> Passed:
 async def frozen_picture(rig: Rig, subject: DrilledReceiver) -> Passed:
     """The operator drives on by a picture that no longer changes."""
     curves, fields = subject.safety.curves, subject.command.fields if subject.command else ()
+    if subject.command and subject.command.positions:
+        raise NotExercised("it takes positions, which a bad link slows down but never stops by a zero")
     if not fields:
         raise NotExercised("it has no motion fields that could be slowed down")
     if curves.picture == "off" or curves.picture_ms is None:

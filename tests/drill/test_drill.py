@@ -16,6 +16,7 @@ from mosaic_core.drill.drill import EXERCISES, drill
 from mosaic_core.drill.findings import DrillFinding, ExerciseFailed, in_time
 from mosaic_core.laboratory.joining import ConnectorEntry, checked_config, connector
 from mosaic_core.machines.commands.command_order import CommandOrder
+from mosaic_core.machines.commands.position_slew import PositionSlew
 from mosaic_core.machines.commands.watchdog import Watchdog
 from mosaic_core.machines.control.lease_desk import LeaseDesk
 from mosaic_core.runtime.commands.fence import Fence
@@ -116,7 +117,8 @@ async def test_a_velocity_receiver_and_its_camera_pass_every_exercise() -> None:
         CmdVelConfigurer, label="base", params={"drive": {"type": "log"}}, safety={"max_rate_hz": 40, "timeout_s": 1.0}
     )
     found = await findings(base, camera)
-    assert {name: one.verdict for name, one in found.items()} == dict.fromkeys(EXERCISES, "passed"), found
+    expected = dict.fromkeys(EXERCISES, "passed") | {"holds-position": "skipped"}
+    assert {name: one.verdict for name, one in found.items()} == expected, found
     silence = found["silence"]
     assert (silence.limit, silence.why) == ("1000 ms", "safety.timeout")
     assert silence.measured_s is not None
@@ -247,6 +249,112 @@ async def test_what_cannot_be_exercised_is_said_with_its_reason(safety: Any, exe
     found = (await findings(sled(Sled, **safety), only=(exercise,)))[exercise]
     assert found.verdict == "skipped"
     assert why in found.why
+
+
+class Angle(Message):
+    angle_deg: float
+
+
+class Arm(DataChannelReceivable[Angle]):
+    """An arm that stands at 60° and says so."""
+
+    timeout_s = 1.0
+    requires_lease = True
+    position_fields: ClassVar[tuple[str, ...]] = ("angle_deg",)
+
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
+        self.is_at = 60.0
+
+    def reported_position(self, field: str) -> float | None:
+        return self.is_at
+
+    def handle_data(self, data: Angle) -> None:
+        self.is_at = data.angle_deg
+
+    def make_safe(self, cause: str) -> None:
+        """It holds by itself."""
+
+
+class SlewsFromZero(Arm):
+    """Takes its place for a speed: after a safe action it begins at 0, whatever it is told."""
+
+    ramp = 60.0
+
+    def handle_data(self, data: Angle) -> None:
+        self.ramp = self.is_at = min(data.angle_deg, self.ramp + 9)
+
+    def make_safe(self, cause: str) -> None:
+        self.ramp = 0.0
+
+
+class Folds(Arm):
+    def make_safe(self, cause: str) -> None:
+        self.is_at = 20.0
+
+
+class ReportRaises(Arm):
+    def reported_position(self, field: str) -> float | None:
+        raise OSError("the bus is gone")
+
+
+class Blind(Arm):
+    reported_position = DataChannelReceivable.reported_position
+
+
+def arm(handler: type[Any] = Arm, **bounds: float) -> ConnectorEntry:
+    return connector(made_by(handler), label="arm", safety={"limits": {"angle_deg": bounds}, "max_rate_hz": 40})
+
+
+async def test_an_arm_passes_every_exercise_that_is_for_positions() -> None:
+    found = await findings(arm(min=5, max=120, max_rate_per_s=90))
+    skipped = {name for name, one in found.items() if one.verdict == "skipped"}
+    assert skipped == {"frozen-picture"}
+    assert all(one.verdict == "passed" for name, one in found.items() if name not in skipped), found
+    assert found["holds-position"].limit == "angle_deg = 62.5"
+
+
+@pytest.mark.parametrize("handler", [Arm, Folds])
+async def test_a_live_drill_leaves_an_arm_where_it_is(handler: type[Any]) -> None:
+    found = await findings(arm(handler, min=5, max=120, max_rate_per_s=90), live=True, only=("holds-position",))
+    assert found["holds-position"].verdict == "passed"
+    assert found["holds-position"].limit == ("angle_deg = 60" if handler is Arm else "angle_deg = 20")
+
+
+async def test_a_framework_that_begins_at_zero_after_a_safe_action_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    began_at_zero = lambda slew, field, held, now_s: held[field].value if held[field].is_sure else 0.0  # noqa: E731
+    start = PositionSlew._start
+    monkeypatch.setattr(PositionSlew, "_start", lambda *its: began_at_zero(*its) if its[2] else start(*its))
+    found = (await findings(arm(min=5, max=120, max_rate_per_s=90), only=("holds-position",)))["holds-position"]
+    assert (found.verdict, found.limit) == ("failed", "angle_deg = 62.5")
+    assert "told to stay after a safe action, it was sent elsewhere: a swing of " in found.why
+
+
+async def test_an_arm_that_begins_at_zero_by_itself_fails_when_it_is_live() -> None:
+    found = (await findings(arm(SlewsFromZero), live=True, only=("holds-position",)))["holds-position"]
+    assert (found.verdict, found.limit) == ("failed", "angle_deg = 60")
+    assert float(found.measured) < 50
+    assert found.why.startswith("told to stay after a safe action, it was moved elsewhere: a swing of ")
+
+
+@pytest.mark.parametrize(
+    ("handler", "verdict", "why"),
+    [
+        (Blind, "skipped", "does not report its position"),
+        (ReportRaises, "failed", "reported_position raised: OSError: the bus is gone"),
+    ],
+)
+async def test_no_live_drill_moves_an_arm_of_which_nobody_knows_where_it_is(
+    handler: type[Any], verdict: str, why: str
+) -> None:
+    found = (await findings(arm(handler), live=True, only=("holds-position",)))["holds-position"]
+    assert found.verdict == verdict
+    assert why in found.why
+
+
+async def test_no_live_drill_sends_an_arm_to_the_end_of_its_range() -> None:
+    found = (await findings(arm(min=5, max=120), live=True, only=("out-of-range",)))["out-of-range"]
+    assert (found.verdict, found.why) == ("skipped", "a live drill sends nothing to the end of its range")
 
 
 async def test_a_receiver_that_moves_nothing_is_left_alone() -> None:

@@ -84,6 +84,33 @@ def test_limits_of_the_file_bound_what_is_tried(limit: FieldLimit, sign: int) ->
     assert abs(value) <= 0.1
 
 
+def place(*bounds: float | None, norm: float | None = None, rate: float | None = None) -> FieldLimit:
+    low, high = bounds
+    return FieldLimit(("v",), low, high, norm, max_rate_per_s=rate, kind="position")
+
+
+@pytest.mark.parametrize(
+    ("limit", "value"),
+    [
+        (place(5, 120), 62.5),
+        (place(-90, 90, rate=30), -90),
+        (place(-80, 90, rate=30), 90),
+        (place(-80, 110, rate=30), 15),
+        (place(None, None, rate=30), 15),
+        (place(None, 10, rate=30), 10),
+        (place(40, None, rate=30), 40),
+        (place(-40, None), 1),
+        (place(None, None, norm=0.5), 0.25),
+    ],
+)
+def test_a_position_rests_in_its_range_where_a_slew_from_zero_would_be_seen(limit: FieldLimit, value: float) -> None:
+    handler = Anything("any")
+    command = moving_command(handler, ReceiverSafety(limits=(limit,), position_fields=("v",)))
+    assert (at(command.message, "v"), command.fields, command.moved) == (value, (), "v")
+    assert at(command.placed(lambda field: 3.0).message, "v") == 3.0
+    assert command.placed(lambda field: None) == command
+
+
 def test_texts_and_messages_of_any_shape_have_commands_too() -> None:
     words = moving_command(Words("w"), of(Words))
     assert (words.kind, words.fields) == (PayloadKind.STRING, ())

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
+from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of, reports_position
 from mosaic_core.contract.message_fields import field_paths, has_two_names
 from mosaic_core.runtime.configuration.catalogue_entry import message_schema, receivers
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
@@ -96,7 +96,7 @@ def _rate_problems(
     one: CheckedConnector, handler: DataChannelReceivable[Any], effective: ReceiverSafety
 ) -> Iterator[Problem]:
     """A limited rate must begin somewhere."""
-    if type(handler).reported_position is not DataChannelReceivable.reported_position:
+    if reports_position(handler):
         return
     for limit in effective.limits:
         if limit.max_rate_per_s is None:
