@@ -15,6 +15,7 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origi
 from pydantic import BaseModel
 
 from mosaic_core.contract.declared_message import DeclaredMessage
+from mosaic_core.contract.declarations import check_bodies, check_fields, check_media_delivery
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
@@ -103,6 +104,14 @@ class _AsyncTicks:
         return self._tick
 
 
+_BODIES = {
+    "messages": "DataChannelSendable", "handle_data": "DataChannelReceivable", "make_safe": "DataChannelReceivable",
+    "reported_position": "DataChannelReceivable", "frames": "MediaTrackHandler", "sounds": "AudioTrackHandler",
+    "handle_sound": "AudioReceivable",
+}  # fmt: skip
+"""What the framework calls, and the base whose subclasses it calls it on."""
+
+
 class Handler:
     """The base of all handlers. ``label`` is the name of the data channel or track."""
 
@@ -121,6 +130,14 @@ class Handler:
     def __init__(self, label: str) -> None:
         self.label = label
         self._host: HandlerHost = UnboundHost()
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Raises :class:`MosaicError` for what is declared and nothing would follow."""
+        super().__init_subclass__(**kwargs)
+        if cls.__module__ != __name__:
+            check_bodies(cls, _BODIES)
+            if getattr(cls, "data_type", None) is MosaicDataType.MEDIA:
+                check_media_delivery(cls, cls.delivery)
 
     def bind(self, host: HandlerHost) -> None:
         """Called once by the runtime (or the test kit) before the handler runs."""
@@ -349,6 +366,7 @@ class DataChannelReceivable(Handler, Generic[T]):
             cls.motion_fields = tuple(one for one in velocities if one not in cls.position_fields)
         if positions and "position_fields" not in named:
             cls.position_fields = tuple(one for one in positions if one not in cls.motion_fields)
+        check_fields(cls, message_type_of(cls), cls.motion_fields, cls.position_fields)
 
 
 def reports_position(handler: DataChannelReceivable[Any]) -> bool:

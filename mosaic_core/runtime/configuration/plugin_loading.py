@@ -33,6 +33,9 @@ def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector 
     version = _api_version(loaded)
     if version != API_VERSION:
         raise broken(f"it is written for API version {version}, this mosaic-core speaks {API_VERSION}")
+    if loaded.connector_type not in ("", entry_point.name):
+        cure = f'name both alike: connector_type = "{entry_point.name}", or the entry point'
+        raise broken(f"{loaded.__name__} says that its connector_type is '{loaded.connector_type}' ({cure})")
     missing = sorted(getattr(loaded, "__abstractmethods__", ()))
     if missing:
         raise broken(f"{loaded.__name__} does not implement {', '.join(missing)}")

@@ -204,22 +204,26 @@ class Aliased(Message):
     speed: float = Field(default=0.0, alias="v")
 
 
-class Misnamed(DataChannelReceivable[Aliased]):
-    motion_fields: ClassVar[tuple[str, ...]] = ("speed",)
+class Misnaming(SafetyConfig):
+    def field_limits(self) -> tuple[FieldLimit, ...]:
+        return (FieldLimit(("speed",), max=1.0),)
 
+
+class Unnamed(DataChannelReceivable[Aliased]):
     def handle_data(self, data: Aliased) -> None:
         """Takes everything."""
 
 
-class MisnamedConfigurer(DataChannelConfigurer[NoParams]):
-    connector_type = "misnamed"
+class MisnamingConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "misnaming"
+    safety_model = Misnaming
 
-    def configure(self) -> Misnamed:
-        return Misnamed(self.label)
+    def configure(self) -> Unnamed:
+        return Unnamed(self.label)
 
 
-async def test_a_motion_field_that_the_messages_do_not_have_is_a_mistake_of_the_plugin() -> None:
-    (told,) = await problems_of(MisnamedConfigurer, {})
+async def test_a_limit_of_a_connectors_own_that_its_messages_do_not_have_is_a_mistake_of_the_plugin() -> None:
+    (told,) = await problems_of(MisnamingConfigurer, {})
     assert "moves by 'speed', a number that its messages don't have" in told
     assert "they have: v" in told
 
