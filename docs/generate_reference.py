@@ -16,6 +16,8 @@ from pydantic import BaseModel
 from mosaic_core.cli.later_command import LaterCommand
 from mosaic_core.cli.main import app
 from mosaic_core.contract import hooks
+from mosaic_core.machines.requests.answering import MAX_OPEN, MAX_OPEN_OF_ONE, PROGRESS_HZ
+from mosaic_core.machines.requests.request_words import MAX_ANSWER_BYTES, MAX_ID_LENGTH, MAX_QUESTION_BYTES
 from mosaic_core.messages import STANDARD_MESSAGES
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.observation.metrics_text import METRICS
@@ -268,6 +270,7 @@ def wire() -> str:
     lines += [f"| `{alias}` | `{kind}` |" for alias, kind in ALIASES.items()]
     lines += ["", "## Control channel: `_mosaic`", ""]
     lines += [row for message in CONTROL_MESSAGES.values() for row in _message(message.type, message)]
+    lines += ["## Requests: the channel of a connector that answers", "", inspect.cleandoc(REQUESTS)]
     return "\n".join(lines)
 
 
@@ -329,6 +332,27 @@ LIMITS = """
 - An original robot serves one operator; while it is connected the server refuses a second one with `signal.robot_busy`.
   After a page that was killed the original C++ robot needs up to about 45 s (its own ICE time-out of 30 s and more)
   until it says that it is free.
+"""
+REQUESTS = f"""
+Plain JSON on the connector's own channel, which is reliable and goes both ways; toward an operator of ours in the
+frames of every channel, toward an original one bare. Any operator may speak it by hand.
+
+| operator → robot | robot → operator |
+|---|---|
+| `{{"id": "7", "question": {{…}}}}` | `{{"id": "7", "progress": …}}`, any number of times |
+| `{{"id": "7", "cancel": true}}` | `{{"id": "7", "answer": …}}`, or |
+| a question alone | `{{"id": "7", "refused": {{"code": "…", "message": "…"}}}}` |
+
+- `id` is the operator's: a text of 1 to {MAX_ID_LENGTH} printable characters that none of its open requests has. What
+  answers a question alone has no `id`.
+- Exactly one `answer` or `refused` ends a request. A request that was taken back ends with `request.cancelled`, unless
+  its answer was on its way already.
+- Only the operator that asked hears of it. When its connection is lost and comes back in the same session, it still
+  gets the answer; when the session is over, the request is cancelled.
+- A question passes [every gate of a command](../topics/safety.md#the-way-of-a-command); a cancellation passes none.
+- Bounds: {MAX_QUESTION_BYTES // 1024} KiB a question, {MAX_ANSWER_BYTES // 1024} KiB an answer, to one connector
+  {MAX_OPEN_OF_ONE} open requests of one operator and {MAX_OPEN} of all, {PROGRESS_HZ:g} words of progress a second.
+  The codes are those of [`request.*`](reason-codes.md).
 """
 
 PAGES: dict[str, Callable[[], str]] = {

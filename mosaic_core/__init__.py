@@ -35,6 +35,7 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from mosaic_core.contract.host import Sender
     from mosaic_core.contract.media import Captured, EncodingParams
     from mosaic_core.contract.params import CameraLabel, Message, NoParams, OwnFolder, Params, unit
+    from mosaic_core.contract.request_handler import Request, RequestHandler
     from mosaic_core.contract.sound import Sound, SoundEncoding
     from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
     from mosaic_core.runtime.configuration.resolver import ConnectorResolver
@@ -81,6 +82,8 @@ __all__ = [
     "Params",
     "PluginError",
     "Refused",
+    "Request",
+    "RequestHandler",
     "Sender",
     "Shared",
     "Sound",
@@ -91,7 +94,8 @@ __all__ = [
 ]
 
 _PLACES = ("contract.configurer", "contract.handler", "contract.hooks", "contract.host", "contract.media",
-           "contract.params", "contract.sound", "words.data_type", "words.delivery", "words.errors",
+           "contract.params", "contract.request_handler", "contract.sound",
+           "words.data_type", "words.delivery", "words.errors",
            "runtime.configuration.resolver", "runtime.configuration.auto_configurer",
            "cli.robot.run_command")  # fmt: skip
 _OLD_NAMES = {"AMediaTrackHandler": "MediaTrackHandler"}

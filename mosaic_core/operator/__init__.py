@@ -24,6 +24,7 @@ from mosaic_core.operator.stores.channel_plan import UnknownLabel
 from mosaic_core.operator.stores.connection_checking_store import ConnectionCheckingStore
 from mosaic_core.operator.stores.media_store import MediaStreamStore, Shown, SoundStore, VoiceStore
 from mosaic_core.operator.stores.mosaic_store import MosaicStore, StoreState
+from mosaic_core.operator.stores.request_caller import RequestFailed, RequestRefused
 from mosaic_core.operator.stores.robot_connector import RobotConnector
 from mosaic_core.operator.stores.store_manager import StoreManager
 from mosaic_core.operator.stores.stores import BidirectionalStore, ReceivableStore, SendableStore
@@ -44,6 +45,8 @@ __all__ = [
     "MosaicStore",
     "ReceivableStore",
     "Received",
+    "RequestFailed",
+    "RequestRefused",
     "RobotConnection",
     "RobotConnector",
     "RobotSummary",

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping
-from typing import Literal
+from typing import Any, Literal
+
+from pydantic import BaseModel
 
 from mosaic_core.machines.peers.bulk_of_operator import BulkState
 from mosaic_core.machines.peers.connection_timeline import ConnectionTimeline
@@ -19,6 +21,7 @@ from mosaic_core.operator.peers.peer_attempt import PeerAttempt
 from mosaic_core.operator.peers.store_bindings import StoreBindings
 from mosaic_core.operator.stores.channel_plan import Known
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
+from mosaic_core.operator.stores.request_caller import RequestCaller
 from mosaic_core.operator.stores.robot_stores import RobotStores
 from mosaic_core.operator.stores.store_manager import StoreManager
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
@@ -69,6 +72,7 @@ class RobotConnection(RobotStores):
         self._refusals: Listeners[[control.Refusal]] = Listeners()
         self._closings: Listeners[[ConnectionFailed]] = Listeners()
         self._drives = CommandedDrives(stores, plan.robot_id)
+        self._callers: dict[str, RequestCaller] = {}
         self._begin(plan)
 
     def _begin(self, plan: ConnectionPlan, *, was_original: bool = False) -> None:
@@ -139,6 +143,24 @@ class RobotConnection(RobotStores):
     def on_closed(self, callback: Callable[[ConnectionFailed], None]) -> Callable[[], None]:
         """Hear of the end, with its reason; returns what ends it."""
         return self._closings.add(callback)
+
+    async def request(
+        self,
+        label: str,
+        question: BaseModel | Mapping[str, Any] | list[Any],
+        *,
+        timeout_s: float = 30.0,
+        on_progress: Callable[[Any], object] | None = None,
+    ) -> Any:
+        """Ask a connector that answers requests, and wait for its answer (JSON values). ``on_progress``: called with
+        what it tells meanwhile. Cancelling the task that waits takes the request back.
+
+        Raises :class:`RequestRefused` with the code of the robot, and :class:`RequestFailed` where no answer can come:
+        out of time, or the way to the robot lost.
+        """
+        if label not in self._callers:
+            self._callers[label] = RequestCaller(self.bidirectional(label))
+        return await self._callers[label].request(question, timeout_s, on_progress)
 
     def unread_channel(self, label: str) -> Channel:
         """A raw channel, to measure the way to the robot: one of a label that it does not know, it leaves unread."""
@@ -226,6 +248,8 @@ class RobotConnection(RobotStores):
             if store.state.phase == "reconnecting":
                 store.closed()
         self._interrupted.set()
+        for caller in self._callers.values():
+            caller.close()
         for callback in self._closings:
             callback(error)
 

@@ -35,11 +35,14 @@ class CatalogueEntry(WireModel):
     widget: str | None = Field(default=None, description="Hint: the widget that shows this connector best.")
     schema_id: PlainText | None = Field(default=None, description="The known shape of its messages: `mosaic/Twist@1`.")
     message_schema: dict[str, Any] | None = Field(default=None, description="JSON Schema of one message, with units.")
+    answer_schema: dict[str, Any] | None = Field(
+        default=None, description="Of a connector that answers requests: JSON Schema of an answer."
+    )
     safety: dict[str, Any] | None = Field(default=None, description="The limits that the robot enforces.")
 
     def short(self) -> CatalogueEntry:
         """Without the schema, for the signaling socket."""
-        return self.model_copy(update={"message_schema": None})
+        return self.model_copy(update={"message_schema": None, "answer_schema": None})
 
 
 class Catalogue(WireModel):

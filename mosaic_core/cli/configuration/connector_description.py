@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, get_type_hints
 
 import yaml
+from pydantic import TypeAdapter
 
 from mosaic_core.contract.configurer import Configurer, MediaTrackConfigurer
+from mosaic_core.contract.handler import message_type_of
+from mosaic_core.contract.request_handler import RequestHandler, answer_schema
 from mosaic_core.words.delivery import DeliveryContract
 
 _PLACEHOLDERS: dict[str, Any] = {"string": "…", "integer": 1, "number": 1.0, "boolean": True, "array": [], "object": {}}
@@ -27,9 +30,23 @@ def param_tables(configurer: type[Configurer[Any]]) -> Iterator[tuple[str, list[
         for inner in _mappings_in(field, definitions):
             title = inner.get("title", "")
             yield f"params.{name}" + (f" ({title})" if title else ""), _rows(inner, definitions)
+    for heading, inner in request_schemas(configurer).items():
+        yield heading, _rows(inner, inner.get("$defs", {}))
     if not issubclass(configurer, MediaTrackConfigurer):
         yield "safety", _rows(configurer.safety_model.model_json_schema(), definitions)
         yield "delivery", list(_delivery_rows())
+
+
+def request_schemas(configurer: type[Configurer[Any]]) -> dict[str, dict[str, Any]]:
+    """The JSON Schemas of ``question`` and ``answer``, where ``configure`` is declared to make a request handler."""
+    try:
+        made = get_type_hints(configurer.configure).get("return")
+    except (NameError, TypeError, AttributeError):  # names that only a type checker imports
+        return {}
+    if not (isinstance(made, type) and issubclass(made, RequestHandler)):
+        return {}
+    question = TypeAdapter(message_type_of(made)).json_schema()
+    return {"question": question, "answer": answer_schema(made)}
 
 
 def _delivery_rows() -> Iterator[Row]:

@@ -75,12 +75,13 @@ def _as_json(one: InstalledConnector, description: str) -> dict[str, Any]:
 
 
 def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]]) -> dict[str, Any]:
-    from mosaic_core.cli.configuration.connector_description import example_of
+    from mosaic_core.cli.configuration.connector_description import example_of, request_schemas
     from mosaic_core.words.delivery import DeliveryContract
 
     return {
         **_as_json(installed, (configurer.__doc__ or "").strip().partition("\n")[0]),
         "params": configurer.params_model.model_json_schema(),
+        **request_schemas(configurer),
         "safety": configurer.safety_model.model_json_schema(),
         "delivery": DeliveryContract.model_json_schema(),
         "example": example_of(installed.type, configurer),

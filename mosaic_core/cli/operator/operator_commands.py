@@ -142,6 +142,23 @@ def send(
     return SendAction(robot, label, data, 1 / rate_hz, for_s, as_json, data_type, drive_type)
 
 
+@command(is_person=None, has_timeline=True)
+def call(
+    robot: RobotArgument,
+    label: Label,
+    question: Annotated[str, typer.Argument(metavar="JSON", help="The question, such as '{}'.")] = "{}",
+    timeout_s: Annotated[float, typer.Option(min=0.1, help="How long to wait for the answer.")] = 30.0,
+    as_json: AsJson = False,
+) -> Work:
+    """Ask a connector that answers requests, and print its answer; progress goes to stderr.
+
+    Takes the lease where the connector wants one, and gives it back. Ctrl+C takes the request back.
+    """
+    from mosaic_core.cli.operator.operator_call import Call
+
+    return Call(robot, label, question, timeout_s, as_json)
+
+
 __all__ = ["app"]
 
 Force = Annotated[

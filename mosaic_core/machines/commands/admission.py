@@ -204,7 +204,7 @@ ON_ARRIVAL: tuple[GateRule[ArrivedCommand], ...] = (
         "Is it a whole message, not too large, on a channel that takes messages?",
         (
             "channel.unknown_label", "channel.wrong_lane", "channel.too_large", "channel.incomplete",
-            "channel.wrong_direction", "signal.bad_message",
+            "channel.wrong_direction", "signal.bad_message", "request.too_large", "request.bad_id",
         ),
         where="the reader of the channel, before there is a command",
     ),
@@ -220,7 +220,12 @@ ON_ARRIVAL: tuple[GateRule[ArrivedCommand], ...] = (
     GateRule(Gate.SEQUENCE, "Is it newer than all that came before?", ("safety.out_of_order",), _sequence),
     GateRule(Gate.RATE, "Do commands come no faster than `max_rate_hz`?", ("safety.too_fast",), _rate),
     GateRule(Gate.STOP, "Has nobody said stop?", ("safety.stopped",), _stop),
-    GateRule(Gate.QUEUE, "Is there room for it to wait?", ("channel.queue_full",), where="the receiver's inbox"),
+    GateRule(
+        Gate.QUEUE,
+        "Is there room for it to wait?",
+        ("channel.queue_full", "request.too_many", "request.duplicate_id"),
+        where="the receiver's inbox",
+    ),
 )  # fmt: skip
 ON_ACTING: tuple[GateRule[Acting], ...] = (
     GateRule(Gate.REST, "Has its sender's last command not just broken the connector?", ("plugin.failed",), _rest),

@@ -141,6 +141,11 @@ class SendableStore(MosaicStore):
             self.last_sent = payload
         return accepted
 
+    @property
+    def outlives_connection(self) -> bool:
+        """What it sends while the connection is made anew, and what was sent before, still arrives."""
+        return self._outlives
+
     def send_json(self, value: BaseModel | Mapping[str, Any] | list[Any]) -> bool:
         """Send JSON; NaN raises :class:`ValueError`."""
         plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value

@@ -30,6 +30,10 @@ class Incoming:
     generation: int = 0
     has_paused: bool = False
     """Its sender had sent nothing for as long as the receiver's time-out."""
+    request_id: str | None = None
+    """Of a question: the operator's own number for it, if it has one."""
+    request: int = 0
+    """Of a question that waits for its answer: the robot's number for it."""
 
 
 class Inbox:

@@ -29,6 +29,7 @@ from mosaic_core.runtime.configuration.handler_problems import (
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
+from mosaic_core.runtime.configuration.request_problems import request_problems
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.safety_problems import guard_hints, safety_problems
 from mosaic_core.words.config import LABEL, RobotConfig
@@ -129,6 +130,7 @@ def _connectors(made: Sequence[Made], problems: list[Problem]) -> list[Connector
         try:
             problems += safety_problems(one, handlers)
             problems += delivery_problems(one, handlers)
+            problems += request_problems(one, handlers)
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:
             problems.append(_broken(one, f"its message type has no JSON Schema: {error.message}"))

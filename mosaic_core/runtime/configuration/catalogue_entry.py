@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
+from mosaic_core.contract.request_handler import RequestHandler, answer_schema
 from mosaic_core.machines.delivery.delivery_terms import terms_of
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
 from mosaic_core.words.config import SafetyConfig
@@ -47,6 +48,7 @@ def catalogue_entry(label: str, connector_type: str, handlers: Sequence[Handler]
         widget=next((handler.widget for handler in handlers if handler.widget), None),
         schema_id=getattr(message_type_of(type(first)), "schema_id", "") or None,
         message_schema=message_schema(first),
+        answer_schema=answer_schema(type(first)) if isinstance(first, RequestHandler) else None,
     )
 
 

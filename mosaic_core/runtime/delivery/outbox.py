@@ -43,12 +43,20 @@ class Listener(Protocol):
         """``(messages, bytes)`` that wait to go out there."""
 
 
+class Audience(Protocol):
+    """Hears what becomes of each one who listens to a channel; on the event loop."""
+
+    def left(self, peer_id: str) -> None: ...
+    def handed_over(self, peer_id: str, successor_id: str) -> None: ...
+
+
 @dataclass(slots=True)
 class _Channel:
     terms: DeliveryTerms
     counters: ConnectorCounters
     timer: DeadlineTimer
     """Sends what the thinner keeps back."""
+    audience: Audience | None = None
     listeners: Mapping[str, Listener] = field(default_factory=dict)
     full: frozenset[str] = frozenset()
     """The peers that refused a message and have not said that they take more."""
@@ -75,9 +83,12 @@ class Outbox:
         self._complaints = ComplaintPace()
         self._successors: dict[str, str] = {}
 
-    def add_channel(self, channel: str, terms: DeliveryTerms, counters: ConnectorCounters) -> None:
+    def add_channel(
+        self, channel: str, terms: DeliveryTerms, counters: ConnectorCounters, audience: Audience | None = None
+    ) -> None:
         """A channel of a connector that sends."""
-        self._channels[channel] = known = _Channel(terms, counters, DeadlineTimer(partial(self._due, channel)))
+        timer = DeadlineTimer(partial(self._due, channel))
+        self._channels[channel] = known = _Channel(terms, counters, timer, audience)
         if terms.max_rate_hz is not None and terms.limits.newest_wins:
             known.thinner = NewestThinning(terms.max_rate_hz)
         elif terms.max_rate_hz is not None:
@@ -153,6 +164,8 @@ class Outbox:
             return
         known.listeners = {key: value for key, value in known.listeners.items() if key != peer_id}
         known.full -= {peer_id}
+        if known.audience is not None:
+            known.audience.left(peer_id)
         if not known.listeners:
             self._heard_changed(channel, False)
 
@@ -162,6 +175,8 @@ class Outbox:
         if known is not None and peer_id in known.listeners:
             known.listeners = {successor_id if one == peer_id else one: who for one, who in known.listeners.items()}
             known.full -= {peer_id}
+            if known.audience is not None:
+                known.audience.handed_over(peer_id, successor_id)
 
     def succeed(self, peer_id: str, successor_id: str) -> None:
         """What still answers ``peer_id`` is meant for its successor."""

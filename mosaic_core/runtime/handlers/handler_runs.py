@@ -18,6 +18,7 @@ from mosaic_core.contract.handler import (
     MediaTrackHandler,
 )
 from mosaic_core.contract.host import Loss, Sender
+from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.configuration.connector import Connector
@@ -25,6 +26,7 @@ from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.handlers.body import runner_of
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.handlers.receiver import Outcome, Receiver
+from mosaic_core.runtime.handlers.request_desk import RequestDesk
 from mosaic_core.runtime.handlers.routes import Route, data_routes, handlers_of, original_groups
 from mosaic_core.runtime.handlers.runner import Runner
 from mosaic_core.runtime.media.media_hub import MediaHub
@@ -83,9 +85,10 @@ class HandlerRuns:
         self._groups = original_groups(connectors)
         for route in self.routes.values():
             self._take(route.handler)
-            self.outbox.add_channel(route.label, route.connector.terms, route.counters)
             if isinstance(route.handler, DataChannelReceivable):
                 route.receiver = self._receiver(route, route.handler)
+            audience = route.receiver.requests if route.receiver is not None else None
+            self.outbox.add_channel(route.label, route.connector.terms, route.counters, audience)
         for connector, handler in handlers_of(connectors, MediaTrackHandler):
             counters = self.counters[connector.config.label]
             self.media.add_label(handler.label, handler.encoding, counters, handler.packet_codec)
@@ -116,16 +119,21 @@ class HandlerRuns:
             self._always.add(handler.label)
 
     def _receiver(self, route: Route, handler: DataChannelReceivable[object]) -> Receiver:
-        watch = self.safety.guard(route.label, route.safety, handler.make_safe, handler.peer_left)
+        failures, requests, make_safe = self._failures[route.label], None, handler.make_safe
+        if isinstance(handler, RequestHandler):
+            requests = RequestDesk(handler, failures, is_motion=route.safety.is_motion)
+            make_safe = requests.make_safe
+        watch = self.safety.guard(route.label, route.safety, make_safe, handler.peer_left)
         return Receiver(
             handler,
             watch,
-            self._failures[route.label],
+            failures,
             self._outcomes.put,
             newest_only=route.is_latest,
             limits=route.connector.terms.limits,
             max_age_s=route.max_age_s,
             measures_of=self._links.measures_of,
+            requests=requests,
         )
 
     # -- life ----------------------------------------------------------------------------------------------------
@@ -170,9 +178,12 @@ class HandlerRuns:
     # -- what happened -------------------------------------------------------------------------------------------
 
     def _command_done(self, outcome: Outcome) -> None:
-        counters = self.routes[outcome.item.channel].counters
+        route = self.routes[outcome.item.channel]
+        counters = route.counters
         if outcome.refusal is not None:
             counters.refuse(outcome.refusal.gate)
+            if route.receiver is not None and route.receiver.requests is not None:
+                route.receiver.requests.refused(outcome.item, outcome.refusal)
         else:
             counters.count(len(outcome.item.payload), time.monotonic())
         self._listener.command_done(outcome)

@@ -23,6 +23,7 @@ from mosaic_core.runtime.commands.command_shaper import CommandShaper, ShapedCom
 from mosaic_core.runtime.commands.command_turn import CommandTurn
 from mosaic_core.runtime.commands.inbox import Inbox, Incoming
 from mosaic_core.runtime.commands.safety_watch import GONE, SafetyWatch
+from mosaic_core.runtime.handlers.request_desk import RequestDesk
 from mosaic_core.runtime.handlers.task_runner import leave_behind
 from mosaic_core.runtime.threads.failures import Failures, failure_code
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, HandlerThread, tell_abandoned
@@ -59,12 +60,15 @@ class Receiver:
         limits: QueueLimits,
         max_age_s: float | None,
         measures_of: Callable[[str], Measures] = lambda peer_id: Measures(),
+        requests: RequestDesk | None = None,
     ) -> None:
+        """``requests``: answers instead of ``handle_data``."""
         self.label = handler.label
         self.max_age_s = max_age_s
         self.watch = watch
-        self._handle = handler.handle_data
-        self._is_async = inspect.iscoroutinefunction(handler.handle_data)
+        self.requests = requests
+        self._handle: Callable[..., Any] = handler.handle_data if requests is None else requests.begin
+        self._is_async = inspect.iscoroutinefunction(self._handle)
         self._takes_sender = _takes_sender(handler)
         self._shaper = CommandShaper(handler, watch.safety, lambda: watch.fired)
         self._measures_of = measures_of
@@ -78,7 +82,7 @@ class Receiver:
         self._arrived = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._thread: HandlerThread | None = None
-        watch.dropped = self.inbox.forget
+        watch.dropped = self._forget
         watch.woken = self._wake
 
     def start(self) -> None:
@@ -92,6 +96,12 @@ class Receiver:
         """A message has arrived and passed its gates."""
         if item.has_paused:
             self.watch.paused(item)
+        if self.requests is not None:
+            try:
+                item = self.requests.arrived(item)
+            except Refused as refused:
+                self._tell(Outcome(item, GateRefusal(Gate.QUEUE, refused.code, refused.message)))
+                return
         if self.inbox.put(item):
             self._arrived.set()
         else:
@@ -103,11 +113,19 @@ class Receiver:
 
     def channel_closed(self, sender: Sender) -> None:
         """A peer is gone, or has closed the channel: forget what it still wanted, make safe what it moved."""
-        self.inbox.forget(sender.peer_id)
+        self._forget(sender.peer_id, "request.lost")
         self.watch.peer_left(sender)
+
+    def _forget(self, peer_id: str | None, code: str = "") -> None:
+        """Drop what this peer (``None``: anybody) has waiting; ``code``: why, where not by a stop or a lost lease."""
+        self.inbox.forget(peer_id)
+        if self.requests is not None:
+            self.requests.dropped(peer_id, code or ("safety.stopped" if peer_id is None else "lease.old_epoch"))
 
     def close(self) -> None:
         self.inbox.close()
+        if self.requests is not None:
+            self.requests.close()
         if self._task is not None:
             self._task.cancel()
 
@@ -120,6 +138,8 @@ class Receiver:
             if pending:
                 tell_abandoned(self.label)
                 leave_behind(self._task)
+        if self.requests is not None:
+            await self.requests.closed()
 
     @property
     def is_resting(self) -> bool:
@@ -190,8 +210,10 @@ class Receiver:
         if turn.command.is_idle:
             self._tell(Outcome(item))
             return None
-        self._last_sender = item.sender
         value = turn.command.value
+        if self.requests is not None:
+            return value, item
+        self._last_sender = item.sender
         return (value, item.sender) if self._takes_sender else (value,)
 
     def _turn_of(self, item: Incoming) -> CommandTurn:

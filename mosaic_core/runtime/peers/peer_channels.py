@@ -16,13 +16,14 @@ from mosaic_core.runtime.commands.inbox import Incoming
 from mosaic_core.runtime.delivery.data_port import DataPort, PeerPartials
 from mosaic_core.runtime.delivery.send_queue import SendQueue
 from mosaic_core.runtime.handlers.receiver import Receiver
+from mosaic_core.runtime.handlers.request_desk import RequestDesk
 from mosaic_core.runtime.handlers.routes import Route
 from mosaic_core.runtime.peers.peer_resume import PeerResume
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
 from mosaic_core.runtime.peers.site import Site
 from mosaic_core.runtime.transport.transport import Channel
 from mosaic_core.words.control import CHANNEL_PROTOCOL
-from mosaic_core.words.errors import WireError
+from mosaic_core.words.errors import Refused, WireError
 
 _TAKES_NONE = GateRefusal(Gate.MESSAGE, "channel.wrong_direction", "this connector sends and takes no messages")
 
@@ -182,11 +183,23 @@ class PeerChannels:
         if port.is_framed and not self._resume.arrived(route, frame.seq):
             return
         item = self._incoming(route, route.receiver, port, pauses, frame, opening)
+        opened = item if route.receiver.requests is None else self._opened(route, route.receiver.requests, item)
+        if opened is None:
+            return
+        item = opened
         refusal = self._site.desk.fence.refusal_on_arrival(self._arrival(gates, port, frame, item))
         if refusal is not None:
-            self._reject(route, frame.seq, refusal)
+            self._reject(route, frame.seq, refusal, item)
             return
         route.receiver.accept(item)
+
+    def _opened(self, route: Route, requests: RequestDesk, item: Incoming) -> Incoming | None:
+        """What a request connector is asked; ``None``: nothing."""
+        try:
+            return requests.opened(item)
+        except Refused as refused:
+            self._reject(route, item.seq, GateRefusal(Gate.MESSAGE, refused.code, refused.message), item)
+            return None
 
     def _forgotten(self, label: str, seq: int) -> None:
         self._reject(self._site.routes[label], seq, GateRefusal(Gate.MESSAGE, "channel.incomplete"))
@@ -214,7 +227,9 @@ class PeerChannels:
         age_s, is_newest = port.order_of(frame, now_s)
         return ArrivedCommand(gates, sender.peer_id, sender.role, is_ours, item.epoch, now_s, age_s, is_newest)
 
-    def _reject(self, route: Route, seq: int | None, refusal: GateRefusal) -> None:
+    def _reject(self, route: Route, seq: int | None, refusal: GateRefusal, item: Incoming | None = None) -> None:
         route.counters.refuse(refusal.gate)
+        if item is not None and route.receiver is not None and route.receiver.requests is not None:
+            route.receiver.requests.refused(item, refusal)
         self._operator.refuse(route.label, seq, refusal.code, refusal.message, refusal.gate)
         self._site.listener.command_refused(route.label, self._operator.sender, refusal)

@@ -80,6 +80,7 @@ class Receiver:
     def __init__(self, label: str) -> None:
         self.label = label
         self.watch = SimpleNamespace(generation=4)
+        self.requests = None
         self.log: list[Any] = []
 
     def channel_opened(self, sender: Sender) -> int:

@@ -92,6 +92,8 @@ export interface CatalogueEntry {
   schemaId?: string
   /** JSON Schema of one message, with units. */
   messageSchema?: Record<string, unknown>
+  /** Of a connector that answers requests: JSON Schema of an answer. */
+  answerSchema?: Record<string, unknown>
   /** The limits that the robot enforces. */
   safety?: Record<string, unknown>
 }
@@ -855,6 +857,17 @@ export const REASONS = {
   'plugin.no_permission': { sentence: 'This account may not use a device that the configuration names.', cure: 'Add it to the group that owns the device, e.g. `sudo usermod -aG video,dialout $USER`, and log in again.' },
   'plugin.ignored_stop': { sentence: 'The handler did not stop in time and was abandoned.', cure: '' },
   'plugin.blocks_loop': { sentence: "Code of a connector holds up the robot's event loop, which all operators and connectors share.", cure: 'In an `async def` write `await` and `async for`; or write a `def`, which has a thread of its own.' },
+  'request.cancelled': { sentence: 'The request was taken back, and is not answered.', cure: 'Ask again if the answer is wanted after all.' },
+  'request.timeout': { sentence: 'The request was not answered in time.', cure: "Ask again, or ask for less; the connector's class says how long it may take." },
+  'request.failed': { sentence: "The connector could not answer; the robot's log says why.", cure: "Look into the robot's log for the line of the connector." },
+  'request.stopped': { sentence: 'The connector has stopped before it could answer.', cure: 'Ask again when it runs.' },
+  'request.lost': { sentence: 'The connection was lost before the answer came; nobody knows whether the request was carried out.', cure: 'Look how things stand, then ask again.' },
+  'request.not_sent': { sentence: 'The request could not be sent.', cure: "Ask again when the connector's channel is open and less is waiting." },
+  'request.too_many': { sentence: 'Too many requests wait for their answer.', cure: 'Wait for answers, or take requests back.' },
+  'request.duplicate_id': { sentence: 'A request with this id still waits for its answer.', cure: 'Give every request an id of its own.' },
+  'request.bad_id': { sentence: 'The id of a request is not a text of 1 to 64 printable characters.', cure: 'Write the id as a text, such as "1".' },
+  'request.too_large': { sentence: 'The question is larger than 64 KiB.', cure: 'Ask for less at once.' },
+  'request.answer_too_large': { sentence: 'The answer is larger than 1 MiB.', cure: 'Ask for less at once.' },
   'recorder.already_recording': { sentence: 'This is being recorded already.', cure: 'Stop or resume that recording.' },
   'recorder.not_recording': { sentence: 'Nothing of this is being recorded.', cure: 'Start a recording first.' },
   'recorder.unknown_camera': { sentence: 'The recorder is not configured for this camera.', cure: "Add its label to the recorder's `labels`." },
@@ -1012,7 +1025,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   Bye: {"properties": {"code": {"default": "peer.closed", "format": "plain", "type": "string"}, "message": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}}, "type": "object"},
   Catalogue: {"properties": {"hash": {"type": "string"}, "entries": {"items": {"$ref": "CatalogueEntry"}, "type": "array"}}, "required": ["hash", "entries"], "type": "object"},
   CatalogueAnnounce: {"properties": {"catalogue": {"$ref": "Catalogue"}}, "required": ["catalogue"], "type": "object"},
-  CatalogueEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "type": {"format": "plain", "type": "string"}, "kind": {"$ref": "Kind", "default": "data"}, "dataType": {"$ref": "MosaicDataType"}, "direction": {"$ref": "Direction"}, "channels": {"default": [], "items": {"$ref": "ChannelEntry"}, "type": "array"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "widget": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "schemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "messageSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "safety": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}}, "required": ["label", "type", "dataType", "direction"], "type": "object"},
+  CatalogueEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "type": {"format": "plain", "type": "string"}, "kind": {"$ref": "Kind", "default": "data"}, "dataType": {"$ref": "MosaicDataType"}, "direction": {"$ref": "Direction"}, "channels": {"default": [], "items": {"$ref": "ChannelEntry"}, "type": "array"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "widget": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "schemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "messageSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "answerSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "safety": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}}, "required": ["label", "type", "dataType", "direction"], "type": "object"},
   CatalogueFull: {"properties": {"catalogue": {"$ref": "Catalogue"}}, "required": ["catalogue"], "type": "object"},
   CatalogueUpdate: {"properties": {"robotId": {"type": "string"}, "catalogue": {"$ref": "Catalogue"}}, "required": ["robotId", "catalogue"], "type": "object"},
   ChannelEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "dataType": {"$ref": "MosaicDataType"}}, "required": ["label", "dataType"], "type": "object"},

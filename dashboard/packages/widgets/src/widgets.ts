@@ -16,6 +16,7 @@ import {
   IconListNumbers,
   IconMapPin,
   IconMessage,
+  IconMessageQuestion,
   IconMicrophone,
   IconRadar2,
   IconRoute,
@@ -174,6 +175,14 @@ export const widgets: readonly WidgetDefinition[] = [
     accepts: { dataTypes: ['json-bi'], connectorTypes: ['recorder'], priority: 90 },
     ...panel(3),
     Component: lazyWidget(() => import('./Recorder/Recorder').then((file) => file.Recorder)),
+  },
+  {
+    id: 'request',
+    title: 'Ask',
+    icon: IconMessageQuestion,
+    accepts: { dataTypes: ['json-bi'], priority: 50 },
+    ...panel(4),
+    Component: lazyWidget(() => import('./RequestPanel/RequestPanel').then((file) => file.RequestPanel)),
   },
   {
     id: 'value-cards',

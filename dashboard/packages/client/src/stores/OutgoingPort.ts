@@ -24,6 +24,11 @@ export class OutgoingPort {
     this.port = null
   }
 
+  /** Messages are kept and repeated across connections. */
+  get outlivesConnection(): boolean {
+    return this.stream !== null
+  }
+
   send(data: Sendable): boolean {
     if (typeof data === 'string') return this.put(data)
     const bytes = bytesOf(data)

@@ -25,6 +25,9 @@ export interface Sending {
   /** Send any value as JSON, also a number or a text; a value that JSON can't hold is refused. */
   sendJson(value: unknown): boolean
 
+  /** What it sends while the connection is made anew, and what was sent before, still arrives. */
+  readonly outlivesConnection: boolean
+
   /** Called by the connection. */
   setSendBlock(block: SendBlock | null): void
 
@@ -43,6 +46,10 @@ export function sending<Base extends StoreClass<MosaicStore>>(Base: Base): Base 
     private readonly refusal = new Value<Refusal | null>(null)
     readonly lastRefusal: Readable<Refusal | null> = this.refusal
     readonly sendBlocked: Readable<SendBlock | null> = this.outgoing.block
+
+    get outlivesConnection(): boolean {
+      return this.outgoing.outlivesConnection
+    }
 
     sendData(data: Sendable): boolean {
       return this.counted(this.outgoing.send(data))

@@ -1,0 +1,97 @@
+import { Button, Progress, Textarea } from '@mantine/core'
+import { reasonOf, type MosaicError, type SendBlock } from '@mosaic/client'
+import { useReadable, useRequest } from '@mosaic/react'
+import { IconMessageQuestion, IconX } from '@tabler/icons-react'
+import { useState } from 'react'
+import type { WidgetProps } from '../registry/WidgetDefinition'
+import { fieldValues, formatted } from '../schema/messageFields'
+import { isGuarded } from '../stores/storeKinds'
+import { checkedJson, templateOf } from '../JsonSender/template'
+import classes from './RequestPanel.module.css'
+
+const NOTHING = { get: () => null, subscribe: () => () => {} }
+
+/** Asks a connector that answers requests: the question, how far it is, its answer. */
+export function RequestPanel({ robotId, entry, store }: WidgetProps) {
+  const { phase, progress, answer, error, ask, cancel } = useRequest(robotId, entry.label)
+  const [typed, setTyped] = useState<string | null>(null)
+  const text = typed ?? templateOf(entry.messageSchema)
+  const checked = checkedJson(text)
+  const block = useReadable(isGuarded(store) ? store.sendBlocked : NOTHING)
+  const isAsking = phase === 'asking'
+  const isReady = useReadable(store.state).phase === 'open' && block === null && checked.ok
+
+  const send = () => {
+    if (checked.ok && isReady && !isAsking) void ask(JSON.parse(checked.text) as unknown)
+  }
+  return (
+    <div className={classes.root}>
+      <Textarea
+        className={classes.text}
+        aria-label={`Question to ${entry.label}`}
+        value={text}
+        spellCheck={false}
+        onChange={(event) => setTyped(event.currentTarget.value)}
+        onKeyDown={(event) => {
+          if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) send()
+        }}
+      />
+      <div className={classes.foot}>
+        <span className={classes.said} role="status" data-tone={phase === 'failed' || !checked.ok ? 'bad' : undefined}>
+          {block !== null ? blockedText(block) : checked.ok ? stateText(phase, progress, error) : checked.problem}
+        </span>
+        {isAsking ? (
+          <Button size="compact-md" variant="default" leftSection={<IconX size={14} />} onClick={cancel}>
+            Cancel
+          </Button>
+        ) : (
+          <Button size="compact-md" leftSection={<IconMessageQuestion size={14} />} disabled={!isReady} onClick={send}>
+            Ask
+          </Button>
+        )}
+      </div>
+      {isAsking && <Bar progress={progress} />}
+      {phase === 'answered' && <Answer schema={entry.answerSchema} answer={answer} />}
+    </div>
+  )
+}
+
+/** A bar where the progress is a share, by a number called `percent`; without one it only moves. */
+function Bar({ progress }: { progress: unknown }) {
+  const percent = percentOf(progress)
+  return <Progress aria-label="Progress" value={percent ?? 100} animated={percent === null} size="sm" />
+}
+
+function Answer({ schema, answer }: { schema: WidgetProps['entry']['answerSchema']; answer: unknown }) {
+  const fields = fieldValues(schema, answer)
+  if (fields.length === 0) return <pre className={classes.answer}>{JSON.stringify(answer, null, 2)}</pre>
+  return (
+    <dl className={classes.answer} aria-label="Answer">
+      {fields.map((field) => (
+        <div key={field.path.join('.')} title={field.description}>
+          <dt>{field.name}</dt>
+          <dd>{`${formatted(field.value, field.unit)} ${field.unit}`.trim()}</dd>
+        </div>
+      ))}
+    </dl>
+  )
+}
+
+function percentOf(progress: unknown): number | null {
+  if (typeof progress !== 'object' || progress === null || !('percent' in progress)) return null
+  return typeof progress.percent === 'number' ? progress.percent : null
+}
+
+function stateText(phase: string, progress: unknown, error: MosaicError | null): string {
+  if (phase === 'failed' && error !== null) return `${error.message} ${error.cure}`.trim()
+  if (phase === 'answered') return 'Answered'
+  if (phase !== 'asking') return 'Ctrl+Enter asks'
+  const fields = fieldValues(undefined, progress)
+  return fields.map(({ name, unit, value }) => `${name} ${formatted(value, unit)} ${unit}`.trim()).join(', ') || 'Asked'
+}
+
+/** Nothing leaves the page now: somebody else commands, or the robot is stopped. */
+function blockedText({ code }: SendBlock): string {
+  const { sentence, cure } = reasonOf(code)
+  return `${sentence} ${cure}`.trim()
+}

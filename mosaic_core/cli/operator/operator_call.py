@@ -1,0 +1,54 @@
+"""``mosaic operator call``: one request to a connector that answers; the lease is taken where it wants one."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import typer
+
+from mosaic_core.cli.operator.operator_send import leased
+from mosaic_core.cli.operator.operator_session import connected, until_closed
+from mosaic_core.cli.terminal.error_report import FINE
+from mosaic_core.operator import MosaicOperator, RobotConnection
+from mosaic_core.words.data_type import MosaicDataType
+from mosaic_core.words.errors import ConnectionFailed
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """``mosaic operator call``."""
+
+    robot: str
+    label: str
+    question: str
+    timeout_s: float
+    as_json: bool = False
+
+    async def __call__(self, operator: MosaicOperator) -> int:
+        question = self._read()
+        connection = await connected(operator, self.robot, self.label, MosaicDataType.JSON_BI)
+        async with leased(connection, self.label) as resource:
+            if resource is not None:
+                typer.echo(f"holding the lease of {resource!r}", err=True)
+            return await until_closed(connection, self._ask(connection, question))
+
+    def _read(self) -> Any:
+        try:
+            return json.loads(self.question)
+        except ValueError as error:
+            message = f"A question is JSON, and this is none: {error}"
+            cure = """Write it in single quotes: '{"n": 1}'."""
+            raise ConnectionFailed(message, code="channel.invalid", cure=cure) from error
+
+    async def _ask(self, connection: RobotConnection, question: Any) -> int:
+        answer = await connection.request(
+            self.label, question, timeout_s=self.timeout_s, on_progress=lambda value: typer.echo(_line(value), err=True)
+        )
+        typer.echo(_line(answer) if self.as_json else json.dumps(answer, indent=2, ensure_ascii=False))
+        return FINE
+
+
+def _line(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,137 @@
+"""Requests: a question of one operator, and its answer. A plugin author derives from :class:`RequestHandler`.
+
+::
+
+    class Files(RequestHandler[ListFiles, FileList]):
+        def answer(self, question: ListFiles, request: Request) -> FileList:
+            return FileList(names=sorted(os.listdir(question.folder)))
+"""
+
+from __future__ import annotations
+
+import inspect
+import threading
+from collections.abc import Awaitable, Callable
+from typing import Any, ClassVar, Generic, TypeVar, get_args, get_origin
+
+from pydantic import BaseModel, TypeAdapter
+
+from mosaic_core.contract.handler import DataChannelBidirectional, message_type_of
+from mosaic_core.contract.host import Sender
+from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.delivery import DeliveryContract
+from mosaic_core.words.wire_model import to_json
+
+Q = TypeVar("Q")
+A = TypeVar("A")
+
+
+class Request:
+    """One request while it is answered. ``sender``: who asked. Every method may be called from any thread.
+
+    A test of :meth:`RequestHandler.answer` alone makes one by ``Request()``.
+    """
+
+    def __init__(self, sender: Sender | None = None, told: Callable[[Any], object] = lambda value: None) -> None:
+        self.sender = sender or Sender("peer", "session")
+        self._told = told
+        self._cancelled = threading.Event()
+
+    @property
+    def is_cancelled(self) -> bool:
+        """Nobody waits for the answer any more: cancelled, out of time, the operator gone, the robot stopping, or for
+        one that needs a lease: stopped, or the lease lost. An ``async`` body is cancelled too."""
+        return self._cancelled.is_set()
+
+    def progress(self, value: Any) -> None:
+        """Tell whoever asked how far it is: a message or anything else that is JSON. Never blocks; the newest goes
+        out, five times a second at most. Raises :class:`ValueError` or :class:`TypeError` for what is no JSON."""
+        plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
+        to_json(plain)
+        if not self.is_cancelled:
+            self._told(plain)
+
+    def pause(self, seconds: float) -> bool:
+        """Wait on a thread of the handler's own; ``True`` when the request is cancelled, which ends the wait at
+        once."""
+        return self._cancelled.wait(seconds)
+
+    def cancel(self) -> None:
+        """The framework says so."""
+        self._cancelled.set()
+
+
+class RequestHandler(DataChannelBidirectional[Q], Generic[Q, A]):
+    """Answers questions of operators, each for the one who asked. ``Q`` and ``A`` are
+    :class:`~mosaic_core.contract.params.Message` subclasses, ``dict``, or anything else that pydantic reads from JSON.
+
+    Whatever holds for the messages of a receiver holds for questions: ``requires_lease``, ``takes_observers``, and the
+    YAML file's ``safety``. With a lease a stop, and the loss of the lease, cancels them.
+    """
+
+    widget: ClassVar[str | None] = "request"
+    at_once: ClassVar[int] = 4
+    """So many are answered at the same time; the others wait for their turn."""
+    answer_within_s: ClassVar[float] = 30.0
+    """A request that has neither been answered nor refused so long after it came is refused (``request.timeout``)."""
+
+    def answer(self, question: Q, request: Request) -> Any:
+        """Return the ``A``. ``def``: on a thread of its own, ``async def``: on the event loop.
+
+        Raise :class:`Refused` to refuse just this request. After any other exception the operator is told
+        ``request.failed`` and no more; the robot's log says what and where, and the next question is taken.
+        """
+        raise NotImplementedError(f"{type(self).__name__} needs answer(self, question, request)")
+
+    def handle_data(self, data: Q, *sender: Any, **_: Any) -> Awaitable[None] | None:
+        """The framework's own; write :meth:`answer`."""
+        raise TypeError(
+            f"{type(self).__name__} answers requests: test it by `joined`, or call `answer` with a Request()"
+        )
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        mistake = next(_mistakes(cls), None)
+        if mistake is not None:
+            raise TypeError(f"{cls.__module__}.{cls.__qualname__}: {mistake}")
+
+
+def answer_type_of(handler: type[RequestHandler[Any, Any]]) -> Any:
+    """The ``A`` of ``RequestHandler[Q, A]``; ``Any`` where none is written."""
+    for base in handler.__mro__:
+        for generic in getattr(base, "__orig_bases__", ()):
+            origin = get_origin(generic)
+            if isinstance(origin, type) and issubclass(origin, RequestHandler) and len(get_args(generic)) == 2:
+                argument = get_args(generic)[1]
+                if not isinstance(argument, TypeVar):
+                    return argument
+    return Any
+
+
+def answer_schema(handler: type[RequestHandler[Any, Any]]) -> dict[str, Any]:
+    """JSON Schema of an answer."""
+    return TypeAdapter(answer_type_of(handler)).json_schema(mode="serialization")
+
+
+def _mistakes(cls: type[RequestHandler[Any, Any]]) -> Any:
+    """What the class says that can't be meant."""
+    if "handle_data" in vars(cls):
+        yield "write `answer(self, question, request)` instead of `handle_data`"
+    if cls.timeout_s is not None:
+        yield "`timeout_s` is for receivers that move something on and on; a request has `answer_within_s`"
+    if cls.motion_fields:
+        yield "a question has no `motion_fields`; bound its numbers in its model, by `Field(le=…)`"
+    if message_type_of(cls) in (str, bytes) or answer_type_of(cls) is bytes:
+        yield "questions and answers are JSON: use a `Message` or `dict`"
+    mode = cls.delivery.mode if isinstance(cls.delivery, DeliveryContract) else cls.delivery
+    if mode not in (None, Delivery.RELIABLE):
+        yield "a request needs the delivery `reliable`"
+    if cls.at_once < 1 or not cls.answer_within_s > 0:
+        yield "`at_once` and `answer_within_s` must be positive"
+    parameters = list(inspect.signature(cls.answer).parameters.values())
+    if len(parameters) != 3 and not any(one.kind is one.VAR_POSITIONAL for one in parameters):
+        yield "write `answer(self, question, request)`, with these two arguments"
+    question = message_type_of(cls)
+    names = set(question.model_fields) if isinstance(question, type) and issubclass(question, BaseModel) else set()
+    if "id" in names and names & {"question", "cancel"}:
+        yield "a question with a field `id` beside `question` or `cancel` can't be told from a numbered request"

@@ -1,0 +1,32 @@
+"""Finds what a configuration can't mean of a connector that answers requests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from mosaic_core.contract.handler import Handler
+from mosaic_core.contract.request_handler import RequestHandler
+from mosaic_core.machines.delivery.delivery_terms import chosen
+from mosaic_core.runtime.configuration.checked_config import CheckedConnector
+from mosaic_core.words.data_type import Delivery
+from mosaic_core.words.errors import Problem
+
+CURES = {
+    "limits": "remove it: the model of a question bounds its numbers",
+    "on_timeout": "remove it",
+    "timeout_s": "remove it: its class bounds a request by `answer_within_s`",
+}
+"""Of what bounds motion, and says nothing of a question and its answer."""
+
+
+def request_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
+    """Limits of motion, and a delivery that loses messages."""
+    if not any(isinstance(handler, RequestHandler) for handler in handlers):
+        return
+    for key in sorted(CURES.keys() & one.safety.model_fields_set):
+        message = f"connector '{one.config.label}' answers requests, for which '{key}' has no meaning"
+        yield one.problem(message, "safety", key, cure=CURES[key])
+    mode = chosen(handlers[0].delivery, one.config.delivery).mode
+    if mode not in (None, Delivery.RELIABLE):
+        message = f"connector '{one.config.label}' answers requests, of which none may be lost: '{mode}' can't be"
+        yield one.problem(message, "delivery", cure="remove `delivery`, or choose `reliable`")

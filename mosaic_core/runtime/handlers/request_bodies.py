@@ -1,0 +1,143 @@
+"""Runs ``answer`` of a request handler: a ``def`` one on a thread of its own for each request, an ``async`` one as a
+task. How many run at once is the caller's to say.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import inspect
+import logging
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from mosaic_core.contract.handler import Refused
+from mosaic_core.contract.request_handler import Request, RequestHandler, answer_type_of
+from mosaic_core.machines.requests.request_words import MAX_ANSWER_BYTES
+from mosaic_core.machines.timing.pacing import ComplaintPace
+from mosaic_core.runtime.handlers.task_runner import leave_behind
+from mosaic_core.runtime.threads.failures import Failures
+from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S, tell_abandoned
+from mosaic_core.runtime.threads.handover import Handover
+from mosaic_core.words.wire_model import to_json
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class BodyReturned:
+    """What a body came to: an answer, JSON-ready, or with a ``code`` a refusal."""
+
+    number: int
+    answer: Any = None
+    code: str = ""
+    message: str = ""
+
+
+class RequestBodies:
+    """Runs the bodies of one handler. Methods on the event loop, and ``returned`` is called there."""
+
+    def __init__(
+        self, handler: RequestHandler[Any, Any], failures: Failures, returned: Callable[[BodyReturned], None]
+    ) -> None:
+        self._label = handler.label
+        self._answer = handler.answer
+        self._is_async = inspect.iscoroutinefunction(handler.answer)
+        self._adapter: TypeAdapter[Any] = TypeAdapter(answer_type_of(type(handler)))
+        self._failures = failures
+        self._loop = asyncio.get_running_loop()
+        self._returned = Handover(self._loop, self._ended)
+        self._tell = returned
+        self._complaints = ComplaintPace()
+        self._tasks: dict[int, asyncio.Task[None]] = {}
+        self._running: set[int] = set()
+        self._idle = asyncio.Event()
+
+    def start(self, number: int, question: Any, request: Request) -> None:
+        self._running.add(number)
+        self._idle.clear()
+        if self._is_async:
+            work = self._answer_as_task(number, question, request)
+            self._tasks[number] = self._loop.create_task(work, name=f"mosaic-{self._label}-{number}")
+        else:
+            arguments = (number, question, request)
+            name = f"mosaic-{self._label}-{number}"
+            threading.Thread(target=self._answer_on_thread, args=arguments, name=name, daemon=True).start()
+
+    def cancel(self, number: int) -> None:
+        """Its request says so by itself to a ``def`` body."""
+        task = self._tasks.get(number)
+        if task is not None:
+            task.cancel()
+
+    async def closed(self) -> None:
+        """Wait until all that were cancelled have returned, or have been abandoned."""
+        if not self._running:
+            return
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._idle.wait(), STOP_PATIENCE_S)
+        if self._running:
+            tell_abandoned(self._label)
+        for task in self._tasks.values():
+            leave_behind(task)
+
+    def _ended(self, body: BodyReturned) -> None:
+        self._running.discard(body.number)
+        self._tasks.pop(body.number, None)
+        if not self._running:
+            self._idle.set()
+        self._tell(body)
+
+    # -- a thread or task of its own -------------------------------------------------------------------------------
+
+    def _answer_on_thread(self, number: int, question: Any, request: Request) -> None:
+        try:
+            ended = BodyReturned(number, self._plain(self._answer(question, request)))
+        except BaseException as error:  # noqa: BLE001 (a plugin may raise anything; every request ends)
+            ended = self._refusal(number, request, error)
+        self._returned.put(ended)
+
+    async def _answer_as_task(self, number: int, question: Any, request: Request) -> None:
+        try:
+            ended = BodyReturned(number, self._plain(await self._answer(question, request)))
+        except (BaseException, asyncio.CancelledError) as error:  # noqa: BLE001 (as above)
+            ended = self._refusal(number, request, error)
+        self._returned.put(ended)
+
+    def _plain(self, answer: Any) -> Any:
+        """The answer as JSON-ready values; raises whatever is wrong with it."""
+        plain = self._adapter.dump_python(self._adapter.validate_python(answer), mode="json")
+        if len(to_json(plain).encode()) > MAX_ANSWER_BYTES:
+            raise Refused("request.answer_too_large")
+        return plain
+
+    def _refusal(self, number: int, request: Request, error: BaseException) -> BodyReturned:
+        if isinstance(error, Refused):
+            return BodyReturned(number, code=error.code, message=error.message)
+        if request.is_cancelled:
+            return BodyReturned(number, code="request.cancelled")
+        self._complain(error)
+        # what the plugin raised is for the robot's log: it may name files, addresses, passwords
+        return BodyReturned(number, code="request.failed")
+
+    def _complain(self, error: BaseException) -> None:
+        frames = traceback.extract_tb(error.__traceback__)
+        place = f"{frames[-1].filename}:{frames[-1].lineno} in {frames[-1].name}" if frames else "nowhere"
+        self._failures.noted(error)
+        is_due = self._complaints.is_due(place, time.monotonic())
+        logger.log(
+            logging.ERROR if is_due else logging.DEBUG,
+            "connector %r could not answer a request: %s: %s (%s; request.failed)",
+            self._label,
+            type(error).__name__,
+            error,
+            place,
+            extra={"label": self._label, "code": "request.failed"},
+            exc_info=error if is_due else None,
+        )
