@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, TypeAlias, get_type_hints
+from typing import Any, TypeAlias
 
 import yaml
 from pydantic import TypeAdapter
 
 from mosaic_core.contract.configurer import Configurer, MediaTrackConfigurer
 from mosaic_core.contract.handler import message_type_of
-from mosaic_core.contract.request_handler import RequestHandler, answer_schema
+from mosaic_core.contract.request_handler import answer_schema
+from mosaic_core.runtime.configuration.request_problems import declared_requests
 from mosaic_core.words.delivery import DeliveryContract
 
 _PLACEHOLDERS: dict[str, Any] = {"string": "…", "integer": 1, "number": 1.0, "boolean": True, "array": [], "object": {}}
@@ -39,11 +40,8 @@ def param_tables(configurer: type[Configurer[Any]]) -> Iterator[tuple[str, list[
 
 def request_schemas(configurer: type[Configurer[Any]]) -> dict[str, dict[str, Any]]:
     """The JSON Schemas of ``question`` and ``answer``, where ``configure`` is declared to make a request handler."""
-    try:
-        made = get_type_hints(configurer.configure).get("return")
-    except (NameError, TypeError, AttributeError):  # names that only a type checker imports
-        return {}
-    if not (isinstance(made, type) and issubclass(made, RequestHandler)):
+    made = declared_requests(configurer)
+    if made is None:
         return {}
     question = TypeAdapter(message_type_of(made)).json_schema()
     return {"question": question, "answer": answer_schema(made)}

@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 
 from mosaic_core.machines.peers.home_address import is_loopback_name
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
+from mosaic_core.runtime.configuration.request_problems import declared_requests
 from mosaic_core.runtime.configuration.yaml_document import YamlDocument
 from mosaic_core.words.config import RobotConfig
 from mosaic_core.words.errors import Problem
@@ -64,6 +65,8 @@ def _connector_hints(connector: CheckedConnector, legacy_peers: str) -> Iterator
         )
         yield connector.problem(message, "safety", "timeout_s", cure="that is the safe way; nothing to change")
     yield from _weak_points(connector)
+    if declared_requests(connector.configurer) is not None:
+        return  # its class bounds every request
     if timeout_s is None and connector.safety.requires_lease and legacy_peers == "allow":
         message = (
             "whether silence stops it depends on the connector: an original dashboard that hangs is only noticed when"

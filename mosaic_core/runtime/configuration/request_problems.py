@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any, get_type_hints
 
+from mosaic_core.contract.configurer import Configurer
 from mosaic_core.contract.handler import Handler
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.machines.delivery.delivery_terms import chosen
@@ -30,3 +32,12 @@ def request_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> It
     if mode not in (None, Delivery.RELIABLE):
         message = f"connector '{one.config.label}' answers requests, of which none may be lost: '{mode}' can't be"
         yield one.problem(message, "delivery", cure="remove `delivery`, or choose `reliable`")
+
+
+def declared_requests(configurer: type[Configurer[Any]]) -> type[RequestHandler[Any, Any]] | None:
+    """The request handler that ``configure`` is declared to make; ``None``: another one, or nothing is declared."""
+    try:
+        made = get_type_hints(configurer.configure).get("return")
+    except (NameError, TypeError, AttributeError):  # names that only a type checker imports
+        return None
+    return made if isinstance(made, type) and issubclass(made, RequestHandler) else None
