@@ -57,7 +57,7 @@ test('the question comes from the schema, the answer is shown by its own', async
   await press('Ask')
   expect(sent[0]?.question).toEqual({ duration_s: 3 })
   await says({ progress: { percent: 40 } })
-  expect(screen.getByRole('progressbar').getAttribute('aria-valuenow')).toBe('40')
+  expect(screen.getByRole('progressbar').getAttribute('value')).toBe('40')
   expect(screen.getByRole('status').textContent).toContain('40')
   await says({ answer: { nearest_m: 1.25 } })
   expect(screen.getByLabelText('Answer').textContent).toContain('1.250 m')

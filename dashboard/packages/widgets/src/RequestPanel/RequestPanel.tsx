@@ -1,4 +1,4 @@
-import { Button, Progress, Textarea } from '@mantine/core'
+import { Button, Textarea } from '@mantine/core'
 import { reasonOf, type MosaicError, type SendBlock } from '@mosaic/client'
 import { useReadable, useRequest } from '@mosaic/react'
 import { IconMessageQuestion, IconX } from '@tabler/icons-react'
@@ -59,7 +59,7 @@ export function RequestPanel({ robotId, entry, store }: WidgetProps) {
 /** A bar where the progress is a share, by a number called `percent`; without one it only moves. */
 function Bar({ progress }: { progress: unknown }) {
   const percent = percentOf(progress)
-  return <Progress aria-label="Progress" value={percent ?? 100} animated={percent === null} size="sm" />
+  return <progress className={classes.bar} aria-label="Progress" max={100} {...(percent === null ? {} : { value: percent })} />
 }
 
 function Answer({ schema, answer }: { schema: WidgetProps['entry']['answerSchema']; answer: unknown }) {
