@@ -111,13 +111,15 @@ def mutants(session: nox.Session) -> None:
 
 @nox.session
 def build(session: nox.Session) -> None:
-    """Wheels and source distributions of all distributions, and the dashboard's packages, into `dist/`."""
+    """Wheels and source distributions of all distributions, and the dashboard's packages, into `dist/`; each is judged,
+    and each wheel installed alone and used."""
     _build_dashboard(session)
-    _npm(session, "packages")
+    _npm(session, "packages", "--", "--check")
     shutil.rmtree(ROOT / "dist", ignore_errors=True)
     shutil.copytree(ROOT / "dashboard" / "dist", ROOT / "dist")
     for project in (ROOT, *PLUGINS):
         session.run(PYTHON, "-m", "build", "--outdir", "dist", str(project), external=True)
+    session.run(PYTHON, "tests/distributions/install_alone.py", "dist", external=True)
 
 
 @nox.session
