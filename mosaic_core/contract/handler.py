@@ -14,8 +14,8 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origi
 
 from pydantic import BaseModel
 
-from mosaic_core.contract.declared_message import DeclaredMessage
 from mosaic_core.contract.declarations import check_bodies, check_fields, check_media_delivery
+from mosaic_core.contract.declared_message import DeclaredMessage
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
 from mosaic_core.contract.media import EncodingParams, PacketCodec, Picture
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
