@@ -318,7 +318,7 @@ class DataChannelReceivable(Handler, Generic[T]):
     motion_fields: ClassVar[tuple[str, ...]] = ()
     """Dotted paths of the numbers in its JSON message that mean motion and are 0 at a standstill (``"linear.x"``). The
     framework slows them down on a bad link, and sends zeros nobody needs no further. Where none are named: those that
-    its message says are velocities (``Message.motion_kinds``)."""
+    its message says are velocities (``Message.motion_kinds``); ``()`` says that it moves nothing."""
     position_fields: ClassVar[tuple[str, ...]] = ()
     """Dotted paths of the numbers in its JSON message that mean a position: 0 is a place like any other. On a bad link
     the framework slows their change down and never scales the position itself. Where none are named: the numbers that

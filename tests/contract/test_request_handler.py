@@ -56,7 +56,7 @@ def test_progress_that_is_no_json_is_told_to_its_author() -> None:
     [
         ({"handle_data": lambda self, data: None}, "instead of `handle_data`"),
         ({"timeout_s": 1.0}, "`answer_within_s`"),
-        ({"motion_fields": ("x",)}, "`motion_fields`"),
+        ({"motion_fields": ("n",)}, "`motion_fields`"),
         ({"delivery": Delivery.LATEST}, "`reliable`"),
         ({"at_once": 0}, "positive"),
         ({"answer": lambda self, question: None}, "these two arguments"),

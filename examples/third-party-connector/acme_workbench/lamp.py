@@ -20,6 +20,8 @@ class Brightness(Message):
 class Lamp(DataChannelReceivable[Brightness]):
     delivery = Delivery.LATEST
     timeout_s = 5.0
+    motion_fields = ()
+    """Light moves nothing: a bad link doesn't dim it."""
 
     def __init__(self, label: str, params: LampParams) -> None:
         super().__init__(label)

@@ -135,14 +135,15 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
     for handler in receivers(handlers):
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
-        has_fields = handler.motion_fields or handler.position_fields or safety.limits or safety.field_limits()
+        says_so = any("motion_fields" in vars(one) for one in type(handler).__mro__ if one is not DataChannelReceivable)
+        has_fields = says_so or handler.position_fields or safety.limits or safety.field_limits()
         if not is_mover or has_fields or getattr(message_type, "motion_kinds", None):
             continue
         message = (
             f"nothing says which numbers move connector '{one.config.label}': a bad link does not slow it down, and "
             "after a stop was cleared no zero lets it go on, only silence"
         )
-        cure = "name them in `limits`, or in the `motion_fields` of its class"
+        cure = "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing"
         if message_type in (str, bytes):
             cure = "it takes no JSON messages, so it can't: let it stop quickly by itself"
         yield one.problem(message, "safety", cure=cure)

@@ -26,7 +26,7 @@ def test_the_hint_stands_at_the_connector_and_refuses_nothing(rehearsed: Rehears
         "nothing says which numbers move connector 'wheel': a bad link does not slow it down, and after a stop was "
         "cleared no zero lets it go on, only silence",
     )
-    assert hint.cure == "name them in `limits`, or in the `motion_fields` of its class"
+    assert hint.cure == "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing"
 
 
 class Speed(Message):
@@ -49,6 +49,10 @@ class Named(Stops):
 
 class Lamp(DataChannelReceivable[Speed]):
     """Moves nothing."""
+
+
+class SaysSo(Stops):
+    motion_fields = ()
 
 
 class Timed(DataChannelReceivable[Speed]):
@@ -79,12 +83,17 @@ class Place:
 @pytest.mark.parametrize(
     ("handler", "safety", "cure"),
     [
-        (Stops, {}, "name them in `limits`, or in the `motion_fields` of its class"),
-        (Timed, {}, "name them in `limits`, or in the `motion_fields` of its class"),
+        (Stops, {}, "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing"),
+        (Timed, {}, "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing"),
         (Text, {}, "it takes no JSON messages, so it can't: let it stop quickly by itself"),
-        (Lamp, {"timeout_s": 1.0}, "name them in `limits`, or in the `motion_fields` of its class"),
+        (
+            Lamp,
+            {"timeout_s": 1.0},
+            "name them in `limits`, or in the `motion_fields` of its class: `()` if it moves nothing",
+        ),
         (Lamp, {}, None),
         (Named, {}, None),
+        (SaysSo, {}, None),
         (Joint, {}, None),
         (Timed, {"limits": {"mps": FieldBounds(max=1.0)}}, None),
     ],

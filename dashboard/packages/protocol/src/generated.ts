@@ -824,7 +824,7 @@ export const REASONS = {
   'lease.preempted': { sentence: 'A person took the lease from a program.', cure: '' },
   'lease.peer_left': { sentence: "The holder's connection ended, and with it the lease.", cure: '' },
   'lease.original_observes': { sentence: 'This robot lets original dashboards watch, but not command.', cure: 'Use a dashboard that knows leases, or set `control: { legacy_peers: allow }` on the robot.' },
-  'lan.search': { sentence: "Robots on this network can't be searched for here.", cure: 'pip install "mosaic-core[lan]"' },
+  'lan.search': { sentence: "Robots on this network can't be searched for here.", cure: 'Install what it needs: `pip install "mosaic-core[lan]"`.' },
   'lan.not_found': { sentence: 'No such robot is found on this network.', cure: 'See `mosaic operator robots --lan`; the robot runs `mosaic run --serve`, in this network.' },
   'lan.several': { sentence: 'Several robots on this network go by this name.', cure: 'Say which one by its id or address.' },
   'lan.not_paired': { sentence: 'This machine is not paired with the robot, or no longer.', cure: 'Pair it: `mosaic operator pair ROBOT`.' },
