@@ -121,6 +121,7 @@ class Twist(StandardMessage):
 
 
 STANDSTILL = Twist.planar()
+"""Every velocity is 0."""
 
 
 class Pose(StandardMessage):

@@ -16,6 +16,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PUBLIC = {
     "mosaic_core": "python-connectors",
+    "mosaic_core.messages": "python-messages",
     "mosaic_core.operator": "python-operator",
     "mosaic_core.testing": "python-testing",
 }
@@ -66,6 +67,11 @@ def test_every_public_name_is_on_its_page(site: Path) -> None:
         text = (site / "reference" / page / "index.html").read_text()
         headings = set(re.findall(r'id="([\w.]+)"', text))
         assert {f"{module}.{name}" for name in importlib.import_module(module).__all__} <= headings
+
+
+def test_every_page_is_on_the_menu() -> None:
+    menu = set(re.findall(r'= "([\w/-]+\.md)"', (ROOT / "zensical.toml").read_text())) | {"index.md"}
+    assert {str(path.relative_to(ROOT / "docs")) for path in (ROOT / "docs").rglob("*.md")} == menu
 
 
 def test_pages_with_diagrams_bring_the_script_that_draws_them_and_no_page_loads_from_others(site: Path) -> None:
