@@ -28,5 +28,5 @@ def test_a_request_is_asked_taken_back_and_answered(
     expect(page.get_by_text("taken back")).to_be_visible()
     question.fill('{"duration_s": 0}')
     page.get_by_role("button", name="Ask").click()
-    expect(page.get_by_label("Answer")).to_contain_text("nearest")
+    expect(page.get_by_label("Answer")).to_contain_text("Nearest")
     page.context.close()
