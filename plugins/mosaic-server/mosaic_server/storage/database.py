@@ -58,7 +58,7 @@ class Database:
         """Bring the schema to the newest revision; a no-op when it is there already."""
         from mosaic_server.storage.migrations import upgrade
 
-        with self.engine.begin() as connection:
+        with _one_at_a_time(self.file), self.engine.begin() as connection:
             upgrade(connection)
 
     def lock(self) -> None:
@@ -98,6 +98,20 @@ class Database:
         if self._lock_fd is not None:
             os.close(self._lock_fd)
             self._lock_fd = None
+
+
+@contextmanager
+def _one_at_a_time(file: Path | None) -> Iterator[None]:
+    """Of two processes that find no tables, a server and a command, both would make them."""
+    if file is None:
+        yield
+        return
+    descriptor = os.open(file.with_suffix(".migration"), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def _make_private(file: Path) -> None:

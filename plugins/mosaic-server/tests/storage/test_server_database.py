@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from sqlalchemy import text
@@ -35,3 +36,14 @@ def test_closing_waits_for_work_that_nobody_awaits_any_more(tmp_path: Path) -> N
     closing.join(10)
     assert not closing.is_alive()
     assert answers == [7]
+
+
+def test_a_server_and_commands_that_begin_at_once_make_the_tables_once(tmp_path: Path) -> None:
+    databases = [Database(tmp_path) for _ in range(4)]
+    with ThreadPoolExecutor(len(databases)) as pool:
+        for made in [pool.submit(database.migrate) for database in databases]:
+            made.result()
+    for database in databases:
+        with database.engine.connect() as connection:
+            assert connection.execute(text("SELECT count(*) FROM organization")).scalar() == 0
+        database.close()
