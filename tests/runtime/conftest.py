@@ -58,6 +58,7 @@ class FakeChannel:
         self.is_open = True
         self.buffered_bytes = 0
         self.window_bytes = 1024 * 1024
+        self.under_way_bytes = 0
         self.gives_way = False
         self.sent: list[bytes | str] = []
         self.on_message: Callable[[bytes | str], None] | None = None

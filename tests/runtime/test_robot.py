@@ -348,6 +348,32 @@ async def test_a_robot_that_was_replaced_stops_and_says_so(kit: Any) -> None:
         assert scene.network.attempts == 1
 
 
+async def test_a_connection_is_closed_once_the_operator_has_the_good_bye_and_not_before(
+    kit: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mosaic_core.runtime.peers.peer._BYE_CHECKS", 100_000)
+    async with kit.running(kit.connector_of(Counter("count"))) as scene:
+        await scene.network.ready()
+        first = await scene.network.offer("p1")
+        control = await first.greet()
+        control.channel.under_way_bytes = 100
+        await scene.network.offer("p2")
+        await kit.until(lambda: control.heard("bye"))
+        assert not first.is_closed
+        control.channel.under_way_bytes = 0
+        await kit.until(lambda: first.is_closed)
+
+
+async def test_whoever_confirms_no_good_bye_is_waited_for_half_a_second(kit: Any) -> None:
+    async with kit.running(kit.connector_of(Counter("count"))) as scene:
+        await scene.network.ready()
+        first = await scene.network.offer("p1")
+        control = await first.greet()
+        control.channel.under_way_bytes = 100
+        await scene.network.offer("p2")
+        assert await kit.until(lambda: first.is_closed) >= 0.4
+
+
 async def test_the_newest_offer_replaces_the_peer_of_an_original_server_in_order(kit: Any) -> None:
     async with kit.running(kit.connector_of(Counter("count"))) as scene:
         socket = await scene.network.ready()

@@ -79,6 +79,14 @@ class SendQueue:
         """``(messages, bytes)`` that wait for this channel."""
         return self._scheduler.waiting(label)
 
+    @property
+    def is_confirmed(self) -> bool:
+        """Whether the other side has confirmed all that was offered."""
+        channel = next(iter(self._channels.values()), None)
+        return channel is None or (
+            self._scheduler.is_idle and channel.buffered_bytes == 0 and channel.under_way_bytes == 0
+        )
+
     def pump(self) -> None:
         """Send what may be sent now."""
         if self._is_pumping:  # a channel may report its drain from within send

@@ -34,8 +34,8 @@ from mosaic_core.words.signaling import IceCandidate
 
 DOUBT_S = 2 * PING_PERIOD_S + 0.2
 """Two pings and the way here."""
-_BYE_FLUSH_S = 0.05
-"""Time for the bye to leave before the transport closes."""
+_BYE_CHECKS, _BYE_CHECK_S = 50, 0.01
+"""A close that the operator hears of before the bye is a loss to him. SCTP tells nobody of a confirmation."""
 
 
 class PeerKeeper(Protocol):
@@ -178,10 +178,13 @@ class Peer:
         self.timeline.ended(code, was_connected=self.connected_at_s is not None)
         self._keeper.peer_closed(self, code, message)
         self._server.peer_ended(self._start.peer_id, self, code, message)
-        self._tasks.start(self._close_transport(_BYE_FLUSH_S if say_bye else 0.0))
+        self._tasks.start(self._close_transport(_BYE_CHECKS if say_bye else 0))
 
-    async def _close_transport(self, flush_s: float) -> None:
-        await asyncio.sleep(flush_s)
+    async def _close_transport(self, checks: int) -> None:
+        for _ in range(checks):
+            if self._channels.queue.is_confirmed:
+                break
+            await asyncio.sleep(_BYE_CHECK_S)
         self._channels.queue.close_all()
         await self._transport.close()
         await self._bulk.closed()
