@@ -62,6 +62,7 @@ CONDITIONS = (
     Condition("scene cuts", "cuts", 3, 1, LARGE),
     Condition("2 cameras, scene cuts", "cuts", 3, 2, LARGE),
     Condition("beside a TCP download", "tcp", 1, 1),
+    Condition("beside a TCP download", "tcp", 3, 1, LARGE),
     Condition("beside a bulk transfer", "bulk", 1, 1),
     Condition("beside a bulk transfer", "bulk", 3, 1, LARGE),
     Condition("a camera joins", "joins", 1, 2, late=1),

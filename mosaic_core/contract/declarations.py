@@ -31,10 +31,10 @@ def check_bodies(cls: type, owners: Mapping[str, str]) -> None:
 
 
 def check_media_delivery(cls: type, delivery: Delivery | DeliveryContract) -> None:
-    """Refuse ``bulk`` for pictures and sound, which are no messages."""
+    """Refuse anything but ``latest`` for pictures and sound, which are no messages."""
     mode = delivery if isinstance(delivery, Delivery) else delivery.mode
-    if mode is Delivery.BULK:
-        message = "pictures and sound are never delivered as bulk."
+    if mode not in (None, Delivery.LATEST):
+        message = f"pictures and sound are never delivered as {mode}."
         raise wrong_declaration(cls, message, "Leave `delivery` out: their pace and bounds are params.")
 
 

@@ -59,6 +59,8 @@ def contradictions(contract: DeliveryContract, *, sends: bool, is_media: bool) -
     whether the connector sends data, ``is_media``: whether it is a picture or sound."""
     said = {name for name, value in contract if value is not None} - {"mode"}
     if is_media:
+        if contract.mode is not Delivery.LATEST:
+            yield "mode", f"pictures and sound are never delivered as '{contract.mode}'", "leave `delivery` out"
         for key in sorted(said):
             yield key, f"'{key}' does nothing for pictures and sound", "their pace and bounds are params"
         return

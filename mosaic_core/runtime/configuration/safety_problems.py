@@ -135,9 +135,17 @@ def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterato
     for handler in receivers(handlers):
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
-        says_so = any("motion_fields" in vars(one) for one in type(handler).__mro__ if one is not DataChannelReceivable)
+        bases = [base for base in type(handler).__mro__ if base is not DataChannelReceivable]
+        says_so = any("motion_fields" in vars(base) for base in bases)
         has_fields = says_so or handler.position_fields or safety.limits or safety.field_limits()
-        if not is_mover or has_fields or getattr(message_type, "motion_kinds", None):
+        if not is_mover or has_fields:
+            continue
+        if moving := getattr(message_type, "motion_kinds", None):
+            message = (
+                f"connector '{one.config.label}' moves by the list '{next(iter(moving))}', which nothing can limit"
+            )
+            cure = "bound and slow it down in its own code; a stop still stops it"
+            yield one.problem(message, "safety", cure=cure)
             continue
         message = (
             f"nothing says which numbers move connector '{one.config.label}': a bad link does not slow it down, and "

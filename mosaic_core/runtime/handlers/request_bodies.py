@@ -10,7 +10,6 @@ import inspect
 import logging
 import threading
 import time
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -106,7 +105,7 @@ class RequestBodies:
     async def _answer_as_task(self, number: int, question: Any, request: Request) -> None:
         try:
             ended = BodyReturned(number, self._plain(await self._answer(question, request)))
-        except (BaseException, asyncio.CancelledError) as error:  # noqa: BLE001 (as above)
+        except BaseException as error:  # noqa: BLE001 (as above)
             ended = self._refusal(number, request, error)
         self._returned.put(ended)
 
@@ -127,9 +126,7 @@ class RequestBodies:
         return BodyReturned(number, code="request.failed")
 
     def _complain(self, error: BaseException) -> None:
-        frames = traceback.extract_tb(error.__traceback__)
-        place = f"{frames[-1].filename}:{frames[-1].lineno} in {frames[-1].name}" if frames else "nowhere"
-        self._failures.noted(error)
+        place = self._failures.noted(error) or "what it answered"
         is_due = self._complaints.is_due(place, time.monotonic())
         logger.log(
             logging.ERROR if is_due else logging.DEBUG,

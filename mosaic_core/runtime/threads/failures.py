@@ -73,11 +73,12 @@ class Failures:
         self._tell(self._label, error, verdict.delay_s)
         return verdict.delay_s
 
-    def noted(self, error: BaseException) -> None:
-        """One failure that ends nothing."""
+    def noted(self, error: BaseException) -> str:
+        """One failure that ends nothing; where it is in the plugin's code, or nothing."""
         self.last_code = "request.failed"
         self.count += 1
         self.last_error = f"{type(error).__name__}: {error}"
+        return self._code.place_of(error)
 
     def alive(self) -> None:
         """It produced or took something: it works (again)."""

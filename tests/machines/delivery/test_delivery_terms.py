@@ -79,6 +79,11 @@ def test_pictures_have_bounds_of_their_own() -> None:
     assert not list(contradictions(contract(mode="latest"), sends=True, is_media=True))
 
 
+@pytest.mark.parametrize("mode", ["reliable", "bulk"])
+def test_pictures_are_delivered_in_one_way(mode: str) -> None:
+    assert [key for key, _, _ in contradictions(contract(mode=mode), sends=True, is_media=True)] == ["mode"]
+
+
 contracts = st.builds(
     DeliveryContract,
     mode=st.none() | st.sampled_from(Delivery),

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import pytest
 
 from mosaic_core import DataChannelReceivable, Message
+from mosaic_core.messages import JointTarget
 from mosaic_core.runtime.configuration.auto_configurer import Rehearsal
 from mosaic_core.runtime.configuration.safety_problems import guard_hints
 from mosaic_core.words.errors import Problem
@@ -63,6 +64,10 @@ class Joint(DataChannelReceivable[Angle]):
     timeout_s = 0.3
 
 
+class Arm(DataChannelReceivable[JointTarget]):
+    timeout_s = 0.3
+
+
 class Text(DataChannelReceivable[str]):
     timeout_s = 0.3
 
@@ -95,6 +100,7 @@ class Place:
         (Named, {}, None),
         (SaysSo, {}, None),
         (Joint, {}, None),
+        (Arm, {}, "bound and slow it down in its own code; a stop still stops it"),
         (Timed, {"limits": {"mps": FieldBounds(max=1.0)}}, None),
     ],
 )

@@ -141,19 +141,6 @@ def test_this_machine_has_its_interfaces() -> None:
 
 
 @pytest.mark.parametrize(
-    ("scheme", "host", "port", "url"),
-    [
-        ("http", "10.0.0.7", 9002, "http://10.0.0.7:9002"),
-        ("http", "10.0.0.7", 80, "http://10.0.0.7"),
-        ("wss", "fd00::7", 443, "wss://[fd00::7]"),
-        ("https", "rover.local", 80, "https://rover.local:80"),
-    ],
-)
-def test_an_address_as_browsers_write_it(scheme: str, host: str, port: int, url: str) -> None:
-    assert url_of(scheme, host, port) == url
-
-
-@pytest.mark.parametrize(
     ("name", "label"), [("Rover 7", "rover-7"), ("vm", "vm"), ("Ä", ""), ("a" * 80, "a" * 63), ("-x-", "x")]
 )
 def test_a_name_that_may_stand_before_local(name: str, label: str) -> None:

@@ -99,6 +99,11 @@ test('a value is shown with its age', () => {
   expect(screen.getByTestId('age').textContent).toBe('5 s ago')
 })
 
+test('a connector that answers requests has no value that could be missing', () => {
+  shown({ ...ENTRY, answerSchema: {} }, chosen(ENTRY))
+  expect(screen.queryByTestId('age')).toBeNull()
+})
+
 test('a repeated value is marked as latched', () => {
   shown()
   act(() => store.receive({ voltage_v: 12.5 }, { latched: true, ageMs: 4000 }))

@@ -40,7 +40,7 @@ export function WidgetCard({ robotId, entry, widget, alternatives, onChoose }: W
         </h3>
         {store !== null && <DropMark {...{ robotId, entry, store }} />}
         <span className={classes.spacer} />
-        {store !== null && receives(store) && <AgeBadge store={store} />}
+        {store !== null && receives(store) && hasValue(entry) && <AgeBadge store={store} />}
         <CardMenu {...{ robotId, entry, store, onChoose }} shown={widget} widgets={alternatives} />
       </header>
       <div ref={body} className={classes.body}>
@@ -48,6 +48,11 @@ export function WidgetCard({ robotId, entry, widget, alternatives, onChoose }: W
       </div>
     </section>
   )
+}
+
+/** A connector that answers requests says nothing by itself. */
+function hasValue(entry: CatalogueEntry): boolean {
+  return entry.answerSchema === undefined
 }
 
 function NoWidget({ entry }: { entry: CatalogueEntry }) {
