@@ -76,6 +76,7 @@ DASHBOARD_ROOMS = {
     "widgets": [
         "theme",
         "schema",
+        "form",
         "clouds",
         "paint",
         "stores",

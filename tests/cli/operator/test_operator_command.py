@@ -27,6 +27,7 @@ CONNECTORS = """\
   - { type: host-load, label: host, params: { period_s: 0.1 } }
   - { type: test-pattern, label: front, params: { width: 160, height: 120 } }
   - { type: cmd-vel, label: cmd_vel, params: { drive: { type: log } } }
+  - { type: sim-survey, label: survey }
 """
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -99,8 +100,32 @@ class TestWithARobot:
     def test_robots_are_listed_with_their_connectors(self, operator: Run, seed: Any) -> None:
         robot = json.loads(operator("robots", "--json").stdout)
         assert (robot["id"], robot["name"], robot["isOnline"]) == (seed.robot_id, "Test robot", True)
-        assert robot["connectors"] == ["host", "front", "cmd_vel"]
+        assert robot["connectors"] == ["host", "front", "cmd_vel", "survey"]
         assert seed.robot_id in operator("robots").stdout
+
+    def test_a_connector_is_asked_and_answers(self, operator: Run, seed: Any) -> None:
+        done = operator("call", "Test robot", "survey", '{"duration_s": 0.3}')
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout)["looks"] == 3
+        assert [json.loads(line)["percent"] for line in done.stderr.splitlines()] == [33.3, 66.7, 100.0]
+        line = operator("call", seed.robot_id, "survey", '{"duration_s": 0}', "--json").stdout
+        assert json.loads(line)["looks"] == 1
+        assert line.count("\n") == 1
+
+    @pytest.mark.parametrize(
+        ("label", "question", "says"),
+        [
+            ("survey", "{duration_s: 1}", "code: channel.invalid"),
+            ("survey", '{"duration_s": 21}', "duration_s"),
+            ("host", "{}", "host"),
+            ("surwey", "{}", "survey"),
+        ],
+    )
+    def test_what_can_not_be_answered_is_told(self, operator: Run, label: str, question: str, says: str) -> None:
+        done = operator("call", "Test robot", label, question)
+        assert done.returncode == 1
+        assert says in done.stderr
+        assert "Traceback" not in done.stderr
 
     def test_messages_and_pictures_are_tailed(self, operator: Run, seed: Any) -> None:
         done = operator("tail", "Test robot", "host", "-n", "2")

@@ -28,11 +28,11 @@ class FakeStore {
 
 afterEach(cleanup)
 
-function shown(): FakeStore {
+function shown(entry = ENTRY): FakeStore {
   const store = new FakeStore()
   render(
     <WithRobot connection={new FakeConnection()}>
-      <JsonSender robotId="r" entry={ENTRY} store={store as unknown as AnyStore} />
+      <JsonSender robotId="r" entry={entry} store={store as unknown as AnyStore} />
     </WithRobot>,
   )
   return store
@@ -45,23 +45,48 @@ test('what is typed is sent', async () => {
   expect(store.sent).toEqual(['home'])
 })
 
-test('a schema that is learned later makes the template, until something is typed', async () => {
-  const entry: CatalogueEntry = { ...ENTRY, dataType: 'json-u2r' }
+const GRIPPER: CatalogueEntry = {
+  ...ENTRY,
+  dataType: 'json-u2r',
+  messageSchema: { properties: { open: { type: 'boolean' }, width_m: { type: 'number', maximum: 0.1 } } },
+}
+
+test('a schema that is learned later makes the form', async () => {
   const store = new FakeStore()
-  const page = (shownEntry: CatalogueEntry) => (
+  const page = (entry: CatalogueEntry) => (
     <WithRobot connection={new FakeConnection()}>
-      <JsonSender robotId="r" entry={shownEntry} store={store as unknown as AnyStore} />
+      <JsonSender robotId="r" entry={entry} store={store as unknown as AnyStore} />
     </WithRobot>
   )
-  const { rerender } = render(page(entry))
+  const { rerender } = render(page({ ...ENTRY, dataType: 'json-u2r' }))
+  expect(screen.getByLabelText<HTMLTextAreaElement>('Message to arm').value).toBe('{}')
+  rerender(page(GRIPPER))
+  await userEvent.type(screen.getByLabelText('Width (m)'), '0.04')
+  await userEvent.click(screen.getByLabelText('Open'))
+  await userEvent.click(screen.getByRole('button', { name: 'Send' }))
+  expect(store.sent).toEqual(['{"open":true,"width_m":0.04}'])
+})
+
+test('what the robot would refuse is told beside its field, and not sent', async () => {
+  const store = shown(GRIPPER)
+  await userEvent.type(screen.getByLabelText('Width (m)'), '0.4')
+  expect(screen.getByText('is at most 0.1 m')).toBeDefined()
+  await userEvent.click(screen.getByRole('button', { name: 'Send' }))
+  expect(screen.getByRole('status').textContent).toBe('Width is at most 0.1 m')
+  expect(store.sent).toEqual([])
+})
+
+test('a form turns into JSON and back, with what was entered', async () => {
+  shown(GRIPPER)
+  await userEvent.type(screen.getByLabelText('Width (m)'), '0.04')
+  await userEvent.click(screen.getByRole('button', { name: 'Write it as JSON' }))
   const field = screen.getByLabelText<HTMLTextAreaElement>('Message to arm')
-  expect(field.value).toBe('{}')
-  rerender(page({ ...entry, messageSchema: { properties: { open: { type: 'boolean' } } } }))
-  expect(JSON.parse(field.value)).toEqual({ open: false })
+  expect(JSON.parse(field.value)).toEqual({ open: false, width_m: 0.04 })
   await userEvent.clear(field)
-  await userEvent.type(field, '5')
-  rerender(page(entry))
-  expect(field.value).toBe('5')
+  await userEvent.type(field, '{{"open": true, "width_m": 0.06}')
+  await userEvent.click(screen.getByRole('button', { name: 'Fill in a form' }))
+  expect(screen.getByLabelText<HTMLInputElement>('Width (m)').value).toBe('0.06')
+  expect(screen.getByLabelText<HTMLInputElement>('Open').checked).toBe(true)
 })
 
 test('while somebody else commands nothing can be sent, and that is said', () => {

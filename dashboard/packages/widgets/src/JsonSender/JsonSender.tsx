@@ -1,15 +1,16 @@
-import { Button, Textarea } from '@mantine/core'
+import { Button } from '@mantine/core'
 import { reasonOf, type Refusal, type SendBlock } from '@mosaic/client'
 import { useReadable } from '@mosaic/react'
 import { IconSend } from '@tabler/icons-react'
 import { useState } from 'react'
 import { refusalText } from '../control/controlText'
+import { MessageEditor } from '../form/MessageEditor'
+import { useMessageDraft } from '../form/useMessageDraft'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { prettyJson } from '../RawJson/prettyJson'
 import { isGuarded, refuses, sends, type AnyStore } from '../stores/storeKinds'
 import { useLatest } from '../stores/useReceived'
 import classes from './JsonSender.module.css'
-import { checkedJson, templateOf } from './template'
 
 interface Said {
   tone: 'ok' | 'bad'
@@ -20,12 +21,9 @@ interface Said {
 
 const NOTHING = { get: () => null, subscribe: () => () => {} }
 
-/** Sends what is typed: checked JSON, or plain text where the connector takes text. */
+/** Sends what is entered: a form of its schema or JSON, or plain text where the connector takes text. */
 export function JsonSender({ entry, store }: WidgetProps) {
-  const isJson = entry.dataType !== 'string-u2r'
-  const [typed, setTyped] = useState<string | null>(null)
-  // A fresh page may learn the schema after the connector.
-  const text = typed ?? (isJson ? templateOf(entry.messageSchema) : '')
+  const draft = useMessageDraft(entry.messageSchema, entry.dataType !== 'string-u2r')
   const [said, setSaid] = useState<Said | null>(null)
   const refusal = useReadable(refuses(store) ? store.lastRefusal : NOTHING)
   const block = useReadable(isGuarded(store) ? store.sendBlocked : NOTHING)
@@ -34,7 +32,7 @@ export function JsonSender({ entry, store }: WidgetProps) {
   const isOpen = phase === 'open' || isAway
 
   const send = () => {
-    const checked = isJson ? checkedJson(text) : { ok: true as const, text }
+    const { checked } = draft
     if (!checked.ok) {
       setSaid({ tone: 'bad', text: checked.problem, after: refusal })
       return
@@ -46,16 +44,7 @@ export function JsonSender({ entry, store }: WidgetProps) {
   const shown = refusal !== null && refusal !== said?.after ? refusedText(refusal) : said
   return (
     <div className={classes.root}>
-      <Textarea
-        className={classes.text}
-        aria-label={`Message to ${entry.label}`}
-        value={text}
-        spellCheck={false}
-        onChange={(event) => setTyped(event.currentTarget.value)}
-        onKeyDown={(event) => {
-          if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) send()
-        }}
-      />
+      <MessageEditor name={`Message to ${entry.label}`} draft={draft} onSend={send} />
       <div className={classes.foot}>
         <span className={classes.said} role="status" data-tone={shown?.tone}>
           {isOpen && block !== null ? blockedText(block) : (shown?.text ?? (isOpen ? 'Ctrl+Enter sends' : 'Waiting for the robot'))}

@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest'
 import { hexDump } from '../ByteView/hexDump'
-import { groupedValues } from '../ValueCards/groupedValues'
+import { groupedFields } from '../schema/groupedFields'
 import { fieldValues } from '../schema/messageFields'
 import { prettyJson } from './prettyJson'
 
@@ -31,8 +31,8 @@ test('bytes are dumped in rows of sixteen', () => {
 })
 
 test('values stand under the object they belong to', () => {
-  const groups = groupedValues(fieldValues(undefined, { a: 1, linear_part: { x: 2 }, b: 3 }))
-  expect(groups.map(({ heading, values }) => [heading, values.length])).toEqual([
+  const groups = groupedFields(fieldValues(undefined, { a: 1, linear_part: { x: 2 }, b: 3 }))
+  expect(groups.map(({ heading, fields }) => [heading, fields.length])).toEqual([
     ['', 2],
     ['linear part', 1],
   ])

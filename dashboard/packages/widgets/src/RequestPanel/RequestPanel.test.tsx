@@ -82,11 +82,14 @@ test('a refusal is told with its text', async () => {
   expect(screen.getByRole('status').textContent).toContain('it is too dark')
 })
 
-test('what is no JSON is not sent, and while somebody else commands nothing is', async () => {
+test('a question that is not whole is not sent, and while somebody else commands nothing is', async () => {
   const { store } = shown()
-  const field = screen.getByLabelText('Question to survey')
+  const field = screen.getByLabelText('Duration (s)')
   await userEvent.clear(field)
+  await userEvent.type(field, 'long')
+  expect(screen.getByRole('status').textContent).toContain('Duration is no number')
   expect(screen.getByRole<HTMLButtonElement>('button', { name: 'Ask' }).disabled).toBe(true)
+  await userEvent.clear(field)
   await userEvent.type(field, '5')
   expect(screen.getByRole<HTMLButtonElement>('button', { name: 'Ask' }).disabled).toBe(false)
   act(() => store.setSendBlock({ code: 'lease.not_holder' }))

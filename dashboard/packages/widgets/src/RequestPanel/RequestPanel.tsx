@@ -1,12 +1,12 @@
-import { Button, Textarea } from '@mantine/core'
+import { Button } from '@mantine/core'
 import { reasonOf, type MosaicError, type SendBlock } from '@mosaic/client'
 import { useReadable, useRequest } from '@mosaic/react'
 import { IconMessageQuestion, IconX } from '@tabler/icons-react'
-import { useState } from 'react'
+import { MessageEditor } from '../form/MessageEditor'
+import { useMessageDraft } from '../form/useMessageDraft'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { fieldValues, formatted } from '../schema/messageFields'
 import { isGuarded } from '../stores/storeKinds'
-import { checkedJson, templateOf } from '../JsonSender/template'
 import classes from './RequestPanel.module.css'
 
 const NOTHING = { get: () => null, subscribe: () => () => {} }
@@ -14,9 +14,8 @@ const NOTHING = { get: () => null, subscribe: () => () => {} }
 /** Asks a connector that answers requests: the question, how far it is, its answer. */
 export function RequestPanel({ robotId, entry, store }: WidgetProps) {
   const { phase, progress, answer, error, ask, cancel } = useRequest(robotId, entry.label)
-  const [typed, setTyped] = useState<string | null>(null)
-  const text = typed ?? templateOf(entry.messageSchema)
-  const checked = checkedJson(text)
+  const draft = useMessageDraft(entry.messageSchema)
+  const { checked } = draft
   const block = useReadable(isGuarded(store) ? store.sendBlocked : NOTHING)
   const isAsking = phase === 'asking'
   const isReady = useReadable(store.state).phase === 'open' && block === null && checked.ok
@@ -26,16 +25,7 @@ export function RequestPanel({ robotId, entry, store }: WidgetProps) {
   }
   return (
     <div className={classes.root}>
-      <Textarea
-        className={classes.text}
-        aria-label={`Question to ${entry.label}`}
-        value={text}
-        spellCheck={false}
-        onChange={(event) => setTyped(event.currentTarget.value)}
-        onKeyDown={(event) => {
-          if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) send()
-        }}
-      />
+      <MessageEditor name={`Question to ${entry.label}`} draft={draft} onSend={send} />
       <div className={classes.foot}>
         <span className={classes.said} role="status" data-tone={phase === 'failed' || !checked.ok ? 'bad' : undefined}>
           {block !== null ? blockedText(block) : checked.ok ? stateText(phase, progress, error) : checked.problem}
@@ -70,7 +60,7 @@ function Answer({ schema, answer }: { schema: WidgetProps['entry']['answerSchema
       {fields.map((field) => (
         <div key={field.path.join('.')} title={field.description}>
           <dt>{field.name}</dt>
-          <dd>{`${formatted(field.value, field.unit)} ${field.unit}`.trim()}</dd>
+          <dd>{`${formatted(field.value, field.unit, field.isInteger)} ${field.unit}`.trim()}</dd>
         </div>
       ))}
     </dl>

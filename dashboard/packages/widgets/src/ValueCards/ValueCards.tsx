@@ -2,10 +2,10 @@ import { Fragment } from 'react'
 import { Notice } from '../frame/Notice'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { fieldValues, formatted, type FieldValue } from '../schema/messageFields'
+import { groupedFields } from '../schema/groupedFields'
 import { fieldsOf } from '../schema/jsonSchema'
 import { jsonOf } from '../stores/decode'
 import { useLatest } from '../stores/useReceived'
-import { groupedValues } from './groupedValues'
 import classes from './ValueCards.module.css'
 
 /** Every value of a message with its name and unit. Before the first message the schema already makes the places. */
@@ -14,15 +14,15 @@ export function ValueCards({ entry, store }: WidgetProps) {
   const decoded = latest === null ? null : jsonOf(latest.data)
   if (decoded === null && fieldsOf(entry.messageSchema).length === 0) return <Notice tone="wait" title="No value yet" />
   if (decoded?.ok === false) return <Notice tone="bad" title="The message is not JSON">{decoded.text.slice(0, 120)}</Notice>
-  const groups = groupedValues(fieldValues(entry.messageSchema, decoded?.value))
+  const groups = groupedFields(fieldValues(entry.messageSchema, decoded?.value))
   if (groups.length === 0) return <Notice tone="wait" title="The message is empty" />
   return (
     <div className={classes.root}>
-      {groups.map(({ heading, values }) => (
+      {groups.map(({ heading, fields }) => (
         <Fragment key={heading}>
           {heading !== '' && <div className={classes.group}>{heading}</div>}
-          {values.map((value) => (
-            <Value key={value.path.join('.')} field={value} />
+          {fields.map((field) => (
+            <Value key={field.path.join('.')} field={field} />
           ))}
         </Fragment>
       ))}
@@ -36,7 +36,7 @@ function Value({ field }: { field: FieldValue }) {
     <dl className={classes.value} title={field.description || field.path.join('.')}>
       <dt className={classes.name}>{field.name}</dt>
       <dd className={classes.number} data-kind={field.kind}>
-        {formatted(value, field.unit)}
+        {formatted(value, field.unit, field.isInteger)}
         {field.unit !== '' && value != null && <span className={classes.unit}>{field.unit}</span>}
       </dd>
     </dl>

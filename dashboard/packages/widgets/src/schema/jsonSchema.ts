@@ -12,13 +12,40 @@ export interface Field {
   description: string
   /** What a message starts with, where the schema says: its default, else the one value or the first that it allows. */
   initial?: unknown
+  /** The values that it allows, where the schema names them. */
+  allowed?: readonly unknown[]
+  /** The bounds of a number. */
+  range?: NumberRange
+  isInteger?: boolean
+  /** It may be left out: it is null then, or what the schema says. */
+  isOptional?: boolean
+}
+
+export interface NumberRange {
+  minimum?: number
+  maximum?: number
+  /** It is more than this. */
+  above?: number
+  /** It is less than this. */
+  below?: number
 }
 
 /** How deep messages are followed; a schema may refer to itself. */
 const MAX_DEPTH = 4
 
 export function fieldsOf(schema: JsonSchema | undefined): Field[] {
-  return schema === undefined ? [] : collect(schema, schema, [], 0)
+  return schema === undefined ? [] : collect(schema, schema, { path: [], isOptional: false })
+}
+
+/** True where every part of the messages ends in one of {@link fieldsOf}: none is free, or nested too deeply. */
+export function isWhollyFields(schema: JsonSchema | undefined): boolean {
+  return schema !== undefined && endsInFields(schema, schema, 0)
+}
+
+function endsInFields(node: JsonSchema, root: JsonSchema, depth: number): boolean {
+  const children = Object.values(propertiesOf(resolved(node, root)))
+  const isClosed = children.length > 0 && depth <= MAX_DEPTH
+  return isClosed && children.every((child) => kindOf(resolved(child, root)) !== null || endsInFields(child, root, depth + 1))
 }
 
 /** True where the schema describes every one of the paths (`orientation.x`). */
@@ -36,17 +63,42 @@ function nodeAt(root: JsonSchema, path: readonly string[]): JsonSchema | null {
   return node
 }
 
-function collect(node: JsonSchema, root: JsonSchema, path: readonly string[], depth: number): Field[] {
-  if (depth > MAX_DEPTH) return []
+interface Place {
+  path: readonly string[]
+  /** Some object on the way may be left out. */
+  isOptional: boolean
+}
+
+function collect(node: JsonSchema, root: JsonSchema, place: Place): Field[] {
+  if (place.path.length > MAX_DEPTH) return []
   return Object.entries(propertiesOf(resolved(node, root))).flatMap(([key, raw]) => {
     const child = resolved(raw, root)
-    const here = [...path, key]
+    const here = { path: [...place.path, key], isOptional: place.isOptional || mayBeLeftOut(raw) }
     const kind = kindOf(child)
-    if (kind === null) return collect(child, root, here, depth + 1)
-    const field = { path: here, name: nameOf(key), kind, unit: unitOf(child, key), description: plainText(text(child['description'])) }
-    const initial = initialOf(child)
-    return [initial === undefined ? field : { ...field, initial }]
+    return kind === null ? collect(child, root, here) : [fieldAt(here, key, kind, child)]
   })
+}
+
+function fieldAt({ path, isOptional }: Place, key: string, kind: Field['kind'], node: JsonSchema): Field {
+  const field: Field = { path, name: nameOf(key), kind, unit: unitOf(node, key), description: plainText(text(node['description'])) }
+  const initial = initialOf(node)
+  if (initial !== undefined) field.initial = initial
+  if (Array.isArray(node['enum'])) field.allowed = node['enum']
+  if (node['type'] === 'integer') field.isInteger = true
+  if (isOptional) field.isOptional = true
+  const range = rangeOf(node)
+  if (Object.keys(range).length > 0) field.range = range
+  return field
+}
+
+function mayBeLeftOut(node: JsonSchema): boolean {
+  const branches = node['anyOf']
+  return node['default'] !== undefined || (Array.isArray(branches) && branches.some((branch) => isObject(branch) && branch['type'] === 'null'))
+}
+
+function rangeOf(node: JsonSchema): NumberRange {
+  const bounds = { minimum: node['minimum'], maximum: node['maximum'], above: node['exclusiveMinimum'], below: node['exclusiveMaximum'] }
+  return Object.fromEntries(Object.entries(bounds).filter(([, bound]) => typeof bound === 'number'))
 }
 
 function initialOf(node: JsonSchema): unknown {

@@ -45,8 +45,9 @@ function kindOfValue(value: unknown): Field['kind'] {
 }
 
 /** A value as text of a steady width; what is missing is a dash. */
-export function formatted(value: unknown, unit = ''): string {
+export function formatted(value: unknown, unit = '', isInteger = false): string {
   if (value === null || value === undefined) return '–'
+  if (typeof value === 'number' && isInteger && Number.isInteger(value)) return String(value)
   if (typeof value === 'number') return unit === '%' ? formattedPercent(value) : formattedNumber(value)
   if (typeof value === 'boolean') return value ? 'yes' : 'no'
   if (Array.isArray(value)) return formattedList(value)

@@ -1,23 +1,14 @@
-/** A message to start from, made of the schema: its defaults, else zeros and empty strings. */
-import { fieldsOf, isObject, type Field, type JsonSchema } from '../schema/jsonSchema'
+/** A message as text: one to start from, and what was typed, checked. */
+import { fieldsOf, type Field, type JsonSchema } from '../schema/jsonSchema'
+import { place } from './messageForm'
 
 const EMPTY: Record<Field['kind'], unknown> = { number: 0, boolean: false, string: '', array: [] }
 
+/** A message to start from, made of the schema: its defaults, else zeros and empty strings. */
 export function templateOf(schema: JsonSchema | undefined): string {
   const message: Record<string, unknown> = {}
   for (const field of fieldsOf(schema)) place(message, field.path, field.initial === undefined ? EMPTY[field.kind] : field.initial)
   return JSON.stringify(message, null, 2)
-}
-
-function place(target: Record<string, unknown>, [key, ...rest]: readonly string[], value: unknown): void {
-  if (key === undefined) return
-  if (rest.length === 0) {
-    target[key] = value
-    return
-  }
-  const child = isObject(target[key]) ? target[key] : {}
-  target[key] = child
-  place(child, rest, value)
 }
 
 export type Checked = { ok: true; text: string } | { ok: false; problem: string }
