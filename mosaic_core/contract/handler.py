@@ -124,7 +124,8 @@ class Handler:
     """A channel that only original dashboards know: no operator of ours is told of it. Whoever opens it wakes the
     ``watched`` body of the connector's first handler."""
     widget: ClassVar[str | None] = None
-    """The widget that shows it best; a hint for the dashboard."""
+    """The widget that shows it best; a hint for the dashboard. One that a distribution ships is named with its module:
+    ``acme-arm/ArmPanel``."""
     data_type: MosaicDataType
 
     def __init__(self, label: str) -> None:

@@ -22,6 +22,20 @@ class ChannelEntry(WireModel):
     data_type: MosaicDataType
 
 
+MAX_WIDGET_MODULE_BYTES = 2 * 1024 * 1024
+"""Of the ES module in which a plugin ships widgets: a page waits for it, and whoever serves it keeps it in memory."""
+
+
+class WidgetModule(WireModel):
+    """The ES module in which an installed distribution ships widgets: what a robot announces and a server offers."""
+
+    name: str = Field(pattern="^[a-z0-9][a-z0-9._-]*$", max_length=64, description="The module of `acme-arm/ArmPanel`.")
+    distribution: PlainText
+    version: PlainText
+    sha256: str = Field(pattern="^[0-9a-f]{64}$", description="Of its bytes: a page loads these or none.")
+    size_bytes: int = Field(ge=0, le=MAX_WIDGET_MODULE_BYTES)
+
+
 class CatalogueEntry(WireModel):
     """One connector as operators see it."""
 
@@ -33,6 +47,7 @@ class CatalogueEntry(WireModel):
     channels: tuple[ChannelEntry, ...] = ()
     delivery: Delivery = Delivery.RELIABLE
     widget: str | None = Field(default=None, description="Hint: the widget that shows this connector best.")
+    widget_module: WidgetModule | None = Field(default=None, description="Where that widget is, if a plugin ships it.")
     schema_id: PlainText | None = Field(default=None, description="The known shape of its messages: `mosaic/Twist@1`.")
     message_schema: dict[str, Any] | None = Field(default=None, description="JSON Schema of one message, with units.")
     answer_schema: dict[str, Any] | None = Field(

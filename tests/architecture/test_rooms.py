@@ -37,6 +37,7 @@ CORE_ROOMS = {
         "timing",
         "threads",
         "observation",
+        "widgets",
         "configuration",
         "transport",
         "commands",

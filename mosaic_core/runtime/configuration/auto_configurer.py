@@ -26,6 +26,7 @@ from mosaic_core.runtime.configuration.handler_problems import (
     WithHandlers,
     delivery_problems,
     label_problems,
+    widget_problems,
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
@@ -131,6 +132,7 @@ def _connectors(made: Sequence[Made], problems: list[Problem]) -> list[Connector
             problems += safety_problems(one, handlers)
             problems += delivery_problems(one, handlers)
             problems += request_problems(one, handlers)
+            problems += widget_problems(one, handlers)
             connectors.append(_connector(one, handlers))
         except PydanticUserError as error:
             problems.append(_broken(one, f"its message type has no JSON Schema: {error.message}"))

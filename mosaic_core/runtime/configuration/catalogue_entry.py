@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
 from mosaic_core.contract.request_handler import RequestHandler, answer_schema
 from mosaic_core.machines.delivery.delivery_terms import terms_of
+from mosaic_core.runtime.widgets.widget_modules import announced_module
 from mosaic_core.words.catalogue import CatalogueEntry, ChannelEntry
 from mosaic_core.words.config import SafetyConfig
 from mosaic_core.words.data_type import Direction, MosaicDataType
@@ -45,11 +46,17 @@ def catalogue_entry(label: str, connector_type: str, handlers: Sequence[Handler]
             if handler.data_type is not MosaicDataType.MEDIA and not handler.is_for_originals
         ),
         delivery=terms_of(first.delivery).mode,
-        widget=next((handler.widget for handler in handlers if handler.widget), None),
+        widget=widget_hint(handlers),
+        widget_module=announced_module(widget_hint(handlers)),
         schema_id=getattr(message_type_of(type(first)), "schema_id", "") or None,
         message_schema=message_schema(first),
         answer_schema=answer_schema(type(first)) if isinstance(first, RequestHandler) else None,
     )
+
+
+def widget_hint(handlers: Sequence[Handler]) -> str | None:
+    """The widget that the first handler with an opinion names."""
+    return next((handler.widget for handler in handlers if handler.widget), None)
 
 
 def message_schema(handler: Handler) -> dict[str, Any] | None:

@@ -1,5 +1,5 @@
-"""Finds what a configuration can't mean of its handlers: deliveries, and cameras that ``params`` name and the robot
-does not have. Told before anything starts, with the nearest name that would make sense.
+"""Finds what a configuration can't mean of its handlers: deliveries, widgets that no plugin ships, and cameras that
+``params`` name and the robot does not have. Told before anything starts, with the nearest name that would make sense.
 """
 
 from __future__ import annotations
@@ -12,11 +12,13 @@ from pydantic import BaseModel
 from mosaic_core.contract.handler import Handler, MediaTrackHandler
 from mosaic_core.contract.params import CameraLabel, OwnFolder
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions
+from mosaic_core.runtime.configuration.catalogue_entry import widget_hint
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import real_place
 from mosaic_core.runtime.configuration.resolver import guess
+from mosaic_core.runtime.widgets.widget_modules import is_shipped, module_with
 from mosaic_core.words.data_type import Direction, MosaicDataType
-from mosaic_core.words.errors import Problem
+from mosaic_core.words.errors import MosaicError, Problem
 
 
 def delivery_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
@@ -30,6 +32,18 @@ def delivery_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> I
         else:
             whose = f"connector '{one.config.label}' of {one.installed.source}"
             yield one.broken(f"{whose} chose a delivery that can't be: {message}", cure=cure)
+
+
+def widget_problems(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
+    """A widget of a plugin, ``acme-arm/ArmPanel``, that is not where its distribution says."""
+    hint = widget_hint(handlers)
+    if hint is None or not is_shipped(hint):
+        return
+    try:
+        module_with(hint)
+    except MosaicError as error:
+        whose = f"connector '{one.config.label}' of {one.installed.source}"
+        yield one.broken(f"{whose} names the widget '{hint}': {error.message}", cure=error.cure)
 
 
 WithHandlers: TypeAlias = tuple[CheckedConnector, tuple[Handler, ...]]

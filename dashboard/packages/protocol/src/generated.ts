@@ -77,6 +77,17 @@ export interface ChannelEntry {
   dataType: MosaicDataType
 }
 
+/** The ES module in which an installed distribution ships widgets: what a robot announces and a server offers. */
+export interface WidgetModule {
+  /** The module of `acme-arm/ArmPanel`. */
+  name: string
+  distribution: string
+  version: string
+  /** Of its bytes: a page loads these or none. */
+  sha256: string
+  sizeBytes: number
+}
+
 /** One connector as operators see it. */
 export interface CatalogueEntry {
   label: string
@@ -88,6 +99,8 @@ export interface CatalogueEntry {
   delivery: Delivery
   /** Hint: the widget that shows this connector best. */
   widget?: string
+  /** Where that widget is, if a plugin ships it. */
+  widgetModule?: WidgetModule
   /** The known shape of its messages: `mosaic/Twist@1`. */
   schemaId?: string
   /** JSON Schema of one message, with units. */
@@ -1025,7 +1038,7 @@ export const DEFINITIONS: Record<string, unknown> = {
   Bye: {"properties": {"code": {"default": "peer.closed", "format": "plain", "type": "string"}, "message": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}}, "type": "object"},
   Catalogue: {"properties": {"hash": {"type": "string"}, "entries": {"items": {"$ref": "CatalogueEntry"}, "type": "array"}}, "required": ["hash", "entries"], "type": "object"},
   CatalogueAnnounce: {"properties": {"catalogue": {"$ref": "Catalogue"}}, "required": ["catalogue"], "type": "object"},
-  CatalogueEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "type": {"format": "plain", "type": "string"}, "kind": {"$ref": "Kind", "default": "data"}, "dataType": {"$ref": "MosaicDataType"}, "direction": {"$ref": "Direction"}, "channels": {"default": [], "items": {"$ref": "ChannelEntry"}, "type": "array"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "widget": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "schemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "messageSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "answerSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "safety": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}}, "required": ["label", "type", "dataType", "direction"], "type": "object"},
+  CatalogueEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "type": {"format": "plain", "type": "string"}, "kind": {"$ref": "Kind", "default": "data"}, "dataType": {"$ref": "MosaicDataType"}, "direction": {"$ref": "Direction"}, "channels": {"default": [], "items": {"$ref": "ChannelEntry"}, "type": "array"}, "delivery": {"$ref": "Delivery", "default": "reliable"}, "widget": {"anyOf": [{"type": "string"}, {"type": "null"}], "default": null}, "widgetModule": {"anyOf": [{"$ref": "WidgetModule"}, {"type": "null"}], "default": null}, "schemaId": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "messageSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "answerSchema": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}, "safety": {"anyOf": [{"additionalProperties": true, "type": "object"}, {"type": "null"}], "default": null}}, "required": ["label", "type", "dataType", "direction"], "type": "object"},
   CatalogueFull: {"properties": {"catalogue": {"$ref": "Catalogue"}}, "required": ["catalogue"], "type": "object"},
   CatalogueUpdate: {"properties": {"robotId": {"type": "string"}, "catalogue": {"$ref": "Catalogue"}}, "required": ["robotId", "catalogue"], "type": "object"},
   ChannelEntry: {"properties": {"label": {"format": "plain", "type": "string"}, "dataType": {"$ref": "MosaicDataType"}}, "required": ["label", "dataType"], "type": "object"},
@@ -1090,4 +1103,5 @@ export const DEFINITIONS: Record<string, unknown> = {
   StopRight: {"properties": {"peerId": {"type": "string"}, "mayStop": {"type": "boolean"}}, "required": ["peerId", "mayStop"], "type": "object"},
   StopState: {"properties": {"isStopped": {"type": "boolean"}, "by": {"default": "", "format": "plain", "type": "string"}, "byAccount": {"anyOf": [{"format": "plain", "type": "string"}, {"type": "null"}], "default": null}, "reason": {"default": "", "format": "plain", "type": "string"}, "sinceUs": {"anyOf": [{"type": "integer"}, {"type": "null"}], "default": null}}, "required": ["isStopped"], "type": "object"},
   TicketKey: {"properties": {"kid": {"type": "string"}, "x": {"type": "string"}}, "required": ["kid", "x"], "type": "object"},
+  WidgetModule: {"properties": {"name": {"maxLength": 64, "pattern": "^[a-z0-9][a-z0-9._-]*$", "type": "string"}, "distribution": {"format": "plain", "type": "string"}, "version": {"format": "plain", "type": "string"}, "sha256": {"pattern": "^[0-9a-f]{64}$", "type": "string"}, "sizeBytes": {"maximum": 2097152, "minimum": 0, "type": "integer"}}, "required": ["name", "distribution", "version", "sha256", "sizeBytes"], "type": "object"},
 }

@@ -1,0 +1,1 @@
+"""The widgets that installed distributions ship."""
