@@ -15,7 +15,8 @@ class LanWish:
     """The options that ``mosaic run --serve`` was given. ``robot_id=None``: the configuration names none, so one is
     made and kept.
 
-    ``has_screen``: a person reads this terminal, so that PINs may be offered without being asked for."""
+    ``has_screen``: a person reads this terminal, so that PINs may be offered without being asked for.
+    ``serves_widgets``: pages get the widgets that installed plugins ship."""
 
     host: str
     port: int
@@ -24,3 +25,4 @@ class LanWish:
     tls_certificate: Path | None = None
     tls_key: Path | None = None
     has_screen: bool = False
+    serves_widgets: bool = True

@@ -36,16 +36,20 @@ def with_address(arguments: list[str]) -> list[str]:
     return whole
 
 
-def wish_of(serve: str | None, name: str, certificate: Path | None, key: Path | None) -> LanWish | None:
+def wish_of(
+    serve: str | None, name: str, certificate: Path | None, key: Path | None, *, widgets: bool = True
+) -> LanWish | None:
     """What the options together ask for. Raises :class:`MosaicError` (``config.lan``)."""
     if (certificate is None) != (key is None):
         raise MosaicError("--tls-cert and --tls-key go together", code="config.lan", cure="give both, or neither")
     if serve is None:
-        if certificate is not None or name:
-            raise MosaicError("--name, --tls-cert and --tls-key need --serve", code="config.lan", cure="add --serve")
+        if certificate is not None or name or not widgets:
+            raise MosaicError(
+                "--name, --tls-cert, --tls-key and --no-widgets need --serve", code="config.lan", cure="add --serve"
+            )
         return None
     host, port = address_of(serve)
-    return LanWish(host, port, name=name, tls_certificate=certificate, tls_key=key)
+    return LanWish(host, port, name=name, tls_certificate=certificate, tls_key=key, serves_widgets=widgets)
 
 
 def address_of(text: str) -> tuple[str, int]:
@@ -80,6 +84,9 @@ def run(
         Path | None, typer.Option(exists=True, dir_okay=False, help="Certificate for --serve: https instead of http.")
     ] = None,
     tls_key: Annotated[Path | None, typer.Option(exists=True, dir_okay=False, help="Its private key.")] = None,
+    widgets: Annotated[
+        bool, typer.Option("--widgets/--no-widgets", help="With --serve: serve the widgets of installed plugins.")
+    ] = True,
     metrics: Annotated[
         str | None,
         typer.Option(metavar="HOST:PORT", help="Serve Prometheus metrics there, for example on 127.0.0.1:9464."),
@@ -94,7 +101,7 @@ def run(
     """Run a robot: connect its connectors to operators until Ctrl+C (SIGINT) or SIGTERM."""
     from mosaic_core.cli.robot.run_command import run_robot
 
-    lan = wish_of(serve, name, tls_cert, tls_key)
+    lan = wish_of(serve, name, tls_cert, tls_key, widgets=widgets)
     address = metrics_address(metrics, is_public=metrics_public) if metrics is not None else None
     code = run_robot(
         config,

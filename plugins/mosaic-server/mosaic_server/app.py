@@ -24,12 +24,13 @@ from mosaic_server.rest import (
     robots,
     server_info,
     users,
+    widget_modules,
 )
 from mosaic_server.rest.envelope import Failure, install_error_handlers
 from mosaic_server.rest.original import occupancy_maps, organization_users, robot_auth, tabs
 from mosaic_server.services import running
 from mosaic_server.settings import Settings
-from mosaic_server.web import socket_routes
+from mosaic_server.web import socket_routes, widget_files
 from mosaic_server.web.dashboard_files import dashboard_router
 from mosaic_server.web.forwarded_requests import ForwardedRequests
 from mosaic_server.web.guards import Guards
@@ -55,9 +56,10 @@ def create_app(settings: Settings) -> FastAPI:
     )
     install_error_handlers(app)
     of_accounts = (account, users, members, organization, organization_users, pairing, audit)
-    of_robots = (robots, robot_auth, connector_configs, robot_check, grants, connections, server_info)
+    of_robots = (robots, robot_auth, connector_configs, robot_check, grants, connections)
+    of_pages = (server_info, widget_modules)
     of_originals = (tabs, occupancy_maps)
-    for routes in (*of_accounts, *of_robots, *of_originals):
+    for routes in (*of_accounts, *of_robots, *of_pages, *of_originals):
         app.include_router(routes.router)
     app.include_router(socket_routes.router)
 
@@ -69,6 +71,7 @@ def create_app(settings: Settings) -> FastAPI:
     async def described() -> Response:
         return Response(description(), media_type="application/json")
 
+    app.include_router(widget_files.router)
     app.include_router(dashboard_router(settings.dashboard_dir))
     if settings.allowed_origins:
         app.add_middleware(

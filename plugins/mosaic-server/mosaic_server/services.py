@@ -32,6 +32,7 @@ from mosaic_server.storage.keys import access_token_secret, ticket_key
 from mosaic_server.storage.robots import RobotRecord, all_robots
 from mosaic_server.switchboard import Switchboard
 from mosaic_server.switchboard.events import ConnectionsVoid, RobotRemembered
+from mosaic_server.widget_shelf import WidgetShelf, installed_widgets
 
 _log = logging.getLogger(__name__)
 
@@ -49,6 +50,7 @@ class Services:
     authorizer: Authorizer
     exchange: Exchange
     catalogues: CatalogueKeeper
+    widgets: WidgetShelf
     codes: OneTimeCodes = field(default_factory=OneTimeCodes)
     login_limits: LoginLimits = field(default_factory=LoginLimits)
     pin_limits: PinLimits = field(default_factory=PinLimits)
@@ -136,6 +138,7 @@ async def _built(settings: Settings, database: Database) -> Services:
         authorizer=Authorizer(database, access_tokens, settings.turn_lifetime_s),
         exchange=exchange,
         catalogues=keeper,
+        widgets=await asyncio.to_thread(installed_widgets, is_open=settings.serves_widgets),
     )
 
 

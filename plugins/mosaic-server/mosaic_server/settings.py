@@ -32,6 +32,8 @@ class Settings:
     bounds: Bounds = field(default_factory=Bounds)
     uses_tls: bool = False
     dashboard_dir: Path = DASHBOARD_DIR
+    serves_widgets: bool = True
+    """Modules of widgets that installed plugins ship; False: none of their code reaches a page."""
     keep_alive: KeepAlivePeriods = field(default_factory=KeepAlivePeriods)
     authorize_within_s: float = AUTHORIZE_WITHIN_S
     revocation_check_s: float = 10.0

@@ -52,6 +52,9 @@ def run(
     requests_per_s: Annotated[
         float, typer.Option("--requests-per-second", min=1, help="Requests of one address; more wait for their turn.")
     ] = DEFAULT_BOUNDS.requests_per_s,
+    widgets: Annotated[
+        bool, typer.Option("--widgets/--no-widgets", help="Serve the widgets of plugins that are installed here.")
+    ] = True,
     audit_days: Annotated[float, typer.Option(min=1, help="How long entries of the audit log are kept.")] = 90.0,
     turn_lifetime: Annotated[
         float,
@@ -84,6 +87,7 @@ def run(
         proxy_header=proxy_header,
         bounds=Bounds(connections_per_address=connections_per_address, requests_per_s=requests_per_s),
         uses_tls=ssl_certfile is not None,
+        serves_widgets=widgets,
         audit_days=audit_days,
         turn_lifetime_s=turn_lifetime,
     )

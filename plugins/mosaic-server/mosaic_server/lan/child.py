@@ -49,6 +49,7 @@ class ServingPlace:
     name: str
     certificate: Path | None
     key: Path | None
+    serves_widgets: bool = True
 
     @property
     def scheme(self) -> str:
@@ -80,6 +81,7 @@ class ServingPlace:
             data_dir=self.home.directory,
             allowed_hosts=frozenset({*LOOPBACK_HOSTS, *self.names(), *own_names(), announced.hostname}),
             pairs_with=self.name,
+            serves_widgets=self.serves_widgets,
             revocation_check_s=REVOCATION_S,
         )
 
@@ -93,6 +95,7 @@ def run(
     tls_cert: Annotated[Path | None, typer.Option()] = None,
     tls_key: Annotated[Path | None, typer.Option()] = None,
     offer_pins: Annotated[bool, typer.Option("--offer-pins")] = False,
+    widgets: Annotated[bool, typer.Option("--widgets/--no-widgets")] = True,
 ) -> None:
     """Serve until standard input ends. `mosaic run --serve` starts this; it is no command for people."""
     configure_logs("info", "json")
@@ -100,7 +103,7 @@ def run(
     logging.getLogger("uvicorn").setLevel(logging.WARNING)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _end)  # uvicorn takes them over while it runs and hands the signal back afterwards
-    place = ServingPlace(LanHome(home), host, port, robot_id, name, tls_cert, tls_key)
+    place = ServingPlace(LanHome(home), host, port, robot_id, name, tls_cert, tls_key, widgets)
     try:
         _adopt(place)
     except (DatabaseInUse, SQLAlchemyError, OSError) as error:

@@ -57,6 +57,8 @@ def _command(home: LanHome, wish: LanWish, robot_id: str) -> list[str]:
     ]  # fmt: skip
     if wish.tls_certificate is not None and wish.tls_key is not None:
         command += ["--tls-cert", str(wish.tls_certificate), "--tls-key", str(wish.tls_key)]
+    if not wish.serves_widgets:
+        command += ["--no-widgets"]
     return [*command, "--offer-pins"] if wish.has_screen else command
 
 

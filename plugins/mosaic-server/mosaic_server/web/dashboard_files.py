@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-import re
 from mimetypes import guess_type
 from pathlib import Path
 
 from fastapi import APIRouter, HTTPException, Request
 from starlette.responses import FileResponse, HTMLResponse, Response
+
+from mosaic_server.web.accepted_encoding import accepts
 
 _MISSING = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>MOSAIC</title>
@@ -61,19 +62,10 @@ def _answer(wanted: Path, caching: str, request: Request) -> FileResponse:
     accepted = request.headers.get("accept-encoding", "")
     for encoding, suffix in _ENCODINGS.items():
         compressed = wanted.with_name(wanted.name + suffix)
-        if _accepts(accepted, encoding) and compressed.is_file():
+        if accepts(accepted, encoding) and compressed.is_file():
             headers["Content-Encoding"] = encoding
             return FileResponse(compressed, headers=headers, media_type=guess_type(wanted.name)[0])
     return FileResponse(wanted, headers=headers)
-
-
-def _accepts(accepted: str, encoding: str) -> bool:
-    """Whether the header names the encoding, and not with ``q=0``, which forbids it."""
-    for part in accepted.lower().split(","):
-        name, *parameters = (word.strip() for word in part.split(";"))
-        if name == encoding:
-            return not any(re.fullmatch(r"q\s*=\s*0(\.0*)?", word) for word in parameters)
-    return False
 
 
 def _caching(path: str) -> str:

@@ -19,6 +19,7 @@ from mosaic_server.occupancy_map_files import MAX_PGM_BYTES, MAX_YAML_BYTES
 from mosaic_server.rest.envelope import failure
 from mosaic_server.security.address_prefix import counted_address
 from mosaic_server.settings import Settings
+from mosaic_server.web.import_map import import_map_sources
 from mosaic_server.web.origins import host_name, is_address
 
 MAX_BODY_BYTES = 1024 * 1024
@@ -41,6 +42,7 @@ class Guards:
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
         self._settings = settings
+        self._import_map = import_map_sources(settings.dashboard_dir)
         self._pace = RequestPace(settings.bounds.requests_per_s, settings.bounds.request_burst)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -103,7 +105,7 @@ class Guards:
         headers["Referrer-Policy"] = "no-referrer"
         headers["Cross-Origin-Opener-Policy"] = "same-origin"
         headers["Permissions-Policy"] = "camera=(self), microphone=(self), gamepad=(self), geolocation=()"
-        headers["Content-Security-Policy"] = content_security_policy(host)
+        headers["Content-Security-Policy"] = content_security_policy(host, self._import_map)
         if self._settings.uses_tls:
             headers["Strict-Transport-Security"] = "max-age=31536000"
         if path.startswith("/api/"):
@@ -115,11 +117,12 @@ def _address(scope: Scope) -> str:
     return str(client[0]) if client else ""
 
 
-def content_security_policy(host: str) -> str:
-    """Only our own files; sockets to this very host are named because older browsers don't count them as 'self'."""
+def content_security_policy(host: str, import_map: str = "") -> str:
+    """Only our own files, and the page's ``import_map``, which browsers read from inside it alone; sockets to this very
+    host are named because older browsers don't count them as 'self'."""
     sockets = f" ws://{host} wss://{host}" if _HOST.fullmatch(host) else ""
     return (
-        "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+        f"default-src 'self'; script-src 'self' 'wasm-unsafe-eval'{import_map}; style-src 'self' 'unsafe-inline'; "
         f"img-src 'self' data: blob:; media-src 'self' blob:; font-src 'self' data:; worker-src 'self' blob:; "
         f"connect-src 'self'{sockets}; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
     )
