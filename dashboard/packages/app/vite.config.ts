@@ -2,6 +2,7 @@ import react from '@vitejs/plugin-react'
 import { defineConfig } from 'vite'
 import { firstPage } from './firstPage'
 import { mantineStyles } from './mantineStyles'
+import { sharedModules } from './sharedModules'
 
 /** The dashboard is served by mosaic-server, at its root, from its own package. */
 const SERVED_FROM = '../../../plugins/mosaic-server/mosaic_server/dashboard'
@@ -10,7 +11,7 @@ const SERVED_FROM = '../../../plugins/mosaic-server/mosaic_server/dashboard'
 const server = process.env['MOSAIC_SERVER'] ?? 'http://127.0.0.1:8080'
 
 export default defineConfig({
-  plugins: [react(), mantineStyles(), firstPage()],
+  plugins: [react(), mantineStyles(), sharedModules(), firstPage()],
   // The packages beside this one are their sources, as `paths` in tsconfig.json says.
   resolve: { tsconfigPaths: true },
   build: {
@@ -23,6 +24,7 @@ export default defineConfig({
   server: {
     proxy: {
       '/api': server,
+      '/widgets': server,
       '/ws': { target: server, ws: true },
     },
   },

@@ -18,7 +18,7 @@ export { nearestName } from './words/nearestName'
 export type { Platform } from './platform/Platform'
 export { randomId } from './platform/randomId'
 export { Value, type Readable } from './platform/Readable'
-export type { ConnectionGrant, DashboardTab, NewRobot, PairingSecret, RestApi, ServerInfo } from './signaling/RestApi'
+export type { ConnectionGrant, DashboardTab, NewRobot, PairingSecret, RestApi, ServerInfo, WidgetOffer } from './signaling/RestApi'
 export { RobotConnection } from './RobotConnection'
 export type { StoreClass, StoreMatch } from './stores/StoreClasses'
 export { RequestCaller, type RequestOptions } from './requests/RequestCaller'
@@ -54,4 +54,5 @@ export type {
   Refusal,
   SafetyCause,
   SafetyLimit,
+  WidgetModule,
 } from '@mosaic/protocol'

@@ -1,6 +1,7 @@
 /** Where each connector stands on the robot's page: a picture leads, its control beside it, the rest follows. */
 import type { CatalogueEntry } from '@mosaic/client'
 import { chooseWidget, widgetsFor, type WidgetDefinition } from '@mosaic/widgets'
+import { withPluginWidget } from '../plugins/withPluginWidget'
 import type { ViewChoices } from './viewChoices'
 
 export interface Place {
@@ -25,9 +26,10 @@ export function placesOf(
   choices: ViewChoices,
 ): Place[] {
   const places = entries.map((entry): Place => {
-    const widget = chooseWidget(widgets, entry, choices[entry.label])
+    const offered = withPluginWidget(widgets, entry)
+    const widget = chooseWidget(offered, entry, choices[entry.label])
     const size = widget?.size ?? NO_WIDGET
-    return { entry, widget, alternatives: widgetsFor(widgets, entry), area: widget?.area ?? 'panel', ...size, isLeading: false }
+    return { entry, widget, alternatives: widgetsFor(offered, entry), area: widget?.area ?? 'panel', ...size, isLeading: false }
   })
   const ordered = AREAS.flatMap((area) => places.filter((place) => place.area === area).map(leading))
   // Nobody shall drive by a picture that further ones pushed away from the control.

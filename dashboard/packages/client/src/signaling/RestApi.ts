@@ -1,4 +1,4 @@
-import { isReasonCode, parseCatalogue, parseIceServers, plainText, reasonOfResult, type Catalogue, type IceServer } from '@mosaic/protocol'
+import { isReasonCode, parseCatalogue, parseIceServers, plainText, reasonOfResult, type Catalogue, type IceServer, type WidgetModule } from '@mosaic/protocol'
 import type { Role } from '../words/views'
 import { MosaicError } from '../words/MosaicError'
 import type { Organization, RobotInfo, RoleOnRobot, User } from '../words/types'
@@ -11,6 +11,13 @@ export interface ServerInfo {
   signup: boolean
   /** The one robot that this server belongs to, with which devices are paired; null or absent on all others. */
   pairsWith?: string | null
+}
+
+/** The modules of widgets that a server serves, each at `/widgets/SHA256.js`. */
+export interface WidgetOffer {
+  /** False: whoever runs the server has switched them off. */
+  isOn: boolean
+  modules: readonly WidgetModule[]
 }
 
 /** What pairs a device: a PIN that was read, or a code that was scanned. */
@@ -87,6 +94,11 @@ export class RestApi {
     // eslint-disable-next-line no-restricted-syntax -- the server's wall clock is what is asked for
     const dateMs = Date.parse(response.headers.get('Date') ?? '')
     return { info: resultOf(answer) as ServerInfo, dateMs: Number.isNaN(dateMs) ? null : dateMs }
+  }
+
+  /** The widgets of the plugins that are installed on the server. */
+  widgets(): Promise<WidgetOffer> {
+    return this.request<WidgetOffer>('GET', '/api/v1/widgets')
   }
 
   /** All robots of the account. */
