@@ -22,6 +22,9 @@ class Temperature(Message):
 
 
 class Thermometer(DataChannelSendable[Temperature]):
+    widget = "acme-workbench/ThermometerPanel"
+    """Of the module that this distribution ships, `widgets/acme-workbench.js`."""
+
     def __init__(self, label: str, params: ThermometerParams) -> None:
         super().__init__(label)
         self.params = params

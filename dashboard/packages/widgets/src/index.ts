@@ -16,5 +16,5 @@ export { chooseWidget, fitOf, widgetsFor, type Fit } from './registry/chooseWidg
 export type { Acceptance, WidgetDefinition, WidgetProps } from './registry/WidgetDefinition'
 export { widgets } from './widgets'
 export { useConnectorStore } from './stores/useConnectorStore'
-export { useEveryJson, useEveryMessage, useLatest } from './stores/useReceived'
+export { useEveryJson, useEveryMessage, useLatest, useLatestJson } from './stores/useReceived'
 export { cssVariables, theme } from './theme/theme'

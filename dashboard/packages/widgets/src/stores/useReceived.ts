@@ -33,6 +33,13 @@ export function useLatest(store: AnyStore, periodMs = 150): Received | null {
   return shown
 }
 
+/** The last message as JSON, rendered as by `useLatest`; null before the first one, and where it is no JSON. */
+export function useLatestJson(store: AnyStore, periodMs?: number): unknown {
+  const latest = useLatest(store, periodMs)
+  const decoded = latest === null ? null : jsonOf(latest.data)
+  return decoded?.ok === true ? decoded.value : null
+}
+
 /** Runs `action` at once, then at most every `periodMs`, and always after the last call. */
 export function throttled(action: () => void, periodMs: number): { call: () => void; cancel: () => void } {
   let timer: ReturnType<typeof setTimeout> | undefined
