@@ -30,7 +30,7 @@ test('the module is imported by its hash, and the server asked once for all card
 
 test('nothing is imported that the server does not have', async () => {
   const load = module()
-  await expect(loadedWidget(server({ isOn: true, modules: [] }), WANTED, 0, load)).rejects.toThrow('not installed on the server')
+  await expect(loadedWidget(server({ isOn: true, modules: [] }), WANTED, 0, load)).rejects.toThrow('does not have this plugin')
   expect(load).not.toHaveBeenCalled()
 })
 

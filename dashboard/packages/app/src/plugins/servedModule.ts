@@ -7,9 +7,8 @@ export function servedModule(wanted: WidgetModule, offer: WidgetOffer): Served {
   if (!offer.isOn) return { why: 'Widgets of plugins are switched off on this server.' }
   if (offer.modules.some(({ sha256 }) => sha256 === wanted.sha256)) return { url: `/widgets/${wanted.sha256}.js` }
   const other = offer.modules.find(({ name }) => name === wanted.name)
-  if (other === undefined) {
-    return { why: `${sourceOf(wanted)} is not installed on the server. Whoever runs it may install it there, and start it anew.` }
-  }
+  // No command to copy: the name is the robot's word, and installing it is trusting it.
+  if (other === undefined) return { why: 'The server does not have this plugin. Whoever runs the server may install it there, and start it anew.' }
   return { why: `${differenceOf(wanted, other)} Install the same on both, and start them anew.` }
 }
 
