@@ -23,10 +23,13 @@ def new(
     sensor: Annotated[bool, typer.Option("--sensor", help="It sends what it measures.")] = False,
     actuator: Annotated[bool, typer.Option("--actuator", help="It moves, and stops when nobody commands it.")] = False,
     camera: Annotated[bool, typer.Option("--camera", help="It shows pictures.")] = False,
+    full: Annotated[
+        bool, typer.Option("--full", help="It sends, moves and answers: three connectors of one device, and a widget.")
+    ] = False,
 ) -> None:
-    """Write the package of a new plugin into a folder of its name: one connector with a device that is made up, its
+    """Write the package of a new plugin into a folder of its name: connectors with a device that is made up, their
     tests, a README and a workflow that checks all of it. It works from the first second."""
-    wanted = {"sensor": sensor, "actuator": actuator, "camera": camera}
+    wanted = {"sensor": sensor, "actuator": actuator, "camera": camera, "full": full}
     kinds = [kind for kind, is_wanted in wanted.items() if is_wanted]
     if len(kinds) != 1:
         usage(f"say one of {', '.join(f'--{kind}' for kind in wanted)}")
@@ -34,9 +37,9 @@ def new(
     from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 
     plugin = NewPlugin(name, kinds[0])
-    taken = [one.source for one in ConnectorResolver().types() if one.type == plugin.connector_type]
+    taken = [one for one in ConnectorResolver().types() if one.type in plugin.connector_types]
     if taken:
-        usage(f"{taken[0]} has the type '{plugin.connector_type}' already; choose another name")
+        usage(f"{taken[0].source} has the type '{taken[0].type}' already; choose another name")
     plugin.write(Path(name))
     typer.echo(f"wrote {name}/; next:\n  cd {name} && pip install --group dev -e .")
     typer.echo("  pytest\n  mosaic validate --allow-missing-env")

@@ -1,4 +1,4 @@
-"""Writes the package of a new plugin from templates: one connector with a device that is made up, tests and all."""
+"""Writes the package of a new plugin from templates: connectors with a device that is made up, tests and all."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import keyword
 import re
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from importlib.util import find_spec
@@ -22,11 +22,14 @@ from mosaic_core.words.errors import MosaicError
 @dataclass(frozen=True, slots=True)
 class PluginKind:
     """A kind of plugin: the folder of ``templates`` that is called like it, and what the common templates say of it.
-    ``example`` is what its entry in the YAML file has beside type and label."""
+    ``example`` is what its entry in the YAML file has beside type and label; ``more`` are the same of further
+    connectors, by the module that each has, which is the ending of its type."""
 
     sentence: str
     example: Mapping[str, object]
     dependencies: tuple[str, ...] = ("mosaic-core>=0.1,<1", "pydantic>=2.9")
+    more: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
+    has_widget: bool = False
 
 
 KINDS = {
@@ -41,12 +44,26 @@ KINDS = {
         {"params": {"width": 640, "height": 480, "fps": 20}},
         ("mosaic-core>=0.1,<1", "numpy>=1.26", "pydantic>=2.9"),
     ),
+    "full": PluginKind(
+        "A joint: where it is, how fast it turns, and its mean position on request.",
+        {"params": {"port": "/dev/ttyUSB0", "period_s": 0.1}},
+        more={
+            "speed": {"params": {"port": "/dev/ttyUSB0"}, "safety": {"timeout_s": 0.3}},
+            "average": {"params": {"port": "/dev/ttyUSB0", "period_s": 0.1}},
+        },
+        has_widget=True,
+    ),
 }
 """By the name of their option."""
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z][a-z0-9]*)*")
 _MAX_NAME = 32
 """Characters: with longer ones the lines of the templates grow beyond what formatters leave alone."""
 _ENDING = ".tmpl"
+_WIDGETS = """
+# The module {module}/widgets/{name}.js, for `widget = "{name}/Panel"`.
+[project.entry-points."mosaic.widgets"]
+{name} = "{module}.widgets"
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,17 +90,21 @@ class NewPlugin:
     def connector_type(self) -> str:
         return self.name.removeprefix("mosaic-")
 
-    def files(self) -> Iterator[tuple[Path, str]]:
-        """Each file's path inside the package, and its text."""
-        for part in ("common", self.kind):
-            yield from self._filled(files(__package__) / "templates" / part, Path())
+    @property
+    def connector_types(self) -> tuple[str, ...]:
+        return (self.connector_type, *(f"{self.connector_type}-{ending}" for ending in KINDS[self.kind].more))
+
+    def files(self) -> Mapping[Path, str]:
+        """The text of each file by its path inside the package; what the kind has takes the place of what is common."""
+        parts = (files(__package__) / "templates" / part for part in ("common", self.kind))
+        return dict(file for part in parts for file in self._filled(part, Path()))
 
     def write(self, folder: Path) -> None:
         """Write all files into ``folder``, which must not exist. Raises :class:`MosaicError` (``plugin.name``)."""
         if folder.exists():
             raise MosaicError(f"{folder} is there already", code="plugin.name")
         try:
-            for path, text in self.files():
+            for path, text in self.files().items():
                 (folder / path).parent.mkdir(parents=True, exist_ok=True)
                 (folder / path).write_text(text, encoding="utf-8")
         except OSError as error:
@@ -94,20 +115,32 @@ class NewPlugin:
             if entry.is_dir():
                 yield from self._filled(entry, path / (self.module if entry.name == "package" else entry.name))
             elif entry.name.endswith(_ENDING):
-                text = Template(entry.read_text(encoding="utf-8")).substitute(self._words())
-                yield path / entry.name.removesuffix(_ENDING), text
+                name, text = (
+                    Template(one).substitute(self._words())
+                    for one in (entry.name.removesuffix(_ENDING), entry.read_text(encoding="utf-8"))
+                )
+                yield path / name, text
 
     def _words(self) -> dict[str, str]:
         kind = KINDS[self.kind]
-        label = self.connector_type.replace("-", "_")
-        entry = {"type": self.connector_type, "label": label, **kind.example}
-        example = yaml.safe_dump([entry], sort_keys=False).rstrip()
+        class_name = "".join(word.title() for word in self.connector_type.split("-"))
+        entries = [
+            {"type": type_, "label": type_.replace("-", "_"), **example}
+            for type_, example in zip(self.connector_types, (kind.example, *kind.more.values()), strict=True)
+        ]
+        example = yaml.safe_dump(entries, sort_keys=False).rstrip()
+        points = [f'{self.connector_type} = "{self.module}.connector:{class_name}Configurer"']
+        for ending in kind.more:
+            made_by = f"{self.module}.{ending}:{class_name}{ending.title()}Configurer"
+            points.append(f'{self.connector_type}-{ending} = "{made_by}"')
         return {
             "name": self.name,
             "module": self.module,
             "type": self.connector_type,
-            "class_name": "".join(word.title() for word in self.connector_type.split("-")),
+            "class_name": class_name,
             "sentence": kind.sentence,
+            "entry_points": "\n".join(points),
+            "widgets": _WIDGETS.format(name=self.name, module=self.module) if kind.has_widget else "",
             "dependencies": json.dumps(kind.dependencies),
             "example": "\n".join(f"  {line}" for line in example.splitlines()),
         }
