@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -13,6 +14,7 @@ from typing import Any
 import pytest
 
 from mosaic_core.cli.plugin.scaffold import KINDS, NewPlugin
+from mosaic_core.runtime.widgets.widget_modules import exports_of
 from mosaic_core.testing.distributions import write_distribution
 from mosaic_core.words.errors import MosaicError
 
@@ -123,3 +125,11 @@ def test_a_name_that_cannot_be_is_refused(name: str, message: str) -> None:
 def test_the_type_of_our_own_plugins_goes_without_our_name() -> None:
     new = NewPlugin("mosaic-lift", "actuator")
     assert (new.module, new.connector_type) == ("mosaic_lift", "lift")
+
+
+def test_a_full_plugin_has_a_type_for_each_connector_and_a_widget_without_a_build() -> None:
+    new = NewPlugin("acme-arm", "full")
+    assert new.connector_types == ("acme-arm", "acme-arm-speed", "acme-arm-average")
+    text = new.files()[Path("acme_arm/widgets/acme-arm.js")]
+    assert exports_of(text) == {"apiVersion", "Panel"}
+    assert set(re.findall(r"from '([^']+)'", text)) == {"react", "@mosaic/widgets"}

@@ -74,6 +74,13 @@ def test_options_that_belong_together_are_asked_for_together(tmp_path: Path) -> 
     for name, certificate in (("Rover", None), ("", file)):
         with pytest.raises(MosaicError, match="need --serve"):
             wish_of(None, name, certificate, certificate)
+    with pytest.raises(MosaicError, match="--no-widgets need --serve"):
+        wish_of(None, "", None, None, widgets=False)
+
+
+def test_the_widgets_of_plugins_can_be_left_out() -> None:
+    both = [wish_of("9100", "", None, None, widgets=widgets) for widgets in (True, False)]
+    assert [wish.serves_widgets for wish in both if wish is not None] == [True, False]
 
 
 def test_without_a_server_distribution_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

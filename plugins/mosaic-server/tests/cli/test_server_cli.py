@@ -257,13 +257,15 @@ class Child:
         return self.process.returncode, errors, time.monotonic() - started
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_supervised_server_announces_its_port_and_ends_well(data_dir: Path, number: int) -> None:
+@pytest.mark.parametrize(("number", "words"), [(signal.SIGTERM, []), (signal.SIGINT, ["--no-widgets"])])
+def test_a_supervised_server_announces_its_port_and_ends_well(data_dir: Path, number: int, words: list[str]) -> None:
     seeded = as_json("seed")
-    child = Child(data_dir)
+    child = Child(data_dir, *words)
     url = child.listening()["url"]
     login = {"username": seeded["email"], "password": seeded["password"]}
-    assert httpx.post(f"{url}/api/v1/account/login/access-token", json=login).status_code == 200
+    signed_in = httpx.post(f"{url}/api/v1/account/login/access-token", json=login).raise_for_status().json()
+    headers = {"Authorization": f"Bearer {signed_in['resultData']['accessToken']}"}
+    assert httpx.get(f"{url}/api/v1/widgets", headers=headers).json()["resultData"]["isOn"] is (words == [])
     second = Child(data_dir)
     code, errors, _ = second.ends()
     assert code == 1

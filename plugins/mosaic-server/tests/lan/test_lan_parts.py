@@ -234,6 +234,14 @@ def test_the_robot_gets_its_server_and_no_secret_stands_on_a_command_line(tmp_pa
     assert "--offer-pins" not in again.command
 
 
+def test_without_widgets_its_server_serves_none(tmp_path: Path) -> None:
+    home, port = LanHome(tmp_path / "lan"), free_port()
+    wishes = [LanWish("127.0.0.1", port, ROBOT, serves_widgets=serves) for serves in (True, False)]
+    assert ["--no-widgets" in RobotsOwnServer(home).prepared(wish).command for wish in wishes] == [False, True]
+    place = ServingPlace(home, "127.0.0.1", port, ROBOT, "Rover", None, None, serves_widgets=False)
+    assert not place.settings(place.announced()).serves_widgets
+
+
 @pytest.mark.parametrize(("host", "own"), [("0.0.0.0", "127.0.0.1"), ("127.0.0.1", "127.0.0.1")])  # noqa: S104
 def test_the_robot_itself_comes_by_loopback_where_it_can(tmp_path: Path, host: str, own: str) -> None:
     port = free_port()

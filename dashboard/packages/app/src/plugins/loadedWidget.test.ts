@@ -1,4 +1,5 @@
 import type { WidgetModule, WidgetOffer } from '@mosaic/client'
+import * as React from 'react'
 import { afterEach, expect, test, vi } from 'vitest'
 import { LOAD_TIMEOUT_MS, loadedWidget, type ImportModule } from './loadedWidget'
 
@@ -11,8 +12,9 @@ function server(offer: WidgetOffer = { isOn: true, modules: [MODULE] }) {
   return { widgets: vi.fn(() => Promise.resolve(offer)) }
 }
 
-function module(exports: Record<string, unknown> = { apiVersion: 1, ArmPanel }) {
-  return vi.fn<ImportModule>(() => Promise.resolve(exports))
+/** What the import map gives for `react`, and what the server has under any other address. */
+function modules(served: () => Promise<Record<string, unknown>> = () => Promise.resolve({ apiVersion: 1, ArmPanel }), react: object = React) {
+  return vi.fn<ImportModule>((url) => (url === 'react' ? Promise.resolve({ ...react }) : served()))
 }
 
 afterEach(() => {
@@ -21,7 +23,7 @@ afterEach(() => {
 
 test('the module is imported by its hash, and the server asked once for all cards', async () => {
   const api = server()
-  const load = module()
+  const load = modules()
   expect(await loadedWidget(api, WANTED, 0, load)).toBe(ArmPanel)
   expect(await loadedWidget(api, WANTED, 0, load)).toBe(ArmPanel)
   expect(load).toHaveBeenCalledWith(URL)
@@ -29,14 +31,14 @@ test('the module is imported by its hash, and the server asked once for all card
 })
 
 test('nothing is imported that the server does not have', async () => {
-  const load = module()
+  const load = modules()
   await expect(loadedWidget(server({ isOn: true, modules: [] }), WANTED, 0, load)).rejects.toThrow('does not have this plugin')
   expect(load).not.toHaveBeenCalled()
 })
 
 test('a further attempt asks the server anew, and under another address, as browsers remember failures', async () => {
   const api = server({ isOn: true, modules: [] })
-  const load = module()
+  const load = modules()
   await expect(loadedWidget(api, WANTED, 0, load)).rejects.toThrow()
   api.widgets.mockResolvedValue({ isOn: true, modules: [MODULE] })
   expect(await loadedWidget(api, WANTED, 1, load)).toBe(ArmPanel)
@@ -46,19 +48,25 @@ test('a further attempt asks the server anew, and under another address, as brow
 test('a server that does not answer is asked again by the next card', async () => {
   const api = server()
   api.widgets.mockRejectedValueOnce(new Error('the server answered 404'))
-  await expect(loadedWidget(api, WANTED, 0, module())).rejects.toThrow(/too old for them. the server answered 404/)
-  expect(await loadedWidget(api, WANTED, 0, module())).toBe(ArmPanel)
+  await expect(loadedWidget(api, WANTED, 0, modules())).rejects.toThrow(/too old for them. the server answered 404/)
+  expect(await loadedWidget(api, WANTED, 0, modules())).toBe(ArmPanel)
 })
 
 test('code that throws while it is loaded is told with its own words', async () => {
-  const load = vi.fn<ImportModule>(() => Promise.reject(new Error('boom')))
+  const load = modules(() => Promise.reject(new Error('boom')))
   await expect(loadedWidget(server(), WANTED, 0, load)).rejects.toThrow('Its code could not be loaded. boom')
 })
 
 test('code that never arrives is given up', async () => {
   vi.useFakeTimers()
-  const loading = loadedWidget(server(), WANTED, 0, () => new Promise(() => {}))
+  const loading = loadedWidget(server(), WANTED, 0, modules(() => new Promise(() => {})))
   const refused = expect(loading).rejects.toThrow('did not arrive within 20 s')
   await vi.advanceTimersByTimeAsync(LOAD_TIMEOUT_MS)
   await refused
+})
+
+test('a page that is older than the server’s loads no second React', async () => {
+  const load = modules(undefined, { createElement: () => null })
+  await expect(loadedWidget(server(), WANTED, 0, load)).rejects.toThrow('reload it')
+  expect(load).not.toHaveBeenCalledWith(URL)
 })

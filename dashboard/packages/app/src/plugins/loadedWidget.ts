@@ -1,7 +1,7 @@
 /** Fetches a widget of a plugin: asks the server what it serves, imports that module in time, and takes the component out. */
 import type { RestApi, WidgetOffer } from '@mosaic/client'
 import type { WidgetProps } from '@mosaic/widgets'
-import type { ComponentType } from 'react'
+import { createElement, type ComponentType } from 'react'
 import { exportedWidget } from './exportedWidget'
 import { servedModule } from './servedModule'
 import type { WantedWidget } from './wantedWidget'
@@ -28,7 +28,14 @@ export async function loadedWidget(
 ): Promise<ComponentType<WidgetProps>> {
   const served = servedModule(module, await offerOf(api, attempt > 0))
   if ('why' in served) throw new Error(served.why)
-  return exportedWidget(await inTime(load(attempt === 0 ? served.url : `${served.url}?attempt=${attempt}`)), exportName)
+  const url = attempt === 0 ? served.url : `${served.url}?attempt=${attempt}`
+  return exportedWidget(await inTime(checkedReact(load).then(() => load(url))), exportName)
+}
+
+/** A page that was opened before the server got a newer one would get that one's React beside its own. */
+async function checkedReact(load: ImportModule): Promise<void> {
+  const { createElement: shared } = await load('react') // by the import map, as widgets do
+  if (shared !== createElement) throw new Error('The server has a newer page than this one: reload it.')
 }
 
 function offerOf(api: Pick<RestApi, 'widgets'>, isAnew: boolean): Promise<WidgetOffer> {
