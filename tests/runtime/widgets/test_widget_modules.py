@@ -12,6 +12,9 @@ from typing import Any
 import pytest
 
 from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+from mosaic_core.runtime.configuration.config_loader import validate_file
+from mosaic_core.runtime.configuration.local_connectors import connectors_beside
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.widgets.widget_modules import (
     FoundModule,
     announced_module,
@@ -223,3 +226,22 @@ def test_a_robot_whose_widget_is_missing_does_not_start(importable: InstallArm) 
         f"connector 'arm' of acme-arm 1.2.0 names the widget 'acme-arm/ArmPanel': acme-arm 1.2.0 has no file {path}"
     )
     assert problem.cure == "build it, and let the wheel carry the folder acme_arm/widgets"
+
+
+def test_a_connector_beside_the_file_may_name_an_installed_widget_and_no_other(
+    install_arm: InstallArm, tmp_path: Path
+) -> None:
+    config = tmp_path / "robot" / "mosaic_config.yaml"
+    (config.parent / "connectors").mkdir(parents=True)
+    (config.parent / "connectors" / "arm.py").write_text(CONNECTOR.replace('"acme-arm"\n', '"own-arm"\n'))
+    config.write_text("version: 1\nconnectors:\n  - { type: own-arm, label: arm }\n")
+
+    def complaints() -> list[str]:
+        resolver = ConnectorResolver(local=connectors_beside(config))
+        rehearsal = AutoConfigurer(resolver=resolver).rehearse(validate_file(config, resolver=resolver))
+        return [problem.message for problem in rehearsal.problems]
+
+    (complaint,) = complaints()
+    assert "connector 'arm' of connectors/arm.py names the widget 'acme-arm/ArmPanel': no installed" in complaint
+    install_arm()
+    assert complaints() == []
