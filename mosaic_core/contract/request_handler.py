@@ -29,7 +29,7 @@ A = TypeVar("A")
 class Request:
     """One request while it is answered. ``sender``: who asked. Every method may be called from any thread.
 
-    A test of :meth:`RequestHandler.answer` alone makes one by ``Request()``.
+    In tests :func:`mosaic_core.testing.ask` makes one on the fake clock.
     """
 
     def __init__(self, sender: Sender | None = None, told: Callable[[Any], object] = lambda value: None) -> None:
@@ -86,7 +86,7 @@ class RequestHandler(DataChannelBidirectional[Q], Generic[Q, A]):
     def handle_data(self, data: Q, *sender: Any, **_: Any) -> Awaitable[None] | None:
         """The framework's own; write :meth:`answer`."""
         raise TypeError(
-            f"{type(self).__name__} answers requests: test it by `joined`, or call `answer` with a Request()"
+            f"{type(self).__name__} answers requests: test it by `ask` of mosaic_core.testing, or by `joined`"
         )
 
     def __init_subclass__(cls, **kwargs: Any) -> None:

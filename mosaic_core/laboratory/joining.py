@@ -92,18 +92,19 @@ class Joined:
 async def joined(
     *entries: ConnectorEntry,
     plugins: pluggy.PluginManager | None = None,
-    takes_leases: bool = True,
+    takes_leases: bool = False,
     control: Mapping[str, Any] | None = None,
     network: Network | None = None,
 ) -> AsyncIterator[Joined]:
     """``async with joined(connector(BatteryConfigurer, label="battery")) as link:`` a robot and its operator Alice,
     connected. ``link.connection.receivable("battery")`` and the other stores work as with a real robot.
 
-    Alice is a person and, with ``takes_leases``, holds the lease of everything that needs one. ``control`` is written
-    as in the YAML file. ``network`` is what the fixture ``impaired_network`` returns; without, one that is perfect.
-    Pictures arrive as :class:`MemoryFrame`, unconverted, but over real WebRTC as :class:`av.VideoFrame`. Raises
-    :class:`ConfigError` for mistakes in params. Hook plugins that are installed are not loaded; give your own in
-    ``plugins``.
+    Alice is a person and holds no lease; with ``takes_leases`` she holds that of everything that needs one, and
+    ``await link.connection.control.take("motion")`` takes one later. ``control`` is written as in the YAML file.
+    ``network`` is what the fixture ``impaired_network`` returns; without, one that is perfect. Pictures are taken by
+    ``next_image()`` of the store as BGR arrays; ``next_frame()`` has them in memory as :class:`MemoryFrame`,
+    unconverted, over real WebRTC as :class:`av.VideoFrame`. Raises :class:`ConfigError` for mistakes in params. Hook
+    plugins that are installed are not loaded; give your own in ``plugins``.
     """
     configured = AutoConfigurer(resolver=ConnectorResolver([]), plugins=plugins or hook_plugins([])).configure(
         checked_config(entries, control)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from mosaic_core.contract.media import Captured
 from mosaic_core.contract.sound import Sound
@@ -14,6 +14,9 @@ from mosaic_core.laboratory.memory_impairment import LatePictures, MessageFlow
 from mosaic_core.machines.media.first_frame import ReceivedSoFar
 from mosaic_core.runtime.transport.media_transport import HeardSound, PictureFeed
 from mosaic_core.words.errors import ConnectionFailed
+
+if TYPE_CHECKING:
+    import av
 
 
 class Cable(Protocol):
@@ -26,10 +29,47 @@ class Cable(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class MemoryFrame:
-    """A picture as it arrives at the operator: exactly what the handler yielded, and when it was captured."""
+    """A picture as it arrives at the operator: exactly what the handler yielded, and when it was captured. What a test
+    reads of an ``av.VideoFrame`` it reads of this one, too; ``next_image()`` of the store gives BGR of either."""
 
     image: Any
     captured_at_s: float
+
+    @property
+    def width(self) -> int:
+        """In pixels."""
+        return self._video_frame().width
+
+    @property
+    def height(self) -> int:
+        """In pixels."""
+        return self._video_frame().height
+
+    def to_ndarray(self, format: str = "bgr24") -> Any:
+        """The picture as ``uint8`` (height, width, 3) in BGR order, or in another format of PyAV's; a copy.
+
+        Raises :class:`TypeError` for what is no picture, as a robot would, and for one that is encoded already: nothing
+        decodes it in memory.
+        """
+        return self._video_frame().to_ndarray(format=format)
+
+    def _video_frame(self) -> av.VideoFrame:
+        import av
+
+        if isinstance(self.image, av.VideoFrame):
+            return self.image
+        if isinstance(self.image, av.Packet):
+            raise TypeError("an encoded picture is not decoded in memory: join by a WebRtcNetwork (impaired_network())")
+        import numpy as np
+
+        if not isinstance(self.image, np.ndarray) or self.image.dtype != np.uint8 or self.image.ndim not in (2, 3):
+            kind = (
+                f"{self.image.dtype} {self.image.shape}"
+                if isinstance(self.image, np.ndarray)
+                else type(self.image).__name__
+            )
+            raise TypeError(f"a picture is uint8 (height, width, 3) in BGR order or (height, width), not {kind}")
+        return av.VideoFrame.from_ndarray(self.image, format="gray" if self.image.ndim == 2 else "bgr24")
 
 
 def memory_picture(captured: Captured) -> MemoryFrame:

@@ -10,6 +10,8 @@
 
     pictures = take_frames(build(CameraConfigurer, params={…}), 3)    # take_sounds likewise
 
+    asked = ask(build(FilesConfigurer), {"folder": "maps"}, cancel_after_s=2)     # a request, with progress and cancel
+
     async with joined(connector(BatteryConfigurer, label="battery")) as link:     # robot and operator, in memory
         message = await link.connection.receivable("battery").next_message()
 
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     from mosaic_core.laboratory.memory_network import MemoryNetwork
     from mosaic_core.laboratory.networks import Network, WebRtcNetwork
     from mosaic_core.machines.laboratory.impaired_link import LinkProfile
+    from mosaic_core.testing.asking import Answered, ask
     from mosaic_core.testing.building import build
     from mosaic_core.testing.collecting import collect, take_frames, take_sounds
     from mosaic_core.testing.fake_hosts import FakeClock, FakeHost, fake_host
@@ -51,6 +54,7 @@ if TYPE_CHECKING:
     from mosaic_core.testing.feeding import feed
 
 _NAMES_IN = {
+    "testing.asking": "Answered ask",
     "testing.building": "build",
     "testing.collecting": "collect take_frames take_sounds",
     "testing.fake_hosts": "FakeClock FakeHost fake_host",
@@ -74,6 +78,7 @@ def __getattr__(name: str) -> Any:
 __all__ = [
     "ANOTHER_OPERATOR",
     "OPERATOR",
+    "Answered",
     "Cleared",
     "FakeClock",
     "FakeHost",
@@ -92,6 +97,7 @@ __all__ = [
     "SlowedTo",
     "Stopped",
     "WebRtcNetwork",
+    "ask",
     "build",
     "collect",
     "connector",

@@ -1,9 +1,12 @@
-"""Runs a sender's or a camera's body without sleeping: waiting advances the fake clock."""
+"""Runs a sender's or a camera's body without sleeping: waiting advances the fake clock, by ``self.every``,
+``self.pause`` and, in an ``async`` body, ``asyncio.sleep``."""
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import inspect
+import math
 from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Any, TypeVar
 
@@ -11,6 +14,7 @@ from mosaic_core.contract.handler import AudioTrackHandler, DataChannelSendable,
 from mosaic_core.contract.media import Picture
 from mosaic_core.contract.sound import Sound
 from mosaic_core.testing.fake_hosts import FakeHost, fake_host
+from mosaic_core.testing.fake_loop import run_on
 
 T = TypeVar("T")
 
@@ -59,7 +63,7 @@ def _run(
 
     try:
         if inspect.isasyncgenfunction(body):
-            asyncio.run(_iterate_async(body(), take, host))
+            run_on(host.clock, lambda: _iterate_async(body(), take, host))
         else:
             stream = body()
             assert isinstance(stream, Iterable), f"{noun}() must yield or return an iterable, not {stream!r}"
@@ -85,10 +89,13 @@ def _iterate(stream: Iterable[Any], take: Callable[[Any], bool], host: FakeHost)
 
 
 async def _iterate_async(stream: Any, take: Callable[[Any], bool], host: FakeHost) -> None:
+    left_s = host.stop_at_s - host.clock.now_s
     try:
-        async for item in stream:
-            if host.is_stopping or take(item):
-                break
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(left_s if math.isfinite(left_s) else None):
+                async for item in stream:
+                    if host.is_stopping or take(item):
+                        break
     finally:
         host.stop()
         await stream.aclose()

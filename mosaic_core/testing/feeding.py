@@ -4,7 +4,6 @@ too: validation before ``handle_data``, limits, the time-out, the lease, the sto
 
 from __future__ import annotations
 
-import asyncio
 import inspect
 import json
 import math
@@ -31,6 +30,7 @@ from mosaic_core.runtime.commands.safety_watch import ZEROS_FOR_S
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.handlers.receiver import ZERO_PERIOD_S, _takes_sender
 from mosaic_core.testing.fake_hosts import FakeHost, fake_host
+from mosaic_core.testing.fake_loop import run_on
 from mosaic_core.testing.feed_steps import (
     OPERATOR,
     Cleared,
@@ -53,15 +53,15 @@ def feed(handler: DataChannelReceivable[Any], script: Iterable[Step]) -> Fed:
     """Play ``script`` on the fake clock and say what happened.
 
     ``dict``, ``list`` and models are sent as JSON; ``str`` and ``bytes`` exactly as they are, so that broken JSON can
-    be sent too. While ``handle_data`` waits with ``self.pause``, time passes and the time-out may strike, as on a
-    robot (there on another thread). An error other than :class:`Refused` is raised here: on a robot it would end the
-    handler.
+    be sent too. While ``handle_data`` waits with ``self.pause``, or an ``async`` one with ``asyncio.sleep``, time
+    passes and the time-out may strike, as on a robot (there on another thread). An error other than :class:`Refused` is
+    raised here: on a robot it would end the handler.
     """
-    feeder = _Feeder(handler, fake_host(handler))
+    feeder = Feeder(handler, fake_host(handler))
     feeder.host.clock.watch(feeder)
     try:
         if inspect.iscoroutinefunction(handler.handle_data):
-            asyncio.run(_play_async(feeder, script))
+            run_on(feeder.host.clock, lambda: _play_async(feeder, script))
         else:
             for step in script:
                 for _ in feeder.steps(step):
@@ -71,7 +71,7 @@ def feed(handler: DataChannelReceivable[Any], script: Iterable[Step]) -> Fed:
     return feeder.fed
 
 
-async def _play_async(feeder: _Feeder, script: Iterable[Step]) -> None:
+async def _play_async(feeder: Feeder, script: Iterable[Step]) -> None:
     for step in script:
         playing = feeder.steps(step)
         for waiting in playing:
@@ -87,7 +87,7 @@ async def _play_async(feeder: _Feeder, script: Iterable[Step]) -> None:
                 break
 
 
-class _Feeder:
+class Feeder:
     """Plays the steps; also the alarm that rings at the time-out, and when the framework's own zeros are due."""
 
     def __init__(self, handler: DataChannelReceivable[Any], host: FakeHost) -> None:
@@ -168,7 +168,7 @@ class _Feeder:
 
     def _message(self, sender: Sender, data: Any) -> Generator[Any, None, None]:
         try:
-            command = self._admitted(sender, data)
+            command = self.admitted(sender, data)
             if command.is_idle:
                 self._watchdog.disarm()
                 self._mover = None
@@ -192,8 +192,8 @@ class _Feeder:
             # The command may have undone the safe action that ran in its middle.
             self._make_safe(self._overtaken_cause)
 
-    def _admitted(self, sender: Sender, data: Any) -> ShapedCommand:
-        """Through the same gates as on a robot."""
+    def admitted(self, sender: Sender, data: Any) -> ShapedCommand:
+        """Through the same gates as on a robot; raises :class:`Refused`."""
         must_release = lambda: self._release.is_holding(sender.peer_id)  # noqa: E731 - asked when its turn has come
         turn = _Turn(
             _payload(data), self._shaper, self._safety, lambda: _GOOD, lambda _: None, must_release=must_release

@@ -148,7 +148,7 @@ async def test_an_error_of_the_handler_is_for_the_robots_log(caplog: pytest.LogC
 
 
 async def test_so_many_are_answered_at_once_and_the_others_wait() -> None:
-    async with joined(*CONNECTORS) as link:
+    async with joined(*CONNECTORS, takes_leases=True) as link:
         walk = handler(link, "walk")
         told: list[Any] = []
         asked = [
@@ -162,7 +162,7 @@ async def test_so_many_are_answered_at_once_and_the_others_wait() -> None:
 
 
 async def test_who_waits_no_longer_takes_the_request_back() -> None:
-    async with joined(*CONNECTORS) as link:
+    async with joined(*CONNECTORS, takes_leases=True) as link:
         walk = handler(link, "walk")
         asked = asyncio.create_task(link.connection.request("walk", {"to": "a"}))
         await until(lambda: walk.began)
@@ -171,7 +171,7 @@ async def test_who_waits_no_longer_takes_the_request_back() -> None:
 
 
 async def test_a_stop_cancels_what_needs_a_lease_and_refuses_more() -> None:
-    async with joined(*CONNECTORS) as link:
+    async with joined(*CONNECTORS, takes_leases=True) as link:
         walk = handler(link, "walk")
         asked = asyncio.create_task(link.connection.request("walk", {"to": "a"}))
         await until(lambda: walk.began)

@@ -90,7 +90,8 @@ def test_a_position_that_is_not_known_is_refused_until_it_is() -> None:
 
 
 async def test_an_arm_is_moved_from_where_it_is_by_an_operator_on_a_robot() -> None:
-    async with joined(connector(ArmConfigurer, label="arm", safety={"limits": RATE, "slow_down": "off"})) as link:
+    arm = connector(ArmConfigurer, label="arm", safety={"limits": RATE, "slow_down": "off"})
+    async with joined(arm, takes_leases=True) as link:
         (handler,) = link.configured.connectors[0].handlers
         assert isinstance(handler, Arm)
         store = link.connection.sendable("arm")

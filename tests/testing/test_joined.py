@@ -7,15 +7,19 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
+import av
+import numpy as np
 import pytest
 from pydantic import Field
 
 from mosaic_core import (
     Captured,
+    Configurer,
     DataChannelBidirectional,
     DataChannelConfigurer,
     DataChannelReceivable,
     DataChannelSendable,
+    Handler,
     MediaTrackConfigurer,
     MediaTrackHandler,
     Message,
@@ -24,7 +28,7 @@ from mosaic_core import (
     Sender,
 )
 from mosaic_core.runtime.handlers.connection_check import ConnectionCheckConfigurer
-from mosaic_core.testing import MemoryFrame, connector, joined, until
+from mosaic_core.testing import MemoryFrame, MemoryNetwork, connector, joined, until
 from mosaic_core.words.errors import ConfigError
 
 
@@ -160,6 +164,80 @@ async def test_pictures_arrive_as_they_were_yielded() -> None:
         assert isinstance(frame, MemoryFrame)
         assert frame.image.startswith("picture ")
         assert frame.captured_at_s == 5.0
+
+
+class Film(MediaTrackHandler):
+    """A colour, then a gray one, then the same as PyAV has it."""
+
+    def frames(self) -> Iterator[Any]:
+        colour = np.full((6, 8, 3), (10, 20, 30), np.uint8)
+        pictures = [colour, np.full((6, 8), 90, np.uint8), av.VideoFrame.from_ndarray(colour, format="bgr24")]
+        for number in self.every(0.02):
+            yield pictures[number % 3]
+
+
+class FilmConfigurer(MediaTrackConfigurer[NoParams]):
+    def configure(self) -> Film:
+        return Film(self.label)
+
+
+@pytest.mark.parametrize("profile", ["pristine", "4g"])
+async def test_a_test_takes_pictures_in_memory_as_a_real_operator_does(profile: str) -> None:
+    async with joined(connector(FilmConfigurer, label="front"), network=MemoryNetwork(profile)) as link:
+        front = link.connection.media("front")
+        seen = [await front.next_image() for _ in range(6)]
+        assert {(one.shape, one.dtype.name) for one in seen} == {((6, 8, 3), "uint8")}
+        assert {tuple(map(int, one[0, 0])) for one in seen} == {(10, 20, 30), (90, 90, 90)}
+
+
+def test_a_picture_in_memory_answers_as_one_of_pyav_and_is_a_copy() -> None:
+    pixels = np.zeros((6, 8, 3), np.uint8)
+    frame = MemoryFrame(pixels, 0.0)
+    assert (frame.width, frame.height, frame.to_ndarray(format="gray").shape) == (8, 6, (6, 8))
+    frame.to_ndarray()[:] = 1
+    assert not pixels.any()
+
+
+@pytest.mark.parametrize(
+    ("image", "message"),
+    [
+        ("text", "uint8 .* not str"),
+        (np.zeros((6, 8, 3)), "uint8 .* not float64"),
+        (av.Packet(b"x"), "an encoded picture is not decoded in memory"),
+    ],
+)
+def test_what_is_no_picture_can_not_be_taken_and_says_why(image: Any, message: str) -> None:
+    with pytest.raises(TypeError, match=message):
+        MemoryFrame(image, 0.0).to_ndarray()
+
+
+async def test_an_operator_holds_no_lease_unless_told() -> None:
+    motor = connector(WinchConfigurer, label="motor", safety={"requires_lease": True})
+    async with joined(motor) as link:
+        refused: list[Any] = []
+        link.connection.on_refusal(refused.append)
+        pad = link.connection.sendable("motor")
+        await pad.wait_open()
+        pad.send_json({"mps": 1})
+        await until(lambda: refused)
+        assert refused[0].code == "lease.required"
+    async with joined(motor, takes_leases=True) as link:
+        pad = link.connection.sendable("motor")
+        await pad.wait_open()
+        await until(lambda: pad.send_json({"mps": 1}) and motor_of(link).speeds)
+
+
+class PairConfigurer(Configurer[NoParams]):
+    def configure(self) -> list[Handler]:
+        return [Gauge(f"{self.label}_gauge", 0.02), Winch(f"{self.label}_winch")]
+
+
+async def test_each_handler_of_one_connector_has_its_store() -> None:
+    async with joined(connector(PairConfigurer, label="cell")) as link:
+        assert "number" in (await link.connection.receivable("cell_gauge").next_message()).json()
+        pad = link.connection.sendable("cell_winch")
+        await pad.wait_open()
+        await until(lambda: pad.send_json({"mps": 1}) and motor_of(link).speeds)
 
 
 async def test_built_in_connectors_work_too() -> None:

@@ -54,7 +54,7 @@ class WheelsConfigurer(DataChannelConfigurer[NoParams]):
 async def driven() -> AsyncIterator[tuple[Any, Wheels]]:
     drive = connector(WheelsConfigurer, label="drive")
     with WebRtcNetwork() as network:
-        async with asyncio.timeout(4 * WAIT_S), joined(drive, network=network) as link:
+        async with asyncio.timeout(4 * WAIT_S), joined(drive, takes_leases=True, network=network) as link:
             (wheels,) = link.configured.connectors[0].handlers
             assert isinstance(wheels, Wheels)
             yield link, wheels

@@ -23,13 +23,14 @@ def new(
     sensor: Annotated[bool, typer.Option("--sensor", help="It sends what it measures.")] = False,
     actuator: Annotated[bool, typer.Option("--actuator", help="It moves, and stops when nobody commands it.")] = False,
     camera: Annotated[bool, typer.Option("--camera", help="It shows pictures.")] = False,
+    request: Annotated[bool, typer.Option("--request", help="It answers questions, and tells how far it is.")] = False,
     full: Annotated[
         bool, typer.Option("--full", help="It sends, moves and answers: three connectors of one device, and a widget.")
     ] = False,
 ) -> None:
     """Write the package of a new plugin into a folder of its name: connectors with a device that is made up, their
     tests, a README and a workflow that checks all of it. It works from the first second."""
-    wanted = {"sensor": sensor, "actuator": actuator, "camera": camera, "full": full}
+    wanted = {"sensor": sensor, "actuator": actuator, "camera": camera, "request": request, "full": full}
     kinds = [kind for kind, is_wanted in wanted.items() if is_wanted]
     if len(kinds) != 1:
         usage(f"say one of {', '.join(f'--{kind}' for kind in wanted)}")

@@ -44,6 +44,9 @@ KINDS = {
         {"params": {"width": 640, "height": 480, "fps": 20}},
         ("mosaic-core>=0.1,<1", "numpy>=1.26", "pydantic>=2.9"),
     ),
+    "request": PluginKind(
+        "What lies on a scale, weighed when somebody asks.", {"params": {"port": "/dev/ttyUSB0", "period_s": 0.2}}
+    ),
     "full": PluginKind(
         "A joint: where it is, how fast it turns, and its mean position on request.",
         {"params": {"port": "/dev/ttyUSB0", "period_s": 0.1}},

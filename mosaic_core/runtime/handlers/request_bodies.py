@@ -39,6 +39,14 @@ class BodyReturned:
     message: str = ""
 
 
+def plain_answer(adapter: TypeAdapter[Any], answer: Any) -> Any:
+    """What a body returned as JSON-ready values; raises whatever is wrong with it."""
+    plain = adapter.dump_python(adapter.validate_python(answer), mode="json")
+    if len(to_json(plain).encode()) > MAX_ANSWER_BYTES:
+        raise Refused("request.answer_too_large")
+    return plain
+
+
 class RequestBodies:
     """Runs the bodies of one handler. Methods on the event loop, and ``returned`` is called there."""
 
@@ -97,24 +105,17 @@ class RequestBodies:
 
     def _answer_on_thread(self, number: int, question: Any, request: Request) -> None:
         try:
-            ended = BodyReturned(number, self._plain(self._answer(question, request)))
+            ended = BodyReturned(number, plain_answer(self._adapter, self._answer(question, request)))
         except BaseException as error:  # noqa: BLE001 (a plugin may raise anything; every request ends)
             ended = self._refusal(number, request, error)
         self._returned.put(ended)
 
     async def _answer_as_task(self, number: int, question: Any, request: Request) -> None:
         try:
-            ended = BodyReturned(number, self._plain(await self._answer(question, request)))
+            ended = BodyReturned(number, plain_answer(self._adapter, await self._answer(question, request)))
         except BaseException as error:  # noqa: BLE001 (as above)
             ended = self._refusal(number, request, error)
         self._returned.put(ended)
-
-    def _plain(self, answer: Any) -> Any:
-        """The answer as JSON-ready values; raises whatever is wrong with it."""
-        plain = self._adapter.dump_python(self._adapter.validate_python(answer), mode="json")
-        if len(to_json(plain).encode()) > MAX_ANSWER_BYTES:
-            raise Refused("request.answer_too_large")
-        return plain
 
     def _refusal(self, number: int, request: Request, error: BaseException) -> BodyReturned:
         if isinstance(error, Refused):
