@@ -203,7 +203,7 @@ def test_a_picture_in_memory_answers_as_one_of_pyav_and_is_a_copy() -> None:
     [
         ("text", "uint8 .* not str"),
         (np.zeros((6, 8, 3)), "uint8 .* not float64"),
-        (av.Packet(b"x"), "an encoded picture is not decoded in memory"),
+        (av.Packet(b"x"), "encoded already is decoded by a real operator only"),
     ],
 )
 def test_what_is_no_picture_can_not_be_taken_and_says_why(image: Any, message: str) -> None:

@@ -31,6 +31,17 @@ def prepared_picture(image: Image | av.VideoFrame, captured_at_s: float) -> av.V
     return _frame_around(pixels, pts_of(captured_at_s))
 
 
+def exact_frame(image: object) -> av.VideoFrame:
+    """A frame with exactly the pixels that a handler yielded, in its own format. Raises :class:`TypeError` for what is
+    no picture, or is encoded."""
+    if isinstance(image, av.VideoFrame):
+        return image
+    if isinstance(image, av.Packet):
+        raise TypeError("a picture that is encoded already is decoded by a real operator only")
+    pixels = _checked(image)
+    return av.VideoFrame.from_ndarray(pixels, format="gray" if pixels.ndim == 2 else "bgr24")
+
+
 def own_frame(prepared: av.VideoFrame) -> av.VideoFrame:
     """A frame for one encoder alone, around the same pixels."""
     return _frame_around(_i420_of_prepared(prepared), prepared.pts or 0)
@@ -95,11 +106,17 @@ def _i420_of_frame(frame: av.VideoFrame) -> Pixels:
     return cast(Pixels, frame.to_ndarray(format="yuv420p"))
 
 
-def _i420_of_image(image: object) -> Pixels:
+def _checked(image: object) -> Pixels:
+    """``image`` if it is a picture; raises :class:`TypeError`."""
     if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.ndim not in (2, 3):
         raise TypeError(f"a picture is uint8 (height, width, 3) in BGR order or (height, width), not {_kind(image)}")
     if image.ndim == 3 and image.shape[2] != 3:
         raise TypeError(f"a colour picture has 3 channels in BGR order, not {image.shape[2]}")
+    return image
+
+
+def _i420_of_image(unchecked: object) -> Pixels:
+    image = _checked(unchecked)
     height, width = image.shape[0] & ~1, image.shape[1] & ~1
     if height < 2 or width < 2:
         raise TypeError(f"a picture needs at least 2 x 2 pixels, not {image.shape[1]} x {image.shape[0]}")
