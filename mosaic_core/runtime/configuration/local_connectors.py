@@ -12,7 +12,7 @@ import logging
 import sys
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from traceback import extract_tb
@@ -95,12 +95,15 @@ def connectors_beside(config: Path, *, refusal: str = "") -> LocalConnectors:
     Its code is refused as well where others than the author of ``config`` could have written it.
     """
     folder = config.resolve().parent / FOLDER
-    found = [one for file in sorted(folder.glob("*.py")) for one in _found_in(file)]
+    found = connectors_in(*sorted(folder.glob("*.py")))
+    return replace(found, refusal=refusal or doubt_about(folder, config)) if found.connectors else found
+
+
+def connectors_in(*files: Path) -> LocalConnectors:
+    """What these files offer, without running them."""
+    found = [one for file in files for one in _found_in(file.resolve())]
     connectors = tuple(one for one in found if isinstance(one, LocalConnector))
-    problems = tuple(one for one in found if isinstance(one, Problem))
-    if not connectors:
-        return LocalConnectors(problems=problems)
-    return LocalConnectors(connectors, problems, refusal or doubt_about(folder, config))
+    return LocalConnectors(connectors, tuple(one for one in found if isinstance(one, Problem)))
 
 
 def _found_in(file: Path) -> Iterator[LocalConnector | Problem]:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from importlib.metadata import EntryPoint
+from pathlib import Path
+from traceback import extract_tb
 from typing import Any
 
 from mosaic_core.contract.configurer import API_VERSION, Configurer
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
 from mosaic_core.words.errors import PluginError
+
+_IMPORTLIB = Path(importlib.__file__).parent
 
 
 def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector | None) -> type[Configurer[Any]]:
@@ -25,7 +30,7 @@ def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector 
             local.prepare()
         loaded = entry_point.load()
     except (Exception, SystemExit) as error:
-        explained = f"{type(error).__name__}: {error}" if local is None else local.explained(error)
+        explained = _explained(error) if local is None else local.explained(error)
         raise broken(explained) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
         named = entry_point.value if local is None else f"{local.class_name}, line {local.line},"
@@ -40,6 +45,18 @@ def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector 
     if missing:
         raise broken(f"{loaded.__name__} does not implement {', '.join(missing)}")
     return loaded
+
+
+def _explained(error: BaseException) -> str:
+    """What was raised, and where in the plugin or what it imports."""
+    frames = [frame for frame in extract_tb(error.__traceback__) if not _is_importing(frame.filename)]
+    place = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
+    return f"{type(error).__name__}: {error}{place}"
+
+
+def _is_importing(file: str) -> bool:
+    """Whether the frame is ours or Python's, on the way to the plugin."""
+    return file == __file__ or file.startswith("<frozen") or Path(file).parent in (_IMPORTLIB, _IMPORTLIB / "metadata")
 
 
 def _api_version(configurer: type) -> object:

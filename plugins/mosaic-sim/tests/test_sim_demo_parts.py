@@ -23,6 +23,7 @@ from mosaic_sim.demo.child import Child
 from mosaic_sim.demo.errors import DemoFailed
 from mosaic_sim.demo.greeting import greet, report_failure
 from mosaic_sim.demo.headless_check import print_results
+from mosaic_sim.demo.robot_file import OwnConnector
 from mosaic_sim.demo.server import HOST, Seed, check_server_is_installed, chosen_port, robot_environment
 
 ROBOT_YAML = Path(checks.__file__).with_name("robot.yaml")
@@ -126,18 +127,31 @@ def test_with_a_desktop_the_page_is_opened(monkeypatch: pytest.MonkeyPatch) -> N
     assert pages == ["http://127.0.0.1/"]
 
 
+def running(**brought: Any) -> Any:
+    """As much of a running demo as its greeting tells."""
+    return SimpleNamespace(**{"seed": SEED, "own": (), "notes": (), **brought})
+
+
 def test_the_greeting_keeps_a_long_address_on_one_line() -> None:
     out = io.StringIO()
     page = "http://127.0.0.1:9001/robots/7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11#code=" + "x" * 40
-    greet(Console(file=out, width=60), SimpleNamespace(seed=SEED), page, is_opened=False)  # type: ignore[arg-type]
+    greet(Console(file=out, width=60), running(), page, is_opened=False)
     assert page in out.getvalue().splitlines()
 
 
 def test_the_greeting_of_an_opened_browser_shows_no_code() -> None:
     out = io.StringIO()
-    greet(Console(file=out), SimpleNamespace(seed=SEED), "http://x/robots/1", is_opened=True)  # type: ignore[arg-type]
+    greet(Console(file=out), running(), "http://x/robots/1", is_opened=True)
     assert "code=" not in out.getvalue()
     assert "signed in" in out.getvalue()
+
+
+def test_the_greeting_names_what_one_has_brought_and_what_was_changed_of_it() -> None:
+    out = io.StringIO()
+    demo = running(own=(OwnConnector("front_2", "lamp", "acme-lamp 0.1.0"),), notes=("'front' is taken",))
+    greet(Console(file=out, width=200), demo, "http://x/robots/1", is_opened=True)
+    assert "From acme-lamp 0.1.0: front_2 (lamp)" in out.getvalue()
+    assert "Note: 'front' is taken." in out.getvalue()
 
 
 def test_a_failure_shows_culprit_last_words_and_cure_as_they_are() -> None:

@@ -13,6 +13,8 @@ from typing import Any
 
 import pytest
 
+from mosaic_core.cli.plugin.scaffold import KINDS, NewPlugin
+
 pytestmark = pytest.mark.webrtc
 COMMAND = [sys.executable, "-m", "mosaic_core.cli.main", "demo", "--port", "0", "--no-open", "--json"]
 
@@ -91,9 +93,18 @@ def test_children_do_not_outlive_a_killed_demo(demo: Demo) -> None:
     demo.wait_until_children_are_gone()
 
 
-def test_the_headless_check_drives_the_robot_and_finds_everything_in_order() -> None:
-    done = subprocess.run([*COMMAND, "--headless-check"], capture_output=True, text=True, check=False, timeout=110)
+def test_the_headless_check_drives_the_robot_and_finds_everything_in_order_also_what_one_has_brought(
+    tmp_path: Path,
+) -> None:
+    brought: list[str] = []
+    for kind in KINDS:
+        NewPlugin(f"acme-{kind}", kind).write(tmp_path / kind)
+        brought += ["--with", str(tmp_path / kind)]
+    done = subprocess.run(
+        [*COMMAND, "--headless-check", *brought], capture_output=True, text=True, check=False, timeout=110
+    )
     report = json.loads(done.stdout)
     assert [check for check in report["checks"] if not check["ok"]] == []
-    assert {"connect", "pictures", "lease", "drive", "silence stops"} <= {check["name"] for check in report["checks"]}
+    names = {check["name"] for check in report["checks"]}
+    assert {"connect", "pictures", "lease", "drive", "silence stops", *(f"acme_{kind}" for kind in KINDS)} <= names
     assert done.returncode == 0

@@ -1,6 +1,7 @@
-"""``python -m mosaic_sim.demo.check_program URL EMAIL ROBOT_ID``: the operator of the headless check.
+"""``python -m mosaic_sim.demo.check_program URL EMAIL ROBOT_ID [LABEL …]``: the operator of the headless check.
 
-The password comes in the environment. Prints one JSON array of results.
+The labels are those of connectors that ``--with`` has brought. The password comes in the environment. Prints one JSON
+array of results.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import json
 import os
 import sys
 import time
+from collections.abc import Sequence
 from functools import partial
 
 from mosaic_core import MosaicError
@@ -24,18 +26,20 @@ from mosaic_sim.demo.checks import (
     told,
 )
 from mosaic_sim.demo.headless_check import PASSWORD_VARIABLE
+from mosaic_sim.demo.own_checks import own_works
 
 SENSORS = ("scan", "imu", "battery", "gps", "host")
 
 
-async def results_for(url: str, email: str, password: str, robot_id: str) -> list[Result]:
+async def results_for(url: str, email: str, password: str, robot_id: str, own: Sequence[str] = ()) -> list[Result]:
     """Sign in, connect, and look at everything once."""
     began_s = time.monotonic()
     try:
         async with await MosaicOperator.login(url, email, password) as operator:
             connection = await operator.connect(robot_id)
             connected = Result("connect", True, f"{(time.monotonic() - began_s) * 1000:.0f} ms from signing in")
-            return [connected, *await _looked_at(connection)]
+            looked_at = await _looked_at(connection)
+            return [connected, *looked_at, *[await told(label, partial(own_works, connection, label)) for label in own]]
     except MosaicError as error:
         return [Result("connect", False, f"{error.message} {error.cure}".strip())]
 
@@ -54,8 +58,8 @@ async def _looked_at(connection: RobotConnection) -> list[Result]:
 
 
 def main() -> None:
-    url, email, robot_id = sys.argv[1:4]
-    results = asyncio.run(results_for(url, email, os.environ[PASSWORD_VARIABLE], robot_id))
+    url, email, robot_id, *own = sys.argv[1:]
+    results = asyncio.run(results_for(url, email, os.environ[PASSWORD_VARIABLE], robot_id, own))
     print(json.dumps([result.wire() for result in results]))
 
 

@@ -10,6 +10,8 @@ from mosaic_core.runtime.lan.child_process import ChildProcess
 from mosaic_sim.demo.errors import DemoFailed
 
 LOG_LINES = 12
+MOST_NEW_BYTES = 64 * 1024
+"""Of one look: a program that prints without end fills a terminal, and no memory."""
 
 
 class Child(ChildProcess):
@@ -20,6 +22,7 @@ class Child(ChildProcess):
     ) -> None:
         self.name = name
         self._log = log
+        self._seen_bytes = 0
         with log.open("wb") as output:
             super().__init__(command, stdout=output, stderr=subprocess.STDOUT, environment=environment, follows_us=True)
 
@@ -31,3 +34,12 @@ class Child(ChildProcess):
     def last_lines(self, count: int = LOG_LINES) -> str:
         lines = self._log.read_text(encoding="utf-8", errors="replace").splitlines()
         return "\n".join(lines[-count:])
+
+    def new_lines(self) -> list[str]:
+        """The whole lines that it has written since this was asked last."""
+        with self._log.open("rb") as log:
+            log.seek(self._seen_bytes)
+            written = log.read(MOST_NEW_BYTES)
+        whole = written[: written.rfind(b"\n") + 1] if len(written) < MOST_NEW_BYTES else written
+        self._seen_bytes += len(whole)
+        return whole.decode("utf-8", errors="replace").splitlines()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -19,8 +20,17 @@ def demo(
         bool, typer.Option("--headless-check", help="Drive the robot from Python, say what works, and exit.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs; opens no browser.")] = False,
+    own: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--with",
+            metavar="PATH",
+            help="A plugin of your own, which need not be installed: its folder, such as `.`, or one file. "
+            "May be given several times.",
+        ),
+    ] = None,
 ) -> None:
     """Start a server and a simulated robot on this machine and open the dashboard. Nothing to set up."""
     from mosaic_sim.demo.demo_command import run_demo
 
-    run_demo(port, opens=not no_open, headless_check=headless_check, as_json=as_json)
+    run_demo(port, opens=not no_open, headless_check=headless_check, as_json=as_json, own=own or ())

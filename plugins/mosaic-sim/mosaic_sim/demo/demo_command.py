@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import asdict
+from pathlib import Path
 from typing import NoReturn
 
 import typer
@@ -14,20 +17,23 @@ from mosaic_sim.demo import browser
 from mosaic_sim.demo.errors import DemoFailed
 from mosaic_sim.demo.greeting import greet, report_failure
 from mosaic_sim.demo.headless_check import checked, print_results
+from mosaic_sim.demo.own_plugin import plugin_at
 from mosaic_sim.demo.supervisor import WATCH_S, Interrupted, RunningDemo, endings_interrupt, running_demo
 
 
-def run_demo(port: int | None, *, opens: bool, headless_check: bool, as_json: bool) -> None:
-    """Server, robot and page until Ctrl+C. Raises :class:`typer.Exit` with the exit code."""
+def run_demo(port: int | None, *, opens: bool, headless_check: bool, as_json: bool, own: Sequence[Path] = ()) -> None:
+    """Server, robot and page until Ctrl+C; ``own``: where plugins stand whose connectors the robot shall have, too.
+    Raises :class:`typer.Exit` with the exit code."""
     try:
         with endings_interrupt(), ExitStack() as stack:
             if not as_json:
                 typer.echo("Starting a server and a simulated robot …")
-            running = stack.enter_context(running_demo(port))
+            plugins = [plugin_at(path) for path in {path.resolve(): path for path in own}.values()]
+            running = stack.enter_context(running_demo(port, plugins))
             if headless_check:
                 raise typer.Exit(_check(running, as_json))
             _present(running, opens=opens, as_json=as_json)
-            _watch(running)
+            _watch(running, shows_log=bool(own))
     except Interrupted:
         raise typer.Exit(0) from None
     except DemoFailed as failure:
@@ -55,14 +61,18 @@ def _present(running: RunningDemo, *, opens: bool, as_json: bool) -> None:
         seed = running.seed
         facts = {"url": running.url, "page": page, "email": seed.email, "password": seed.password}
         pids = {"server": running.server.child.pid, "robot": running.robot.pid}
-        typer.echo(json.dumps({"ok": True, **facts, "robotId": seed.robot_id, "pids": pids}))
+        brought = [asdict(one) for one in running.own]
+        typer.echo(json.dumps({"ok": True, **facts, "robotId": seed.robot_id, "pids": pids, "with": brought}))
         return
     is_opened = opens and browser.opened(page)
     greet(Console(), running, running.robot_page() if is_opened else page, is_opened=is_opened)
 
 
-def _watch(running: RunningDemo) -> NoReturn:
-    """Until a child dies, which raises, or a signal ends the demo."""
+def _watch(running: RunningDemo, *, shows_log: bool) -> NoReturn:
+    """Until a child dies, which raises, or a signal ends the demo. Whoever has brought code sees what the robot says of
+    it."""
     while True:
         running.check_alive()
+        for line in running.robot.new_lines() if shows_log else ():
+            typer.echo(f"robot: {line}", err=True)
         time.sleep(WATCH_S)

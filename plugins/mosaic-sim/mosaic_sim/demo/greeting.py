@@ -22,6 +22,14 @@ def greet(console: Console, demo: RunningDemo, page: str, *, is_opened: bool) ->
     console.print()
     console.print(_to_try())
     console.print()
+    for one in demo.own:
+        console.print(f"From {one.source}: [bold]{one.label}[/] ({one.type})", highlight=False)
+    for note in demo.notes:
+        console.print(f"Note: {note}.", highlight=False, style="yellow")
+    if demo.own:
+        console.print(
+            "What the robot logs is printed here; after a change, end the demo and start it again.\n", style="dim"
+        )
     console.print(
         f"Sign in elsewhere on this machine: {demo.seed.email}, password {demo.seed.password}", highlight=False
     )

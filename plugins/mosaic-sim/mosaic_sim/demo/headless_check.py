@@ -23,6 +23,7 @@ def checked(demo: RunningDemo) -> list[Result]:
     """The results of ``check_program``; raises :class:`DemoFailed` if it gives none, or a child died meanwhile."""
     command = [
         sys.executable, "-m", "mosaic_sim.demo.check_program", demo.url, demo.seed.email, demo.seed.robot_id,
+        *(one.label for one in demo.own),
     ]  # fmt: skip
     environment = {**os.environ, PASSWORD_VARIABLE: demo.seed.password}
     try:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import signal
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from importlib.resources import as_file, files
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
 from mosaic_core.runtime.lan.child_process import end_all, mosaic_command
 from mosaic_sim.demo.child import Child
+from mosaic_sim.demo.own_plugin import OwnPlugin
+from mosaic_sim.demo.robot_file import OwnConnector, RobotFile, robot_file
 from mosaic_sim.demo.server import (
     DemoServer,
     Seed,
@@ -40,6 +41,10 @@ class RunningDemo:
     seed: Seed
     server: DemoServer
     robot: Child
+    own: tuple[OwnConnector, ...] = ()
+    """What ``--with`` has brought."""
+    notes: tuple[str, ...] = ()
+    """What of it was changed, for people."""
 
     @property
     def url(self) -> str:
@@ -72,8 +77,9 @@ def endings_interrupt() -> Iterator[None]:
 
 
 @contextmanager
-def running_demo(port: int | None) -> Iterator[RunningDemo]:
-    """Server and robot for the length of a ``with`` block, in a folder that is removed after it.
+def running_demo(port: int | None, plugins: Sequence[OwnPlugin] = ()) -> Iterator[RunningDemo]:
+    """Server and robot for the length of a ``with`` block, in a folder that is removed after it. The robot has the
+    connectors of ``plugins``, too.
 
     Raises :class:`~mosaic_sim.demo.errors.DemoFailed` if anything does not come up.
     """
@@ -83,19 +89,19 @@ def running_demo(port: int | None) -> Iterator[RunningDemo]:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="mosaic-demo-")))
         children: list[Child] = []
         stack.callback(end_all, children)
+        config = robot_file(folder, plugins)
         seed = seeded(folder)
         server = DemoServer(folder, free_port)
         children.append(server.child)
         server.wait_until_listening()
         server.sign_in(seed)
-        config = stack.enter_context(as_file(files("mosaic_sim.demo") / "robot.yaml"))
         robot = _started_robot(config, folder, robot_environment(server.url, seed))
         # First: the robot says good-bye while its server still listens.
         children.insert(0, robot)
         server.wait_for_robot(seed.robot_id, robot)
-        yield RunningDemo(folder, seed, server, robot)
+        yield RunningDemo(folder, seed, server, robot, config.own, config.notes)
 
 
-def _started_robot(config: Path, folder: Path, environment: dict[str, str]) -> Child:
-    command = mosaic_command("run", str(config), "--log-level", "warning")
-    return Child("robot", command, folder / "robot.log", environment)
+def _started_robot(config: RobotFile, folder: Path, environment: dict[str, str]) -> Child:
+    command = mosaic_command("run", str(config.path), "--log-level", "warning")
+    return Child("robot", command, folder / "robot.log", {**environment, **config.environment})

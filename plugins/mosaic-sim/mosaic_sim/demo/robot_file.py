@@ -1,0 +1,151 @@
+"""Writes the YAML file of the demo's robot, with one's own connectors beside the simulated ones, which it can find."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from mosaic_core.runtime.configuration.config_env import masked, unmasked
+from mosaic_core.runtime.lan.child_process import mosaic_command
+from mosaic_core.testing.distributions import write_distribution
+from mosaic_sim.demo.errors import DemoFailed
+from mosaic_sim.demo.own_plugin import Entry, OwnPlugin
+from mosaic_sim.demo.server import START_PATIENCE_S, Seed, robot_environment
+
+_NOBODY = Seed("", "", "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11", "nobody")
+
+_INDEX = re.compile(r"^connectors\[(\d+)\]")
+
+
+@dataclass(frozen=True, slots=True)
+class OwnConnector:
+    """One connector that ``--with`` has brought."""
+
+    label: str
+    type: str
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class RobotFile:
+    """The file of the demo's robot, and where its process finds what the file names."""
+
+    path: Path
+    python_path: str = ""
+    own: tuple[OwnConnector, ...] = ()
+    notes: tuple[str, ...] = ()
+    """What was changed in the plugins' own entries, for people."""
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Of what ``--with`` has brought."""
+        return tuple(one.label for one in self.own)
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """What the robot's process needs beside what every one has."""
+        return {"PYTHONPATH": self.python_path} if self.python_path else {}
+
+
+def robot_file(folder: Path, plugins: Sequence[OwnPlugin]) -> RobotFile:
+    """Write it into ``folder``. With ``plugins`` it is checked: raises :class:`DemoFailed` with what is wrong."""
+    text = (files("mosaic_sim.demo") / "robot.yaml").read_text("utf-8")
+    path = folder / "robot.yaml"
+    if not plugins:
+        path.write_text(text, "utf-8")
+        return RobotFile(path)
+    simulated = [str(one["label"]) for one in yaml.safe_load(masked(text))["connectors"]]
+    entries, own, notes = _entries(plugins, simulated)
+    added = unmasked(yaml.safe_dump(entries, sort_keys=False, allow_unicode=True, default_flow_style=False, width=1000))
+    lines = [f"  {line}" for line in added.splitlines()]
+    path.write_text("\n".join([text.rstrip(), "", "  # What --with has brought.", *lines, ""]), "utf-8")
+    made = RobotFile(path, _python_path(folder / "plugins", plugins), own, notes)
+    _check(made, plugins, [*simulated, *made.labels])
+    return made
+
+
+def _entries(
+    plugins: Sequence[OwnPlugin], simulated: Sequence[str]
+) -> tuple[list[Entry], tuple[OwnConnector, ...], tuple[str, ...]]:
+    """The entries of all plugins, what to tell of them, and whose label was taken."""
+    taken = dict.fromkeys(simulated, "the simulated robot")
+    entries: list[Entry] = []
+    own: list[OwnConnector] = []
+    notes: list[str] = []
+    for plugin, entry in [(one, entry) for one in plugins for entry in one.entries]:
+        label = _free(entry["label"], taken)
+        if label != entry["label"]:
+            notes.append(f"the label '{entry['label']}' is taken by {taken[entry['label']]}: '{label}' instead")
+        taken[label] = plugin.source
+        own.append(OwnConnector(label, entry["type"], plugin.source))
+        entries.append({**entry, "label": label})
+    return entries, tuple(own), tuple(notes)
+
+
+def _free(label: str, taken: dict[str, str]) -> str:
+    number, free = 1, label
+    while free in taken:
+        number += 1
+        free = f"{label}_{number}"
+    return free
+
+
+def _python_path(folder: Path, plugins: Sequence[OwnPlugin]) -> str:
+    """Folders for the robot alone: their metadata stands before that of an installed version, as their code does."""
+    for plugin in plugins:
+        write_distribution(
+            folder, plugin.name, version=plugin.version, modules=plugin.modules, entry_points=plugin.entry_points
+        )
+    roots = [str(folder), *(str(one.import_from) for one in plugins if one.import_from)]
+    return os.pathsep.join([*dict.fromkeys(roots), *filter(None, [os.environ.get("PYTHONPATH")])])
+
+
+def _check(made: RobotFile, plugins: Sequence[OwnPlugin], labels: Sequence[str]) -> None:
+    """In a process of its own, as it imports the plugins."""
+    done = subprocess.run(
+        mosaic_command("validate", str(made.path), "--json"),
+        env={**os.environ, **robot_environment("http://127.0.0.1", _NOBODY), **made.environment},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=START_PATIENCE_S,
+    )
+    try:
+        problems = json.loads(done.stdout.splitlines()[-1])["problems"]
+    except (IndexError, ValueError, KeyError, TypeError):
+        names = ", ".join(one.source for one in plugins)
+        raise DemoFailed(f"{names} can't be checked", details=(done.stderr or done.stdout).strip()[-2000:]) from None
+    if problems:
+        cures = dict.fromkeys(filter(None, (_cure(one, plugins) for one in problems)))
+        raise DemoFailed("\n".join(_told(one, labels) for one in problems), "; ".join(cures))
+
+
+def _told(problem: Mapping[str, Any], labels: Sequence[str]) -> str:
+    """By the label instead of the place in a file that nobody has written."""
+    path = _INDEX.sub(lambda found: labels[int(found[1])], str(problem["path"]))
+    return f"{path}: {problem['message']}"
+
+
+def _cure(problem: Mapping[str, Any], plugins: Sequence[OwnPlugin]) -> str:
+    """For whoever writes the plugin, not for whoever has installed it."""
+    message = str(problem["message"])
+    if problem["code"] != "config.broken_plugin":
+        return str(problem["cure"])
+    plugin = next((one for one in plugins if one.source in message), plugins[0])
+    missing = re.search(r"No module named '([\w.]+)'", message)
+    if missing is None:
+        return "mend it, and start the demo again"
+    if not plugin.modules:
+        return f"pip install -e {plugin.path}, which installs the dependencies that its pyproject.toml names"
+    if plugin.path.with_name(f"{missing[1]}.py").is_file():
+        return f"for the file beside it write `from .{missing[1]} import …`"
+    return f"pip install the distribution that has the module {missing[1]}"

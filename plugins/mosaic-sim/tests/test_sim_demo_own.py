@@ -1,0 +1,211 @@
+"""`mosaic demo --with`: plugins that nobody has installed, found by the demo's robot alone."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from mosaic_core.cli.plugin.scaffold import KINDS, NewPlugin
+from mosaic_sim.demo.child import Child
+from mosaic_sim.demo.errors import DemoFailed
+from mosaic_sim.demo.own_plugin import plugin_at
+from mosaic_sim.demo.robot_file import OwnConnector, RobotFile, robot_file
+
+LUX = """
+from collections.abc import Iterator
+
+from mosaic_core import DataChannelConfigurer, DataChannelSendable, NoParams
+
+from .driver import READING
+
+
+class Meter(DataChannelSendable[str]):
+    def messages(self) -> Iterator[str]:
+        for _ in self.every(0.1):
+            yield READING
+
+
+class LuxConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "lux"
+
+    def configure(self) -> Meter:
+        return Meter(self.label)
+"""
+
+
+@pytest.fixture
+def lamp(tmp_path: Path) -> Path:
+    NewPlugin("acme-lamp", "sensor").write(tmp_path / "acme-lamp")
+    return tmp_path / "acme-lamp"
+
+
+@pytest.fixture
+def lux(tmp_path: Path) -> Path:
+    folder = tmp_path / "robot" / "connectors"
+    folder.mkdir(parents=True)
+    (folder / "driver.py").write_text("READING = 'bright'\n")
+    (folder / "lux.py").write_text(LUX)
+    return folder / "lux.py"
+
+
+def changed(file: Path, old: str, new: str) -> None:
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+
+
+def made(folder: Path, *paths: Path) -> RobotFile:
+    (folder / "demo").mkdir()
+    return robot_file(folder / "demo", [plugin_at(path) for path in paths])
+
+
+def failure(folder: Path, *paths: Path) -> DemoFailed:
+    with pytest.raises(DemoFailed) as caught:
+        made(folder, *paths)
+    return caught.value
+
+
+def added_entries(file: RobotFile) -> list[object]:
+    return [one for one in yaml.safe_load(file.path.read_text())["connectors"] if one["label"] in file.labels]
+
+
+def test_without_plugins_the_robot_is_the_simulated_one_and_nothing_is_checked(tmp_path: Path) -> None:
+    file = made(tmp_path)
+    assert (file.own, file.environment) == ((), {})
+    assert "sim-camera" in file.path.read_text()
+
+
+def test_a_plugin_brings_its_entry_and_a_file_its_type(tmp_path: Path, lamp: Path, lux: Path) -> None:
+    file = made(tmp_path, lamp, lux)
+    assert file.own == (
+        OwnConnector("acme_lamp", "acme-lamp", "acme-lamp 0.1.0"),
+        OwnConnector("lux", "lux", "lux.py"),
+    )
+    assert added_entries(file) == [
+        {"type": "acme-lamp", "label": "acme_lamp", "params": {"port": "/dev/ttyUSB0", "period_s": 0.5}},
+        {"type": "lux", "label": "lux"},
+    ]
+    assert file.notes == ()
+
+
+def test_its_code_comes_from_its_folder_for_the_robot_alone(tmp_path: Path, lamp: Path, lux: Path) -> None:
+    file = made(tmp_path, lamp, lux)
+    code = (
+        "from importlib.metadata import entry_points as all_of;"
+        "found = {one.name: one.load().__module__ for one in all_of(group='mosaic.connectors')"
+        " if one.name in ('lux', 'acme-lamp')};"
+        "import acme_lamp; print(sorted(found), acme_lamp.__file__)"
+    )
+    environment = {**os.environ, **file.environment}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, cwd="/", capture_output=True, text=True)
+    assert done.stdout.split() == ["['acme-lamp',", "'lux']", str(lamp / "acme_lamp" / "__init__.py")], done.stderr
+
+
+def test_a_package_below_src_is_found(tmp_path: Path, lamp: Path) -> None:
+    (lamp / "src").mkdir()
+    (lamp / "acme_lamp").rename(lamp / "src" / "acme_lamp")
+    assert plugin_at(lamp).import_from == lamp / "src"
+    assert made(tmp_path, lamp).labels == ("acme_lamp",)
+
+
+def test_a_label_that_is_taken_gets_a_number_and_that_is_told(tmp_path: Path, lamp: Path, lux: Path) -> None:
+    changed(lamp / "mosaic_config.yaml", "label: acme_lamp", "label: front")
+    (lux.parents[1] / "mosaic_config.yaml").write_text("connectors: [{ type: lux, label: front }]")
+    file = made(tmp_path, lamp, lux)
+    assert file.labels == ("front_2", "front_3")
+    assert file.notes == (
+        "the label 'front' is taken by the simulated robot: 'front_2' instead",
+        "the label 'front' is taken by the simulated robot: 'front_3' instead",
+    )
+
+
+def test_the_environment_is_read_by_the_robot_and_what_is_missing_is_told(
+    tmp_path: Path, lamp: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changed(lamp / "mosaic_config.yaml", "/dev/ttyUSB0", "${ACME_PORT}")
+    assert "acme_lamp.params.port: the environment variable ACME_PORT is not set" in failure(tmp_path, lamp).message
+    monkeypatch.setenv("ACME_PORT", "/dev/acme")
+    (tmp_path / "again").mkdir()
+    assert "port: ${ACME_PORT}" in made(tmp_path / "again", lamp).path.read_text()
+
+
+def test_a_missing_dependency_is_told_with_place_and_cure(tmp_path: Path, lamp: Path) -> None:
+    connector = lamp / "acme_lamp" / "connector.py"
+    changed(connector, "from pydantic", "import no_such_driver\nfrom pydantic")
+    told = failure(tmp_path, lamp)
+    assert "acme-lamp 0.1.0 can't be used: ModuleNotFoundError: No module named 'no_such_driver'" in told.message
+    assert f"{connector}:" in told.message
+    assert told.cure.startswith(f"pip install -e {lamp}")
+
+
+def test_a_broken_import_is_told_with_its_line(tmp_path: Path, lux: Path) -> None:
+    lux.write_text(f"{LUX}\nnonsense\n")
+    told = failure(tmp_path, lux)
+    assert f"NameError: name 'nonsense' is not defined ({lux}:{len(LUX.splitlines()) + 2})" in told.message
+    assert told.cure == "mend it, and start the demo again"
+
+
+def test_a_sibling_that_is_imported_as_if_installed_is_told(tmp_path: Path, lux: Path) -> None:
+    changed(lux, "from .driver", "from driver")
+    assert failure(tmp_path, lux).cure == "for the file beside it write `from .driver import …`"
+
+
+def test_wrong_params_are_told_by_their_label(tmp_path: Path, lamp: Path) -> None:
+    changed(lamp / "mosaic_config.yaml", "period_s", "perid_s")
+    told = failure(tmp_path, lamp)
+    assert (told.message, told.cure) == ("acme_lamp.params.perid_s: unknown key 'perid_s'", "did you mean 'period_s'?")
+
+
+def test_a_type_that_somebody_has_already_is_told(tmp_path: Path, lux: Path) -> None:
+    changed(lux, '"lux"', '"sim-camera"')
+    assert "connector type 'sim-camera' is claimed by" in failure(tmp_path, lux).message
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("nothing", None, "nothing: it does not exist"),
+        ("notes.txt", "x", "notes.txt: it is no Python file"),
+        ("empty.py", "x = 1", "empty.py offers no connector"),
+        ("broken.py", "def", "broken.py offers no connector: line 1: SyntaxError"),
+        ("pyproject.toml", "[project", "pyproject.toml can't be read"),
+        ("pyproject.toml", "[project]\nname = 'x'", "pyproject.toml offers no connector"),
+    ],
+)
+def test_what_is_no_plugin_is_told_with_a_cure(tmp_path: Path, name: str, text: str | None, message: str) -> None:
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    with pytest.raises(DemoFailed, match=message) as caught:
+        plugin_at(tmp_path if name == "pyproject.toml" else tmp_path / name)
+    assert caught.value.cure
+
+
+def test_a_folder_without_a_plugin_is_told(tmp_path: Path) -> None:
+    with pytest.raises(DemoFailed, match="it is no plugin"):
+        plugin_at(tmp_path)
+
+
+def test_a_broken_yaml_file_of_a_plugin_is_told(lamp: Path) -> None:
+    (lamp / "mosaic_config.yaml").write_text("connectors: [")
+    with pytest.raises(DemoFailed, match=r"mosaic_config\.yaml can't be read"):
+        plugin_at(lamp)
+
+
+def test_every_kind_of_new_plugin_can_join_at_once(tmp_path: Path) -> None:
+    for kind in KINDS:
+        NewPlugin(f"acme-{kind}", kind).write(tmp_path / kind)
+    assert set(made(tmp_path, *(tmp_path / kind for kind in KINDS)).labels) == {f"acme_{kind}" for kind in KINDS}
+
+
+def test_what_a_child_writes_is_told_line_by_line(tmp_path: Path) -> None:
+    child = Child(
+        "thing", [sys.executable, "-c", "print('one'); print('two'); print('half', end='')"], tmp_path / "log"
+    )
+    child.process.wait(10)
+    assert child.new_lines() == ["one", "two"]
+    assert child.new_lines() == []
