@@ -23,6 +23,7 @@ from mosaic_sim.demo.server import START_PATIENCE_S, Seed, robot_environment
 
 _NOBODY = Seed("", "", "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11", "nobody")
 
+_HEAD = "\nconnectors:\n"
 _INDEX = re.compile(r"^connectors\[(\d+)\]")
 
 
@@ -66,10 +67,11 @@ def robot_file(folder: Path, plugins: Sequence[OwnPlugin]) -> RobotFile:
     simulated = [str(one["label"]) for one in yaml.safe_load(masked(text))["connectors"]]
     entries, own, notes = _entries(plugins, simulated)
     added = unmasked(yaml.safe_dump(entries, sort_keys=False, allow_unicode=True, default_flow_style=False, width=1000))
-    lines = [f"  {line}" for line in added.splitlines()]
-    path.write_text("\n".join([text.rstrip(), "", "  # What --with has brought.", *lines, ""]), "utf-8")
+    lines = "".join(f"  {line}\n" for line in added.splitlines())
+    # Before the simulated ones, so that the page shows them where one looks first.
+    path.write_text(text.replace(_HEAD, f"{_HEAD}  # What --with has brought.\n{lines}\n", 1), "utf-8")
     made = RobotFile(path, _python_path(folder / "plugins", plugins), own, notes)
-    _check(made, plugins, [*simulated, *made.labels])
+    _check(made, plugins, [*made.labels, *simulated])
     return made
 
 
