@@ -65,8 +65,11 @@ class Joined:
     """The robot and operator that a test has joined."""
 
     robot: Robot
+    """The robot that runs."""
     configured: Configured
+    """Its connectors: ``configured.connectors[0].handlers[0]`` is the handler of the first."""
     operator: MosaicOperator
+    """Alice, signed in."""
     connection: RobotConnection
     """The first operator's; a second one's comes from :meth:`another_operator`."""
     network: Network

@@ -33,7 +33,9 @@ class MemoryFrame:
     reads of an ``av.VideoFrame`` it reads of this one, too; ``next_image()`` of the store gives BGR of either."""
 
     image: Any
+    """As it was yielded: an array, or what PyAV has."""
     captured_at_s: float
+    """Of the robot's monotonic clock."""
 
     @property
     def width(self) -> int:

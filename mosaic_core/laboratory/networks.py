@@ -22,7 +22,9 @@ class Network(Protocol):
     that change it."""
 
     open_stream: PictureStreamFactory
+    """Makes the robot's end of a camera."""
     open_sound: SoundStreamFactory
+    """Makes the robot's end of a microphone."""
 
     def offerer(self, listener: OffererListener, ice_servers: Sequence[IceServer]) -> Offerer:
         """The operator's end of a new connection."""

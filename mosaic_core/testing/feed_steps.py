@@ -20,6 +20,7 @@ class Silence:
     """A pause: nothing arrives for ``seconds``."""
 
     seconds: float
+    """Of the fake clock."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +28,7 @@ class Leaves:
     """This operator's connection ends."""
 
     sender: Sender = OPERATOR
+    """Who leaves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,9 @@ class From:
     """A message of ``sender``."""
 
     sender: Sender
+    """Who sends it."""
     data: Any
+    """A model, JSON values, or exactly these ``str`` or ``bytes``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +46,7 @@ class Stopped:
     """Somebody says stop; it holds until :class:`Cleared`."""
 
     by: Sender = ANOTHER_OPERATOR
+    """Who says it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +59,7 @@ class LosesLease:
     """The lease of this operator ends. Until then every sender of a script holds the one it needs."""
 
     sender: Sender = OPERATOR
+    """Who has it no more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +67,7 @@ class SlowedTo:
     """The link leaves this share of the speed from now on, 0 to 1."""
 
     factor: float
+    """0: nothing may move, 1: as fast as it was commanded."""
 
 
 Step: TypeAlias = (
@@ -71,10 +78,12 @@ Step: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class MadeSafe:
-    """``make_safe`` ran: seconds since the script began, and why."""
+    """``make_safe`` ran."""
 
     at_s: float
+    """Seconds since the script began."""
     cause: str
+    """Why: a code ``safety.…``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +91,11 @@ class RefusedMessage:
     """A message that was refused: before ``handle_data`` or by it."""
 
     at_s: float
+    """Seconds since the script began, or the question was asked."""
     code: str
+    """The reason, as the operator gets it."""
     message: str
+    """The same in words."""
 
 
 @dataclass(slots=True)
@@ -93,6 +105,8 @@ class Fed:
     accepted: list[Any] = field(default_factory=list)
     """The messages that ``handle_data`` took, as it got them."""
     refused: list[RefusedMessage] = field(default_factory=list)
+    """What was refused, and why."""
     made_safe: list[MadeSafe] = field(default_factory=list)
+    """The safe actions that ran."""
     idle: int = 0
     """Zeros that were accepted and not handed over: the robot stood for a second already."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import re
@@ -42,6 +43,17 @@ def undocumented(name: str, value: Any) -> Iterator[str]:
             yield f"{name}.{member}"
 
 
+def fields_without_words(value: type) -> Iterator[str]:
+    """Annotated fields of a class that no string follows."""
+    (definition,) = ast.parse(inspect.getsource(value)).body
+    assert isinstance(definition, ast.ClassDef)
+    for statement, follower in zip(definition.body, [*definition.body[1:], ast.Pass()], strict=True):
+        if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
+            has_words = isinstance(follower, ast.Expr) and isinstance(follower.value, ast.Constant)
+            if not has_words and not statement.target.id.startswith("_"):
+                yield f"{value.__name__}.{statement.target.id}"
+
+
 @pytest.fixture(scope="module")
 def site() -> Path:
     done = subprocess.run(
@@ -53,6 +65,12 @@ def site() -> Path:
 
 def test_every_public_name_has_words() -> None:
     assert [missing for name, value in public_objects() for missing in undocumented(name, value)] == []
+
+
+def test_every_field_of_the_kit_has_words() -> None:
+    kit = importlib.import_module("mosaic_core.testing")
+    classes = [value for name in kit.__all__ if inspect.isclass(value := getattr(kit, name))]
+    assert [field for value in classes for field in fields_without_words(value)] == []
 
 
 def test_what_has_no_words_is_found() -> None:

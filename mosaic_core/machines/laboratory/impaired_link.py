@@ -9,13 +9,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class LinkProfile:
-    """The properties of a bad network, for packets each way. ``delay_ms`` is one way, ``jitter_ms`` its largest
-    deviation."""
+    """The properties of a bad network, for packets each way."""
 
     name: str
+    """For reports."""
     delay_ms: float = 0.0
+    """One way."""
     jitter_ms: float = 0.0
+    """The largest deviation from the delay."""
     loss: float = 0.0
+    """Share of packets that are lost, 0 to 1."""
     rate_mbps: float | None = None
     """Bottleneck in Mbit/s; ``None``: none."""
     reorder: float = 0.0
