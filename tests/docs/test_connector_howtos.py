@@ -32,7 +32,7 @@ def test_all_tests_of_the_pages_pass(tmp_path: Path) -> None:
             assert not (tmp_path / name).exists() or (tmp_path / name).read_text() == text, f"two files {name}"
             (tmp_path / name).write_text(text)
     options = ["-q", "-p", "no:cacheprovider", "-o", "anyio_mode=auto", "-o", "pythonpath=.", "--rootdir", tmp_path]
-    command = [sys.executable, "-m", "pytest", *options, tmp_path]
+    command = [sys.executable, "-m", "pytest", *map(str, options), str(tmp_path)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=100)
     assert done.returncode == 0, done.stdout + done.stderr
     assert len(list(tmp_path.glob("test_*.py"))) >= 12
