@@ -28,6 +28,8 @@ COMMANDS = (
 )
 """Name, place in this package, and the first words of the command's own help, which is not imported to be listed."""
 PLUGIN_GROUP = "mosaic.commands"
+ELSEWHERE = {"demo": "mosaic-sim[demo]", "server": "mosaic-server"}
+"""Commands that the documentation names, and what to install for them."""
 
 
 class MosaicGroup(TyperGroup):
@@ -45,6 +47,8 @@ class MosaicGroup(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         if cmd_name not in self.commands:
             self._find_others()
+        if cmd_name in ELSEWHERE and cmd_name not in self.commands:
+            ctx.fail(f'`mosaic {cmd_name}` is in a distribution of its own: pip install "{ELSEWHERE[cmd_name]}"')
         return super().get_command(ctx, cmd_name)
 
     def list_commands(self, ctx: Any) -> list[str]:

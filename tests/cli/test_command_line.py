@@ -468,3 +468,12 @@ def test_commands_of_other_distributions_are_imported_when_invoked() -> None:
     assert "the command 'gone' of acme-tools 1.0.0 can't be used: ModuleNotFoundError" in done.stderr
     assert "Run a robot" in done.stdout
     assert "Traceback" not in done.stderr
+
+
+def test_a_command_of_a_distribution_that_is_missing_says_what_to_install(
+    mosaic: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mosaic_core.cli.main.distributions", list)
+    ended = mosaic("demo", "--with", ".")
+    assert ended.code == 2
+    assert 'pip install "mosaic-sim[demo]"' in ended.err
