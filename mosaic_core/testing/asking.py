@@ -110,9 +110,12 @@ class _Asked(Request):
     async def _as_task(self, question: Any) -> Any:
         loop = asyncio.get_running_loop()
         task = loop.create_task(self._handler.answer(question, self))
-        loop.call_at(self._ends_at_s, task.cancel)
+        ending = loop.call_at(self._ends_at_s, task.cancel)
         with contextlib.suppress(asyncio.CancelledError):
-            return await task
+            try:
+                return await task
+            finally:
+                ending.cancel()
         if not self.is_cancelled:
             self.cancel()
         return None

@@ -42,6 +42,11 @@ class FakeTimeLoop(asyncio.SelectorEventLoop):
         future.add_done_callback(self._returned)
         return future
 
+    async def shutdown_default_executor(self, *arguments: Any, **named: Any) -> None:
+        """As any loop; no time passes any more."""
+        self._working += 1
+        await super().shutdown_default_executor(*arguments, **named)
+
     def _returned(self, future: asyncio.Future[Any]) -> None:
         self._working -= 1
 
