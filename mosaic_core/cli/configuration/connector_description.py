@@ -9,13 +9,12 @@ import yaml
 from pydantic import TypeAdapter
 
 from mosaic_core.contract.configurer import Configurer, MediaTrackConfigurer
+from mosaic_core.contract.example import example_of
 from mosaic_core.contract.handler import message_type_of
 from mosaic_core.contract.request_handler import answer_schema
+from mosaic_core.contract.units import unit_of
 from mosaic_core.runtime.configuration.request_problems import declared_requests
 from mosaic_core.words.delivery import DeliveryContract
-
-_PLACEHOLDERS: dict[str, Any] = {"string": "…", "integer": 1, "number": 1.0, "boolean": True, "array": [], "object": {}}
-
 
 Row: TypeAlias = tuple[str, str, str, str, str]
 """``(name, type, default, unit, description)`` of one field."""
@@ -88,21 +87,6 @@ def _default(field: dict[str, Any]) -> str:
     return str(default).lower() if isinstance(default, bool) else str(default)
 
 
-_UNITS = {
-    "_s": "s", "_ms": "ms", "_us": "µs", "_hz": "Hz", "_m": "m", "_mm": "mm", "_mps": "m/s", "_radps": "rad/s",
-    "_mps2": "m/s²", "_radps2": "rad/s²", "_rad": "rad", "_deg": "°", "_v": "V", "_a": "A", "_bps": "bit/s",
-    "_bytes": "B", "_percent": "%", "_c": "°C", "_px": "px", "_kg": "kg",
-}  # fmt: skip
-
-
-def unit_of(name: str, field: dict[str, Any]) -> str:
-    """The declared unit, or the one that the name ends with."""
-    if "unit" in field:
-        return str(field["unit"])
-    endings = sorted((ending for ending in _UNITS if name.endswith(ending)), key=len)
-    return _UNITS[endings[-1]] if endings else ""
-
-
 def type_in_words(field: dict[str, Any], definitions: dict[str, Any]) -> str:
     """``integer ≥ 1``, ``'a' | 'b'``, ``list of text``."""
     if "$ref" in field:
@@ -131,28 +115,6 @@ def _bounds(field: dict[str, Any]) -> str:
 
 def _short(number: float) -> str:
     return f"{number:.0f}" if number == int(number) else f"{number:g}"
-
-
-def example_of(connector_type: str, configurer: type[Configurer[Any]]) -> dict[str, Any]:
-    """One entry of ``connectors:``: the configurer's own example, or its required params with placeholders."""
-    params = configurer.example
-    if params is None:
-        schema = configurer.params_model.model_json_schema()
-        properties, required = schema.get("properties", {}), schema.get("required", ())
-        params = {
-            name: field.get("default") if name not in required else _placeholder(field)
-            for name, field in properties.items()
-            if name in required or field.get("default") is not None
-        }
-    example: dict[str, Any] = {"type": connector_type, "label": connector_type.lower().replace("-", "_")}
-    return {**example, "params": params} if params else example
-
-
-def _placeholder(field: dict[str, Any]) -> Any:
-    for options in ("examples", "enum"):
-        if field.get(options):
-            return field[options][0]
-    return _PLACEHOLDERS.get(str(field.get("type")), "…")
 
 
 def example_yaml(connector_type: str, configurer: type[Configurer[Any]]) -> str:

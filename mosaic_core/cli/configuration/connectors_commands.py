@@ -75,7 +75,8 @@ def _as_json(one: InstalledConnector, description: str) -> dict[str, Any]:
 
 
 def _full_json(installed: InstalledConnector, configurer: type[Configurer[Any]]) -> dict[str, Any]:
-    from mosaic_core.cli.configuration.connector_description import example_of, request_schemas
+    from mosaic_core.cli.configuration.connector_description import request_schemas
+    from mosaic_core.contract.example import example_of
     from mosaic_core.words.delivery import DeliveryContract
 
     return {
