@@ -57,6 +57,10 @@ class Configurer(ABC, Generic[P]):
     example: ClassVar[dict[str, Any] | None] = None
     """``params`` to paste, shown by ``mosaic connectors show``; ``None``: made from the defaults."""
 
+    trial: ClassVar[dict[str, Any] | None] = None
+    """``params`` with which it runs on any machine, with a device that is made up: ``mosaic plugin check`` runs it with
+    them. ``None``: those of the example."""
+
     safety_model: ClassVar[type[SafetyConfig]] = SafetyConfig
     """What ``safety:`` of this connector may say; a subclass adds clamps with defaults."""
 

@@ -15,11 +15,11 @@ ROOT = Path(__file__).parents[2]
 CORE = ROOT / "mosaic_core"
 
 LAYERS = ["words", "machines", "contract", "messages", "runtime", "adapters"]
-TOP = {"operator": 6, "laboratory": 7, "testing": 8, "drill": 8, "doctor": 8, "bench": 8, "cli": 9}
+TOP = {"operator": 6, "laboratory": 7, "testing": 8, "drill": 8, "doctor": 8, "bench": 8, "ladder": 9, "cli": 10}
 RANK = {**{name: rank for rank, name in enumerate(LAYERS)}, **TOP}
 """A new folder must be given its place here. What stands above `adapters` composes what lies below: the operator, the
 laboratory (whole robots on networks that can be made bad), and the four that experiment in it: the kit for plugin
-authors, the drill, the doctor and the bench."""
+authors, the drill, the doctor and the bench. The ladder judges plugins with all of them."""
 
 HEAVY = ("aiortc", "aioice", "av", "cv2")
 ONLY_IN_ADAPTERS = {*HEAVY, "websockets"}

@@ -1,7 +1,8 @@
-"""``mosaic plugin``: begins a plugin of your own."""
+"""``mosaic plugin``: begins a plugin of your own, and judges any."""
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +11,14 @@ import typer
 from mosaic_core.cli.terminal.error_report import usage
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help="Plugins of your own.")
+
+
+class WantedLevel(StrEnum):
+    """The rungs of the quality ladder, as words of the command line."""
+
+    BRONZE = "bronze"
+    SILVER = "silver"
+    GOLD = "gold"
 
 
 @app.callback()
@@ -43,4 +52,35 @@ def new(
         usage(f"{taken[0].source} has the type '{taken[0].type}' already; choose another name")
     plugin.write(Path(name))
     typer.echo(f"wrote {name}/; next:\n  cd {name} && pip install --group dev -e .")
-    typer.echo("  pytest\n  mosaic validate --allow-missing-env\n  mosaic demo --with .")
+    typer.echo("  pytest\n  mosaic validate --allow-missing-env")
+
+
+@app.command()
+def check(
+    plugins: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="DISTRIBUTION|FOLDER|TYPE",
+            help="What to examine; without a word the plugin of this folder, else everything that is installed.",
+            show_default=False,
+        ),
+    ] = None,
+    level: Annotated[WantedLevel, typer.Option(help="How far up to look.")] = WantedLevel.BRONZE,
+    restarts: Annotated[int, typer.Option(min=2, help="How often `leaves-nothing` restarts a connector.")] = 100,
+    traceback: Annotated[
+        bool, typer.Option("--traceback", help="Every error with its traceback, not only those of imports.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
+) -> None:
+    """Does a plugin keep what people expect of it? Bronze, silver and gold are rules that this command checks, each
+    with the line that breaks it, why it matters, and the cure.
+
+    It runs the plugin's code in this process, with the params of its `trial` or else of its example: have no device
+    connected that must not move. Exit code 0 if every plugin reaches the level, 1 if not; what can't be judged, such as
+    tests where only a wheel is installed, is not reached.
+    """
+    from mosaic_core.cli.plugin.check_command import check_plugins
+
+    asked = plugins or []
+    code = check_plugins(asked, level.value, as_json=as_json, with_traces=traceback, restarts=restarts)
+    raise typer.Exit(code)

@@ -35,7 +35,7 @@ def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector 
     if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
         named = entry_point.value if local is None else f"{local.class_name}, line {local.line},"
         raise broken(f"{named} is not a Configurer class")
-    version = _api_version(loaded)
+    version = api_version(loaded)
     if version != API_VERSION:
         raise broken(f"it is written for API version {version}, this mosaic-core speaks {API_VERSION}")
     if loaded.connector_type not in ("", entry_point.name):
@@ -47,19 +47,7 @@ def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector 
     return loaded
 
 
-def _explained(error: BaseException) -> str:
-    """What was raised, and where in the plugin or what it imports."""
-    frames = [frame for frame in extract_tb(error.__traceback__) if not _is_importing(frame.filename)]
-    place = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
-    return f"{type(error).__name__}: {error}{place}"
-
-
-def _is_importing(file: str) -> bool:
-    """Whether the frame is ours or Python's, on the way to the plugin."""
-    return file == __file__ or file.startswith("<frozen") or Path(file).parent in (_IMPORTLIB, _IMPORTLIB / "metadata")
-
-
-def _api_version(configurer: type) -> object:
+def api_version(configurer: type) -> object:
     """``MOSAIC_API_VERSION`` of the configurer's module or of its top package; absent means ours."""
     for name in (configurer.__module__, configurer.__module__.partition(".")[0]):
         declared: object = getattr(sys.modules.get(name), "MOSAIC_API_VERSION", None)

@@ -1,0 +1,149 @@
+"""``mosaic plugin check``: which rung of the quality ladder a plugin stands on, and what is missing to the next."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from mosaic_core.cli.terminal.error_report import FAILED, FINE
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from mosaic_core.ladder.rule import CodePlace, Fault, Level, RuleFinding
+    from mosaic_core.ladder.shipment import Shipment
+
+_STYLES = {"passed": "green", "failed": "bold red", "not judged": "yellow", "does not apply": "dim"}
+_MEDALS = {"bronze": "dark_orange3", "silver": "white", "gold": "gold1", None: "red"}
+_MAX_FAULTS = 12
+"""Of one rule, for people; JSON has all."""
+
+
+def check_plugins(words: list[str], level: Level, *, as_json: bool, with_traces: bool, restarts: int) -> int:
+    """Examine what ``words`` name and tell it; the exit code."""
+    import asyncio
+
+    from rich.console import Console
+
+    from mosaic_core.cli.terminal.rich_table import PIPE_WIDTH, console
+    from mosaic_core.ladder.climb import climb, is_reached
+    from mosaic_core.ladder.shipment import found_shipments
+
+    shipments, out, are_there = found_shipments(words), console(PIPE_WIDTH), True
+    for shipment in shipments:
+
+        async def findings(shipment: Shipment = shipment) -> list[RuleFinding]:
+            found: list[RuleFinding] = []
+            with Console(stderr=True).status(f"examining {shipment.name} …") as status:
+                async for finding in climb(shipment, level, restarts=restarts):
+                    found.append(finding)
+                    status.update(f"examining {shipment.name} … {finding.subject}: {finding.rule.name}")
+            return found
+
+        with _quiet():
+            found = asyncio.run(findings())
+        are_there = are_there and is_reached(level, found)
+        if as_json:
+            _tell_json(shipment, level, found)
+        else:
+            _show(out, shipment, level, found, with_traces=with_traces)
+    if not shipments and not as_json:
+        out.print("no distribution with connectors is installed")
+    return FINE if are_there else FAILED
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """What failures of a plugin would log is told as findings."""
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logging.disable(before)
+
+
+def _tell_json(shipment: Shipment, level: Level, found: list[RuleFinding]) -> None:
+    from mosaic_core.ladder.climb import is_reached, reached
+
+    for one in found:
+        rule = {"rule": one.rule.name, "level": one.rule.level, "subject": one.subject, "verdict": one.verdict}
+        more: dict[str, Any] = {"faults": [asdict(fault) for fault in one.faults], "why_not": one.why_not}
+        if one.faults:
+            more |= {"asks": one.rule.asks, "why": one.rule.why, "cure": one.rule.cure}
+        typer.echo(json.dumps({"distribution": shipment.name, **rule, **more}, ensure_ascii=False))
+    summary = {"distribution": shipment.name, "version": shipment.version, "asked": level, "reached": reached(found)}
+    typer.echo(json.dumps({**summary, "is_reached": is_reached(level, found)}))
+
+
+def _show(out: Console, shipment: Shipment, level: Level, found: list[RuleFinding], *, with_traces: bool) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    from mosaic_core.ladder.climb import reached
+
+    subjects = list(dict.fromkeys(one.subject for one in found))
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for name in ("rule", "level", *subjects):
+        table.add_column(name, no_wrap=name not in subjects, overflow="fold")
+    by_rule: dict[str, dict[str, RuleFinding]] = {}
+    for one in found:
+        by_rule.setdefault(one.rule.name, {})[one.subject] = one
+    for name, row in sorted(by_rule.items(), key=lambda item: _order(next(iter(item[1].values())))):
+        rule = next(iter(row.values())).rule
+        verdicts = [row[subject].verdict if subject in row else "" for subject in subjects]
+        cells = [Text(verdict, _STYLES.get(verdict, "")) for verdict in verdicts]
+        table.add_row(name, rule.level, *cells)
+    out.print(table)
+    for one in found:
+        _explain(out, one, with_traces=with_traces)
+    stands = reached(found)
+    out.print(Text.assemble(f"\n{shipment.source}: ", (stands or "below bronze", f"bold {_MEDALS[stands]}")), end="")
+    out.print("" if stands == level else f" ({level} was asked for)")
+
+
+def _order(one: RuleFinding) -> int:
+    from mosaic_core.ladder.climb import RULES
+
+    return RULES.index(one.rule)
+
+
+def _explain(out: Console, one: RuleFinding, *, with_traces: bool) -> None:
+    from rich.text import Text
+
+    if one.verdict == "not judged":
+        out.print(Text(f"\n{one.rule.name}, {one.subject}: not judged: {one.why_not}", "yellow"))
+    if one.verdict != "failed":
+        return
+    out.print(Text(f"\n{one.rule.name}, {one.subject}: {one.rule.asks}", "bold"))
+    for fault in one.faults[:_MAX_FAULTS]:
+        out.print(Text(f"  {_shown(fault.place)}: {fault.message}" if str(fault.place) else f"  {fault.message}"))
+        if fault.trace and (with_traces or one.rule.name == "loads"):
+            _print_trace(out, fault)
+    if len(one.faults) > _MAX_FAULTS:
+        out.print(f"  and {len(one.faults) - _MAX_FAULTS} more")
+    out.print(Text(f"  why:  {one.rule.why}", "dim"))
+    out.print(Text(f"  cure: {one.rule.cure}"))
+
+
+def _print_trace(out: Console, fault: Fault) -> None:
+    from rich.text import Text
+
+    for line in fault.trace.splitlines():
+        out.print(Text(f"    {line}", "dim"))
+
+
+def _shown(place: CodePlace) -> str:
+    """A place as people write it: below the current folder without that folder."""
+    try:
+        file = str(Path(place.file).relative_to(Path.cwd()))
+    except ValueError:
+        file = place.file
+    return f"{file}:{place.line}" if place.line else file

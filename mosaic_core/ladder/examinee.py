@@ -1,0 +1,137 @@
+"""Holds one connector type under examination: its class, loaded once, and connectors made of it with its own params."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from importlib.metadata import EntryPoint
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+from mosaic_core.contract.configurer import Configurer
+from mosaic_core.contract.example import example_of
+from mosaic_core.contract.handler import DataChannelReceivable, Handler, message_type_of
+from mosaic_core.contract.request_handler import RequestHandler
+from mosaic_core.laboratory.joining import checked_config, connector
+from mosaic_core.ladder.rule import CodePlace, Fault, NotJudged
+from mosaic_core.ladder.shipment import Shipment
+from mosaic_core.ladder.source_places import line_of_entry, place_of_class, place_of_error, trace_of
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
+from mosaic_core.runtime.configuration.hook_calls import hook_plugins
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+
+LABEL = "examined"
+_MAX_DEPTH = 8
+
+
+class Examinee:
+    """One connector type of a shipment. ``restarts``: how often a rule about restarts restarts it."""
+
+    def __init__(self, shipment: Shipment, entry_point: EntryPoint, *, restarts: int = 100) -> None:
+        self.shipment = shipment
+        self.entry_point = entry_point
+        self.restarts = restarts
+
+    @property
+    def type(self) -> str:
+        return self.entry_point.name
+
+    @cached_property
+    def loaded(self) -> object | Fault:
+        """What the entry point names, or the fault with which its import ended."""
+        try:
+            loaded: object = self.entry_point.load()
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - an import may fail in any way
+            message = f"importing {self.entry_point.value} raises {type(error).__name__}: {error}"
+            place = place_of_error(error)
+            return Fault(message, place if place.file else self.entry_place, trace_of(error))
+        return loaded
+
+    @property
+    def entry_place(self) -> CodePlace:
+        """Where the entry point is written."""
+        tree = self.shipment.tree
+        if tree is None:
+            return CodePlace(self.shipment.source)
+        return line_of_entry(tree / "pyproject.toml", self.entry_point)
+
+    @property
+    def configurer(self) -> type[Configurer[Any]]:
+        """Raises :class:`NotJudged` where there is none."""
+        loaded = self.loaded
+        if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
+            raise NotJudged("its configurer can't be loaded")
+        if getattr(loaded, "__abstractmethods__", ()):
+            raise NotJudged("its configurer is not complete")
+        return loaded
+
+    @property
+    def place(self) -> CodePlace:
+        return place_of_class(self.configurer)
+
+    @property
+    def example(self) -> dict[str, Any]:
+        """The params of its documented example."""
+        return dict(example_of(self.type, self.configurer).get("params", {}))
+
+    @property
+    def trial(self) -> dict[str, Any]:
+        """The params with which it runs on any machine; those of the example where its author names no others."""
+        told = self.configurer.trial
+        return self.example if told is None else dict(told)
+
+    def configured(self, params: Mapping[str, Any]) -> Configured:
+        """A robot's worth of this one connector. Raises :class:`ConfigError`."""
+        checked = checked_config([connector(self.configurer, label=LABEL, params=params)])
+        return AutoConfigurer(resolver=ConnectorResolver([]), plugins=hook_plugins([])).configure(checked)
+
+    @cached_property
+    def handlers(self) -> tuple[Handler, ...]:
+        """Those that it makes with the params of its trial, to look at. Raises :class:`NotJudged`."""
+        try:
+            (made,) = self.configured(self.trial).connectors
+        except NotJudged:
+            raise
+        except Exception as error:
+            raise NotJudged(f"it can't be configured ({error})") from error
+        return made.handlers
+
+    def receivers(self) -> list[DataChannelReceivable[Any]]:
+        return [one for one in self.handlers if isinstance(one, DataChannelReceivable)]
+
+    def message_models(self) -> list[type[BaseModel]]:
+        """Every model of its messages, also those inside others."""
+        roots = [message_type_of(type(one)) for one in self.handlers]
+        for one in self.handlers:
+            if isinstance(one, RequestHandler):
+                roots += [*_answers(type(one))]
+        return list(dict.fromkeys(model for root in roots for model in models_in(root)))
+
+    def param_models(self) -> list[type[BaseModel]]:
+        """The model of its params, and those inside it."""
+        return list(dict.fromkeys(models_in(self.configurer.params_model)))
+
+    def fault(self, error: BaseException, what: str) -> Fault:
+        """An error of its code as a fault."""
+        message = f"{what} {type(error).__name__}: {error}"
+        place = place_of_error(error, self.shipment.packages())
+        return Fault(message, place if place.file else self.place, trace_of(error))
+
+
+def _answers(handler: type[Any]) -> Iterator[Any]:
+    for base in handler.__mro__:
+        for generic in getattr(base, "__orig_bases__", ()):
+            yield from get_args(generic)[1:]
+
+
+def models_in(annotation: Any, depth: int = 0) -> Iterator[type[BaseModel]]:
+    """The pydantic models that a type is made of."""
+    if depth > _MAX_DEPTH:
+        return
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+        for info in annotation.model_fields.values():
+            yield from models_in(info.annotation, depth + 1)
+    for inner in get_args(annotation):
+        yield from models_in(inner, depth + 1)

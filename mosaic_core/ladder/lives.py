@@ -1,0 +1,190 @@
+"""Lives through starts and ends of a connector, and finds what went wrong in them and what is left over."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import gc
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from weakref import WeakKeyDictionary
+
+from mosaic_core.contract.handler import DataChannelReceivable
+from mosaic_core.doctor.code_checks import blocking_lines
+from mosaic_core.drill.commands import NoCommand, moving_command
+from mosaic_core.ladder.examinee import Examinee
+from mosaic_core.ladder.rule import NotJudged
+from mosaic_core.ladder.trial_run import entered, trial_run
+from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.testing.building import build
+from mosaic_core.testing.feeding import feed
+from mosaic_core.words.errors import DeviceGone, MosaicError, Refused
+
+ABSENT = "/dev/mosaic-no-such-device"
+BEGIN_S = 1.0
+"""For a first message; a connector that waits for others sends none."""
+BRIEF_S = 0.05
+"""The same for each of many restarts."""
+SETTLE_S = 2.0
+"""For threads that were told to end."""
+_DEVICES = {"port", "device", "source", "path", "file", "camera_id"}
+
+
+@dataclass(slots=True)
+class Life:
+    """Three runs of the same handlers. ``failures``: each with the number of its run; ``stop_s``: the slowest end;
+    ``messages``: what all of them sent."""
+
+    failures: list[tuple[int, BaseException]] = field(default_factory=list)
+    stop_s: float = 0.0
+    messages: int = 0
+
+    @property
+    def bugs(self) -> list[tuple[int, BaseException]]:
+        """Failures that are no device's absence."""
+        return [one for one in self.failures if not is_absence(one[1])]
+
+
+def is_absence(error: BaseException) -> bool:
+    """Whether an error says that a device is not there."""
+    return isinstance(error, DeviceGone) or (isinstance(error, MosaicError) and error.code == "plugin.no_device")
+
+
+_lives: WeakKeyDictionary[Examinee, Life] = WeakKeyDictionary()
+
+
+async def lived(one: Examinee) -> Life:
+    """The life of its handlers with the params of its trial, lived once. Raises :class:`NotJudged`."""
+    if one in _lives:
+        return _lives[one]
+    _must_be_run(one)
+    life, configured = Life(), one.configured(one.trial)
+    async with entered(configured):
+        for number in (1, 2, 3):
+            async with trial_run(configured) as run:
+                await run.begun(BEGIN_S if number == 1 else BRIEF_S)
+            life.messages += run.messages
+            life.failures += [(number, error) for error in run.failures]
+            life.stop_s = max(life.stop_s, run.stop_s)
+    _lives[one] = life
+    return life
+
+
+def _must_be_run(one: Examinee) -> None:
+    one.handlers  # noqa: B018 - raises where there is none
+    for file in one.shipment.code():
+        with contextlib.suppress(OSError, SyntaxError, ValueError):
+            if any(blocking_lines(file.read_text("utf-8"))):
+                raise NotJudged("it would block this program too: mend blocks-nothing first")
+
+
+async def leftovers(one: Examinee) -> list[str]:
+    """What many restarts of whole robots leave behind, in words. Raises :class:`NotJudged`."""
+    life = await lived(one)
+    if life.bugs or life.stop_s > BEGIN_S:
+        raise NotJudged("it does not start and stop well: mend starts-again and hears-stop first")
+    await _one_restart(one)  # what is made once for all is made now
+    before = await _settled(None)
+    for _ in range(one.restarts):
+        await _one_restart(one)
+    after = await _settled(before)
+    return [f"{count} more {what}" for what, count in sorted((after - before).items()) if count * 2 >= one.restarts]
+
+
+async def _one_restart(one: Examinee) -> None:
+    configured = one.configured(one.trial)
+    async with entered(configured), trial_run(configured) as run:
+        await run.begun(BRIEF_S)
+
+
+async def _settled(wanted: Counter[str] | None) -> Counter[str]:
+    """What is open now; while it is more than ``wanted``, what is told to end may still do so."""
+    ends_at_s = time.monotonic() + (SETTLE_S if wanted is not None else 0.2)
+    while True:
+        gc.collect()
+        found = Counter(_open_things())
+        if time.monotonic() > ends_at_s or (wanted is not None and not found - wanted):
+            return found
+        await asyncio.sleep(0.02)
+
+
+def _open_things() -> Iterator[str]:
+    for thread in threading.enumerate():
+        yield f"threads like {thread.name.rstrip('0123456789-_')!r}"
+    for task in asyncio.all_tasks():
+        yield f"tasks like {task.get_name().rstrip('0123456789-_')!r}"
+    with contextlib.suppress(OSError):  # where there is no /proc nothing is said of files
+        for descriptor in Path("/proc/self/fd").iterdir():
+            with contextlib.suppress(OSError):
+                yield f"open files like {_kind_of(str(descriptor.readlink()))!r}"
+
+
+def _kind_of(target: str) -> str:
+    return target.partition(":")[0] if not target.startswith("/") else target
+
+
+# -- a device that is not there --------------------------------------------------------------------------------------
+
+
+async def absent_device_errors(one: Examinee) -> list[tuple[str, str, BaseException]]:
+    """``(param, value, error)`` for each param of its example that names a device, where none is; nothing where it runs
+    without. Raises :class:`NotJudged`."""
+    _must_be_run(one)
+    found: list[tuple[str, str, BaseException]] = []
+    for name, params in _without_device(one.example):
+        error = await _error_with(one, params)
+        if error is not None:
+            found.append((name, ABSENT, error))
+    return found
+
+
+async def _error_with(one: Examinee, params: Mapping[str, Any]) -> BaseException | None:
+    try:
+        configured = one.configured(params)
+    except MosaicError:
+        return None  # a path is no value for this param: it names something else
+    receivers = [
+        handler
+        for connector in configured.connectors
+        for handler in connector.handlers
+        if isinstance(handler, DataChannelReceivable)
+    ]
+    try:
+        async with entered(configured), trial_run(configured) as run:
+            await run.begun(BEGIN_S)
+    except Exception as error:  # noqa: BLE001 - a plugin's code may fail in any way
+        return error
+    if run.failures or not receivers:
+        return next(iter(run.failures), None)
+    return await asyncio.to_thread(_error_of_command, one, params)
+
+
+def _error_of_command(one: Examinee, params: Mapping[str, Any]) -> BaseException | None:
+    """What a receiver says that gets a gentle command and has no device."""
+    made = build(one.configurer, params=params)
+    for handler in made if isinstance(made, (list, tuple)) else [made]:
+        if not isinstance(handler, DataChannelReceivable):
+            continue
+        try:
+            command = moving_command(handler, ReceiverSafety.of(one.configurer.safety_model(), handler))
+            feed(handler, [command.message])
+        except (NoCommand, Refused):
+            continue
+        except Exception as error:  # noqa: BLE001 - a plugin's code may fail in any way
+            return error
+    return None
+
+
+def _without_device(params: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Copies of ``params`` with one device less: by the name of the param, at any depth."""
+    for name, value in params.items():
+        if isinstance(value, Mapping):
+            for inner, less in _without_device(value):
+                yield f"{name}.{inner}", {**params, name: less}
+        elif isinstance(value, str | Path) and (name in _DEVICES or str(value).startswith(("/dev/", "/sys/"))):
+            yield name, {**params, name: ABSENT}

@@ -1,0 +1,86 @@
+"""Finds the file and line of classes, fields and errors, for the author who shall mend them."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import traceback
+from collections.abc import Iterable
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+import mosaic_core
+from mosaic_core.ladder.rule import CodePlace
+
+_CORE = str(Path(mosaic_core.__file__).parent)
+_FROZEN = "<"
+"""How Python's names of what is no file begin: ``<string>``, ``<frozen importlib._bootstrap>``."""
+
+
+def place_of_class(cls: type[Any]) -> CodePlace:
+    """The line of its ``class`` statement; without a line where its source can't be read."""
+    try:
+        return CodePlace(inspect.getsourcefile(cls) or "", inspect.getsourcelines(cls)[1])
+    except (OSError, TypeError):
+        return CodePlace(cls.__module__)
+
+
+def place_of_attribute(cls: type[Any], name: str) -> CodePlace:
+    """The line where ``cls``, or the base that has it, says ``name = …``, ``name: …`` or ``def name``."""
+    for base in cls.__mro__:
+        if name not in vars(base) and name not in vars(base).get("__annotations__", {}):
+            continue
+        try:
+            lines, first = inspect.getsourcelines(base)
+        except (OSError, TypeError):
+            break
+        wanted = re.compile(rf"\s+(?:async\s+)?(?:def\s+)?{re.escape(name)}\s*[:=(]")
+        at = next((number for number, line in enumerate(lines) if wanted.match(line)), 0)
+        return CodePlace(inspect.getsourcefile(base) or "", first + at)
+    return place_of_class(cls)
+
+
+def place_of_field(model: type[BaseModel], name: str) -> CodePlace:
+    """The line of one field of a model, which a base may have declared."""
+    owner = next((one for one in model.__mro__ if name in vars(one).get("__annotations__", {})), model)
+    return place_of_attribute(owner, name)
+
+
+def place_of_error(error: BaseException, packages: Iterable[str] = ()) -> CodePlace:
+    """The innermost line of ``packages`` on the way of an error; else the innermost that is not the framework's."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return CodePlace(error.filename, error.lineno)
+    frames = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith((_FROZEN, _CORE)) and "importlib" not in frame.filename
+    ]
+    named = tuple(f"/{one}/" for one in packages) + tuple(f"/{one}.py" for one in packages)
+    own = [frame for frame in frames if any(one in frame.filename for one in named)]
+    last = (own or frames)[-1:]
+    return CodePlace(last[0].filename, last[0].lineno) if last else CodePlace()
+
+
+def trace_of(error: BaseException) -> str:
+    """The traceback of an error as its author would see it: without the frames that imported the plugin."""
+    frames = traceback.extract_tb(error.__traceback__)
+    first = next((at for at, frame in enumerate(frames) if not frame.filename.startswith((_FROZEN, _CORE))), 0)
+    kept = [frame for frame in frames[first:] if not frame.filename.startswith(_FROZEN)]
+    kept = [frame for frame in kept if "importlib" not in Path(frame.filename).parts]
+    lines = traceback.format_list(kept) if kept else []
+    head = ["Traceback (most recent call last):\n"] if lines else []
+    return "".join([*head, *lines, *traceback.format_exception_only(error)]).rstrip()
+
+
+def line_of_entry(file: Path, entry_point: EntryPoint) -> CodePlace:
+    """The line of a ``pyproject.toml`` that names an entry point."""
+    try:
+        lines = file.read_text("utf-8").splitlines()
+    except (OSError, ValueError):
+        return CodePlace(str(file))
+    wanted = re.compile(rf"\s*[\"']?{re.escape(entry_point.name)}[\"']?\s*=\s*[\"']{re.escape(entry_point.value)}")
+    at = next((number for number, line in enumerate(lines, 1) if wanted.match(line)), None)
+    return CodePlace(str(file), at)

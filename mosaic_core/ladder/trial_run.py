@@ -1,0 +1,100 @@
+"""Runs one connector as a robot would, but for the robot: its bodies, receivers and safe actions, and somebody who
+watches and listens."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+
+from mosaic_core.contract.handler import AudioTrackHandler, MediaTrackHandler
+from mosaic_core.contract.host import Outgoing, Sender
+from mosaic_core.drill.rig import until
+from mosaic_core.laboratory.memory_network import MemoryNetwork
+from mosaic_core.machines.delivery.send_scheduler import Offered
+from mosaic_core.runtime.commands.link_watch import LinkWatch
+from mosaic_core.runtime.configuration.auto_configurer import Configured
+from mosaic_core.runtime.handlers.handler_runs import HandlerRuns
+from mosaic_core.runtime.handlers.receiver import Outcome
+
+VIEWER = "ladder"
+
+
+@dataclass(slots=True)
+class TrialRun:
+    """What became of one run. ``failures``: the errors that ended bodies; ``stop_s``: how long the end took, once it is
+    over."""
+
+    runs: HandlerRuns
+    failures: list[BaseException] = field(default_factory=list)
+    stop_s: float = 0.0
+
+    @property
+    def messages(self) -> int:
+        """What it has sent so far, or shown."""
+        return sum(one.messages for one in self.runs.snapshot({}))
+
+    async def begun(self, patience_s: float) -> None:
+        """Wait until it has sent something or failed; one that has nothing to say yet is waited for no longer."""
+        await until(lambda: self.messages or self.failures, patience_s)
+
+
+class _Ear:
+    """Listens to everything and keeps nothing; also hears what becomes of the handlers."""
+
+    def __init__(self) -> None:
+        self.failures: list[BaseException] = []
+
+    def deliver(self, message: Outgoing) -> Offered:
+        return Offered.QUEUED
+
+    def waiting(self, channel: str) -> tuple[int, int]:
+        return 0, 0
+
+    def command_done(self, outcome: Outcome) -> None:
+        """Nobody asked."""
+
+    def connector_failed(self, label: str, error: BaseException, restart_in_s: float) -> None:
+        self.failures.append(error)
+
+    def talking_changed(self, label: str, who: Sender | None) -> None:
+        """Nobody talks."""
+
+
+@asynccontextmanager
+async def trial_run(configured: Configured) -> AsyncIterator[TrialRun]:
+    """Run the handlers of ``configured``, whose shared things are entered, with everything watched, until the block
+    ends."""
+    network, ear = MemoryNetwork(), _Ear()
+    runs = HandlerRuns(configured.connectors, network.open_stream, ear, LinkWatch(), network.open_sound)
+    run = TrialRun(runs, ear.failures)
+    runs.start()
+    _watch_all(configured, runs, ear)
+    try:
+        yield run
+    finally:
+        began_s = time.monotonic()
+        await runs.close()
+        run.stop_s = time.monotonic() - began_s
+
+
+def _watch_all(configured: Configured, runs: HandlerRuns, ear: _Ear) -> None:
+    for connector in configured.connectors:
+        for handler in connector.handlers:
+            if isinstance(handler, MediaTrackHandler | AudioTrackHandler):
+                runs.media.bind(VIEWER, handler.label, lambda code: None)
+                runs.media.watch(VIEWER, handler.label, on=True)
+            else:
+                runs.outbox.join(handler.label, VIEWER, ear)
+
+
+@asynccontextmanager
+async def entered(configured: Configured) -> AsyncIterator[None]:
+    """Enter what the connectors share, as a robot does when it starts."""
+    stack = await asyncio.to_thread(configured.shared.entered)
+    try:
+        yield
+    finally:
+        await asyncio.to_thread(stack.close)
