@@ -187,4 +187,4 @@ def _without_device(params: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, 
             for inner, less in _without_device(value):
                 yield f"{name}.{inner}", {**params, name: less}
         elif isinstance(value, str | Path) and (name in _DEVICES or str(value).startswith(("/dev/", "/sys/"))):
-            yield name, {**params, name: ABSENT}
+            yield name, {**params, name: f"{ABSENT}{Path(str(value)).suffix}"}

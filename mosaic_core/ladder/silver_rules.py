@@ -18,7 +18,7 @@ from mosaic_core.ladder.examinee import Examinee
 from mosaic_core.ladder.lives import absent_device_errors, is_absence, lived
 from mosaic_core.ladder.rule import CodePlace, ConnectorRule, DoesNotApply, Fault, NotJudged, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
-from mosaic_core.ladder.source_places import place_of_attribute, place_of_class, place_of_field
+from mosaic_core.ladder.source_places import CORE_FOLDER, place_of_attribute, place_of_class, place_of_field
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
 from mosaic_core.words.data_type import MosaicDataType
@@ -52,20 +52,20 @@ def _without_units(models: list[type[BaseModel]]) -> Iterator[Fault]:
     for model in models:
         for name, field in model.model_json_schema().get("properties", {}).items():
             declared = next((key for key, info in model.model_fields.items() if name in (key, info.alias)), name)
-            if _is_number(field) and "unit" not in field and not unit_of(declared, field):
+            if not _is_number(field) or "unit" in field or unit_of(declared, field):
+                continue
+            if not place_of_field(model, declared).file.startswith(CORE_FOLDER):
                 yield Fault(f"{model.__name__}.{declared} is a number without a unit", place_of_field(model, declared))
 
 
 def _is_number(field: Mapping[str, Any]) -> bool:
-    """Whether it may be a number of its own; one of a fixed choice is a name."""
+    """Whether it measures something. Whole numbers count or choose, and one of a fixed choice is a name."""
     if "enum" in field or "const" in field:
         return False
     choices = [inner for kind in ("anyOf", "oneOf", "allOf") for inner in field.get(kind, ())]
     items = field.get("items")
     inner = [*choices, *([items] if isinstance(items, Mapping) else []), *field.get("prefixItems", ())]
-    if any(choice.get("type") == "string" for choice in choices):
-        return False  # a name or a number: the number is a name too
-    return field.get("type") in ("number", "integer") or any(map(_is_number, inner))
+    return field.get("type") == "number" or any(map(_is_number, inner))
 
 
 async def survives_restarts(one: Examinee) -> list[Fault]:
@@ -133,7 +133,7 @@ def motion_is_guarded(one: Examinee) -> Iterator[Fault]:
 
 def _moving(one: Examinee) -> list[tuple[DataChannelReceivable[Any], ReceiverSafety]]:
     """The receivers that move something, with their limits."""
-    (connector,) = one.configured(one.trial).connectors
+    connector = one.connector(one.trial)
     receivers = [handler for handler in connector.handlers if isinstance(handler, DataChannelReceivable)]
     guarded = [(receiver, ReceiverSafety.of(connector.safety, receiver)) for receiver in receivers]
     found = [(receiver, safety) for receiver, safety in guarded if safety.is_motion]
@@ -159,13 +159,13 @@ SILVER = (
         "Derive the message from Message, and the handler from DataChannelSendable[MyMessage].", messages_are_typed,
     ),
     ConnectorRule(
-        "message-units", "silver", "Each number of a message has a unit.",
+        "message-units", "silver", "Each number of a message that is not whole has a unit.",
         "An operator who reads 12 must know whether it is volts or percent.",
         'End the name with the unit (voltage_v), or say it: Field(json_schema_extra=unit("V")); unit("") says that it '
         "has none.", messages_have_units,
     ),
     ConnectorRule(
-        "param-units", "silver", "Each number of the params has a unit.",
+        "param-units", "silver", "Each number of the params that is not whole has a unit.",
         "Who writes the file must know whether 5 is seconds or hertz.",
         'End the name with the unit (period_s), or say it: Field(json_schema_extra=unit("Hz")); unit("") says that it '
         "has none.", params_have_units,

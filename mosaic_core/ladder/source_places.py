@@ -15,7 +15,7 @@ from pydantic import BaseModel
 import mosaic_core
 from mosaic_core.ladder.rule import CodePlace
 
-_CORE = str(Path(mosaic_core.__file__).parent)
+CORE_FOLDER = str(Path(mosaic_core.__file__).parent)
 _FROZEN = "<"
 """How Python's names of what is no file begin: ``<string>``, ``<frozen importlib._bootstrap>``."""
 
@@ -56,7 +56,7 @@ def place_of_error(error: BaseException, packages: Iterable[str] = ()) -> CodePl
     frames = [
         frame
         for frame in traceback.extract_tb(error.__traceback__)
-        if not frame.filename.startswith((_FROZEN, _CORE)) and "importlib" not in frame.filename
+        if not frame.filename.startswith((_FROZEN, CORE_FOLDER)) and "importlib" not in frame.filename
     ]
     named = tuple(f"/{one}/" for one in packages) + tuple(f"/{one}.py" for one in packages)
     own = [frame for frame in frames if any(one in frame.filename for one in named)]
@@ -67,7 +67,7 @@ def place_of_error(error: BaseException, packages: Iterable[str] = ()) -> CodePl
 def trace_of(error: BaseException) -> str:
     """The traceback of an error as its author would see it: without the frames that imported the plugin."""
     frames = traceback.extract_tb(error.__traceback__)
-    first = next((at for at, frame in enumerate(frames) if not frame.filename.startswith((_FROZEN, _CORE))), 0)
+    first = next((at for at, frame in enumerate(frames) if not frame.filename.startswith((_FROZEN, CORE_FOLDER))), 0)
     kept = [frame for frame in frames[first:] if not frame.filename.startswith(_FROZEN)]
     kept = [frame for frame in kept if "importlib" not in Path(frame.filename).parts]
     lines = traceback.format_list(kept) if kept else []

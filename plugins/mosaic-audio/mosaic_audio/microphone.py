@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +136,7 @@ class MicrophoneConfigurer(MediaTrackConfigurer[MicrophoneParams]):
     """Sends what a sound device hears, a sound file or a tone."""
 
     connector_type = "microphone"
+    trial: ClassVar[dict[str, Any] | None] = {"source": "tone:440"}
 
     def configure(self) -> Microphone:
         return Microphone(self.label, self.params)

@@ -13,6 +13,7 @@ from pydantic import Field
 
 from mosaic_camera.grabbed import Grabbed, WantedSource
 from mosaic_camera.grabber import Grabber
+from mosaic_camera.pattern import TestPattern, TestPatternParams
 from mosaic_camera.source import is_device, may_have_packets, open_source, shown
 from mosaic_camera.source_error import SourceError
 from mosaic_camera.transform import Flip, Rotation, scaled, turned
@@ -22,6 +23,7 @@ from mosaic_core.contract.media import Image
 if TYPE_CHECKING:
     import av
 
+PATTERN = "pattern"
 WAKE_S = 0.2
 """How long the body waits for a picture before it looks whether it shall stop."""
 FIRST_PICTURE_S = 12.0
@@ -37,7 +39,9 @@ class CameraParams(EncodingParams):
     """Params of a camera."""
 
     source: int | str = Field(
-        default="/dev/video0", description="Device path or number, video file, or URL (rtsp://, http://, https://)."
+        default="/dev/video0",
+        description="Device path or number, video file, URL (rtsp://, http://, https://), or `pattern`: a picture that "
+        "is made up, to try it without a camera.",
     )
     width: int | None = Field(
         default=None,
@@ -156,16 +160,24 @@ class CameraConfigurer(MediaTrackConfigurer[CameraParams]):
     """A camera, a video file (looped or once), or a network stream (RTSP, HTTP)."""
 
     connector_type = "camera"
+    trial = {"source": PATTERN}  # noqa: RUF012 - as the contract has it
     example = {"source": "/dev/video0", "width": 1280, "height": 720, "fps": 30}  # noqa: RUF012 - as the contract has it
 
-    def configure(self) -> Camera:
-        return Camera(self.label, self.params)
+    def configure(self) -> Camera | TestPattern:
+        return made_up(self.label, self.params) if self.params.source == PATTERN else Camera(self.label, self.params)
+
+
+def made_up(label: str, params: CameraParams) -> TestPattern:
+    """The test pattern in place of a camera, in the size, rate and encoding that are asked for."""
+    asked = params.model_dump(include={"width", "height", "fps", *EncodingParams.model_fields}, exclude_none=True)
+    told = {name: value for name, value in asked.items() if name in params.model_fields_set}
+    return TestPattern(label, TestPatternParams.model_validate(told))
 
 
 class OpencvSenderCameraParams(EncodingParams):
     """MOSAIC's own names; numbers may be strings, as its files have them."""
 
-    camera_id: int = Field(default=0, ge=0, description="The N of /dev/videoN.")
+    camera_id: int = Field(default=0, ge=-1, description="The N of /dev/videoN; -1: a camera that is made up.")
     width: int = Field(default=640, ge=2, le=7680, description="Pixels.", json_schema_extra=unit("px"))
     height: int = Field(default=480, ge=2, le=4320, description="Pixels.", json_schema_extra=unit("px"))
     fps: float = Field(default=30, gt=0, le=240, description="Pictures per second.", json_schema_extra=unit("1/s"))
@@ -175,12 +187,13 @@ class OpencvSenderCameraConfigurer(MediaTrackConfigurer[OpencvSenderCameraParams
     """A camera under the name and with the params that MOSAIC's C++ robots use."""
 
     connector_type = "opencv-sender-camera"
+    trial = {"camera_id": -1}  # noqa: RUF012 - as the contract has it
 
-    def configure(self) -> Camera:
+    def configure(self) -> Camera | TestPattern:
         params = self.params
         told = EncodingParams.model_fields.keys() & params.model_fields_set
         encoding = {name: getattr(params, name) for name in told}
-        return Camera(
-            self.label,
-            CameraParams(source=params.camera_id, width=params.width, height=params.height, fps=params.fps, **encoding),
-        )
+        size = {"width": params.width, "height": params.height, "fps": params.fps}
+        if params.camera_id < 0:
+            return made_up(self.label, CameraParams(source=PATTERN, **size, **encoding))
+        return Camera(self.label, CameraParams(source=params.camera_id, **size, **encoding))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
 from typing import ClassVar
 
 from mosaic_core import DataChannelBidirectional, DataChannelConfigurer, Refused, Sender
@@ -63,6 +65,8 @@ class RecorderConfigurer(DataChannelConfigurer[RecorderParams]):
 
     connector_type = "recorder"
     example = {"labels": ["front"], "keep_bytes": 20_000_000_000}  # noqa: RUF012 - as the contract has it
+
+    trial = {"labels": ["front"], "directory": str(Path(tempfile.gettempdir(), "mosaic-recorder-trial"))}  # noqa: RUF012
 
     def configure(self) -> Recorder:
         params = self.params

@@ -22,6 +22,7 @@ from mosaic_sensors.nmea_stream import Lines, Pace
 
 _log = logging.getLogger(__name__)
 
+SAMPLE = Path(__file__).with_name("sample_walk.nmea")
 REPLAY_AGAIN_S = 1.0
 """Between two rounds of a recording."""
 
@@ -30,7 +31,8 @@ class GpsNmeaParams(Params):
     source: str = Field(
         default="/dev/ttyUSB0",
         min_length=1,
-        description="/dev/tty… or COM3: a serial port; tcp://host:port: raw NMEA over TCP; else a recorded file.",
+        description="/dev/tty… or COM3: a serial port; tcp://host:port: raw NMEA over TCP; `sample`: a "
+        "walk that was recorded, to try it; else a recorded file.",
     )
     baud: int = Field(default=9600, gt=0, description="Speed of the serial port.")
     silence_s: float = Field(default=10.0, gt=0, description="Open it again when no sentence came for so long.")
@@ -50,8 +52,8 @@ class GpsPosition(GpsFix):
     """The position that a receiver tells; null: it does not say."""
 
     satellites: int | None = None
-    hdop: float | None = None
-    vdop: float | None = None
+    hdop: float | None = Field(default=None, json_schema_extra=unit(""))
+    vdop: float | None = Field(default=None, json_schema_extra=unit(""))
     speed_mps: float | None = Field(default=None, json_schema_extra=unit("m/s"))
     course_rad: float | None = Field(default=None, json_schema_extra=unit("rad"))
     bad_lines: int = Field(default=0, description="Lines since the start that were no valid sentence.")
@@ -105,7 +107,7 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
     def _recorded(self) -> Generator[Any, None, None]:
         while True:
             pace = Pace()
-            with Path(self.params.source).open("rb") as recording:
+            with recorded_file(self.params.source).open("rb") as recording:
                 for line in recording:
                     sentence = parsed(line)
                     wait_s = pace.wait_s(sentence)
@@ -114,6 +116,11 @@ class GpsNmea(DataChannelSendable[GpsPosition]):
                     yield sentence
             if not self.params.loop or self.pause(REPLAY_AGAIN_S):
                 return
+
+
+def recorded_file(source: str) -> Path:
+    """The file of a recording; ``sample`` is the one that this package brings."""
+    return SAMPLE if source == "sample" else Path(source)
 
 
 def _message(position: NmeaPosition, bad_lines: int) -> GpsPosition:
@@ -137,6 +144,7 @@ class GpsNmeaConfigurer(DataChannelConfigurer[GpsNmeaParams]):
     """Position, speed and fix of a GPS/GNSS receiver that speaks NMEA 0183."""
 
     connector_type = "gps-nmea"
+    trial: ClassVar[dict[str, Any] | None] = {"source": "sample"}
 
     def configure(self) -> GpsNmea:
         return GpsNmea(self.label, self.params)

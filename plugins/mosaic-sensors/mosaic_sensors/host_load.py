@@ -32,9 +32,11 @@ class HostLoadState(Message):
     cpu_percent: float = Field(json_schema_extra=unit("%"), description="All cores; 100 is all of them busy.")
     memory_percent: float = Field(json_schema_extra=unit("%"))
     disk_percent: float = Field(json_schema_extra=unit("%"))
-    load_1_min: float = Field(description="Processes that run or wait, averaged over a minute.")
-    load_5_min: float
-    load_15_min: float
+    load_1_min: float = Field(
+        description="Processes that run or wait, averaged over a minute.", json_schema_extra=unit("")
+    )
+    load_5_min: float = Field(json_schema_extra=unit(""))
+    load_15_min: float = Field(json_schema_extra=unit(""))
     uptime_s: float = Field(json_schema_extra=unit("s"))
     temperature_c: float | None = Field(json_schema_extra=unit("°C"), description="null where no sensor is found.")
 

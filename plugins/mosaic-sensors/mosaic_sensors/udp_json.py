@@ -59,7 +59,7 @@ def _children(value: Any) -> list[Any]:
     return value if isinstance(value, list) else []
 
 
-class UdpJson(DataChannelSendable[dict[str, Any]]):
+class UdpJson(DataChannelSendable[Any]):
     """Sends a JSON message per datagram. What is no JSON object counts as refused."""
 
     def __init__(self, label: str, params: UdpJsonParams) -> None:

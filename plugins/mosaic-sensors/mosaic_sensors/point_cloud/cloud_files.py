@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from mosaic_core import DeviceGone
 from mosaic_sensors.point_cloud.cloud import PointCloud, cloud_of
 from mosaic_sensors.point_cloud.file_bytes import MAX_FILE_BYTES, CloudFileError
 from mosaic_sensors.point_cloud.numpy_file import npy_array, npz_cloud
@@ -16,6 +17,7 @@ from mosaic_sensors.point_cloud.ply_file import ply_points
 
 _log = logging.getLogger(__name__)
 
+SAMPLE = Path(__file__).with_name("sample.ply")
 _READERS: dict[str, Callable[[bytes], PointCloud]] = {
     ".ply": lambda data: cloud_of(ply_points(data)),
     ".pcd": lambda data: cloud_of(pcd_points(data)),
@@ -25,13 +27,13 @@ _READERS: dict[str, Callable[[bytes], PointCloud]] = {
 
 
 def read_cloud(path: Path) -> PointCloud:
-    """The cloud in a PLY, PCD, NPY or NPZ file. Raises :class:`CloudFileError` that names the file and the cause, and
-    :class:`OSError` if it can't be opened."""
+    """The cloud in a PLY, PCD, NPY or NPZ file. Raises :class:`CloudFileError` that names the file and the cause,
+    :class:`DeviceGone` if there is none, and :class:`OSError` if it can't be opened."""
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise CloudFileError(f"{path}: '{path.suffix}' is none of {', '.join(_READERS)}")
     if not path.is_file():
-        raise FileNotFoundError(f"{path}: there is no such file")
+        raise DeviceGone(f"{path}: there is no such file")
     size_bytes = path.stat().st_size
     if size_bytes > MAX_FILE_BYTES:
         raise CloudFileError(f"{path}: {size_bytes} bytes; {MAX_FILE_BYTES} are the most")
@@ -44,9 +46,9 @@ def read_cloud(path: Path) -> PointCloud:
 def cloud_paths(source: str) -> list[Path]:
     """The files that ``source`` means, ``scan_2`` before ``scan_10``: a file, a folder, or a pattern with ``*``.
 
-    Raises :class:`CloudFileError` where there are none.
+    Raises :class:`DeviceGone` where there are none.
     """
-    path = Path(source).expanduser()
+    path = SAMPLE if source == "sample" else Path(source).expanduser()
     if path.is_dir():
         found = [one for one in path.iterdir() if one.suffix.lower() in _READERS and one.is_file()]
     elif glob.has_magic(source) and not path.exists():
@@ -54,7 +56,7 @@ def cloud_paths(source: str) -> list[Path]:
     else:
         return [path]
     if not found:
-        raise CloudFileError(f"{source}: no file with one of the endings {', '.join(_READERS)}")
+        raise DeviceGone(f"{source}: no file with one of the endings {', '.join(_READERS)}")
     return sorted(found, key=_natural)
 
 
@@ -85,7 +87,7 @@ class CloudFiles:
         for path in paths:
             try:
                 cloud = read_cloud(path)
-            except (OSError, CloudFileError) as error:
+            except (OSError, CloudFileError, DeviceGone) as error:
                 last_error = error
                 self._skip(path, error)
                 continue

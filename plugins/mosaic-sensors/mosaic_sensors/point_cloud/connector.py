@@ -22,7 +22,7 @@ class PointCloudSourceParams(PointCloudParams):
     source: str = Field(
         min_length=1,
         description="A PLY, PCD, NPY or NPZ file; a folder or pattern (scans/*.pcd), played in the order of its names; "
-        "or udp://address:port.",
+        "udp://address:port; or `sample`: a small one that this package brings.",
     )
     rate_hz: float = Field(default=1.0, gt=0, le=100, description="Clouds per second from files.")
     loop: bool = Field(default=True, description="Begin again after the last file.")
@@ -61,6 +61,7 @@ class PointCloudConfigurer(DataChannelConfigurer[PointCloudSourceParams]):
     """Point clouds from files (PLY, PCD, NPY, NPZ) or from another program by UDP."""
 
     connector_type = "point-cloud"
+    trial: ClassVar[dict[str, Any] | None] = {"source": "sample"}
     example: ClassVar[dict[str, Any] | None] = {"source": "scans/*.pcd", "rate_hz": 10, "voxel_size_m": 0.05}
 
     def configure(self) -> Sequence[Handler]:
