@@ -16,6 +16,9 @@ from pydantic import BaseModel
 from mosaic_core.cli.later_command import LaterCommand
 from mosaic_core.cli.main import app
 from mosaic_core.contract import hooks
+from mosaic_core.ladder.climb import RULES
+from mosaic_core.ladder.fault import LEVELS
+from mosaic_core.ladder.rule import ShipmentRule
 from mosaic_core.machines.requests.answering import MAX_OPEN, MAX_OPEN_OF_ONE, PROGRESS_HZ
 from mosaic_core.machines.requests.request_words import MAX_ANSWER_BYTES, MAX_ID_LENGTH, MAX_QUESTION_BYTES
 from mosaic_core.messages import STANDARD_MESSAGES
@@ -355,6 +358,45 @@ frames of every channel, toward an original one bare. Any operator may speak it 
   The codes are those of [`request.*`](reason-codes.md).
 """
 
+LADDER = """# The quality ladder of plugins
+
+`mosaic plugin check` says which rung a plugin stands on, and what is missing to the next:
+
+```bash
+mosaic plugin check                          # the plugin of this folder, else everything that is installed
+mosaic plugin check ./acme-gauge --level gold
+mosaic plugin check mosaic-camera cmd-vel --json
+```
+
+A rung is reached when each of its rules, and of those below, is kept. A rule that breaks is told with file and line,
+the reason and the cure; errors of imports come with the author's traceback, all others with `--traceback`. A rule can
+also be *not judged*, because something is missing to judge it by, such as the source tree with the tests: then its rung
+is not reached. It *does not apply* to a connector that has no use for it. The exit code is 0 if every plugin that was
+named reaches the level (`--level`, bronze without a word).
+
+The command runs the plugin's own code, with the params of the configurer's `trial`: those with which it runs on any
+machine, on a device that is made up. Without a `trial` it takes those of the `example`, or the defaults. Nothing that
+moves is commanded but with garbage, which must be refused, and with a gentle command where the device is missing.
+
+"""
+
+
+def plugin_ladder() -> str:
+    lines = [LADDER.rstrip(), ""]
+    for level in LEVELS:
+        lines += [
+            f"## {level.capitalize()}",
+            "",
+            "| rule | asked of | what must be so | why | cure |",
+            "|---|---|---|---|---|",
+        ]
+        for rule in (one for one in RULES if one.level == level):
+            subject = "the distribution" if isinstance(rule, ShipmentRule) else "each type"
+            lines.append(f"| `{rule.name}` | {subject} | {_cell(rule.asks)} | {_cell(rule.why)} | {_cell(rule.cure)} |")
+        lines.append("")
+    return "\n".join(lines)
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "command-line.md": command_line,
     "compatibility.md": compatibility,
@@ -363,6 +405,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "hooks.md": hook_pages,
     "messages.md": messages,
     "metrics.md": metrics,
+    "plugin-ladder.md": plugin_ladder,
     "reason-codes.md": reason_codes,
     "wire.md": wire,
 }

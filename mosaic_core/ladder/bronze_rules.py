@@ -7,11 +7,13 @@ from collections.abc import Iterator
 
 from mosaic_core.contract.configurer import API_VERSION, Configurer
 from mosaic_core.ladder.examinee import Examinee
-from mosaic_core.ladder.rule import CodePlace, ConnectorRule, Fault, NotJudged, ShipmentRule
+from mosaic_core.ladder.fault import CodePlace, Fault, NotJudged
+from mosaic_core.ladder.rule import ConnectorRule, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import place_of_attribute, place_of_class, place_of_field
 from mosaic_core.runtime.configuration.plugin_loading import api_version
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.testing.building import build
 from mosaic_core.words.errors import ConfigError
 
 _KEBAB = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
@@ -43,18 +45,18 @@ def speaks_api(one: Examinee) -> Iterator[Fault]:
 
 def type_is_its_name(one: Examinee) -> Iterator[Fault]:
     said = one.configurer.connector_type
-    if said != one.type:
+    if said != one.connector_type:
         place = place_of_attribute(one.configurer, "connector_type") if said else one.place
-        yield Fault(f"connector_type is {said!r}, its entry point is called {one.type!r}", place)
-    if not _KEBAB.fullmatch(one.type):
-        yield Fault(f"{one.type!r} is not written in small letters joined by -", one.entry_place)
+        yield Fault(f"connector_type is {said!r}, its entry point is called {one.connector_type!r}", place)
+    if not _KEBAB.fullmatch(one.connector_type):
+        yield Fault(f"{one.connector_type!r} is not written in small letters joined by -", one.entry_place)
 
 
 def nobody_else_has_it(one: Examinee) -> Iterator[Fault]:
-    others = {found.source for found in ConnectorResolver().types() if found.type == one.type}
+    others = {found.source for found in ConnectorResolver().types() if found.type == one.connector_type}
     others -= {one.shipment.source}
     if others:
-        yield Fault(f"{', '.join(sorted(others))} has the type {one.type!r} too", one.entry_place)
+        yield Fault(f"{', '.join(sorted(others))} has the type {one.connector_type!r} too", one.entry_place)
 
 
 def says_what_it_is(one: Examinee) -> Iterator[Fault]:
@@ -75,6 +77,7 @@ def params_are_documented(one: Examinee) -> Iterator[Fault]:
 def configures(one: Examinee) -> Iterator[Fault]:
     for params, what in ((one.example, "its example"), (one.trial, "its trial")):
         try:
+            build(one.configurer, params=params)
             one.configured(params)
         except ConfigError as error:
             said = "; ".join(problem.message for problem in error.problems)

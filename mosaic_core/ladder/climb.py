@@ -3,24 +3,13 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import AsyncIterator, Iterable, Sequence
-from typing import cast
+from collections.abc import AsyncIterator, Collection, Iterable, Sequence
 
 from mosaic_core.ladder.bronze_rules import BRONZE
 from mosaic_core.ladder.examinee import Examinee
+from mosaic_core.ladder.fault import LEVELS, DoesNotApply, Fault, Level, NotJudged
 from mosaic_core.ladder.gold_rules import GOLD
-from mosaic_core.ladder.rule import (
-    LEVELS,
-    ConnectorRule,
-    DoesNotApply,
-    Fault,
-    Faults,
-    LadderRule,
-    Level,
-    NotJudged,
-    RuleFinding,
-    ShipmentRule,
-)
+from mosaic_core.ladder.rule import ConnectorRule, LadderRule, RuleFinding, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.silver_rules import SILVER
 from mosaic_core.ladder.source_places import place_of_error, trace_of
@@ -30,12 +19,16 @@ RULES: tuple[LadderRule, ...] = (*BRONZE, *SILVER, *GOLD)
 RESTARTS = 100
 
 
-async def climb(shipment: Shipment, up_to: Level = "gold", *, restarts: int = RESTARTS) -> AsyncIterator[RuleFinding]:
+async def climb(
+    shipment: Shipment, up_to: Level = "gold", *, restarts: int = RESTARTS, only: Collection[str] = ()
+) -> AsyncIterator[RuleFinding]:
     """The findings of all rules up to ``up_to``, as they come: first about the distribution, then type by type.
 
-    Runs the plugin's code in this process; a rule of its own that breaks is a fault of the plugin.
+    Runs the plugin's code in this process; what it raises where a rule expects nothing is a fault. ``only``: the names
+    of rules, all by default.
     """
-    rules = [rule for rule in RULES if LEVELS.index(rule.level) <= LEVELS.index(up_to)]
+    within = [rule for rule in RULES if LEVELS.index(rule.level) <= LEVELS.index(up_to)]
+    rules = [rule for rule in within if not only or rule.name in only]
     for rule in rules:
         if isinstance(rule, ShipmentRule):
             yield await _finding(rule, shipment.name, shipment)
@@ -43,13 +36,13 @@ async def climb(shipment: Shipment, up_to: Level = "gold", *, restarts: int = RE
         examinee = Examinee(shipment, entry_point, restarts=restarts)
         for rule in rules:
             if isinstance(rule, ConnectorRule):
-                yield await _finding(rule, examinee.type, examinee)
+                yield await _finding(rule, examinee.connector_type, examinee)
 
 
 async def _finding(rule: LadderRule, subject: str, asked: Shipment | Examinee) -> RuleFinding:
     try:
         told = rule.check(asked)  # type: ignore[arg-type]  # each rule is asked of its own kind
-        faults = tuple(cast("Faults", await told if inspect.isawaitable(told) else told))
+        faults = tuple(await told if inspect.isawaitable(told) else told)
     except NotJudged as reason:
         return RuleFinding(rule, subject, "not judged", why_not=str(reason))
     except DoesNotApply as reason:
@@ -61,11 +54,14 @@ async def _finding(rule: LadderRule, subject: str, asked: Shipment | Examinee) -
 
 
 def reached(findings: Iterable[RuleFinding]) -> Level | None:
-    """The highest rung below which nothing failed and nothing was left unjudged; ``None``: not even the lowest."""
-    missing = {one.rule.level for one in findings if one.verdict in ("failed", "not judged")}
+    """The highest rung that was asked for, with nothing failed or left unjudged on it and below; ``None``: not even
+    the lowest."""
+    asked = list(findings)
+    missing = {one.rule.level for one in asked if one.verdict in ("failed", "not judged")}
+    reachable = {one.rule.level for one in asked} - missing
     stands: Level | None = None
     for level in LEVELS:
-        if level in missing:
+        if level not in reachable:
             break
         stands = level
     return stands

@@ -15,7 +15,7 @@ from mosaic_core.contract.handler import DataChannelReceivable, Handler, message
 from mosaic_core.contract.params import CameraLabel
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.laboratory.joining import checked_config, connector
-from mosaic_core.ladder.rule import CodePlace, Fault, NotJudged
+from mosaic_core.ladder.fault import CodePlace, Fault, NotJudged
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import line_of_entry, place_of_class, place_of_error, trace_of
 from mosaic_core.ladder.stand_ins import StandInCameraConfigurer
@@ -38,7 +38,7 @@ class Examinee:
         self.restarts = restarts
 
     @property
-    def type(self) -> str:
+    def connector_type(self) -> str:
         return self.entry_point.name
 
     @cached_property
@@ -77,7 +77,7 @@ class Examinee:
     @property
     def example(self) -> dict[str, Any]:
         """The params of its documented example."""
-        return dict(example_of(self.type, self.configurer).get("params", {}))
+        return dict(example_of(self.connector_type, self.configurer).get("params", {}))
 
     @property
     def trial(self) -> dict[str, Any]:

@@ -12,9 +12,10 @@ from typing import Any
 import yaml
 
 from mosaic_core.ladder.examinee import Examinee
+from mosaic_core.ladder.fault import CodePlace, Fault, NotJudged
 from mosaic_core.ladder.garbage import fed_with_garbage
 from mosaic_core.ladder.lives import leftovers, lived
-from mosaic_core.ladder.rule import CodePlace, ConnectorRule, Fault, NotJudged, ShipmentRule
+from mosaic_core.ladder.rule import ConnectorRule, ShipmentRule
 from mosaic_core.ladder.shipment import Shipment
 from mosaic_core.ladder.source_places import place_of_class
 from mosaic_core.words.errors import ConfigError
@@ -47,10 +48,10 @@ def is_explained(one: Examinee) -> Iterator[Fault]:
     pages = one.shipment.pages()
     if not pages:
         raise NotJudged("neither readme nor documentation is at hand")
-    examples = [found for file, text in pages for found in _examples(file, text, one.type)]
+    examples = [found for file, text in pages for found in _examples(file, text, one.connector_type)]
     if not examples:
         file = pages[0][0]
-        yield Fault(f"no YAML block of {Path(file).name} or docs/ has `type: {one.type}`", CodePlace(file))
+        yield Fault(f"no YAML block of {Path(file).name} or docs/ has `type: {one.connector_type}`", CodePlace(file))
     for place, entry in examples:
         params = entry.get("params") or {}
         try:

@@ -18,27 +18,30 @@ from mosaic_core.contract.handler import DataChannelReceivable
 from mosaic_core.doctor.code_checks import blocking_lines
 from mosaic_core.drill.commands import NoCommand, moving_command
 from mosaic_core.ladder.examinee import Examinee
-from mosaic_core.ladder.rule import NotJudged
+from mosaic_core.ladder.fault import NotJudged
 from mosaic_core.ladder.trial_run import entered, trial_run
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
+from mosaic_core.runtime.threads.handler_thread import STOP_PATIENCE_S
 from mosaic_core.testing.building import build
 from mosaic_core.testing.feeding import feed
 from mosaic_core.words.errors import DeviceGone, MosaicError, Refused
 
 ABSENT = "/dev/mosaic-no-such-device"
-BEGIN_S = 1.0
+BEGIN_S = 0.6
 """For a first message; a connector that waits for others sends none."""
+SLOW_STOP_S = 1.0
+"""What stops slower would take minutes to be restarted a hundred times."""
 BRIEF_S = 0.05
 """The same for each of many restarts."""
-SETTLE_S = 2.0
+SETTLE_S = 1.0
 """For threads that were told to end."""
 _DEVICES = {"port", "device", "source", "path", "file", "camera_id"}
 
 
 @dataclass(slots=True)
 class Life:
-    """Three runs of the same handlers. ``failures``: each with the number of its run; ``stop_s``: the slowest end;
-    ``messages``: what all of them sent."""
+    """Three runs of the same handlers, or one that did not end. ``failures``: each with the number of its run;
+    ``stop_s``: the slowest end; ``messages``: what all of them sent."""
 
     failures: list[tuple[int, BaseException]] = field(default_factory=list)
     stop_s: float = 0.0
@@ -71,6 +74,8 @@ async def lived(one: Examinee) -> Life:
             life.messages += run.messages
             life.failures += [(number, error) for error in run.failures]
             life.stop_s = max(life.stop_s, run.stop_s)
+            if life.stop_s >= STOP_PATIENCE_S:
+                break  # its thread is left behind, and another one would be
     _lives[one] = life
     return life
 
@@ -86,14 +91,16 @@ def _must_be_run(one: Examinee) -> None:
 async def leftovers(one: Examinee) -> list[str]:
     """What many restarts of whole robots leave behind, in words. Raises :class:`NotJudged`."""
     life = await lived(one)
-    if life.bugs or life.stop_s > BEGIN_S:
+    if life.bugs or life.stop_s > SLOW_STOP_S:
         raise NotJudged("it does not start and stop well: mend starts-again and hears-stop first")
     await _one_restart(one)  # what is made once for all is made now
     before = await _settled(None)
     for _ in range(one.restarts):
         await _one_restart(one)
     after = await _settled(before)
-    return [f"{count} more {what}" for what, count in sorted((after - before).items()) if count * 2 >= one.restarts]
+    return [
+        f"{count} more {what}" for what, count in sorted((after - before).items()) if count >= max(2, one.restarts // 2)
+    ]
 
 
 async def _one_restart(one: Examinee) -> None:
@@ -115,6 +122,8 @@ async def _settled(wanted: Counter[str] | None) -> Counter[str]:
 
 def _open_things() -> Iterator[str]:
     for thread in threading.enumerate():
+        if thread.name.startswith("asyncio_"):
+            continue  # of the event loop's own pool, which grows up to a bound
         yield f"threads like {thread.name.rstrip('0123456789-_')!r}"
     for task in asyncio.all_tasks():
         yield f"tasks like {task.get_name().rstrip('0123456789-_')!r}"
@@ -166,8 +175,8 @@ async def _error_with(one: Examinee, params: Mapping[str, Any]) -> BaseException
 
 def _error_of_command(one: Examinee, params: Mapping[str, Any]) -> BaseException | None:
     """What a receiver says that gets a gentle command and has no device."""
-    made = build(one.configurer, params=params)
-    for handler in made if isinstance(made, (list, tuple)) else [made]:
+    made: Any = build(one.configurer, params=params)
+    for handler in made if isinstance(made, list | tuple) else [made]:
         if not isinstance(handler, DataChannelReceivable):
             continue
         try:

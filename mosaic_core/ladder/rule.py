@@ -2,49 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import TypeAlias
 
-if TYPE_CHECKING:
-    from mosaic_core.ladder.examinee import Examinee
-    from mosaic_core.ladder.shipment import Shipment
-
-Level = Literal["bronze", "silver", "gold"]
-LEVELS: tuple[Level, ...] = get_args(Level)
-"""From the lowest rung up; who stands on one stands on those below."""
-Verdict = Literal["passed", "failed", "not judged", "does not apply"]
-
-
-@dataclass(frozen=True, slots=True)
-class CodePlace:
-    """Where a fault is: a file and, where one can be named, its line."""
-
-    file: str = ""
-    line: int | None = None
-
-    def __str__(self) -> str:
-        return ":".join(str(part) for part in (self.file, self.line) if part)
-
-
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """One thing that breaks a rule. ``trace``: the traceback of an error, for the author."""
-
-    message: str
-    place: CodePlace = field(default_factory=CodePlace)
-    trace: str = ""
-
-
-class NotJudged(Exception):
-    """A rule can't be judged by what is at hand; the text says what is missing."""
-
-
-class DoesNotApply(Exception):
-    """A rule asks for something that this connector has no use for; the text says why."""
-
-
-Faults: TypeAlias = Iterable[Fault]
+from mosaic_core.ladder.examinee import Examinee
+from mosaic_core.ladder.fault import Fault, Faults, Level, Verdict
+from mosaic_core.ladder.shipment import Shipment
 
 
 @dataclass(frozen=True, slots=True)

@@ -56,7 +56,8 @@ class Shipment:
         """Where the code of those packages lies; of a module that stands alone, nothing. Imports nothing."""
         for package in self.packages():
             spec = PathFinder.find_spec(package)
-            yield from (Path(one) for one in (spec.submodule_search_locations or ()) if spec is not None)
+            locations = spec.submodule_search_locations if spec is not None else None
+            yield from (Path(one) for one in locations or ())
 
     def code(self) -> list[Path]:
         """Its Python files."""
@@ -126,8 +127,8 @@ def _installed() -> dict[str, Shipment]:
 
 def _of_distribution(one: Distribution, points: tuple[EntryPoint, ...]) -> Shipment:
     metadata: dict[str, tuple[str, ...]] = {}
-    for key, value in one.metadata.items():
-        metadata[key] = (*metadata.get(key, ()), str(value))
+    for key in dict.fromkeys(one.metadata):
+        metadata[key] = tuple(map(str, one.metadata.get_all(key) or ()))
     name, version = one.metadata["Name"], one.metadata["Version"] or ""
     return Shipment(name, version, points, metadata, _tree_of(one), one.read_text("WHEEL") or "")
 

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import BaseModel
 
 import mosaic_core
-from mosaic_core.ladder.rule import CodePlace
+from mosaic_core.ladder.fault import CodePlace
 
 CORE_FOLDER = str(Path(mosaic_core.__file__).parent)
 _FROZEN = "<"

@@ -7,7 +7,7 @@ import asyncio
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from mosaic_core.contract.handler import AudioTrackHandler, MediaTrackHandler
 from mosaic_core.contract.host import Outgoing, Sender
@@ -16,6 +16,7 @@ from mosaic_core.laboratory.memory_network import MemoryNetwork
 from mosaic_core.machines.delivery.send_scheduler import Offered
 from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.configuration.auto_configurer import Configured
+from mosaic_core.runtime.handlers.body import body_of
 from mosaic_core.runtime.handlers.handler_runs import HandlerRuns
 from mosaic_core.runtime.handlers.receiver import Outcome
 
@@ -28,7 +29,8 @@ class TrialRun:
     over."""
 
     runs: HandlerRuns
-    failures: list[BaseException] = field(default_factory=list)
+    has_body: bool
+    failures: list[BaseException]
     stop_s: float = 0.0
 
     @property
@@ -37,8 +39,9 @@ class TrialRun:
         return sum(one.messages for one in self.runs.snapshot({}))
 
     async def begun(self, patience_s: float) -> None:
-        """Wait until it has sent something or failed; one that has nothing to say yet is waited for no longer."""
-        await until(lambda: self.messages or self.failures, patience_s)
+        """Wait until it has sent something or failed, at most so long; what has no body sends nothing by itself."""
+        if self.has_body:
+            await until(lambda: self.messages or self.failures, patience_s)
 
 
 class _Ear:
@@ -69,7 +72,8 @@ async def trial_run(configured: Configured) -> AsyncIterator[TrialRun]:
     ends."""
     network, ear = MemoryNetwork(), _Ear()
     runs = HandlerRuns(configured.connectors, network.open_stream, ear, LinkWatch(), network.open_sound)
-    run = TrialRun(runs, ear.failures)
+    handlers = [handler for connector in configured.connectors for handler in connector.handlers]
+    run = TrialRun(runs, any(body_of(handler) is not None for handler in handlers), ear.failures)
     runs.start()
     _watch_all(configured, runs, ear)
     try:

@@ -15,10 +15,13 @@ def write_distribution(
     version: str = "1.0.0",
     modules: Mapping[str, str] | None = None,
     entry_points: Mapping[str, Mapping[str, str]] | None = None,
+    metadata: Mapping[str, str] | None = None,
+    description: str = "",
 ) -> Path:
     """Write a distribution into ``folder``, which belongs on ``sys.path``; returns its ``dist-info`` folder.
 
-    ``modules`` maps module names to their source, ``entry_points`` groups to ``{name: "module:object"}``.
+    ``modules`` maps module names to their source, ``entry_points`` groups to ``{name: "module:object"}``,
+    ``metadata`` further fields of core metadata to their text; ``description`` is the readme.
     """
     for module, source in (modules or {}).items():
         path = folder.joinpath(*module.split(".")).with_suffix(".py")
@@ -26,7 +29,9 @@ def write_distribution(
         path.write_text(source)
     info = folder / f"{name.replace('-', '_')}-{version}.dist-info"
     info.mkdir(parents=True)
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+    fields = {"Metadata-Version": "2.1", "Name": name, "Version": version, **(metadata or {})}
+    head = "".join(f"{field}: {text}\n" for field, text in fields.items())
+    (info / "METADATA").write_text(f"{head}\n{description}" if description else head)
     lines = [
         line
         for group, points in (entry_points or {}).items()

@@ -29,10 +29,20 @@ class InstallDistribution:
         version: str = "1.0.0",
         modules: Mapping[str, str] | None = None,
         entry_points: Mapping[str, Mapping[str, str]] | None = None,
+        metadata: Mapping[str, str] | None = None,
+        description: str = "",
     ) -> Path:
         from mosaic_core.testing.distributions import write_distribution
 
-        write_distribution(self._folder, name, version=version, modules=modules, entry_points=entry_points)
+        write_distribution(
+            self._folder,
+            name,
+            version=version,
+            modules=modules,
+            entry_points=entry_points,
+            metadata=metadata,
+            description=description,
+        )
         return self._folder
 
 

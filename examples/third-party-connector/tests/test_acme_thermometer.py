@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from acme_workbench.thermometer import ThermometerConfigurer
 
-from mosaic_core import ConfigError
+from mosaic_core import ConfigError, DeviceGone
 from mosaic_core.testing import build, collect, fake_host
 
 
@@ -25,7 +25,7 @@ def test_it_reads_degrees_once_per_period(tmp_path: Path) -> None:
 
 def test_a_missing_sensor_ends_the_body_so_that_the_robot_tries_again(tmp_path: Path) -> None:
     thermometer = build(ThermometerConfigurer, params={"path": str(tmp_path / "none")})
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(DeviceGone, match="No such file"):
         collect(thermometer, 1)
 
 

@@ -17,7 +17,8 @@ from mosaic_core.cli.terminal.error_report import FAILED, FINE
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from mosaic_core.ladder.rule import CodePlace, Fault, Level, RuleFinding
+    from mosaic_core.ladder.fault import CodePlace, Fault, Level
+    from mosaic_core.ladder.rule import RuleFinding
     from mosaic_core.ladder.shipment import Shipment
 
 _STYLES = {"passed": "green", "failed": "bold red", "not judged": "yellow", "does not apply": "dim"}
@@ -104,9 +105,22 @@ def _show(out: Console, shipment: Shipment, level: Level, found: list[RuleFindin
     out.print(table)
     for one in found:
         _explain(out, one, with_traces=with_traces)
+    _tell_unjudged(out, found)
     stands = reached(found)
     out.print(Text.assemble(f"\n{shipment.source}: ", (stands or "below bronze", f"bold {_MEDALS[stands]}")), end="")
     out.print("" if stands == level else f" ({level} was asked for)")
+
+
+def _tell_unjudged(out: Console, found: list[RuleFinding]) -> None:
+    """One line for each reason."""
+    from rich.text import Text
+
+    rules: dict[tuple[str, str], list[str]] = {}
+    for one in found:
+        if one.verdict == "not judged":
+            rules.setdefault((one.subject, one.why_not), []).append(one.rule.name)
+    for (subject, why_not), names in rules.items():
+        out.print(Text(f"\n{subject}: {why_not}; not judged: {', '.join(names)}", "yellow"))
 
 
 def _order(one: RuleFinding) -> int:
@@ -118,8 +132,6 @@ def _order(one: RuleFinding) -> int:
 def _explain(out: Console, one: RuleFinding, *, with_traces: bool) -> None:
     from rich.text import Text
 
-    if one.verdict == "not judged":
-        out.print(Text(f"\n{one.rule.name}, {one.subject}: not judged: {one.why_not}", "yellow"))
     if one.verdict != "failed":
         return
     out.print(Text(f"\n{one.rule.name}, {one.subject}: {one.rule.asks}", "bold"))

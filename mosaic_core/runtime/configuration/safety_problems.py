@@ -129,15 +129,18 @@ def _field_problems(one: CheckedConnector, handler: DataChannelReceivable[Any], 
             yield one.broken(f"{message}, a number that its messages don't have: nothing would limit it", cure=cure)
 
 
+def says_motion(kind: type[DataChannelReceivable[Any]]) -> bool:
+    """Whether its author names ``motion_fields``; ``()`` says that it moves nothing."""
+    return any("motion_fields" in vars(base) for base in kind.__mro__ if base is not DataChannelReceivable)
+
+
 def guard_hints(one: CheckedConnector, handlers: tuple[Handler, ...]) -> Iterator[Problem]:
     """What the framework can't do for a receiver that says it moves something, but not by which numbers."""
     safety = one.safety
     for handler in receivers(handlers):
         message_type, has_timeout = message_type_of(type(handler)), (safety.timeout_s or handler.timeout_s) is not None
         is_mover = has_timeout or type(handler).make_safe is not DataChannelReceivable.make_safe
-        bases = [base for base in type(handler).__mro__ if base is not DataChannelReceivable]
-        says_so = any("motion_fields" in vars(base) for base in bases)
-        has_fields = says_so or handler.position_fields or safety.limits or safety.field_limits()
+        has_fields = says_motion(type(handler)) or handler.position_fields or safety.limits or safety.field_limits()
         if not is_mover or has_fields:
             continue
         if moving := getattr(message_type, "motion_kinds", None):

@@ -16,6 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mosaic_core import DeviceGone
 from mosaic_sensors.point_cloud.cloud_files import CloudFiles, cloud_paths, read_cloud
 from mosaic_sensors.point_cloud.file_bytes import CloudFileError
 from mosaic_sensors.point_cloud.lzf import lzf_decompressed
@@ -228,7 +229,7 @@ def test_a_file_that_cannot_be_read_is_left_out_and_told_once(tmp_path: Path, ca
 
 
 def test_nothing_to_play_is_said(tmp_path: Path) -> None:
-    with pytest.raises(CloudFileError, match="no file with one of the endings"):
+    with pytest.raises(DeviceGone, match="no file with one of the endings"):
         cloud_paths(str(tmp_path))
     with pytest.raises(CloudFileError, match="no file"):
         cloud_paths(str(tmp_path / "*.ply"))

@@ -1,0 +1,116 @@
+"""`mosaic plugin check` says which rung a plugin stands on, and what its author does to get higher."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from mosaic_core.cli.main import app
+from mosaic_core.testing.pytest_plugin import InstallDistribution
+
+GOOD = '''
+from mosaic_core import DataChannelConfigurer, NoParams
+from mosaic_core import DataChannelSendable, Message
+
+class Beat(Message):
+    count: int
+
+class Heart(DataChannelSendable[Beat]):
+    def messages(self):
+        for count in self.every(0.1):
+            yield Beat(count=count)
+
+class HeartConfigurer(DataChannelConfigurer[NoParams]):
+    """Beats."""
+    connector_type = "acme-heart"
+    def configure(self):
+        return Heart(self.label)
+'''
+METADATA = {"License-Expression": "MIT", "Requires-Python": ">=3.11"}
+BODY = "# acme-heart\n"
+
+
+def check(*words: str) -> Result:
+    return CliRunner().invoke(app, ["plugin", "check", *words])
+
+
+def install(install_distribution: InstallDistribution, source: str = GOOD) -> None:
+    folder = install_distribution(
+        "acme-heart",
+        modules={"acme_heart.body": source, "acme_heart.__init__": ""},
+        entry_points={"mosaic.connectors": {"acme-heart": "acme_heart.body:HeartConfigurer"}},
+        metadata=METADATA,
+        description=BODY,
+    )
+    (folder / "acme_heart" / "py.typed").touch()
+
+
+def test_a_level_that_is_reached_is_0(install_distribution: InstallDistribution) -> None:
+    install(install_distribution)
+    done = check("acme-heart")
+    assert done.exit_code == 0, done.output
+    assert "acme-heart 1.0.0: bronze" in done.output
+
+
+def test_what_can_not_be_judged_is_not_reached(install_distribution: InstallDistribution) -> None:
+    install(install_distribution)
+    done = check("acme-heart", "--level", "silver")
+    assert done.exit_code == 1
+    assert (
+        "acme-heart: no source tree is at hand: name the folder of the plugin; not judged: tests-with-kit"
+        in done.output
+    )
+    assert "acme-heart 1.0.0: bronze (silver was asked for)" in done.output
+
+
+def test_a_failing_rule_is_told_with_file_line_reason_and_cure(install_distribution: InstallDistribution) -> None:
+    install(install_distribution, GOOD.replace('    """Beats."""\n', ""))
+    done = check("acme-heart")
+    assert done.exit_code == 1
+    assert re.search(r"acme_heart/body\.py:13: HeartConfigurer has no docstring", done.output), done.output
+    assert "why:  It is all that" in done.output
+    assert "cure: Write one line below the class" in done.output
+    assert "acme-heart 1.0.0: below bronze (bronze was asked for)" in done.output
+
+
+def test_an_import_error_comes_with_its_traceback(install_distribution: InstallDistribution) -> None:
+    install(install_distribution, f"import no_such_module_at_all\n{GOOD}")
+    done = check("acme-heart")
+    said = " ".join(done.output.split())
+    assert "acme_heart/body.py:1: importing acme_heart.body:HeartConfigurer raises ModuleNotFoundError" in said
+    assert said.count("not judged: is-a-configurer") == 1
+    assert "Traceback (most recent call last)" in done.output
+    assert "importlib" not in done.output
+
+
+@pytest.mark.parametrize(("words", "has_trace"), [((), False), (("--traceback",), True)])
+def test_other_errors_have_theirs_when_it_is_asked_for(
+    install_distribution: InstallDistribution, words: tuple[str, ...], has_trace: bool
+) -> None:
+    install(install_distribution, GOOD.replace("return Heart(self.label)", "return Heart(1 / 0)"))
+    done = check("acme-heart", *words)
+    assert "acme_heart/body.py:17: with the params of its example it raises ZeroDivisionError" in done.output
+    assert ("Traceback" in done.output) is has_trace
+
+
+def test_programs_get_a_finding_a_line_and_the_sum(install_distribution: InstallDistribution) -> None:
+    install(install_distribution, GOOD.replace('    """Beats."""\n', ""))
+    *lines, last = map(json.loads, check("acme-heart", "--json").stdout.splitlines())
+    failed = [line for line in lines if line["verdict"] == "failed"]
+    assert [(line["rule"], line["level"], line["subject"]) for line in failed] == [
+        ("docstring", "bronze", "acme-heart")
+    ]
+    assert failed[0]["faults"][0]["place"]["line"] == 13
+    assert failed[0]["cure"].startswith("Write one line")
+    assert last == {
+        "distribution": "acme-heart", "version": "1.0.0", "asked": "bronze", "reached": None, "is_reached": False,
+    }  # fmt: skip
+
+
+def test_a_name_that_nobody_knows_is_a_mistake_of_the_words() -> None:
+    done = check("mosaic-camra")
+    assert done.exit_code != 0
+    assert "mosaic-camera" in str(done.exception.cure)  # type: ignore[union-attr]

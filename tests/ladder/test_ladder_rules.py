@@ -1,0 +1,201 @@
+"""Each rule of the ladder is broken by one change to a plugin that keeps them all, and says where."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from mosaic_core.ladder.climb import RULES, climb, reached
+from mosaic_core.ladder.fault import LEVELS, Level
+from mosaic_core.ladder.rule import RuleFinding, ShipmentRule
+from mosaic_core.ladder.shipment import found_shipments
+from mosaic_core.testing.pytest_plugin import InstallDistribution
+from mosaic_core.words.errors import MosaicError
+from tests.ladder.conftest import GoodPlugin
+
+C, P, R = "acme_gauge/connector.py", "pyproject.toml", "README.md"
+ASYNC_BODY = """    async def messages(self):
+        for _ in self.every(self.params.period_s):"""
+BODY = """    def messages(self) -> Iterator[Reading]:
+        if self.params.port != "made-up":
+            raise DeviceGone("unplugged")
+        for _ in self.every(self.params.period_s):"""
+SILENT = """    def messages(self) -> Iterator[Reading]:
+        for _ in self.every(self.params.period_s):
+            try:
+                int("x")
+            except ValueError:
+                continue"""
+DEAF = """    def messages(self) -> Iterator[Reading]:
+        import time
+        yield Reading(pressure=1.0)
+        time.sleep(1.8)
+        for _ in ():"""
+LEAK = """    def messages(self) -> Iterator[Reading]:
+        import threading
+        threading.Thread(target=threading.Event().wait, name="acme-leak", daemon=True).start()
+        for _ in self.every(self.params.period_s):"""
+ONCE = """    def messages(self) -> Iterator[Reading]:
+        if hasattr(self, "was_here"):
+            raise RuntimeError("opened already")
+        self.was_here = True
+        for _ in self.every(self.params.period_s):"""
+
+BREACHES = {
+    "loads": (C, "from pydantic import Field", "from pydantic import Fieldd", "ImportError: cannot import"),
+    "is-a-configurer": (P, "connector:WheelConfigurer", "connector:Wheel", "acme_gauge.connector:Wheel is no subclass"),
+    "api-version": (C, '"""A gauge and a wheel."""', "MOSAIC_API_VERSION = 7", "it says MOSAIC_API_VERSION = 7"),
+    "type-name": (C, 'connector_type = "acme-wheel"', 'connector_type = "wheels"', "connector_type is 'wheels'"),
+    "docstring": (C, '    """A wheel that turns."""\n', "", "WheelConfigurer has no docstring"),
+    "params-described": (C, ', description="Where it is plugged in."', "", "GaugeParams.port has no description"),
+    "configures": (C, "return Wheel(self.label)", "return Wheel(self.labels)", "it raises AttributeError"),
+    "licence": (P, 'license = "Apache-2.0"\n', "", "no licence is named"),
+    "readme": (P, 'readme = "README.md"\n', "", "there is no readme"),
+    "requires-python": (P, 'requires-python = ">=3.11"\n', "", "does not say which Python"),
+    "typed-messages": (C, "DataChannelReceivable[Turn]", "DataChannelReceivable", "Wheel has no type of message"),
+    "message-units": (C, 'Field(json_schema_extra=unit("bar"))', "Field()", "Reading.pressure is a number without"),
+    "param-units": (C, "period_s: float", "period: float", "GaugeParams.period is a number without a unit"),
+    "starts-again": (C, BODY, ONCE, "run 2 ends with RuntimeError: opened already"),
+    "hears-stop": (C, BODY, DEAF, "to stop, 1.5 s are waited for"),
+    "device-gone": (C, 'raise DeviceGone("unplugged")', 'raise OSError("unplugged")', "it raises OSError: unplugged"),
+    "blocks-nothing": (C, BODY, ASYNC_BODY, "for … in every(…) in an `async def`"),
+    "tests-with-kit": ("tests/test_gauge.py", "mosaic_core.testing", "acme_gauge", "none of its tests imports"),
+    "motion-guarded": (C, "    def make_safe(self, cause: str) -> None:\n        pass\n", "", "has no make_safe()"),
+    "safety-drill": (C, "    def make_safe(self, cause: str) -> None:\n        pass\n", "", "safe-action: "),
+    "refuses-garbage": (C, "[Turn]):", "[bytes]):\n    motion_fields = ()", "it fails over"),
+    "leaves-nothing": (C, BODY, LEAK, "more threads like 'acme-leak'"),
+    "without-hardware": (C, 'default="made-up"', 'default="/dev/gauge"', "it ends with DeviceGone: unplugged"),
+    "explained": (R, "period_s: 0.5", "period: 0.5", "the example is refused: "),
+    "counts-losses": (C, BODY, SILENT, "leaves something out and tells nobody"),
+}
+"""By the rule: file, what stands there, what is written instead, and what the rule says."""
+ELSEWHERE = {"only-owner", "py-typed", "wheels"}
+"""Rules that no change of a text breaks."""
+
+
+async def findings(
+    plugin: GoodPlugin, *, only: tuple[str, ...] = (), level: Level = "gold", restarts: int = 3
+) -> list[RuleFinding]:
+    (shipment,) = found_shipments([str(plugin.folder)])
+    return [one async for one in climb(shipment, level, restarts=restarts, only=only)]
+
+
+def test_each_rule_has_its_breach() -> None:
+    assert {rule.name for rule in RULES} == BREACHES.keys() | ELSEWHERE
+
+
+def test_rules_have_names_of_their_own_and_say_everything_in_sentences() -> None:
+    assert len({rule.name for rule in RULES}) == len(RULES)
+    assert [rule.level for rule in RULES] == sorted((rule.level for rule in RULES), key=LEVELS.index)
+    for rule in RULES:
+        assert all(text.endswith((".", ")")) or '"' in text[-3:] for text in (rule.asks, rule.why, rule.cure)), (
+            rule.name
+        )
+
+
+async def test_a_plugin_that_keeps_them_all_is_gold(plugin: GoodPlugin) -> None:
+    found = await findings(plugin)
+    assert [one for one in found if one.verdict in ("failed", "not judged")] == []
+    assert reached(found) == "gold"
+    assert {one.subject for one in found} == {"acme-gauge", "acme-wheel"}
+
+
+@pytest.mark.parametrize("name", BREACHES)
+async def test_a_breach_of_a_rule_is_told_with_its_place(plugin: GoodPlugin, name: str) -> None:
+    file, old, new, told = BREACHES[name]
+    if name == "refuses-garbage":
+        plugin.spoil(file, "        pass\n\n    def make_safe", "        int(data)\n\n    def make_safe")
+        plugin.spoil(file, '    timeout_s = 0.3\n    requires_lease = True\n    motion_fields = ("speed_mps",)\n', "")
+    plugin.spoil(file, old, new)
+    found = [one for one in await findings(plugin, only=(name,)) if one.verdict == "failed"]
+    (fault, *_) = found[0].faults
+    assert told in fault.message
+    assert fault.place.file.startswith(str(plugin.folder))
+    if not isinstance(found[0].rule, ShipmentRule) and file == C:
+        assert fault.place.line is not None
+
+
+async def test_an_import_error_has_the_authors_traceback_and_line(plugin: GoodPlugin) -> None:
+    plugin.spoil(C, "class Wheel(", "print(1 /\nclass Wheel(")
+    one, other = await findings(plugin, only=("loads",))
+    line = 1 + next(at for at, text in enumerate((plugin.folder / C).read_text().splitlines()) if "print(1" in text)
+    assert one.faults[0].place.file == str(plugin.folder / C)
+    assert one.faults[0].place.line in (line, line + 1)
+    assert "SyntaxError" in other.faults[0].trace
+    assert "importlib" not in other.faults[0].trace
+
+
+async def test_what_can_not_be_loaded_is_judged_no_further(plugin: GoodPlugin) -> None:
+    plugin.spoil(C, "from pydantic import Field", "import no_such_module")
+    found = {one.rule.name: one.verdict for one in await findings(plugin) if one.subject == "acme-wheel"}
+    assert found.pop("loads") == "failed"
+    assert found.pop("only-owner") == "passed"
+    assert set(found.values()) == {"not judged"}
+
+
+async def test_what_blocks_the_loop_is_not_run(plugin: GoodPlugin) -> None:
+    plugin.spoil(C, BODY, ASYNC_BODY)
+    one, _ = await findings(plugin, only=("starts-again",))
+    assert one.verdict == "not judged"
+
+
+async def test_a_missing_py_typed_is_told(plugin: GoodPlugin) -> None:
+    (plugin.folder / "acme_gauge" / "py.typed").unlink()
+    (one,) = await findings(plugin, only=("py-typed",))
+    assert one.faults[0].message == "acme_gauge/py.typed is missing"
+
+
+async def test_compiled_code_needs_a_wheel_for_each_machine(plugin: GoodPlugin) -> None:
+    (plugin.folder / "acme_gauge" / "fast.c").write_text("")
+    (one,) = await findings(plugin, only=("wheels",))
+    assert one.verdict == "not judged"
+    (plugin.folder / "dist").mkdir()
+    (plugin.folder / "dist" / "acme_gauge-1.0.0-cp311-cp311-linux_x86_64.whl").write_text("")
+    (one,) = await findings(plugin, only=("wheels",))
+    assert [fault.message for fault in one.faults] == ["there is no wheel for aarch64"]
+
+
+async def test_a_type_that_another_distribution_has_is_told(
+    plugin: GoodPlugin, install_distribution: InstallDistribution
+) -> None:
+    install_distribution("other-wheel", entry_points={"mosaic.connectors": {"acme-wheel": "nowhere:Nothing"}})
+    _, wheel = await findings(plugin, only=("only-owner",))
+    assert wheel.faults[0].message == "other-wheel 1.0.0 has the type 'acme-wheel' too"
+    assert wheel.faults[0].place.line == 10
+
+
+async def test_an_installed_distribution_without_sources_has_no_tests_to_judge(
+    plugin: GoodPlugin, install_distribution: InstallDistribution
+) -> None:
+    install_distribution("acme-lone", entry_points={"mosaic.connectors": {"lone": "nowhere:Nothing"}})
+    (shipment,) = found_shipments(["acme-lone"])
+    found = {one.rule.name: one.verdict async for one in climb(shipment)}
+    assert found["tests-with-kit"] == "not judged"
+    assert found["licence"] == "failed"
+
+
+def test_a_rung_is_reached_when_nothing_below_is_missing() -> None:
+    by_level = {level: next(rule for rule in RULES if rule.level == level) for level in LEVELS}
+    passed = [RuleFinding(by_level[level], "x", "passed") for level in LEVELS]
+    assert reached(passed) == "gold"
+    assert reached([*passed, RuleFinding(by_level["gold"], "x", "not judged")]) == "silver"
+    assert reached([*passed, RuleFinding(by_level["silver"], "x", "failed")]) == "bronze"
+    assert reached([*passed, RuleFinding(by_level["bronze"], "x", "failed")]) is None
+
+
+def test_words_name_a_distribution_a_type_or_a_folder(plugin: GoodPlugin, tmp_path: Path) -> None:
+    (by_type,) = found_shipments(["cmd-vel"])
+    assert by_type.name == "mosaic-cmdvel"
+    assert [one.name for one in found_shipments(["mosaic-camera"])[0].connectors()] == [
+        "camera", "opencv-sender-camera", "test-pattern",
+    ]  # fmt: skip
+    assert [one.name for one in found_shipments(["camera", "test-pattern"])[0].connectors()] == [
+        "camera",
+        "test-pattern",
+    ]
+    with pytest.raises(MosaicError, match="no distribution, folder or connector type 'camra'") as told:
+        found_shipments(["camra"])
+    assert "did you mean 'camera'" in told.value.cure
+    with pytest.raises(MosaicError, match=r"has no pyproject\.toml"):
+        found_shipments([str(tmp_path)])
