@@ -67,6 +67,12 @@ class LeaseDesk:
     def resources(self) -> tuple[str, ...]:
         return tuple(self._leases)
 
+    def add(self, resources: Iterable[str]) -> tuple[str, ...]:
+        """Resources that there are from now on; those that were new."""
+        new = tuple(one for one in dict.fromkeys(resources) if one not in self._leases)
+        self._leases.update({one: ResourceLease(one, self.expiry_s) for one in new})
+        return new
+
     @property
     def deadline_s(self) -> float | None:
         """When the next lease expires; the driver says :class:`DeadlinePassed` then. ``None``: never."""

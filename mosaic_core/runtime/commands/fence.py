@@ -7,7 +7,7 @@ command that was admitted before a change either began to act before it, and is 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from mosaic_core.machines.commands.admission import (
     ArrivedCommand,
@@ -56,6 +56,11 @@ class Fence:
         self._tell = tell
         self._unsafe: set[SafetyWatch] = set()
         watchdog.fence = self
+
+    def add_resources(self, resources: Iterable[str]) -> tuple[str, ...]:
+        """There are leases of these from now on; those that were new."""
+        with self.lock:
+            return self.desk.add(resources)
 
     def refusal(
         self, safety: ReceiverSafety, peer_id: str, epoch: int | None, now_s: float | None = None

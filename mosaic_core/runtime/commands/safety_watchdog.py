@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.runtime.commands.safety_watch import Action, CommandFence, SafetyWatch
@@ -56,11 +56,20 @@ class SafetyWatchdog:
 
     def make_all_safe(self, cause: str, patience_s: float) -> bool:
         """Run every safe action and wait for them; ``False`` if one did not end within ``patience_s``. Blocks."""
+        return self.make_safe(self.watches, cause, patience_s)
+
+    def make_safe(self, watches: Sequence[SafetyWatch], cause: str, patience_s: float) -> bool:
+        """The same for some of them."""
         with self.changed:
-            for watch in self.watches:
+            for watch in watches:
                 watch.make_safe(cause)
-            self.changed.wait_for(lambda: not any(map(_is_busy, self.watches)), patience_s)
-            return not any(watch.is_unsettled for watch in self.watches)
+            self.changed.wait_for(lambda: not any(map(_is_busy, watches)), patience_s)
+            return not any(watch.is_unsettled for watch in watches)
+
+    def forget(self, watches: Sequence[SafetyWatch]) -> None:
+        """Their receivers are gone."""
+        with self.changed:
+            self.watches = [watch for watch in self.watches if watch not in watches]
 
     def close(self) -> None:
         """End the threads; actions that are queued still run."""

@@ -272,12 +272,12 @@ class CommandDesk:
             case lease.LeaseChanged():
                 self._lease_changed(effect)
             case lease.QueueChanged(resource):
-                self._tell_lease(resource)
+                self.tell_lease(resource)
             case _ if effect == SAFE:
                 self._all_safe()
 
     def _lease_changed(self, change: lease.LeaseChanged) -> None:
-        self._tell_lease(change.resource)
+        self.tell_lease(change.resource)
         holder = change.holder
         present = self._present.get(holder.peer_id) if holder is not None else None
         what = "lease.ended" if holder is None else "lease.granted"
@@ -295,7 +295,8 @@ class CommandDesk:
         sender = present.peer.sender if present is not None else None
         self._listener.lease_changed(change.resource, sender, change.epoch, change.cause)
 
-    def _tell_lease(self, resource: str) -> None:
+    def tell_lease(self, resource: str) -> None:
+        """Everybody hears who holds it."""
         with self.fence.lock:
             state = words.lease_state(self.fence.desk, resource)
         for peer in self._peers():

@@ -20,18 +20,19 @@ _TICKS_PER_REPORT = round(REPORT_PERIOD_S / _TICK_S)
 
 class LinkReports:
     """Measures operators' links and reports the limits that follow. Event loop only. Runs while somebody is there to be
-    measured. ``commander``: whose commands a receiver takes.
+    measured. ``routes``: those of now. ``commander``: whose commands a
+    receiver takes.
     """
 
     def __init__(
         self,
         links: LinkWatch,
-        routes: Iterable[Route],
+        routes: Callable[[], Iterable[Route]],
         commander: Callable[[Route], str | None],
         desk: CommandDesk,
     ) -> None:
         self._links = links
-        self._routes = tuple(route for route in routes if route.safety.is_slowed)
+        self._routes = routes
         self._commander = commander
         self._desk = desk
         self._reports: dict[str, tuple[str, LimitReport]] = {}
@@ -60,8 +61,9 @@ class LinkReports:
         if self._ticks % _TICKS_PER_FLUSH == 0:
             self._desk.time_passed(time.monotonic())
         if self._ticks % _TICKS_PER_REPORT == 0:
-            for route in self._routes:
-                self._report(route)
+            for route in self._routes():
+                if route.safety.is_slowed:
+                    self._report(route)
 
     def _report(self, route: Route) -> None:
         label, peer_id = route.label, self._commander(route)

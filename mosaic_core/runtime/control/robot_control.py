@@ -43,7 +43,13 @@ class RobotControl:
         self.desk = CommandDesk(self.journal, listener)
         self._fence = _fence(config, routes, safety, self.desk)
         self.desk.attach(self._fence)
-        self._reports = LinkReports(links, routes.values(), self._commander, self.desk)
+        self._reports = LinkReports(links, routes.values, self._commander, self.desk)
+
+    def connectors_changed(self) -> None:
+        """There are other routes than before: perhaps with leases that are new."""
+        named = (route.safety.resource for route in self._routes.values())
+        for resource in self._fence.add_resources(name for name in named if name is not None):
+            self.desk.tell_lease(resource)
 
     def _commander(self, route: Route) -> str | None:
         if route.safety.resource is not None:

@@ -94,6 +94,16 @@ class Outbox:
         elif terms.max_rate_hz is not None:
             known.bucket = TokenBucket.of_rate(terms.max_rate_hz)
 
+    def set_audience(self, channel: str, audience: Audience | None) -> None:
+        """Another handler answers on the channel from now on. Event loop."""
+        self._channels[channel].audience = audience
+
+    def remove_channel(self, channel: str) -> None:
+        """Nothing is sent there any more; what is under way is dropped. Event loop."""
+        known = self._channels.pop(channel, None)
+        if known is not None:
+            known.timer.cancel()
+
     def post(self, message: Outgoing) -> bool:
         """Any thread. ``False``: nobody listens, or the message is too large, too soon, or every listener's queue is
         full; then it goes nowhere. What nobody hears is kept for the first who comes, if the channel latches."""
@@ -208,7 +218,9 @@ class Outbox:
         return max(queues, default=(0, 0))
 
     def _arrived(self, message: Outgoing) -> None:
-        channel = self._channels[message.channel]
+        channel = self._channels.get(message.channel)
+        if channel is None:
+            return
         if channel.thinner is None or message.to is not None:  # an answer to one is not a value among others
             self._distribute(channel, message)
             return

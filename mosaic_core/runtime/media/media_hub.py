@@ -61,15 +61,30 @@ class MediaHub:
         self._streams[label] = self._sounds[label] = self._open_sound(label, encoding, counters)
         self._viewers[label] = frozenset()
 
+    def remove_label(self, label: str) -> None:
+        """Nothing is shown there any more; its tracks fall silent. Event loop."""
+        for viewer_id in self._viewers.get(label, frozenset()):
+            self.watch(viewer_id, label, False)
+        self._viewers.pop(label, None)
+        self._pictures.pop(label, None)
+        self._sounds.pop(label, None)
+        self._looks.pop(label, None)
+        self._bound = {bound for bound in self._bound if bound[1] != label}
+        stream = self._streams.pop(label, None)
+        if stream is not None:
+            stream.close()
+
     def offer(self, label: str, item: Picture | Sound) -> bool:
         """Any thread; converts here. ``False`` if nobody watches or listens. Raises what the conversion raises."""
         if not self._viewers.get(label):
             return False
-        if label in self._sounds:
-            return self._sounds[label].offer(cast("Sound", item))
+        sound = self._sounds.get(label)
+        if sound is not None:
+            return sound.offer(cast("Sound", item))
         picture = cast("Picture", item)
         captured = picture if isinstance(picture, Captured) else Captured(picture, time.monotonic())
-        is_sent = self._pictures[label].offer(captured)
+        stream = self._pictures.get(label)
+        is_sent = stream is not None and stream.offer(captured)
         looks = self._looks.get(label)
         if not looks:
             return is_sent

@@ -44,6 +44,17 @@ class TalkHub:
     def add_label(self, handler: AudioReceivable, failures: Failures, counters: ConnectorCounters) -> None:
         self._speakers[handler.label] = _Speaker(handler, failures, counters, self._tell)
 
+    async def remove_label(self, label: str) -> None:
+        """The loudspeaker is gone; whoever talks to it is not heard any more."""
+        speaker = self._speakers.pop(label, None)
+        if speaker is not None:
+            speaker.close()
+            await speaker.run.closed()
+
+    def start_label(self, label: str) -> None:
+        """One that was added while the robot runs."""
+        self._speakers[label].run.start()
+
     def labels(self) -> tuple[str, ...]:
         """In the order of the YAML file."""
         return tuple(self._speakers)
@@ -62,7 +73,8 @@ class TalkHub:
         for label, sound, task in self._lines.pop(peer_id, []):
             task.cancel()
             sound.stop()
-            self._speakers[label].left(peer_id)
+            if label in self._speakers:
+                self._speakers[label].left(peer_id)
 
     def start(self) -> None:
         for speaker in self._speakers.values():
@@ -78,10 +90,11 @@ class TalkHub:
         await asyncio.gather(*(speaker.run.closed() for speaker in self._speakers.values()))
 
     async def _listen(self, talker: Talker, label: str, sound: IncomingSound) -> None:
-        speaker = self._speakers[label]
         while (heard := await sound.next()) is not None:
-            speaker.heard(talker, heard)
-        speaker.left(talker.peer_id)
+            if label in self._speakers:  # perhaps another one than before
+                self._speakers[label].heard(talker, heard)
+        if label in self._speakers:
+            self._speakers[label].left(talker.peer_id)
 
 
 class _Speaker:

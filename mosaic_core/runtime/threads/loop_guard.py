@@ -66,6 +66,10 @@ class LoopGuard:
         self._blame: Blame | None = None
         self._thread = threading.Thread(target=self._watch, name="mosaic-loop-guard", daemon=True)
 
+    def watch(self, handlers: Iterable[Handler]) -> None:
+        """These are the robot's handlers from now on."""
+        self._plugins = PluginCode(handlers)
+
     def start(self) -> None:
         self._thread.start()
 
