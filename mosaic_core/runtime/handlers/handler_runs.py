@@ -8,7 +8,7 @@ import asyncio
 import logging
 import time
 from collections.abc import Mapping, Sequence
-from typing import Protocol, get_args
+from typing import Protocol
 
 from mosaic_core.contract.handler import (
     AudioReceivable,
@@ -17,13 +17,14 @@ from mosaic_core.contract.handler import (
     Handler,
     MediaTrackHandler,
 )
-from mosaic_core.contract.host import Loss, Sender
+from mosaic_core.contract.host import Sender
 from mosaic_core.contract.request_handler import RequestHandler
 from mosaic_core.runtime.commands.link_watch import LinkWatch
 from mosaic_core.runtime.commands.safety_watchdog import SafetyWatchdog
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.handlers.body import runner_of
+from mosaic_core.runtime.handlers.connector_rows import ConnectorRows
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.handlers.receiver import Outcome, Receiver
 from mosaic_core.runtime.handlers.request_desk import RequestDesk
@@ -42,7 +43,6 @@ logger = logging.getLogger(__name__)
 
 _SAFE_PATIENCE_S = 0.4
 """For the safe actions at the end; they are meant to be quick."""
-_WORST_FIRST = ("failed", "running", "waiting", "ended", "stopped")
 
 
 class RunsListener(Protocol):
@@ -66,11 +66,11 @@ class HandlerRuns:
         open_sound: SoundStreamFactory = plain_sound,
     ) -> None:
         loop = asyncio.get_running_loop()
-        self._connectors = tuple(connectors)
+        self._connectors: tuple[Connector, ...] = ()
         self._listener = listener
         self._links = links
-        self.counters = {connector.config.label: ConnectorCounters() for connector in connectors}
-        self.routes = data_routes(connectors, self.counters)
+        self.counters: dict[str, ConnectorCounters] = {}
+        self.routes: dict[str, Route] = {}
         self.outbox = Outbox(loop, self._watched)
         self.media = MediaHub(open_stream, self._watched, open_sound)
         self.talk = TalkHub(listener.talking_changed)
@@ -82,27 +82,51 @@ class HandlerRuns:
         self._failures: dict[str, Failures] = {}
         self._losses: dict[str, HandlerLosses] = {}
         self._always: set[str] = set()
-        self._groups = original_groups(connectors)
-        for route in self.routes.values():
-            self._take(route.handler)
-            if isinstance(route.handler, DataChannelReceivable):
-                route.receiver = self._receiver(route, route.handler)
-            audience = route.receiver.requests if route.receiver is not None else None
-            self.outbox.add_channel(route.label, route.connector.terms, route.counters, audience)
-        for connector, handler in handlers_of(connectors, MediaTrackHandler):
-            counters = self.counters[connector.config.label]
-            self.media.add_label(handler.label, handler.encoding, counters, handler.packet_codec)
-            self._take(handler)
-        self._take_sound()
+        self._groups: dict[str, tuple[str, ...]] = {}
+        self._rows = ConnectorRows(
+            self.routes, self.counters, self.outbox, self.media, self._runners, self._failures, self._losses
+        )
+        for connector in connectors:
+            self._add(connector)
+        self._ordered(connectors)
 
-    def _take_sound(self) -> None:
-        for connector, microphone in handlers_of(self._connectors, AudioTrackHandler):
-            counters = self.counters[connector.config.label]
+    def _add(self, connector: Connector) -> None:
+        """Make ways for everything that a new connector sends and takes."""
+        counters = self.counters.setdefault(connector.config.label, ConnectorCounters())
+        for handler in connector.handlers:
+            self._take(handler)
+        for route in data_routes([connector], self.counters).values():
+            self.routes[route.label] = route
+            audience = self._with_receiver(route)
+            self.outbox.add_channel(route.label, connector.terms, counters, audience)
+        for _, camera in handlers_of([connector], MediaTrackHandler):
+            self.media.add_label(camera.label, camera.encoding, counters, camera.packet_codec)
+        for _, microphone in handlers_of([connector], AudioTrackHandler):
             self.media.add_microphone(microphone.label, microphone.encoding, counters)
-            self._take(microphone)
-        for connector, speaker in handlers_of(self._connectors, AudioReceivable):
-            self._take(speaker)
-            self.talk.add_label(speaker, self._failures[speaker.label], self.counters[connector.config.label])
+        for _, speaker in handlers_of([connector], AudioReceivable):
+            self.talk.add_label(speaker, self._failures[speaker.label], counters)
+
+    def _take_over(self, connector: Connector) -> None:
+        """Let a connector have the ways of the one that it replaces, which has the same ones."""
+        for handler in connector.handlers:
+            self._take(handler)
+        for fresh in data_routes([connector], self.counters).values():
+            route = self.routes[fresh.label]
+            route.connector, route.handler, route.safety, route.receiver = connector, fresh.handler, fresh.safety, None
+            self.outbox.set_audience(route.label, self._with_receiver(route))
+        for _, speaker in handlers_of([connector], AudioReceivable):
+            counters = self.counters[connector.config.label]
+            self.talk.add_label(speaker, self._failures[speaker.label], counters)
+
+    def _with_receiver(self, route: Route) -> RequestDesk | None:
+        """Give the route its receiver, if its handler takes anything; whom answers go through."""
+        if isinstance(route.handler, DataChannelReceivable):
+            route.receiver = self._receiver(route, route.handler)
+        return route.receiver.requests if route.receiver is not None else None
+
+    def _ordered(self, connectors: Sequence[Connector]) -> None:
+        self._connectors = tuple(connectors)
+        self._groups = original_groups(connectors)
 
     def _take(self, handler: Handler) -> None:
         """Bind the handler and prepare its body."""
@@ -136,16 +160,87 @@ class HandlerRuns:
             requests=requests,
         )
 
+    @property
+    def handlers(self) -> list[Handler]:
+        """Those of all connectors."""
+        return [handler for connector in self._connectors for handler in connector.handlers]
+
+    # -- other connectors, while the robot runs ------------------------------------------------------------------
+
+    async def retire(self, connectors: Sequence[Connector]) -> None:
+        """Stop these connectors: what they move is made safe before their bodies go. Their ways stay until others take
+        them over, or :meth:`become` closes them."""
+        labels = [handler.label for connector in connectors for handler in connector.handlers]
+        receivers = [one for label in labels if (one := self._receiver_at(label)) is not None]
+        runners = [self._runners.pop(label) for label in labels if label in self._runners]
+        for receiver in receivers:
+            receiver.close()
+        watches = [receiver.watch for receiver in receivers]
+        if watches:
+            safe = asyncio.to_thread(self.safety.make_safe, watches, "safety.reload", _SAFE_PATIENCE_S)
+            if not await safe:
+                logger.error("a safe action did not end within %.1f s of a reload", _SAFE_PATIENCE_S)
+        for runner in runners:
+            runner.close()
+        for _, speaker in handlers_of(connectors, AudioReceivable):
+            await self.talk.remove_label(speaker.label)
+        endings = [receiver.closed() for receiver in receivers]
+        await asyncio.gather(*endings, *(runner.closed() for runner in runners))
+        self.safety.forget(watches)
+        self._always.difference_update(labels)
+
+    def become(self, connectors: Sequence[Connector], replaced: Mapping[str, Connector]) -> None:
+        """These are the robot's connectors from now on; those that are gone have been retired. ``replaced``: by the
+        label of a new one, the retired one whose ways it takes over."""
+        before = {id(connector) for connector in self._connectors}
+        stays = {id(connector) for connector in connectors} | {id(connector) for connector in replaced.values()}
+        for connector in self._connectors:
+            if id(connector) not in stays:
+                self._remove(connector)
+        fresh = [connector for connector in connectors if id(connector) not in before]
+        for connector in fresh:
+            if connector.config.label in replaced:
+                self._take_over(connector)
+            else:
+                self._add(connector)
+        self._ordered(connectors)
+        self._start(fresh)
+
+    def _remove(self, connector: Connector) -> None:
+        for handler in connector.handlers:
+            self.routes.pop(handler.label, None)
+            self.outbox.remove_channel(handler.label)
+            self.media.remove_label(handler.label)
+            self._failures.pop(handler.label, None)
+            self._losses.pop(handler.label, None)
+        self.counters.pop(connector.config.label, None)
+
+    def _receiver_at(self, label: str) -> Receiver | None:
+        route = self.routes.get(label)
+        return route.receiver if route is not None else None
+
     # -- life ----------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
         self.safety.start()
-        self.talk.start()
-        for receiver in self._receivers():
-            receiver.start()
-        for label, runner in self._runners.items():
-            runner.start()
-            runner.want(label in self._always)
+        self._start(self._connectors)
+
+    def _start(self, connectors: Sequence[Connector]) -> None:
+        for connector in connectors:
+            for handler in connector.handlers:
+                receiver, runner = self._receiver_at(handler.label), self._runners.get(handler.label)
+                if receiver is not None:
+                    receiver.start()
+                if runner is not None:
+                    runner.start()
+                    runner.want(handler.label in self._always or self._is_wanted(handler.label))
+                if isinstance(handler, AudioReceivable):
+                    self.talk.start_label(handler.label)
+
+    def _is_wanted(self, label: str) -> bool:
+        """Whether anybody listens or watches, also on a channel for originals of the same connector."""
+        group = self._groups.get(label, (label,))
+        return bool(self.media.viewers(label)) or any(self.outbox.is_heard(one) for one in group)
 
     async def close(self) -> None:
         """Commands first, then what moves, then the rest."""
@@ -178,7 +273,9 @@ class HandlerRuns:
     # -- what happened -------------------------------------------------------------------------------------------
 
     def _command_done(self, outcome: Outcome) -> None:
-        route = self.routes[outcome.item.channel]
+        route = self.routes.get(outcome.item.channel)
+        if route is None:
+            return  # its connector is gone
         counters = route.counters
         if outcome.refusal is not None:
             counters.refuse(outcome.refusal.gate)
@@ -194,61 +291,4 @@ class HandlerRuns:
     def snapshot(self, limit_factors: Mapping[str, float]) -> tuple[ConnectorSnapshot, ...]:
         """One row per connector, in the order of the YAML file. ``limit_factors``: what is left of the speed, by label
         of the receiver."""
-        return tuple(self._row(connector, limit_factors) for connector in self._connectors)
-
-    def _row(self, connector: Connector, limit_factors: Mapping[str, float]) -> ConnectorSnapshot:
-        now_s, counters = time.monotonic(), self.counters[connector.config.label]
-        rate_hz, bytes_per_s = counters.meter.rates(now_s)
-        labels = [handler.label for handler in connector.handlers]
-        failing = [self._failures[label] for label in labels]
-        states = [self._state(label) for label in labels]
-        worst = next((one for one, state in zip(failing, states, strict=True) if state == "failed"), None)
-        queue_messages, queue_bytes = max(map(self._waiting, labels))
-        lost = {reason: getattr(counters, reason) + self._left_out(labels, reason) for reason in get_args(Loss)}
-        lost["replaced"] += self._replaced_in(labels)
-        return ConnectorSnapshot(
-            label=connector.config.label,
-            type=connector.config.type,
-            kind=str(connector.entry.kind),
-            direction=str(connector.entry.direction),
-            delivery=str(connector.delivery),
-            state=next((state for state in _WORST_FIRST if state in states), "running"),
-            peers=max((self.outbox.listeners(label) or self.media.viewers(label) for label in labels), default=0),
-            messages=counters.messages,
-            rate_hz=rate_hz,
-            size_bytes=counters.size_bytes,
-            bytes_per_s=bytes_per_s,
-            queue_messages=queue_messages,
-            queue_bytes=queue_bytes,
-            **lost,
-            refused_by=dict(counters.refused_by),
-            resent=counters.resent,
-            failures=sum(failures.count for failures in failing),
-            last_error=next((failures.last_error for failures in failing if failures.last_error), ""),
-            failure_code=worst.last_code if worst is not None else "",
-            tries_again_in_s=worst.tries_again_in_s if worst is not None else None,
-            age_s=None if counters.last_at_s is None else now_s - counters.last_at_s,
-            limit_factor=min((limit_factors[label] for label in labels if label in limit_factors), default=None),
-        )
-
-    def _waiting(self, label: str) -> tuple[int, int]:
-        route = self.routes.get(label)
-        inbox = route.receiver.inbox.waiting() if route is not None and route.receiver is not None else (0, 0)
-        return max(inbox, self.outbox.waiting(label))
-
-    def _replaced_in(self, labels: Sequence[str]) -> int:
-        """Commands that a newer one replaced before the receiver took them."""
-        receivers = (self.routes[label].receiver for label in labels if label in self.routes)
-        return sum(receiver.inbox.replaced for receiver in receivers if receiver is not None)
-
-    def _left_out(self, labels: Sequence[str], reason: Loss) -> int:
-        """What the handlers themselves did not send on."""
-        return sum(self._losses[label][reason] for label in labels)
-
-    def _state(self, label: str) -> str:
-        runner, route = self._runners.get(label), self.routes.get(label)
-        # what only receives has nothing to restart: after its rest it takes the next message
-        rested = runner is None and route is not None and route.receiver is not None and not route.receiver.is_resting
-        if self._failures[label].is_failing and not rested:
-            return "failed"
-        return runner.state if runner is not None else "running"
+        return tuple(self._rows.of(connector, limit_factors) for connector in self._connectors)

@@ -52,7 +52,7 @@ class TalkHub:
             await speaker.run.closed()
 
     def start_label(self, label: str) -> None:
-        """One that was added while the robot runs."""
+        """Its thread waits for sound from now on."""
         self._speakers[label].run.start()
 
     def labels(self) -> tuple[str, ...]:
@@ -75,10 +75,6 @@ class TalkHub:
             sound.stop()
             if label in self._speakers:
                 self._speakers[label].left(peer_id)
-
-    def start(self) -> None:
-        for speaker in self._speakers.values():
-            speaker.run.start()
 
     def close(self) -> None:
         for peer_id in tuple(self._lines):
