@@ -6,7 +6,7 @@ The entry point's name is the YAML ``type``. A configurer gets the validated ``p
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from contextlib import AbstractContextManager, ExitStack
 from typing import Any, ClassVar, Generic, TypeVar, cast, get_args, get_origin
 
@@ -30,19 +30,90 @@ class Shared:
 
     def __init__(self) -> None:
         self._things: dict[str, AbstractContextManager[Any]] = {}
+        self._open: dict[str, ExitStack] = {}
+        self._users: dict[str, set[str]] = {}
 
-    def get(self, key: str, make: Callable[[], S]) -> S:
-        """The thing under ``key`` (choose one that is yours: ``"mosaic-sim:world"``), made on first use."""
+    def get(self, key: str, make: Callable[[], S], user: str = "") -> S:
+        """The thing under ``key`` (choose one that is yours: ``"mosaic-sim:world"``), made on first use. ``user``: the
+        label of the connector that asks."""
         if key not in self._things:
             self._things[key] = make()
+        self._users.setdefault(key, set()).add(user)
         return cast(S, self._things[key])
+
+    def of(self, user: str) -> Shared:
+        """The same things, as the connector ``user`` gets them."""
+        return _SharedOf(self, user)
 
     def entered(self) -> ExitStack:
         """Everything, entered; the caller closes the stack."""
-        with ExitStack() as stack:  # if one can't be entered, the ones before it are left again
-            for thing in self._things.values():
-                stack.enter_context(thing)
-            return stack.pop_all()
+        self.enter()
+        stack = ExitStack()
+        stack.callback(self.leave)
+        return stack
+
+    def enter(self) -> None:
+        """Enter what is not entered yet; if one can't be, those that this call entered are left again."""
+        entered: list[str] = []
+        try:
+            for key, thing in self._things.items():
+                if key not in self._open:
+                    stack = ExitStack()
+                    stack.enter_context(thing)
+                    self._open[key] = stack
+                    entered.append(key)
+        except BaseException:
+            self._leave(entered)
+            raise
+
+    def leave(self) -> None:
+        """Leave everything, the last one first; what one of them raises is raised when all are left."""
+        self._leave(list(self._open))
+
+    def _leave(self, keys: list[str]) -> None:
+        with ExitStack() as stack:
+            for key in keys:
+                stack.callback(self._open.pop(key).close)
+
+    # -- for a robot that is given other connectors while it runs ------------------------------------------------
+
+    def without(self, users: Set[str]) -> Shared:
+        """Another one with what somebody beside ``users`` has; they get theirs anew."""
+        kept = Shared()
+        for key, thing in self._things.items():
+            if self._users.get(key, set()) - users:
+                kept.put(key, thing)
+        return kept
+
+    def leave_to(self, successor: Shared) -> None:
+        """Leave what ``successor`` does not have; the rest is open there as it is here."""
+        kept = [key for key in self._open if successor.has(key, self._things[key])]
+        for key in kept:
+            successor.adopt(key, self._open.pop(key))
+        self.leave()
+
+    def put(self, key: str, thing: AbstractContextManager[Any]) -> None:
+        """It is here from the beginning."""
+        self._things[key] = thing
+
+    def has(self, key: str, thing: object) -> bool:
+        return self._things.get(key) is thing
+
+    def adopt(self, key: str, opened: ExitStack) -> None:
+        """This one leaves it, though another one entered it."""
+        self._open[key] = opened
+
+
+class _SharedOf(Shared):
+    """The things of another one, which remembers who asked for them."""
+
+    def __init__(self, whole: Shared, user: str) -> None:
+        super().__init__()
+        self._whole = whole
+        self._user = user
+
+    def get(self, key: str, make: Callable[[], S], user: str = "") -> S:
+        return self._whole.get(key, make, user or self._user)
 
 
 class Configurer(ABC, Generic[P]):

@@ -19,7 +19,7 @@ from mosaic_core.operator.delivery.session_streams import SessionStreams
 from mosaic_core.operator.peers.connection_plan import ConnectionPlan
 from mosaic_core.operator.peers.peer_attempt import PeerAttempt
 from mosaic_core.operator.peers.store_bindings import StoreBindings
-from mosaic_core.operator.stores.channel_plan import Known
+from mosaic_core.operator.stores.channel_plan import Known, changed_labels
 from mosaic_core.operator.stores.mosaic_store import MosaicStore
 from mosaic_core.operator.stores.request_caller import RequestCaller
 from mosaic_core.operator.stores.robot_stores import RobotStores
@@ -296,7 +296,10 @@ class RobotConnection(RobotStores):
         self.control.heard(message)
         match message:
             case control.CatalogueFull(catalogue=catalogue):
-                self.catalogue = catalogue
+                before, self.catalogue = self.catalogue, catalogue
+                if self.state == "connected":
+                    labels = changed_labels(before, catalogue)
+                    self._bindings.catalogue_changed(self.known, self._stores.stores_of(self.robot_id), labels)
                 self._settle()
             case control.Resume() | control.Delivered():
                 self._streams.progress_heard(message)

@@ -6,8 +6,9 @@ from __future__ import annotations
 import asyncio
 import logging
 import uuid
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol, TypeAlias
 
 from mosaic_core.machines.peers.network_change import NetworkChange
 from mosaic_core.runtime.commands.link_watch import LinkWatch
@@ -17,9 +18,10 @@ from mosaic_core.runtime.control.robot_control import RobotControl
 from mosaic_core.runtime.delivery.sessions import SessionBook
 from mosaic_core.runtime.handlers.handler_runs import HandlerRuns, RunsListener
 from mosaic_core.runtime.observation.delivery_reports import DeliveryReports
+from mosaic_core.runtime.peers.connector_change import route_change, takes_ways
 from mosaic_core.runtime.peers.near_path import NearPath
 from mosaic_core.runtime.peers.peer_book import PeerBook
-from mosaic_core.runtime.peers.site import PeerListener, Site
+from mosaic_core.runtime.peers.site import PeerListener, RouteChange, Site
 from mosaic_core.runtime.signaling.server_link import KnownServer, RobotServers
 from mosaic_core.runtime.threads.loop_guard import LoopBlock, LoopGuard
 from mosaic_core.runtime.transport.media_transport import PictureStreamFactory, SoundStreamFactory
@@ -29,6 +31,8 @@ from mosaic_core.words.config import RobotConfig
 
 logger = logging.getLogger(__name__)
 
+SharedChange: TypeAlias = Callable[[], Awaitable[None]]
+"""Leaves what only retired connectors shared, and enters what the new ones do."""
 _PEERS_PATIENCE_S = 1.0
 """For the peers' transports and the socket to close at the end."""
 
@@ -63,9 +67,10 @@ class LiveRobot:
     def __init__(self, plan: RobotPlan, near: NearPath, listener: LiveListener) -> None:
         links = LinkWatch()
         self.runs = runs = HandlerRuns(plan.connectors, plan.open_stream, listener, links, plan.open_sound)
+        self._connectors = plan.connectors
         self.control = RobotControl(plan.config.control, runs.routes, runs.safety, links, listener)
         self._sessions = SessionBook(runs.outbox, lambda label: runs.routes[label].counters)
-        site = Site(
+        self.site = site = Site(
             routes=runs.routes,
             outbox=runs.outbox,
             sessions=self._sessions,
@@ -81,10 +86,33 @@ class LiveRobot:
             software=plan.software,
             listener=listener,
         )
-        handlers = [handler for connector in plan.connectors for handler in connector.handlers]
-        self.guard = LoopGuard(handlers, listener.loop_blocked)
+        self.guard = LoopGuard(runs.handlers, listener.loop_blocked)
         self.peers = PeerBook(site, plan.make_answerer)
         self.servers = RobotServers(plan.servers, plan.catalogue, self.peers, listener.server_changed)
+
+    async def become(self, connectors: Sequence[Connector], shared: SharedChange) -> None:
+        """Have other connectors: those that are not the same objects as before end, and what they move is made safe
+        first; ``shared`` is changed between the old and the new ones. Operators stay, and hear of the new catalogue."""
+        before, kept = self._connectors, {id(one) for one in connectors}
+        gone = [one for one in before if id(one) not in kept]
+        was = {one.config.label: one for one in gone}
+        fresh = [one for one in connectors if id(one) not in {id(old) for old in before}]
+        replaced = {label: was[label] for one in fresh if takes_ways(was.get(label := one.config.label), one)}
+        await self.runs.retire(gone)
+        await shared()
+        self.runs.become(connectors, replaced)
+        self._connectors = tuple(connectors)
+        self.guard.watch(self.runs.handlers)
+        self.control.connectors_changed()
+        self._tell(route_change(gone, fresh, replaced))
+
+    def _tell(self, change: RouteChange) -> None:
+        catalogue = Catalogue.of(connector.entry for connector in self._connectors)
+        is_news = catalogue != self.site.catalogue
+        self.site.catalogue = catalogue
+        self.peers.connectors_changed(replace(change, is_news=is_news))
+        if is_news:
+            self.servers.catalogue_changed(catalogue)
 
     def network_changed(self, change: NetworkChange) -> None:
         """Be found again soon: operators whose connection is dead ask for a new one through the server."""

@@ -82,7 +82,7 @@ class Robot:
 
     @property
     def catalogue(self) -> Catalogue:
-        return self._plan.catalogue
+        return self._plan.catalogue if self._live is None else self._live.site.catalogue
 
     @property
     def peers(self) -> tuple[Sender, ...]:
@@ -100,11 +100,11 @@ class Robot:
         """Run until :meth:`stop`. Raises :class:`SignalingError` (``signal.replaced``) if the same robot connected
         elsewhere and no other server is left, and whatever a shared thing of the plugins raises when it is entered."""
         self._loop = asyncio.get_running_loop()
-        shared = await asyncio.to_thread(self._shared.entered)
+        await asyncio.to_thread(self._shared.enter)
         try:
             await self._run()
         finally:
-            await asyncio.to_thread(shared.close)
+            await asyncio.to_thread(self._shared.leave)
         error = self._running.servers.error
         if error is not None and not self._stop_wanted:
             raise error
@@ -137,6 +137,21 @@ class Robot:
             self._loop.call_soon_threadsafe(self._stopping.set)
         except RuntimeError:
             logger.debug("stop() after the robot's event loop was closed")
+
+    async def become(self, connectors: Sequence[Connector], shared: Shared) -> None:
+        """Have other connectors from now on: those that are the same objects as before go on untouched, others end,
+        made safe first, and begin. ``shared``: what the new ones share, with what stays of before. Event loop; while
+        the robot runs."""
+
+        async def change() -> None:
+            before, self._shared = self._shared, shared
+            await asyncio.to_thread(before.leave_to, shared)
+            try:
+                await asyncio.to_thread(shared.enter)
+            except Exception:
+                logger.exception("what the connectors share could not be opened")
+
+        await self._running.become(connectors, change)
 
     def make_safe(self, cause: str, patience_s: float) -> bool:
         """Run every safe action and wait for them; ``False`` if one did not end in time. Any thread; blocks."""

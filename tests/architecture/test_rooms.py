@@ -48,6 +48,7 @@ CORE_ROOMS = {
         "handlers",
         "control",
         "peers",
+        "reload",
     ],
     "adapters": ["machine", "signaling", "lan", "aiortc_private", "video", "sound", "peers", "diagnosis"],
     "operator": ["signaling", "lan", "delivery", "stores", "control", "peers"],

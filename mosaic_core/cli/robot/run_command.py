@@ -9,7 +9,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,6 +31,7 @@ from mosaic_core.words.lan_wish import LanWish
 if TYPE_CHECKING:
     from mosaic_core.runtime.lan.lan_twin import LanTwin
     from mosaic_core.runtime.observation.metrics_server import MetricsServer
+    from mosaic_core.runtime.reload.reloader import Reloader
     from mosaic_core.runtime.robot import Robot
     from mosaic_core.runtime.signaling.server_link import KnownServer
 
@@ -51,24 +52,44 @@ def run_robot(
     lan: LanWish | None = None,
     metrics: MetricsAddress | None = None,
     local_connectors: bool | None = None,
+    reload: bool = False,
 ) -> int:
-    """Run until a signal; the exit code. Raises :class:`MosaicError` before anything starts."""
+    """Run until a signal; the exit code. Raises :class:`MosaicError` before anything starts. ``reload``: anew
+    from its file and code, whenever they change."""
     with_table = not as_json and log_format is LogFormat.TEXT and sys.stdout.isatty()
     if not with_table:
         set_up_logging(log_level, log_format)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(FINE))  # until the event loop takes over
-    resolver = resolver_beside(path, local_connectors)
-    for problem in resolver.local.problems:
-        logger.warning("%s", problem)
-    configured = AutoConfigurer(resolver=resolver).from_file(path)
+    reloader = _reloader(path, local_connectors) if reload else None
+    configured = reloader.configured if reloader is not None else _configured(path, local_connectors)
     serving = _lan_serving(configured.config, lan, path, has_screen=with_table)
 
     # Only now, so that mistakes in the file are told without waiting for WebRTC and video libraries.
     from mosaic_core.adapters.machine.event_loop import run_event_loop
 
     if with_table:
-        return run_event_loop(_run_with_table(configured, log_level, serving, metrics))
-    return run_event_loop(_run(configured, _print_json if as_json else None, JSON_PERIOD_S, serving, metrics))
+        return run_event_loop(_run_with_table(configured, log_level, serving, metrics, reloader))
+    show = _print_json if as_json else None
+    return run_event_loop(_run(configured, show, JSON_PERIOD_S, serving, metrics, reloader))
+
+
+def _configured(path: Path, local_connectors: bool | None) -> Configured:
+    resolver = resolver_beside(path, local_connectors)
+    for problem in resolver.local.problems:
+        logger.warning("%s", problem)
+    return AutoConfigurer(resolver=resolver).from_file(path)
+
+
+def _reloader(path: Path, local_connectors: bool | None) -> Reloader:
+    from mosaic_core.runtime.reload.reloader import Reloader
+
+    return Reloader(path, lambda: resolver_beside(path, local_connectors), _tell_mistakes)
+
+
+def _tell_mistakes(problems: Sequence[Problem]) -> None:
+    for problem in problems:
+        logger.error("%s", problem, extra={"code": problem.code})
+    logger.error("not reloaded: what ran before goes on")
 
 
 def _lan_serving(config: RobotConfig, wish: LanWish | None, path: Path, *, has_screen: bool) -> LanServing | None:
@@ -81,8 +102,9 @@ def _lan_serving(config: RobotConfig, wish: LanWish | None, path: Path, *, has_s
     return None
 
 
-def make_robot(configured: Configured, *, lan: KnownServer | None = None) -> Robot:
-    """A robot on the real network. ``lan``: the server that it runs itself."""
+def make_robot(configured: Configured, *, lan: KnownServer | None = None, is_reloaded: bool = False) -> Robot:
+    """A robot on the real network. ``lan``: the server that it runs itself. ``is_reloaded``: it may be given cameras
+    and microphones later."""
     from mosaic_core.adapters.machine.network_watch import watch_network
     from mosaic_core.adapters.signaling.websocket import open_websocket
     from mosaic_core.cli.robot.transports import loaded_transports
@@ -90,7 +112,7 @@ def make_robot(configured: Configured, *, lan: KnownServer | None = None) -> Rob
 
     server = configured.config.server
     policy = server.webrtc.ice_transport_policy if server is not None else "all"
-    transports = loaded_transports(configured.connectors, relay_only=policy == "relay")
+    transports = loaded_transports(configured.connectors, relay_only=policy == "relay", for_all=is_reloaded)
     return Robot(
         configured.config,
         configured.connectors,
@@ -116,7 +138,11 @@ async def run_configured(configured: Configured) -> None:
 
 
 async def _run_with_table(
-    configured: Configured, log_level: LogLevel, serving: LanServing | None, metrics: MetricsAddress | None
+    configured: Configured,
+    log_level: LogLevel,
+    serving: LanServing | None,
+    metrics: MetricsAddress | None,
+    reloader: Reloader | None,
 ) -> int:
     from rich.console import Console, Group
     from rich.live import Live
@@ -135,7 +161,7 @@ async def _run_with_table(
                 refresh=True,
             )
 
-        return await _run(configured, show, TABLE_PERIOD_S, serving, metrics)
+        return await _run(configured, show, TABLE_PERIOD_S, serving, metrics, reloader)
 
 
 def _print_json(robot: Robot) -> None:
@@ -148,12 +174,14 @@ async def _run(
     period_s: float,
     serving: LanServing | None,
     metrics: MetricsAddress | None,
+    reloader: Reloader | None,
 ) -> int:
     from mosaic_core.adapters.machine.event_loop import keep_what_is_loaded
 
     stop_wanted = asyncio.Event()
     twin = serving.twin() if serving is not None else None
-    robot = make_robot(configured, lan=serving.known(twin) if serving is not None and twin is not None else None)
+    lan = serving.known(twin) if serving is not None and twin is not None else None
+    robot = make_robot(configured, lan=lan, is_reloaded=reloader is not None)
     signals = EndSignals(stop_wanted, lambda: robot.make_safe("safety.shutdown", SAFE_WITHIN_S))
     signals.install()
     page = await _metrics_page(robot, metrics)
@@ -161,6 +189,8 @@ async def _run(
     running = asyncio.create_task(robot.run(), name="mosaic-robot")
     stopping = asyncio.create_task(stop_wanted.wait(), name="mosaic-signal")
     beside = [asyncio.create_task(_keep_showing(robot, show, period_s), name="mosaic-display")] if show else []
+    if reloader is not None:
+        beside.append(asyncio.create_task(reloader.run(robot), name="mosaic-reload"))
     if serving is not None and twin is not None:
         serving.on_news(robot.near_changed)
         beside.append(asyncio.create_task(twin.run(), name="mosaic-lan-twin"))

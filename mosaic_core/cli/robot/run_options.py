@@ -94,6 +94,12 @@ def run(
     metrics_public: Annotated[
         bool, typer.Option("--metrics-public", help="Serve them to others than this machine, too; nothing guards them.")
     ] = False,
+    reload: Annotated[
+        bool,
+        typer.Option(
+            "--reload", help="Watch the file and the code of its connectors; begin those anew that change. No service."
+        ),
+    ] = False,
     local_connectors: LocalOption = None,
     log_format: Annotated[LogFormat, typer.Option(help="How log lines look on stderr.")] = LogFormat.TEXT,
     log_level: Annotated[LogLevel, typer.Option(help="The least severe lines to show.")] = LogLevel.INFO,
@@ -111,5 +117,6 @@ def run(
         lan=lan,
         metrics=address,
         local_connectors=local_connectors,
+        reload=reload,
     )
     raise typer.Exit(code)

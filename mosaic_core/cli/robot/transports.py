@@ -28,11 +28,12 @@ class Transports:
     open_sound: SoundStreamFactory
 
 
-def loaded_transports(connectors: Sequence[Connector], *, relay_only: bool) -> Transports:
+def loaded_transports(connectors: Sequence[Connector], *, relay_only: bool, for_all: bool = False) -> Transports:
     """For a robot with these connectors. One with media loads all at once, so that nobody waits for it later; any
-    other loads aiortc with its first operator."""
+    other loads aiortc with its first operator. ``for_all``: it may have media later."""
     has_cameras, has_microphones, has_speakers = (
-        any(handlers_of(connectors, kind)) for kind in (MediaTrackHandler, AudioTrackHandler, AudioReceivable)
+        for_all or any(handlers_of(connectors, kind))
+        for kind in (MediaTrackHandler, AudioTrackHandler, AudioReceivable)
     )
     has_media = has_cameras or has_microphones or has_speakers
     load = partial(load_aiortc, relay_only=relay_only)

@@ -11,9 +11,11 @@ Toward an original server exactly its own keys are sent, one peer at a time. Wit
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from mosaic_core.machines.signaling.peer_admission import PeerAdmission, PeerIdentity, RefusePeer, StopPeer
 from mosaic_core.machines.signaling.signaling_events import (
+    CatalogueChanged,
     ChangeState,
     CloseSocket,
     Effect,
@@ -49,7 +51,9 @@ class RobotSignaling(SignalingSession):
         self._grumbled: set[str] = set()
         self._status: wire.RobotStatus | None = None
 
-    def _own(self, event: MessageReady | PeerConnected | PeerEnded | ShutdownBegun) -> Sequence[Effect]:
+    def _own(
+        self, event: MessageReady | PeerConnected | PeerEnded | CatalogueChanged | ShutdownBegun
+    ) -> Sequence[Effect]:
         match event:
             case MessageReady(message):
                 return [SendSignal(message)] if self.state == "ready" else []
@@ -58,6 +62,9 @@ class RobotSignaling(SignalingSession):
                 return self._status_effects()
             case PeerEnded():
                 return self._peer_ended(event)
+            case CatalogueChanged(catalogue):
+                self._facts = replace(self._facts, catalogue=catalogue)
+                return self._announcement() if self.state == "ready" else []
             case ShutdownBegun():
                 return self._shutdown()
 
@@ -113,9 +120,13 @@ class RobotSignaling(SignalingSession):
         if self._reported:
             self._reported = ""
             effects.append(Report("", "The server is there again."))
-        if "catalogue" in self.agreed:  # before the status: whoever sees it ready may connect at once
-            effects.append(SendSignal(wire.CatalogueAnnounce(catalogue=self._facts.catalogue.short())))
+        effects += self._announcement()  # before the status: whoever sees it ready may connect at once
         return [*effects, *self._status_effects()]
+
+    def _announcement(self) -> list[Effect]:
+        if "catalogue" not in self.agreed:
+            return []
+        return [SendSignal(wire.CatalogueAnnounce(catalogue=self._facts.catalogue.short()))]
 
     def _in_session(self, message: wire.SignalingMessage, now_s: float) -> Sequence[Effect]:
         match message:

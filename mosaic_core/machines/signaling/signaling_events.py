@@ -79,9 +79,16 @@ class ShutdownBegun:
     """The robot stops on purpose."""
 
 
+@dataclass(frozen=True, slots=True)
+class CatalogueChanged:
+    """The robot has other connectors than before."""
+
+    catalogue: Catalogue
+
+
 Event = (
     SocketOpened | ConnectFailed | FrameReceived | SocketClosed | NetworkChanged | DeadlinePassed | MessageReady
-    | PeerConnected | PeerEnded | ShutdownBegun
+    | PeerConnected | PeerEnded | ShutdownBegun | CatalogueChanged
 )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -73,6 +73,15 @@ class StoreBindings:
         self._known = known
         self.media.start(known)
         self._open_waiting()
+
+    def catalogue_changed(self, known: Known, stores: Iterable[MosaicStore], changed: Collection[str]) -> None:
+        """The robot has other connectors than before: stores of those begin anew."""
+        self._known = known
+        self.media.start(known)
+        for store in stores:
+            if store.robot_connector.connector_id in changed:
+                self.release(store)
+                self.open(store)
 
     def heard(self, message: ControlMessage) -> None:
         """A message of the robot about this transport."""

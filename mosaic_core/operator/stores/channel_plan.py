@@ -126,6 +126,16 @@ def nothing_known(label: str) -> ConnectionFailed:
     return ConnectionFailed(message, code="channel.unknown_label", cure=say_what())
 
 
+def changed_labels(before: Catalogue | None, after: Catalogue) -> frozenset[str]:
+    """The labels whose channels are others in ``after``: they came, went, or carry something else."""
+    old, new = ({one.label: _shape(one) for one in known.entries} if known else {} for known in (before, after))
+    return frozenset(label for label in old.keys() | new.keys() if old.get(label) != new.get(label))
+
+
+def _shape(entry: CatalogueEntry) -> tuple[object, ...]:
+    return entry.type, entry.kind, entry.data_type, entry.direction, entry.channels, entry.delivery
+
+
 def found_entry(catalogue: Catalogue, label: str) -> CatalogueEntry | None:
     """The connector of this label, or the one whose channel has it."""
     entries = catalogue.entries

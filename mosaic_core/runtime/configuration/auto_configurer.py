@@ -67,11 +67,15 @@ class AutoConfigurer:
     """
 
     def __init__(
-        self, *, resolver: ConnectorResolver | None = None, plugins: pluggy.PluginManager | None = None
+        self,
+        *,
+        resolver: ConnectorResolver | None = None,
+        plugins: pluggy.PluginManager | None = None,
+        shared: Shared | None = None,
     ) -> None:
         self.resolver = resolver or ConnectorResolver()
         self.plugins = plugins or hook_plugins()
-        self.shared = Shared()
+        self.shared = shared or Shared()
 
     def from_file(self, path: Path | str, *, environ: Mapping[str, str] | None = None) -> Configured:
         """Configure from a YAML file. Raises :class:`ConfigError` with every mistake and its line."""
@@ -113,8 +117,9 @@ class AutoConfigurer:
     def _configurers(self, connectors: Sequence[CheckedConnector], problems: list[Problem]) -> list[Made]:
         made: list[Made] = []
         for one in connectors:
+            label = one.config.label
             try:
-                made.append((one, one.configurer(one.config.label, one.params, safety=one.safety, shared=self.shared)))
+                made.append((one, one.configurer(label, one.params, safety=one.safety, shared=self.shared.of(label))))
             except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
                 problems.append(_broken(one, f"{type(error).__name__}: {error}"))
         return made

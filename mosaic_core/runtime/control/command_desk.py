@@ -29,7 +29,7 @@ KEEPS_PER_S = 20.0
 """Ten times what a holder sends; the surplus says nothing new."""
 STOPS_PER_S = 200.0
 """Copies of a stop that are acknowledged; every copy stops."""
-LOST = frozenset({"peer.lost", "peer.replaced", "ice.failed", "ice.timeout", "dtls.timeout"})
+LOST = frozenset({"peer.lost", "peer.replaced", "peer.reloaded", "ice.failed", "ice.timeout", "dtls.timeout"})
 """Ends after which the same session may come back and keep its lease until it expires."""
 MAX_AWAITED = 64
 Answer = Callable[[ControlMessage], object]

@@ -96,6 +96,12 @@ class SessionBook:
                 self.release(session, label)
             stream.resumed(received.get(label))
 
+    def remove(self, session: OperatorSession, label: str) -> None:
+        """The channel is no more: nothing is kept for it."""
+        self._outbox.leave(label, session.peer_id)
+        session.streams.pop(label, None)
+        session.receivers.pop(label, None)
+
     def release(self, session: OperatorSession, label: str) -> None:
         """Nobody listens to the channel any more, on purpose."""
         self._outbox.leave(label, session.peer_id)

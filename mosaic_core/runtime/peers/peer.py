@@ -20,7 +20,7 @@ from mosaic_core.runtime.peers.peer_resume import PeerResume
 from mosaic_core.runtime.peers.peer_timeline import PeerTimeline
 from mosaic_core.runtime.peers.peer_transport import PeerTransport
 from mosaic_core.runtime.peers.remote_operator import RemoteOperator
-from mosaic_core.runtime.peers.site import Site
+from mosaic_core.runtime.peers.site import RouteChange, Site
 from mosaic_core.runtime.peers.stop_channel import StopChannel
 from mosaic_core.runtime.signaling.server_link import Introduction
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
@@ -128,6 +128,22 @@ class Peer:
         self._transport.tell_answer(sdp)
         if self.phase == "original":
             self.media.show_all()
+
+    def connectors_changed(self, change: RouteChange) -> None:
+        """The robot has other connectors than before: tell it, and close what is no more. An operator whose lines of
+        pictures or sound lead nowhere any more connects anew; an original one knows only what it asked for."""
+        for label in change.removed:
+            self._channels.remove(label)
+        for label in change.added & self._site.routes.keys():
+            self._resume.added(self._site.routes[label])
+        for label in change.renewed:
+            self._channels.renew(label)
+        if self.phase != "open":
+            return
+        if self.media.has_lines(change.removed):
+            self.close("peer.reloaded")
+        elif change.is_news:
+            self.operator.answer(control.CatalogueFull(catalogue=self._site.catalogue))
 
     def doubt(self) -> None:
         """The robot's network is another one: operators of ours ping, so a live one is heard soon."""

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from mosaic_core.contract.host import Sender
 from mosaic_core.runtime.observation.counters import PeerSnapshot
 from mosaic_core.runtime.peers.peer import Peer
-from mosaic_core.runtime.peers.site import Site
+from mosaic_core.runtime.peers.site import RouteChange, Site
 from mosaic_core.runtime.signaling.server_link import Introduction
 from mosaic_core.runtime.timing.background_tasks import BackgroundTasks
 from mosaic_core.runtime.transport.transport import AnswererFactory
@@ -44,6 +44,10 @@ class PeerBook:
         self._newest_ice_servers = introduction.start.ice_servers
         peer.begin()
         return peer
+
+    def connectors_changed(self, change: RouteChange) -> None:
+        for peer in self:
+            peer.connectors_changed(change)
 
     def close_all(self, code: str) -> None:
         for peer in self:

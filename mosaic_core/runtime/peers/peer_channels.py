@@ -75,14 +75,17 @@ class PeerChannels:
         self._partials.opened(channel.label, port.reader)
         self._ports[channel.label] = port
         self._carriers[channel.label] = queue or self.queue
-        gates, pauses = self._gates_of(route), CommandPauses(time.monotonic())
-        opening = route.receiver.channel_opened(self._operator.sender) if route.receiver is not None else 0
-        channel.on_message = lambda data: self._received(route, port, gates, pauses, opening, data)
+        self._receive(route, port)
         channel.on_close = lambda: self._channel_closed(port)
         if channel.is_open:
             self._ready(route, port)
         else:
             channel.on_open = lambda: self._ready(route, port)
+
+    def _receive(self, route: Route, port: DataPort) -> None:
+        gates, pauses = self._gates_of(route), CommandPauses(time.monotonic())
+        opening = route.receiver.channel_opened(self._operator.sender) if route.receiver is not None else 0
+        port.channel.on_message = lambda data: self._received(route, port, gates, pauses, opening, data)
 
     def _gates_of(self, route: Route) -> CommandChannel:
         """What all commands on this channel are measured by; a channel that is opened anew begins no new rate."""
@@ -125,6 +128,21 @@ class PeerChannels:
             self._leave(label)
             self._resume.channel_closed(label)
 
+    def renew(self, label: str) -> None:
+        """Another handler has taken over the channel: the gates are those of its limits."""
+        port, route = self._ports.get(label), self._site.routes[label]
+        if port is not None:
+            self._receive(route, port)
+
+    def remove(self, label: str) -> None:
+        """There is no such connector any more, or one of another shape, whose channel is opened anew."""
+        self._resume.removed(label)
+        port = self._ports.get(label)
+        if port is not None:
+            self._detach(label)
+            port.channel.close()
+        self._rates.pop(label, None)
+
     def close_all(self) -> None:
         self._close(list(self._ports))
 
@@ -139,9 +157,9 @@ class PeerChannels:
             self._leave(label)
 
     def _leave(self, label: str) -> None:
-        receiver = self._site.routes[label].receiver
-        if receiver is not None:
-            receiver.channel_closed(self._operator.sender)
+        route = self._site.routes.get(label)
+        if route is not None and route.receiver is not None:
+            route.receiver.channel_closed(self._operator.sender)
 
     def _detach(self, label: str) -> None:
         port = self._ports.pop(label, None)
@@ -202,7 +220,9 @@ class PeerChannels:
             return None
 
     def _forgotten(self, label: str, seq: int) -> None:
-        self._reject(self._site.routes[label], seq, GateRefusal(Gate.MESSAGE, "channel.incomplete"))
+        route = self._site.routes.get(label)
+        if route is not None:
+            self._reject(route, seq, GateRefusal(Gate.MESSAGE, "channel.incomplete"))
 
     def _incoming(
         self, route: Route, receiver: Receiver, port: DataPort, pauses: CommandPauses, frame: Frame, opening: int

@@ -4,7 +4,7 @@ them."""
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from mosaic_core.contract.host import Sender
 from mosaic_core.runtime.media.plain_stream import NewestFeed
@@ -33,6 +33,7 @@ class PeerMedia:
         self._is_greeted = False
         self._has_left = False
         self._feeds: dict[str, PictureFeed] = {}
+        self._voices: set[str] = set()
 
     # -- the lines of its offers ---------------------------------------------------------------------------------
 
@@ -50,7 +51,12 @@ class PeerMedia:
         if self._has_left:
             sound.stop()
         else:
+            self._voices.add(label)
             self._site.talk.bind(self._operator, label, sound)
+
+    def has_lines(self, labels: Collection[str]) -> bool:
+        """Whether it has a line for one of these cameras, microphones or loudspeakers."""
+        return any(label in self._feeds or label in self._voices for label in labels)
 
     def tracks_unbound(self, labels: Sequence[str]) -> None:
         self._unbound = list(labels)

@@ -93,6 +93,19 @@ class PeerResume:
         self._teller.arrived()
         return arrival.is_new
 
+    def removed(self, label: str) -> None:
+        """There is no such connector any more, or one that numbers anew: nothing of it is resumed."""
+        timer = self._releases.pop(label, None)
+        if timer is not None:
+            timer.cancel()
+        if self._session is not None:
+            self._site.sessions.remove(self._session, label)
+
+    def added(self, route: Route) -> None:
+        """A connector has come: what the operator sends there is numbered, as it says so itself."""
+        if self._session is not None and _takes(route):
+            self._session.receivers.setdefault(route.label, ResumeReceiver(0))
+
     def channel_closed(self, label: str) -> None:
         """A channel closed while its peer goes on."""
         if self._session is not None and label in self._session.streams:

@@ -34,6 +34,17 @@ class PeerListener(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class RouteChange:
+    """What a reload does to the routes of a robot, by label. ``renewed``: another handler has taken over the channel;
+    of another shape it is ``removed`` and ``added``. ``is_news``: operators see another catalogue."""
+
+    removed: frozenset[str] = frozenset()
+    added: frozenset[str] = frozenset()
+    renewed: frozenset[str] = frozenset()
+    is_news: bool = False
+
+
+@dataclass(slots=True)
 class Site:
     """Holds what one robot is to its peers."""
 
@@ -48,6 +59,7 @@ class Site:
     delivery: DeliveryReports
     legacy_peers: LegacyPeers
     catalogue: Catalogue
+    """Another one after a reload."""
     boot_id: str
     software: str
     listener: PeerListener

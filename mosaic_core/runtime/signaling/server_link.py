@@ -124,6 +124,9 @@ class ServerLink:
         """Say good-bye; :meth:`run` ends then."""
         self._socket.tell(events.ShutdownBegun())
 
+    def catalogue_changed(self, catalogue: Catalogue) -> None:
+        self._socket.tell(events.CatalogueChanged(catalogue))
+
     def network_changed(self, change: NetworkChange) -> None:
         """A socket of the network before may hang for long; one that is missing is worth a try now."""
         if change == "moved" or self.state != "ready":
@@ -224,6 +227,10 @@ class RobotServers:
     def shut_down(self) -> None:
         for link in self.links:
             link.shut_down()
+
+    def catalogue_changed(self, catalogue: Catalogue) -> None:
+        for link in self.links:
+            link.catalogue_changed(catalogue)
 
     def network_changed(self, change: NetworkChange) -> None:
         for link in self.links:

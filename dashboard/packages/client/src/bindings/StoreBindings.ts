@@ -1,4 +1,4 @@
-import type { Catalogue, MediaUnavailable, Refusal } from '@mosaic/protocol'
+import type { Catalogue, CatalogueEntry, MediaUnavailable, Refusal } from '@mosaic/protocol'
 import { channelPlan, NOT_MEDIA } from './channelPlan'
 import type { Clearance } from '../control/clearance'
 import { ChannelPartials } from '../delivery/ChannelPartials'
@@ -73,10 +73,13 @@ export class StoreBindings {
   /** The robot's connectors changed, or became known. `isDescribed`: people said so of a robot that says nothing. */
   setCatalogue(catalogue: Catalogue | null, isDescribed = false): void {
     const wasOriginal = this.isOriginal
+    const changed = changedLabels(this.catalogue, catalogue)
     this.catalogue = this.media.catalogue = catalogue
     this.isDescribed = this.media.isDescribed = isDescribed
     if (wasOriginal && !this.wasSilent && !isDescribed) for (const { ports } of this.bindings.values()) ports.close()
+    for (const [label, { ports }] of this.bindings) if (changed.has(label)) ports.release()
     this.bindAll()
+    this.media.wantLines()
     this.showBlocks()
   }
 
@@ -208,6 +211,17 @@ export class StoreBindings {
   private showBlock({ store }: Binding): void {
     if (isSending(store)) store.setSendBlock(this.clearanceOf(store).block)
   }
+}
+
+/** The labels whose channels carry something else than before. What comes or goes opens or closes by itself. */
+function changedLabels(before: Catalogue | null, after: Catalogue | null): Set<string> {
+  const shapes = new Map(before?.entries.map((entry) => [entry.label, shape(entry)]))
+  const differs = (entry: CatalogueEntry): boolean => (shapes.get(entry.label) ?? shape(entry)) !== shape(entry)
+  return new Set(after?.entries.filter(differs).map(({ label }) => label))
+}
+
+function shape({ type, dataType, direction, delivery, channels }: CatalogueEntry): string {
+  return JSON.stringify([type, dataType, direction, delivery, channels])
 }
 
 function isMedia(store: MosaicStore): store is MediaStore {

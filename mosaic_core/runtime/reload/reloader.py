@@ -1,0 +1,159 @@
+"""Reads a robot's file and code again when they change, and gives the running robot the connectors that are others."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from mosaic_core.contract.configurer import Shared
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
+from mosaic_core.runtime.configuration.checked_config import CheckedConfig, CheckedConnector
+from mosaic_core.runtime.configuration.config_loader import load_config
+from mosaic_core.runtime.configuration.connector import Connector
+from mosaic_core.runtime.configuration.local_connectors import FOLDER
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.reload.own_modules import ForgottenModules, own_modules, touched_by
+from mosaic_core.runtime.reload.source_watch import SourceWatch
+from mosaic_core.words.errors import ConfigError, Problem
+
+logger = logging.getLogger(__name__)
+
+PERIOD_S = 0.4
+"""Between two looks: soon for a person, nothing for the processor."""
+
+
+class RunningRobot(Protocol):
+    """What is given other connectors."""
+
+    async def become(self, connectors: Sequence[Connector], shared: Shared) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Reread:
+    """What a robot is from its files now. ``restarted``, ``added`` and ``removed`` are labels."""
+
+    checked: CheckedConfig
+    configured: Configured
+    restarted: tuple[str, ...]
+    added: tuple[str, ...]
+    removed: tuple[str, ...]
+
+    @property
+    def is_news(self) -> bool:
+        return bool(self.restarted or self.added or self.removed)
+
+    def __str__(self) -> str:
+        parts = {"begun anew": self.restarted, "new": self.added, "gone": self.removed}
+        return "; ".join(f"{what}: {', '.join(labels)}" for what, labels in parts.items() if labels)
+
+
+class Reloader:
+    """Watches the file at ``path`` and the code of its connectors. ``resolver``: finds connector types anew each time.
+    ``tell``: hears every mistake; what runs goes on then."""
+
+    def __init__(
+        self,
+        path: Path,
+        resolver: Callable[[], ConnectorResolver],
+        tell: Callable[[Sequence[Problem]], object],
+        auto: AutoConfigurer | None = None,
+    ) -> None:
+        """Reads the file. Raises :class:`ConfigError`."""
+        auto = auto or AutoConfigurer(resolver=resolver())
+        self._path = path.resolve()
+        self._resolver = resolver
+        self._tell = tell
+        self.checked = load_config(path, resolver=auto.resolver)
+        self.configured = auto.configure(self.checked)
+        self._touched: frozenset[Path] = frozenset()
+        self._useless: frozenset[Path] = frozenset()
+        """Changes that were no use so far; a later one may mend them."""
+        self._watch = SourceWatch(self._files)
+
+    def _files(self) -> Iterator[Path]:
+        yield self._path
+        yield from (self._path.parent / FOLDER).glob("*.py")
+        yield from self._modules().values()
+
+    def _modules(self) -> dict[str, Path]:
+        return own_modules(dict.fromkeys(one.configurer.__module__ for one in self.checked.connectors))
+
+    async def run(self, robot: RunningRobot) -> None:
+        """Until it is cancelled. Event loop; what blocks is done on threads."""
+        while True:
+            await asyncio.sleep(PERIOD_S)
+            if await asyncio.to_thread(self._has_changed):
+                await self.reload(robot)
+
+    def _has_changed(self) -> bool:
+        """Whether there is something new that somebody has finished writing."""
+        changed = self._watch.changed()
+        self._touched |= changed
+        return bool(self._touched) and not changed
+
+    async def reload(self, robot: RunningRobot) -> None:
+        """Read everything again; what is wrong is told, and changes nothing."""
+        changed, self._touched = self._touched | self._useless, frozenset()
+        try:
+            reread = await asyncio.to_thread(self._reread, changed)
+        except ConfigError as error:
+            self._useless = changed
+            self._tell(error.problems)
+            return
+        self._useless = frozenset()
+        if reread.is_news:
+            await robot.become(reread.configured.connectors, reread.configured.shared)
+            logger.info("reloaded %s: %s", self._path.name, reread)
+        before, self.checked, self.configured = self.checked, reread.checked, reread.configured
+        if _without_connectors(before) != _without_connectors(reread.checked):
+            logger.warning("%s: beside its connectors more has changed, which counts when the robot is started anew",
+                           self._path.name)  # fmt: skip
+
+    def _reread(self, changed: frozenset[Path]) -> Reread:
+        """What the files say now. Any thread. Raises :class:`ConfigError`; everything is as it was then."""
+        forgotten = ForgottenModules(touched_by(changed, self._modules()))
+        try:
+            return self._read_anew()
+        except BaseException:
+            forgotten.restore()
+            raise
+
+    def _read_anew(self) -> Reread:
+        resolver = self._resolver()
+        if resolver.local.problems:
+            raise ConfigError(resolver.local.problems)
+        checked = load_config(self._path, resolver=resolver)
+        old = {one.config.label: one for one in self.checked.connectors}
+        new = {one.config.label: one for one in checked.connectors}
+        same = {label for label, one in new.items() if label in old and _is_same(old[label], one)}
+        shared = self.configured.shared.without(old.keys() - same)
+        plugins = self.configured.plugins
+        configured = AutoConfigurer(resolver=resolver, plugins=plugins, shared=shared).configure(checked)
+        running = {one.config.label: one for one in self.configured.connectors}
+        connectors = tuple(
+            running[one.config.label] if one.config.label in same else one for one in configured.connectors
+        )
+        return Reread(
+            checked,
+            Configured(configured.config, connectors, shared, plugins),
+            tuple(label for label in new if label in old and label not in same),
+            tuple(label for label in new if label not in old),
+            tuple(label for label in old if label not in new),
+        )
+
+
+def _is_same(old: CheckedConnector, new: CheckedConnector) -> bool:
+    return (
+        old.configurer is new.configurer
+        and old.config == new.config
+        and old.params == new.params
+        and old.safety == new.safety
+    )
+
+
+def _without_connectors(checked: CheckedConfig) -> object:
+    return checked.config.model_copy(update={"connectors": ()})

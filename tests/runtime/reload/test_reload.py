@@ -1,0 +1,259 @@
+"""A running robot is given other code and another file: only what changed begins anew, and operators stay."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import AsyncIterator, Sequence
+from pathlib import Path
+
+import pytest
+
+from mosaic_core.laboratory.joining import ROBOT_ID, running_robot, signed_in, until
+from mosaic_core.laboratory.memory_network import MemoryNetwork
+from mosaic_core.laboratory.memory_server import MemoryServer
+from mosaic_core.operator.robot_connection import RobotConnection
+from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer
+from mosaic_core.runtime.configuration.hook_calls import hook_plugins
+from mosaic_core.runtime.configuration.local_connectors import connectors_beside
+from mosaic_core.runtime.configuration.resolver import ConnectorResolver
+from mosaic_core.runtime.reload import reloader as module
+from mosaic_core.runtime.reload.reloader import Reloader
+from mosaic_core.runtime.robot import Robot
+from mosaic_core.words.errors import Problem
+
+BEAT = """
+from pathlib import Path
+from mosaic_core import DataChannelConfigurer, DataChannelSendable, Message, Params
+from pydantic import Field
+from .words import WORD
+
+class BeatParams(Params):
+    period_s: float = Field(default=0.01, gt=0)
+
+class Beat(Message):
+    word: str
+    period_s: float
+
+class Heart(DataChannelSendable[Beat]):
+    def __init__(self, label, params):
+        super().__init__(label)
+        self.params = params
+
+    def messages(self):
+        for _ in self.every(self.params.period_s):
+            yield Beat(word=WORD, period_s=self.params.period_s)
+
+class HeartConfigurer(DataChannelConfigurer[BeatParams]):
+    connector_type = "heart"
+    def configure(self):
+        return Heart(self.label, self.params)
+"""
+WHEEL = """
+from mosaic_core import DataChannelConfigurer, DataChannelReceivable, Delivery, Message, NoParams
+
+STORY = []
+
+class Turn(Message):
+    speed_mps: float
+
+class Wheel(DataChannelReceivable[Turn]):
+    delivery = Delivery.LATEST
+    timeout_s = 5.0
+    motion_fields = ("speed_mps",)
+    code = "old"
+
+    def handle_data(self, data):
+        print(f"{self.code} turns {data.speed_mps}", flush=True)
+
+    def make_safe(self, cause):
+        print(f"{self.code} safe {cause}", flush=True)
+
+class WheelConfigurer(DataChannelConfigurer[NoParams]):
+    connector_type = "wheel"
+    def configure(self):
+        return Wheel(self.label)
+"""
+HEAD = f"server: {{ ws_url: 'ws://127.0.0.1:9', auth: {{ type: no-authorization, robot_id: {ROBOT_ID} }} }}\n"
+
+
+class Bench:
+    """A robot on files that a test edits, and its operator."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.file = folder / "mosaic_config.yaml"
+        self.problems: list[Problem] = []
+        self.tellings = 0
+        (folder / "connectors").mkdir()
+        self.write("connectors/beats.py", BEAT)
+        self.write("connectors/words.py", 'WORD = "tick"\n')
+        self.write("connectors/wheels.py", WHEEL)
+        self.connectors("{ type: heart, label: a }", "{ type: wheel, label: wheel }")
+        auto = AutoConfigurer(resolver=self.resolver(), plugins=hook_plugins([]))
+        self.reloader = Reloader(self.file, self.resolver, self._told, auto)
+
+    def resolver(self) -> ConnectorResolver:
+        return ConnectorResolver([], local=connectors_beside(self.file))
+
+    def _told(self, problems: Sequence[Problem]) -> None:
+        self.tellings += 1
+        self.problems = list(problems)
+
+    def write(self, name: str, text: str) -> None:
+        (self.folder / name).write_text(text)
+
+    def edit(self, name: str, old: str, new: str) -> None:
+        text = (self.folder / name).read_text()
+        assert old in text
+        self.write(name, text.replace(old, new))
+
+    def connectors(self, *entries: str) -> None:
+        self.write("mosaic_config.yaml", HEAD + "connectors:\n" + "".join(f"  - {entry}\n" for entry in entries))
+
+
+class Live:
+    """What runs."""
+
+    def __init__(self, bench: Bench, robot: Robot, connection: RobotConnection) -> None:
+        self.bench = bench
+        self.robot = robot
+        self.connection = connection
+
+    def labels(self) -> list[str]:
+        catalogue = self.connection.catalogue
+        return [] if catalogue is None else [entry.label for entry in catalogue.entries]
+
+    def threads(self) -> dict[str, object]:
+        return {one.config.label: one.handlers[0] for one in self.bench.reloader.configured.connectors}
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
+    monkeypatch.setattr(module, "PERIOD_S", 0.02)
+    return Bench(tmp_path)
+
+
+@contextlib.asynccontextmanager
+async def running(bench: Bench) -> AsyncIterator[Live]:
+    server, network = MemoryServer(ROBOT_ID), MemoryNetwork()
+    configured = bench.reloader.configured
+    async with running_robot(configured, server, network, "test") as robot, contextlib.AsyncExitStack() as stack:
+        _, connection = await signed_in(stack, server, network, "Alice")
+        reloading = asyncio.create_task(bench.reloader.run(robot))
+        yield Live(bench, robot, connection)
+        reloading.cancel()
+        await asyncio.gather(reloading, return_exceptions=True)
+
+
+async def word(live: Live, label: str, wanted: str) -> None:
+    """Wait for it on one store, which is never made anew."""
+    store = live.connection.receivable(label)
+    while (await store.next_message()).json()["word"] != wanted:
+        pass
+
+
+async def test_an_edit_of_code_begins_only_what_is_made_of_it_anew(bench: Bench) -> None:
+    async with running(bench) as live:
+        peer_id = live.connection.peer_id
+        await word(live, "a", "tick")
+        before = live.threads()
+        bench.edit("connectors/words.py", "tick", "tock")
+        await word(live, "a", "tock")
+        after = live.threads()
+        assert after["wheel"] is before["wheel"]
+        assert after["a"] is not before["a"]
+        assert (live.connection.state, live.connection.peer_id) == ("connected", peer_id)
+        assert bench.problems == []
+
+
+async def test_an_edit_of_the_file_begins_only_that_connector_anew(bench: Bench) -> None:
+    bench.connectors("{ type: heart, label: a }", "{ type: heart, label: b }")
+    bench.reloader = Reloader(bench.file, bench.resolver, bench._told, AutoConfigurer(resolver=bench.resolver()))
+    async with running(bench) as live:
+        before = live.threads()
+        bench.connectors("{ type: heart, label: a, params: { period_s: 0.02 } }", "{ type: heart, label: b }")
+        store = live.connection.receivable("a")
+        while (await store.next_message()).json()["period_s"] != 0.02:
+            pass
+        after = live.threads()
+        assert after["b"] is before["b"]
+        assert after["a"] is not before["a"]
+
+
+async def test_motion_is_made_safe_before_the_old_handler_goes(bench: Bench, capfd: pytest.CaptureFixture[str]) -> None:
+    told = ""
+
+    def story() -> str:
+        nonlocal told
+        told += capfd.readouterr().out
+        return told
+
+    async with running(bench) as live:
+        pad = live.connection.sendable("wheel")
+        await pad.wait_open()
+        await until(lambda: pad.send_json({"speed_mps": 0.5}) and "old turns 0.5" in story())
+        bench.edit("connectors/wheels.py", '"old"', '"new"')
+        await until(lambda: pad.send_json({"speed_mps": 0.7}) and "new turns 0.7" in story())
+        lines = story().splitlines()
+        assert lines.index("old safe safety.reload") < lines.index("new turns 0.7")
+        assert not any(line.startswith("old turns") for line in lines[lines.index("old safe safety.reload") :])
+        assert live.connection.state == "connected"
+
+
+async def test_new_connectors_appear_and_removed_ones_go(bench: Bench) -> None:
+    async with running(bench) as live:
+        await word(live, "a", "tick")
+        peer_id = live.connection.peer_id
+        bench.connectors("{ type: wheel, label: wheel }", "{ type: heart, label: b }")
+        await until(lambda: live.labels() == ["wheel", "b"])
+        await word(live, "b", "tick")
+        assert live.connection.receivable("a").state.phase == "mismatch"
+        bench.connectors("{ type: heart, label: a }", "{ type: wheel, label: wheel }")
+        await until(lambda: live.labels() == ["a", "wheel"])
+        await word(live, "a", "tick")  # the store that had failed
+        assert live.connection.peer_id == peer_id
+        assert [one.label for one in live.robot.snapshot().connectors] == ["a", "wheel"]
+
+
+async def test_another_delivery_opens_the_channel_anew(bench: Bench) -> None:
+    async with running(bench) as live:
+        await word(live, "a", "tick")
+        bench.connectors("{ type: heart, label: a, delivery: latest }", "{ type: wheel, label: wheel }")
+        await until(lambda: live.connection.catalogue and live.connection.catalogue.entries[0].delivery == "latest")
+        bench.edit("connectors/words.py", "tick", "tock")
+        await word(live, "a", "tock")
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "line", "told"),
+    [
+        ("mosaic_config.yaml", "type: heart", "type: hart", 3, "no connector type 'hart'"),
+        ("connectors/beats.py", "class Beat(", "class Beat((", 10, "SyntaxError"),
+        ("connectors/words.py", "WORD", "WORT", None, "ImportError: cannot import name 'WORD'"),
+    ],
+)
+async def test_a_mistake_is_told_with_its_line_and_what_ran_goes_on(
+    bench: Bench, file: str, old: str, new: str, line: int | None, told: str
+) -> None:
+    async with running(bench) as live:
+        before = live.threads()
+        bench.edit(file, old, new)
+        await until(lambda: bench.problems)
+        assert any(told in problem.message for problem in bench.problems)
+        if line is not None:
+            assert any(problem.line == line and problem.file.endswith(file) for problem in bench.problems)
+        assert live.threads() == before
+        await word(live, "a", "tick")
+        bench.edit(file, new, old)
+        bench.edit("connectors/words.py", "tick", "tock")
+        await word(live, "a", "tock")
+        assert bench.tellings <= 2
+
+
+async def test_what_a_running_robot_can_not_change_is_said(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.WARNING, module.__name__)
+    async with running(bench):
+        bench.edit("mosaic_config.yaml", "127.0.0.1:9", "127.0.0.1:10")
+        await until(lambda: "counts when the robot is started anew" in caplog.text)
