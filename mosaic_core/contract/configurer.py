@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence, Set
 from contextlib import AbstractContextManager, ExitStack
 from typing import Any, ClassVar, Generic, TypeVar, cast, get_args, get_origin
 
+from mosaic_core.contract.declarations import wrong_declaration
 from mosaic_core.contract.handler import AudioReceivable, AudioTrackHandler, Handler, MediaTrackHandler
 from mosaic_core.contract.params import NoParams, Params
 from mosaic_core.words.config import SafetyConfig
@@ -151,6 +152,9 @@ class Configurer(ABC, Generic[P]):
                 argument = get_args(base)[0]
                 if isinstance(argument, type) and issubclass(argument, Params):
                     cls.params_model = argument
+                elif not isinstance(argument, TypeVar):
+                    message = f"its params are {argument!r}."
+                    raise wrong_declaration(cls, message, "Derive them from Params, so that they can be checked.")
 
     @abstractmethod
     def configure(self) -> Handler | Sequence[Handler]:

@@ -30,6 +30,7 @@ from mosaic_core.runtime.configuration.handler_problems import (
 )
 from mosaic_core.runtime.configuration.hook_calls import call_hook, hook_plugins
 from mosaic_core.runtime.configuration.lease_groups import lease_groups, lookalikes
+from mosaic_core.runtime.configuration.plugin_loading import explained_error, standing_at
 from mosaic_core.runtime.configuration.request_problems import request_problems
 from mosaic_core.runtime.configuration.resolver import ConnectorResolver
 from mosaic_core.runtime.configuration.safety_problems import guard_hints, safety_problems
@@ -121,7 +122,7 @@ class AutoConfigurer:
             try:
                 made.append((one, one.configurer(label, one.params, safety=one.safety, shared=self.shared.of(label))))
             except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
-                problems.append(_broken(one, f"{type(error).__name__}: {error}"))
+                problems.append(_broken(one, explained_error(error)))
         return made
 
 
@@ -159,10 +160,10 @@ def _handlers(one: CheckedConnector, configurer: Configurer[Any], problems: list
     try:
         made = configurer.configure()
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a plugin's code may fail in any way
-        return broken(f"{type(error).__name__}: {error}")
+        return broken(explained_error(error))
     handlers = tuple(made) if isinstance(made, Sequence) else (made,)
     if not handlers or not all(isinstance(handler, Handler) for handler in handlers):
-        return broken(f"configure() returned {made!r} instead of a handler")
+        return broken(f"configure() returned {made!r} instead of a handler{standing_at(type(configurer).configure)}")
     bad = [handler.label for handler in handlers if not LABEL.match(handler.label)]
     if bad:
         return broken(f"its handlers have labels that can't be used: {', '.join(map(repr, bad))}")

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import importlib
+import inspect
 import sys
+from collections.abc import Callable
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from traceback import extract_tb
 from typing import Any
 
+import mosaic_core
 from mosaic_core.contract.configurer import API_VERSION, Configurer
+from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
 from mosaic_core.words.errors import PluginError
 
-_IMPORTLIB = Path(importlib.__file__).parent
+_CORE = str(Path(mosaic_core.__file__).parent)
 
 
 def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector | None) -> type[Configurer[Any]]:
@@ -30,21 +33,57 @@ def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector 
             local.prepare()
         loaded = entry_point.load()
     except (Exception, SystemExit) as error:
-        explained = _explained(error) if local is None else local.explained(error)
+        explained = explained_error(error) if local is None else local.explained(error)
         raise broken(explained) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Configurer)):
         named = entry_point.value if local is None else f"{local.class_name}, line {local.line},"
-        raise broken(f"{named} is not a Configurer class")
+        at = standing_at(loaded) if local is None else ""
+        raise broken(f"{named} is not a Configurer class{at}")
+    _check(loaded, entry_point, broken)
+    return loaded
+
+
+def _check(loaded: type[Configurer[Any]], entry_point: EntryPoint, broken: Callable[[str], PluginError]) -> None:
+    at = standing_at(loaded)
     version = api_version(loaded)
     if version != API_VERSION:
-        raise broken(f"it is written for API version {version}, this mosaic-core speaks {API_VERSION}")
+        raise broken(f"it is written for API version {version}, this mosaic-core speaks {API_VERSION}{at}")
     if loaded.connector_type not in ("", entry_point.name):
         cure = f'name both alike: connector_type = "{entry_point.name}", or the entry point'
-        raise broken(f"{loaded.__name__} says that its connector_type is '{loaded.connector_type}' ({cure})")
+        raise broken(f"{loaded.__name__} says that its connector_type is '{loaded.connector_type}' ({cure}){at}")
     missing = sorted(getattr(loaded, "__abstractmethods__", ()))
     if missing:
-        raise broken(f"{loaded.__name__} does not implement {', '.join(missing)}")
-    return loaded
+        raise broken(f"{loaded.__name__} does not implement {', '.join(missing)}{at}")
+    model: object = loaded.params_model
+    if not (isinstance(model, type) and issubclass(model, Params)):
+        raise broken(f"the params_model of {loaded.__name__} is {model!r}, no subclass of Params{at}")
+
+
+def explained_error(error: BaseException) -> str:
+    """An error of a plugin's code for its author: what it says, and the file and line where it was raised."""
+    place = _place_of(error)
+    return f"{type(error).__name__}: {error}" + (f" ({place})" if place and place not in str(error) else "")
+
+
+def _place_of(error: BaseException) -> str:
+    """The innermost line that is neither the framework's nor the import system's."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"{error.filename}:{error.lineno}"
+    frames = [
+        frame
+        for frame in extract_tb(error.__traceback__)
+        if not frame.filename.startswith(("<frozen", _CORE)) and Path(frame.filename).parent.name != "importlib"
+    ]
+    inner = next((one for one in reversed(frames) if "importlib" not in Path(one.filename).parts), None)
+    return f"{inner.filename}:{inner.lineno}" if inner is not None else ""
+
+
+def standing_at(thing: object) -> str:
+    """`` (FILE:LINE)`` of a class or function; nothing where its source can't be found."""
+    try:
+        return f" ({inspect.getsourcefile(thing)}:{inspect.getsourcelines(thing)[1]})"  # type: ignore[arg-type]
+    except (OSError, TypeError):
+        return ""
 
 
 def api_version(configurer: type) -> object:

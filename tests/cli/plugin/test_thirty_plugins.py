@@ -1,0 +1,154 @@
+"""Thirty plugins, ten of them broken in different ways: each is told with its distribution, file and line, and breaks
+nobody else."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mosaic_core.testing.distributions import write_distribution
+
+PREFIX = "acme"
+GOOD = '''from mosaic_core import DataChannelConfigurer, DataChannelSendable, Message, NoParams
+
+class Beat(Message):
+    count: int
+
+class Heart(DataChannelSendable[Beat]):
+    def messages(self):
+        for count in self.every(0.05):
+            yield Beat(count=count)
+
+class Configurer(DataChannelConfigurer[NoParams]):
+    """Beats."""
+    connector_type = "TYPE"
+    def configure(self):
+        return Heart(self.label)
+'''
+BROKEN: dict[str, tuple[str, str, int, str]] = {
+    "import": ("from mosaic_core import", "from mosaic_coree import", 1, "ModuleNotFoundError: No module named"),
+    "syntax": ("class Beat(Message):", "class Beat(Message:", 3, "SyntaxError"),
+    "class": (
+        "class Configurer(DataChannelConfigurer[NoParams]):",
+        "class Configurer:",
+        11,
+        "is not a Configurer class",
+    ),
+    "type": ('connector_type = "TYPE"', 'connector_type = "other"', 11, "says that its connector_type is 'other'"),
+    "version": (
+        "class Beat(Message):",
+        "MOSAIC_API_VERSION = 9\nclass Beat(Message):",
+        12,
+        "written for API version 9",
+    ),
+    "params": ("[NoParams]", "[dict]", 11, "its params are <class 'dict'>"),
+    "configure": ("return Heart(self.label)", "return Heart(self.lable)", 15, "has no attribute 'lable'"),
+}
+"""Told by `validate`, and so by `run`: what stands there, what is written instead, the line of it, what is said."""
+RAISES = GOOD.replace("        for count", '        raise RuntimeError("no such thing")\n        for count')
+DEAF = GOOD.replace(
+    "        for count in self.every(0.05):\n            yield Beat(count=count)",
+    "        import time\n        while True:\n            yield Beat(count=1)\n            time.sleep(3)",
+)
+ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
+SERVER = f"server: {{ ws_url: 'ws://127.0.0.1:9', auth: {{ type: no-authorization, robot_id: {ROBOT_ID} }} }}"
+
+
+def install(folder: Path, name: str, source: str, connector_type: str = "") -> None:
+    kind = connector_type or f"{PREFIX}-{name}"
+    module = f"{PREFIX}_{name}"
+    write_distribution(
+        folder,
+        f"{PREFIX}-{name}",
+        modules={module: source.replace("TYPE", kind)},
+        entry_points={"mosaic.connectors": {kind: f"{module}:Configurer"}},
+    )
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where they are installed."""
+    folder = tmp_path_factory.mktemp("site-packages")
+    for number in range(20):
+        install(folder, f"good{number}", GOOD)
+    for name, (old, new, _, _) in BROKEN.items():
+        assert old in GOOD
+        install(folder, name, GOOD.replace(old, new))
+    install(folder, "raises", RAISES)
+    install(folder, "deaf", DEAF)
+    install(folder, "twin", GOOD, "acme-good0")
+    return folder
+
+
+@pytest.fixture
+def mosaic(site: Path, tmp_path: Path) -> Iterator[Any]:
+    processes: list[subprocess.Popen[str]] = []
+
+    def start(*words: str) -> subprocess.Popen[str]:
+        code = f"import sys; sys.path.insert(0, {str(site)!r}); from mosaic_core.cli.main import main; main()"
+        command = [sys.executable, "-c", code, *words]
+        process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        processes.append(process)
+        return process
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate(timeout=10)
+
+
+def write_robot(folder: Path, *types: str) -> None:
+    lines = [f"  - {{ type: {kind}, label: l{number} }}" for number, kind in enumerate(types)]
+    (folder / "mosaic_config.yaml").write_text("\n".join([SERVER, "connectors:", *lines, ""]))
+
+
+def test_all_are_listed_and_none_is_imported(mosaic: Any, site: Path) -> None:
+    out, err = mosaic("connectors", "list", "--json").communicate(timeout=60)
+    ours = [one for one in json.loads(out) if one["distribution"].startswith(PREFIX)]
+    assert len(ours) == 30
+    assert err == ""
+    assert not list(site.glob("**/*.pyc"))
+
+
+def test_validate_names_distribution_file_and_line_of_each(mosaic: Any, site: Path, tmp_path: Path) -> None:
+    write_robot(tmp_path, *(f"{PREFIX}-{name}" for name in BROKEN), "acme-good0", "acme-good1")
+    done = mosaic("validate")
+    _, err = done.communicate(timeout=60)
+    assert done.returncode == 2
+    for name, (_, _, line, told) in BROKEN.items():
+        said = next(one for one in err.splitlines() if f"{PREFIX}-{name} 1.0.0" in one)
+        assert told in said
+        assert re.search(rf"{re.escape(str(site))}/{PREFIX}_{name}\.py:{line}\b", said), said
+    assert "claimed by acme-good0 1.0.0 and acme-twin 1.0.0" in err
+    assert err.count("error: ") == len(BROKEN) + 1
+    assert "Traceback" not in err
+
+
+def test_run_goes_on_beside_bodies_that_break_and_says_which(mosaic: Any, site: Path, tmp_path: Path) -> None:
+    write_robot(tmp_path, "acme-raises", "acme-deaf", "acme-good1")
+    running = mosaic("run", "--json")
+    for line in running.stdout:
+        rows = {row["type"]: row for row in json.loads(line)["connectors"]}
+        if rows and rows["acme-good1"]["messages"] > 20 and rows["acme-raises"]["failures"]:
+            break
+    assert rows["acme-raises"]["state"] == "failed"
+    assert rows["acme-good1"]["failures"] == 0
+    running.terminate()
+    _, err = running.communicate(timeout=10)
+    assert running.returncode == 0
+    assert re.search(rf"'l0' failed at {re.escape(str(site))}/acme_raises\.py:8 .*no such thing", err)
+    assert "'l1' did not stop within 1.5 s and was abandoned" in err
+
+
+def test_a_broken_plugin_that_nobody_uses_breaks_nothing(mosaic: Any, tmp_path: Path) -> None:
+    write_robot(tmp_path, "acme-good1", "acme-good2")
+    done = mosaic("validate")
+    out, err = done.communicate(timeout=60)
+    assert (done.returncode, err) == (0, ""), out
