@@ -55,7 +55,7 @@ BROKEN: dict[str, tuple[str, str, int, str]] = {
 RAISES = GOOD.replace("        for count", '        raise RuntimeError("no such thing")\n        for count')
 DEAF = GOOD.replace(
     "        for count in self.every(0.05):\n            yield Beat(count=count)",
-    "        import time\n        while True:\n            yield Beat(count=1)\n            time.sleep(3)",
+    "        import time\n        while True:\n            yield Beat(count=1)\n            time.sleep(30)",
 )
 ROBOT_ID = "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"
 SERVER = f"server: {{ ws_url: 'ws://127.0.0.1:9', auth: {{ type: no-authorization, robot_id: {ROBOT_ID} }} }}"

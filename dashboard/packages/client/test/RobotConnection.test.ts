@@ -302,6 +302,21 @@ describe('a receivable store', () => {
     expect(store.state.get()).toEqual({ phase: 'open' })
   })
 
+  test('is opened anew when the robot delivers it otherwise, and only then', async () => {
+    const { client, peer } = await greeted()
+    const store = client.storeManager.getOrCreateStore(connector('battery'))
+    const first = peer.channel('battery').opens()
+    const described = CATALOGUE.entries.map((one) => (one.label === 'battery' ? { ...one, widget: 'gauge' } : one))
+    peer.channel('_mosaic').control('catalogue', { catalogue: { hash: 'h2', entries: described } })
+    expect(first.readyState).toBe('open')
+    const otherwise = described.map((one) => (one.label === 'battery' ? { ...one, delivery: 'latest' as const } : one))
+    peer.channel('_mosaic').control('catalogue', { catalogue: { hash: 'h3', entries: otherwise } })
+    expect(first.readyState).toBe('closed')
+    expect(peer.channel('battery').options).toEqual({ ordered: false, maxRetransmits: 0, protocol: 'mosaic.1' })
+    peer.channel('battery').opens()
+    expect(store.state.get()).toEqual({ phase: 'open' })
+  })
+
   test('closes its channel a second after the last release', async () => {
     const { client, peer } = await greeted()
     client.storeManager.getOrCreateStore(connector('battery'))
