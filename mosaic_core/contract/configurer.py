@@ -98,6 +98,7 @@ class Shared:
         self._things[key] = thing
 
     def has(self, key: str, thing: object) -> bool:
+        """Whether it has this very thing under ``key``."""
         return self._things.get(key) is thing
 
     def adopt(self, key: str, opened: ExitStack) -> None:

@@ -12,6 +12,7 @@ import linecache
 import sys
 import sysconfig
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from functools import lru_cache
 from importlib.util import cache_from_source
 from pathlib import Path
 from types import ModuleType
@@ -49,12 +50,22 @@ def imported_by(name: str, modules: Mapping[str, Path]) -> set[str]:
     """Those of ``modules`` that the module ``name`` imports; its packages among them."""
     parents = {name.rpartition(".")[0]} if "." in name else set()
     try:
-        tree = ast.parse(modules[name].read_text("utf-8"))
-    except (OSError, SyntaxError, ValueError):
-        return parents & modules.keys()  # whoever imports it hears of it
-    is_package = modules[name].name == "__init__.py"
-    named = {one for node in ast.walk(tree) for one in _named(node, name, is_package=is_package)}
+        named = _all_named(name, modules[name], modules[name].stat().st_mtime_ns)
+    except OSError:
+        named = frozenset()
     return (named | parents) & modules.keys() - {name}
+
+
+@lru_cache(maxsize=4096)
+def _all_named(name: str, file: Path, mtime_ns: int) -> frozenset[str]:
+    """Every module that a file may import. Parsed once for each time that it is saved: to parse all of them again and
+    again would hold up whoever else runs Python."""
+    try:
+        tree = ast.parse(file.read_text("utf-8"))
+    except (OSError, SyntaxError, ValueError):
+        return frozenset()  # whoever imports it hears of it
+    is_package = file.name == "__init__.py"
+    return frozenset(one for node in ast.walk(tree) for one in _named(node, name, is_package=is_package))
 
 
 def _named(node: ast.AST, importer: str, *, is_package: bool) -> Iterator[str]:

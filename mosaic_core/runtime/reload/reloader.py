@@ -69,6 +69,7 @@ class Reloader:
         self._tell = tell
         self.checked = load_config(path, resolver=auto.resolver)
         self.configured = auto.configure(self.checked)
+        self._modules = _modules_of(self.checked)
         self._touched: frozenset[Path] = frozenset()
         self._useless: frozenset[Path] = frozenset()
         """Changes that were no use so far; a later one may mend them."""
@@ -77,10 +78,7 @@ class Reloader:
     def _files(self) -> Iterator[Path]:
         yield self._path
         yield from (self._path.parent / FOLDER).glob("*.py")
-        yield from self._modules().values()
-
-    def _modules(self) -> dict[str, Path]:
-        return own_modules(dict.fromkeys(one.configurer.__module__ for one in self.checked.connectors))
+        yield from self._modules.values()
 
     async def run(self, robot: RunningRobot) -> None:
         """Until it is cancelled. Event loop; what blocks is done on threads."""
@@ -109,13 +107,15 @@ class Reloader:
             await robot.become(reread.configured.connectors, reread.configured.shared)
             logger.info("reloaded %s: %s", self._path.name, reread)
         before, self.checked, self.configured = self.checked, reread.checked, reread.configured
+        self._modules = await asyncio.to_thread(_modules_of, reread.checked)
+        self._watch.learn()
         if _without_connectors(before) != _without_connectors(reread.checked):
             logger.warning("%s: beside its connectors more has changed, which counts when the robot is started anew",
                            self._path.name)  # fmt: skip
 
     def _reread(self, changed: frozenset[Path]) -> Reread:
         """What the files say now. Any thread. Raises :class:`ConfigError`; everything is as it was then."""
-        forgotten = ForgottenModules(touched_by(changed, self._modules()))
+        forgotten = ForgottenModules(touched_by(changed, self._modules))
         try:
             return self._read_anew()
         except BaseException:
@@ -124,9 +124,12 @@ class Reloader:
 
     def _read_anew(self) -> Reread:
         resolver = self._resolver()
-        if resolver.local.problems:
-            raise ConfigError(resolver.local.problems)
-        checked = load_config(self._path, resolver=resolver)
+        try:
+            checked = load_config(self._path, resolver=resolver)
+        except ConfigError as error:  # what is missing now may be what a broken file offers
+            raise ConfigError([*resolver.local.problems, *error.problems]) from None
+        for problem in resolver.local.problems:  # of a file that nobody uses
+            logger.warning("%s", problem)
         old = {one.config.label: one for one in self.checked.connectors}
         new = {one.config.label: one for one in checked.connectors}
         same = {label for label, one in new.items() if label in old and _is_same(old[label], one)}
@@ -144,6 +147,10 @@ class Reloader:
             tuple(label for label in new if label not in old),
             tuple(label for label in old if label not in new),
         )
+
+
+def _modules_of(checked: CheckedConfig) -> dict[str, Path]:
+    return own_modules(dict.fromkeys(one.configurer.__module__ for one in checked.connectors))
 
 
 def _is_same(old: CheckedConnector, new: CheckedConnector) -> bool:

@@ -26,6 +26,10 @@ class SourceWatch:
         both = before.keys() | self._stamps.keys()
         return frozenset(path for path in both if before.get(path) != self._stamps.get(path))
 
+    def learn(self) -> None:
+        """There may be more files to look at than before; as they are now, they are known."""
+        self._stamps = {**self._now(), **self._stamps}
+
     def _now(self) -> dict[Path, Stamp]:
         found: dict[Path, Stamp] = {}
         for path in self._files():
