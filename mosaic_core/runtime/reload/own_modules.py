@@ -52,8 +52,8 @@ def imported_by(name: str, modules: Mapping[str, Path]) -> set[str]:
     try:
         named = _all_named(name, modules[name], modules[name].stat().st_mtime_ns)
     except OSError:
-        named = frozenset()
-    return (named | parents) & modules.keys() - {name}
+        named = frozenset[str]()
+    return {*named, *parents} & modules.keys() - {name}
 
 
 @lru_cache(maxsize=4096)

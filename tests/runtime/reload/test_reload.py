@@ -257,3 +257,74 @@ async def test_what_a_running_robot_can_not_change_is_said(bench: Bench, caplog:
     async with running(bench):
         bench.edit("mosaic_config.yaml", "127.0.0.1:9", "127.0.0.1:10")
         await until(lambda: "counts when the robot is started anew" in caplog.text)
+
+
+CAMERA = """
+import numpy as np
+from mosaic_core import EncodingParams, MediaTrackConfigurer, MediaTrackHandler
+
+class EyeParams(EncodingParams):
+    shade: int = 100
+
+class Eye(MediaTrackHandler):
+    def __init__(self, label, params):
+        super().__init__(label)
+        self.params = self.encoding = params
+
+    def frames(self):
+        for _ in self.every(0.02):
+            yield np.full((2, 2, 3), self.params.shade, np.uint8)
+
+class EyeConfigurer(MediaTrackConfigurer[EyeParams]):
+    connector_type = "eye"
+    def configure(self):
+        return Eye(self.label, self.params)
+"""
+
+
+async def shade(live: Live, label: str, wanted: int) -> None:
+    store = live.connection.media(label)
+    while int((await store.next_frame()).image[0, 0, 0]) != wanted:  # type: ignore[union-attr]
+        pass
+
+
+async def test_a_camera_goes_on_in_the_same_line_unless_it_is_encoded_otherwise(bench: Bench) -> None:
+    bench.write("connectors/eyes.py", CAMERA)
+    async with running(bench) as live:
+        peer_id = live.connection.peer_id
+        bench.connectors("{ type: wheel, label: wheel }", "{ type: eye, label: front }")
+        await until(lambda: "front" in live.labels())
+        await shade(live, "front", 100)
+        bench.connectors("{ type: wheel, label: wheel }", "{ type: eye, label: front, params: { shade: 50 } }")
+        await shade(live, "front", 50)
+        assert live.connection.peer_id == peer_id
+        bench.connectors(
+            "{ type: wheel, label: wheel }", "{ type: eye, label: front, params: { shade: 30, rungs: 1 } }"
+        )
+        await until(lambda: live.robot.peers == ())
+        assert live.connection.state != "connected"  # a line that leads nowhere is closed, and its operator told
+
+
+async def test_what_connectors_share_is_made_anew_with_its_last_user(bench: Bench) -> None:
+    things = bench.reloader.configured.shared
+    story: list[str] = []
+
+    class Thing:
+        def __enter__(self) -> None:
+            story.append("open")
+
+        def __exit__(self, *_: object) -> None:
+            story.append("closed")
+
+    things.of("a").get("own", Thing)
+    kept = things.of("a").get("both", Thing)
+    things.of("wheel").get("both", Thing)
+    things.enter()
+    after = things.without({"a"})
+    assert after.get("both", Thing) is kept
+    after.of("a").get("own", Thing)
+    things.leave_to(after)
+    assert story == ["open", "open", "closed"]
+    after.enter()
+    after.leave()
+    assert story == ["open", "open", "closed", "open", "closed", "closed"]
