@@ -713,3 +713,14 @@ def test_thousands_of_strange_resources_and_peers_leave_nothing_behind() -> None
     fresh = desk_with(ANNA, holder=ANNA)
     assert desk.queue("motion") == ()
     assert len(repr(vars(desk))) == len(repr(vars(fresh)))
+
+
+def test_a_resource_that_comes_later_is_free_and_one_that_is_there_keeps_its_holder() -> None:
+    desk = desk_with(ANNA, holder=ANNA)
+    before = desk.resources
+    held = [desk.holder(one) for one in before]
+    assert desk.add([*before, "lamp", "lamp"]) == ("lamp",)
+    assert desk.resources == (*before, "lamp")
+    assert [desk.holder(one) for one in before] == held
+    assert ANNA in held
+    assert desk.holder("lamp") is None

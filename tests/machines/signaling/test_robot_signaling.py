@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from mosaic_core.machines.signaling.peer_admission import AddCandidate, PeerIdentity, RefusePeer, StartPeer, StopPeer
 from mosaic_core.machines.signaling.robot_signaling import RobotSignaling
 from mosaic_core.machines.signaling.signaling_events import (
+    CatalogueChanged,
     ChangeState,
     CloseSocket,
     ConnectFailed,
@@ -31,8 +32,9 @@ from mosaic_core.machines.signaling.signaling_events import (
     SocketOpened,
 )
 from mosaic_core.machines.signaling.signaling_session import GREETING_TIMEOUT_S, SILENCE_TIMEOUT_S
-from mosaic_core.words.catalogue import Catalogue
+from mosaic_core.words.catalogue import Catalogue, CatalogueEntry
 from mosaic_core.words.codes import REASONS
+from mosaic_core.words.data_type import Direction, MosaicDataType
 from mosaic_core.words.errors import AuthError
 from mosaic_core.words.ice import IceServer
 from mosaic_core.words.signaling import PrepareConnection, SdpAnswer, TicketKey
@@ -466,3 +468,16 @@ def test_refused_credentials_are_never_rarer_than_every_five_minutes_and_being_l
     it.handle(frame("authorize.res", 100), now_s)
     it.handle(SocketClosed(1000), now_s)
     assert refused() == 30.0
+
+
+def test_another_catalogue_is_announced_at_once_and_to_every_later_server() -> None:
+    robot = ours()
+    kind, way = MosaicDataType.JSON_R2U, Direction.TO_OPERATOR
+    news = Catalogue.of([CatalogueEntry(label="a", type="t", data_type=kind, direction=way)])
+    (announced,) = sent(list(robot.handle(CatalogueChanged(news), 1.0)))
+    assert announced["type"] == "catalogue.announce"
+    assert announced["data"]["catalogue"]["hash"] == news.hash
+
+
+def test_an_original_server_hears_of_no_catalogue() -> None:
+    assert original().handle(CatalogueChanged(Catalogue.of(())), 1.0) == []

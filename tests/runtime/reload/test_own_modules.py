@@ -16,7 +16,8 @@ from mosaic_core.runtime.reload.source_watch import SourceWatch
 FILES = {
     "acme_own/__init__.py": "",
     "acme_own/top.py": "from . import middle\nfrom .other import x\nimport json, numpy\n",
-    "acme_own/middle.py": "import acme_own.bottom\nVALUE = acme_own.bottom.VALUE\n", "acme_own/bottom.py": "VALUE = 1\n",
+    "acme_own/middle.py": "import acme_own.bottom\nVALUE = acme_own.bottom.VALUE\n",
+    "acme_own/bottom.py": "VALUE = 1\n",
     "acme_own/other.py": "x = 2\n",
 }  # fmt: skip
 
