@@ -10,13 +10,12 @@ from pathlib import Path
 from traceback import extract_tb
 from typing import Any
 
-import mosaic_core
 from mosaic_core.contract.configurer import API_VERSION, Configurer
 from mosaic_core.contract.params import Params
 from mosaic_core.runtime.configuration.local_connectors import LocalConnector
 from mosaic_core.words.errors import PluginError
 
-_CORE = str(Path(mosaic_core.__file__).parent)
+_CORE = str(Path(__file__).parents[2])
 
 
 def load_configurer(entry_point: EntryPoint, source: str, local: LocalConnector | None) -> type[Configurer[Any]]:
