@@ -7,6 +7,7 @@ import contextlib
 import logging
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -284,8 +285,9 @@ class EyeConfigurer(MediaTrackConfigurer[EyeParams]):
 
 async def shade(live: Live, label: str, wanted: int) -> None:
     store = live.connection.media(label)
-    while int((await store.next_frame()).image[0, 0, 0]) != wanted:  # type: ignore[union-attr]
-        pass
+    picture: Any = await store.next_frame()  # in memory as it was yielded
+    while picture.image[0, 0, 0] != wanted:
+        picture = await store.next_frame()
 
 
 async def test_a_camera_goes_on_in_the_same_line_unless_it_is_encoded_otherwise(bench: Bench) -> None:
