@@ -52,7 +52,7 @@ def new(
         usage(f"{taken[0].source} has the type '{taken[0].type}' already; choose another name")
     plugin.write(Path(name))
     typer.echo(f"wrote {name}/; next:\n  cd {name} && pip install --group dev -e .")
-    typer.echo("  pytest\n  mosaic validate --allow-missing-env")
+    typer.echo("  pytest\n  mosaic validate --allow-missing-env\n  mosaic demo --with .")
 
 
 @app.command()
