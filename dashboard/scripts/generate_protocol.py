@@ -9,20 +9,23 @@ What a receiver accepts and what a sender emits is decided in ``mosaic_core.word
 from __future__ import annotations
 
 import argparse
+import ast
 import json
 import sys
 from collections.abc import Iterable, Mapping
 from enum import Enum, IntEnum
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from mosaic_core.machines.delivery import framing
-from mosaic_core.machines.delivery import reassembly
+from mosaic_core.machines.delivery import framing, reassembly
 from mosaic_core.messages import STANDARD_MESSAGES
-from mosaic_core.words import codes, control, data_type, signaling
+from mosaic_core.words import codes, control, data_type, original_types, signaling, timeline
 from mosaic_core.words.catalogue import Catalogue, CatalogueEntry, ChannelEntry, WidgetModule
 from mosaic_core.words.described import DescribedConnector
 from mosaic_core.words.finding import Finding
@@ -126,7 +129,7 @@ def _wire_table(name: str, values: Mapping[str, WireModel], kind: str) -> str:
     lines = "".join(
         f"  {_literal(key)}: {json.dumps(value.wire(), ensure_ascii=False)},\n" for key, value in values.items()
     )
-    return f"export const {name}: Readonly<Record<string, {kind}>> = {{\n{lines}}}\n"
+    return f"{_said(original_types, name)}export const {name}: Readonly<Record<string, {kind}>> = {{\n{lines}}}\n"
 
 
 def _schemas(models: Iterable[type[BaseModel]]) -> dict[str, dict[str, Any]]:
@@ -213,33 +216,72 @@ def _map(name: str, messages: Iterable[Any]) -> str:
 
 
 def _constants() -> str:
-    values = {
-        "CONTROL_LABEL": control.CONTROL_LABEL,
-        "STOP_LABEL": control.STOP_LABEL,
-        "LANE_LABEL": control.LANE_LABEL,
-        "CHANNEL_PROTOCOL": control.CHANNEL_PROTOCOL,
-        "CONTROL_PROTOCOL_VERSION": control.CONTROL_PROTOCOL_VERSION,
-        "HELLO_TIMEOUT_MS": int(control.HELLO_TIMEOUT_S * 1000),
-        "PING_PERIOD_MS": int(control.PING_PERIOD_S * 1000),
-        "LEASE_KEEP_PERIOD_MS": int(control.LEASE_KEEP_PERIOD_S * 1000),
-        "STOP_REPEAT_MS": int(control.STOP_REPEAT_S * 1000),
-        "MEDIA_SEEN_PERIOD_MS": int(control.MEDIA_SEEN_PERIOD_S * 1000),
-        "PEER_LOST_AFTER_MS": int(control.PEER_LOST_AFTER_S * 1000),
-        "SIZE_AFTER_AUTHORIZATION": signaling.SIZE_AFTER_AUTHORIZATION,
-        "HEADER_BYTES": framing.HEADER_BYTES,
-        "CHUNK_HEADER_BYTES": framing.CHUNK_HEADER_BYTES,
-        "MAX_MESSAGE_BYTES": framing.MAX_MESSAGE_BYTES,
-        "MAX_CHUNKS": framing.MAX_CHUNKS,
-        "CHUNK_PAYLOAD_BYTES": framing.CHUNK_PAYLOAD_BYTES,
-        "CHUNK_TIMEOUT_MS": int(reassembly.CHUNK_TIMEOUT_S * 1000),
-        "RELIABLE_CHUNK_TIMEOUT_MS": int(reassembly.RELIABLE_CHUNK_TIMEOUT_S * 1000),
-        "MAX_PARTIAL": reassembly.MAX_PARTIAL,
-        "PARTIALS_BYTES": reassembly.PARTIALS_BYTES,
-        "PART_COST_BYTES": reassembly.PART_COST_BYTES,
-        "FLAG_CHUNKED": int(framing.FrameFlag.CHUNKED),
-        "FLAG_LATCHED": int(framing.FrameFlag.LATCHED),
+    values: dict[str, tuple[ModuleType, str]] = {
+        "CONTROL_LABEL": (control, "CONTROL_LABEL"),
+        "STOP_LABEL": (control, "STOP_LABEL"),
+        "LANE_LABEL": (control, "LANE_LABEL"),
+        "CHANNEL_PROTOCOL": (control, "CHANNEL_PROTOCOL"),
+        "CONTROL_PROTOCOL_VERSION": (control, "CONTROL_PROTOCOL_VERSION"),
+        "HELLO_TIMEOUT_MS": (control, "HELLO_TIMEOUT_S"),
+        "PING_PERIOD_MS": (control, "PING_PERIOD_S"),
+        "LEASE_KEEP_PERIOD_MS": (control, "LEASE_KEEP_PERIOD_S"),
+        "STOP_REPEAT_MS": (control, "STOP_REPEAT_S"),
+        "MEDIA_SEEN_PERIOD_MS": (control, "MEDIA_SEEN_PERIOD_S"),
+        "PEER_LOST_AFTER_MS": (control, "PEER_LOST_AFTER_S"),
+        "SIZE_AFTER_AUTHORIZATION": (signaling, "SIZE_AFTER_AUTHORIZATION"),
+        "HEADER_BYTES": (framing, "HEADER_BYTES"),
+        "CHUNK_HEADER_BYTES": (framing, "CHUNK_HEADER_BYTES"),
+        "MAX_MESSAGE_BYTES": (reassembly, "MAX_MESSAGE_BYTES"),
+        "MAX_CHUNKS": (reassembly, "MAX_CHUNKS"),
+        "CHUNK_PAYLOAD_BYTES": (framing, "CHUNK_PAYLOAD_BYTES"),
+        "CHUNK_TIMEOUT_MS": (reassembly, "CHUNK_TIMEOUT_S"),
+        "RELIABLE_CHUNK_TIMEOUT_MS": (reassembly, "RELIABLE_CHUNK_TIMEOUT_S"),
+        "MAX_PARTIAL": (reassembly, "MAX_PARTIAL"),
+        "PARTIALS_BYTES": (reassembly, "PARTIALS_BYTES"),
+        "PART_COST_BYTES": (reassembly, "PART_COST_BYTES"),
+        "FLAG_CHUNKED": (framing, "FrameFlag.CHUNKED"),
+        "FLAG_LATCHED": (framing, "FrameFlag.LATCHED"),
     }
-    return "".join(f"export const {name} = {_literal(value)}\n" for name, value in values.items())
+    return "".join(_constant(name, *place) for name, place in values.items())
+
+
+def _constant(name: str, module: ModuleType, source: str) -> str:
+    """One value with its words; seconds become milliseconds where the name says so."""
+    value: Any = module
+    for part in source.split("."):
+        value = getattr(value, part)
+    if name.endswith("_MS"):
+        value = int(value * 1000)
+    plain = value if isinstance(value, str) else int(value)
+    return f"{_said(module, source)}export const {name} = {_literal(plain)}\n"
+
+
+def _said(module: ModuleType, name: str) -> str:
+    """The words below an assignment in Python, as a comment. Raises ``KeyError`` where there are none."""
+    text = " ".join(_words_of(str(module.__file__))[name].split())
+    for role in (":class:", ":meth:", ":func:"):
+        text = text.replace(role, "")
+    return f"/** {text.replace('``', '`')} */\n"
+
+
+@cache
+def _words_of(file: str) -> dict[str, str]:
+    """The string that follows each assignment of a module or of a class in it."""
+    tree = ast.parse(Path(file).read_text(encoding="utf-8"))
+    places = {"": tree.body} | {f"{node.name}.": node.body for node in tree.body if isinstance(node, ast.ClassDef)}
+    words: dict[str, str] = {}
+    for prefix, body in places.items():
+        for node, after in pairwise(body):
+            targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+            target = targets[0]
+            if (
+                isinstance(target, ast.Name)
+                and isinstance(after, ast.Expr)
+                and isinstance(after.value, ast.Constant)
+                and isinstance(after.value.value, str)
+            ):
+                words[prefix + target.id] = after.value.value
+    return words
 
 
 def _tables() -> str:
@@ -250,15 +292,15 @@ def _tables() -> str:
     closes = {int(code): why for code, why in codes.CLOSE_REASONS.items()}
     results = {int(code): why for code, why in codes.RESULT_REASONS.items()}
     return (
-        f"export const REASONS = {{\n{reasons}}} as const\n"
-        "export type ReasonCode = keyof typeof REASONS\n\n"
-        + _dictionary("CLOSE_REASONS", closes, "Record<number, ReasonCode>")
-        + _dictionary("RESULT_REASONS", results, "Record<number, ReasonCode>")
-        + _dictionary("ALIASES", signaling.ALIASES, "Record<string, keyof SignalingMessages>")
-        + _dictionary("EXTENSIONS", signaling.EXTENSIONS, "Record<string, number>")
-        + _dictionary("CONTROL_EXTENSIONS", control.CONTROL_EXTENSIONS, "Record<string, number>")
-        + f"export type Moment = {' | '.join(_literal(moment) for moment in MOMENT_TITLES)}\n"
-        + _dictionary("MOMENT_TITLES", MOMENT_TITLES, "Record<Moment, string>")
+        f"{_said(codes, 'REASONS')}export const REASONS = {{\n{reasons}}} as const\n"
+        "/** One of the codes of `REASONS`. */\nexport type ReasonCode = keyof typeof REASONS\n\n"
+        + _dictionary(codes, "CLOSE_REASONS", closes, "Record<number, ReasonCode>")
+        + _dictionary(codes, "RESULT_REASONS", results, "Record<number, ReasonCode>")
+        + _dictionary(signaling, "ALIASES", signaling.ALIASES, "Record<string, keyof SignalingMessages>")
+        + _dictionary(signaling, "EXTENSIONS", signaling.EXTENSIONS, "Record<string, number>")
+        + _dictionary(control, "CONTROL_EXTENSIONS", control.CONTROL_EXTENSIONS, "Record<string, number>")
+        + f"{_said(timeline, 'Moment')}export type Moment = {' | '.join(map(_literal, MOMENT_TITLES))}\n"
+        + _dictionary(timeline, "MOMENT_TITLES", MOMENT_TITLES, "Record<Moment, string>")
     )
 
 
@@ -266,11 +308,11 @@ def _text(value: str) -> str:
     return json.dumps(value, ensure_ascii=False) if "'" in value else _literal(value)
 
 
-def _dictionary(name: str, values: dict[Any, Any], kind: str) -> str:
+def _dictionary(module: ModuleType, name: str, values: dict[Any, Any], kind: str) -> str:
     lines = "".join(
         f"  {key if isinstance(key, int) else _literal(key)}: {_literal(value)},\n" for key, value in values.items()
     )
-    return f"export const {name}: {kind} = {{\n{lines}}}\n"
+    return f"{_said(module, name)}export const {name}: {kind} = {{\n{lines}}}\n"
 
 
 def _schema_table(name: str, messages: Iterable[Any]) -> str:

@@ -30,6 +30,7 @@ def _table(text: str) -> dict[str, Reason]:
 
 
 REASONS = _table(Path(__file__).with_name("reason_codes.txt").read_text(encoding="utf-8"))
+"""Every reason code, with its sentence and what to do about it."""
 
 
 def reason(code: str) -> Reason:
@@ -58,6 +59,7 @@ CLOSE_REASONS: dict[int, str] = {
     CloseCode.TOO_LARGE: "signal.too_large",
     CloseCode.TOO_SLOW: "signal.too_slow",
 }
+"""The reason behind a close code of a WebSocket."""
 
 
 class ResultCode(IntEnum):
@@ -109,3 +111,4 @@ RESULT_REASONS: dict[int, str] = {
     ResultCode.ROBOT_NOT_IN_SAME_ORGANIZATION: "auth.forbidden",
     ResultCode.ROBOT_NOT_READY_TO_CONNECT: "signal.robot_busy",
 }
+"""The reason behind a number of the original server."""

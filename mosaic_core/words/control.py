@@ -19,6 +19,7 @@ from mosaic_core.words.signaling import IceCandidate
 from mosaic_core.words.wire_model import PlainText, WireModel, to_json, wrong_fields
 
 CONTROL_LABEL = "_mosaic"
+"""The channel of the control messages, but for the stop."""
 STOP_LABEL = "_stop"
 """A channel of its own for :class:`Stop` and :class:`StopAck`: unordered, nothing retransmitted, so that a lost packet
 of anything else delays no stop. The operator creates it in its first offer and repeats the stop until it is
@@ -29,14 +30,20 @@ CHANNEL_PROTOCOL = "mosaic.1"
 """The DCEP protocol of our own data channels: every message carries the frame header of
 ``machines.delivery.framing``."""
 CONTROL_PROTOCOL_VERSION = 1
+"""What a hello says of itself; what else a side can is among its extensions."""
 HELLO_TIMEOUT_S = 2.0
+"""Who has said no hello for this long after the channel opened is an original MOSAIC, which knows none."""
 PING_PERIOD_S = 0.5
+"""Both sides say a ping this often; it also compares their clocks."""
 PEER_LOST_AFTER_S = 2.0
 """Without a word on the control channel for this long a peer counts as lost (ICE itself needs 29 s)."""
 
 LEASE_KEEP_PERIOD_S = 0.5
+"""How often an operator says that it still wants its leases."""
 STOP_REPEAT_S = 0.03
+"""How often a stop is said until it is answered."""
 MEDIA_SEEN_PERIOD_S = 0.1
+"""How often at most the robot is told how old the picture on the screen is."""
 MOST_SHOWN_PX = 1_000_000_000
 """More than any screen has."""
 
@@ -45,6 +52,7 @@ CONTROL_EXTENSIONS: dict[str, int] = {
     "lease": 1, "stop": 1, "safetyLimit": 1, "journal": 1, "bulkLane": 1, "renegotiate": 1, "resume": 1,
     "delivery": 1, "near": 1, "stopRight": 1,
 }  # fmt: skip
+"""What we can do on the control channel: name and version, told in the hello. The lower version of the two counts."""
 Role = Literal["observer", "operator", "supervisor"]
 ResourceName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,31}$")]
 

@@ -81,6 +81,7 @@ ORIGINAL_DRIVES: dict[str, DriveCommand] = {
         ),
     )
 }
+"""The velocity commands that original robots take, by name."""
 
 
 _Source = Literal["robot", "dashboard"]
@@ -168,4 +169,4 @@ ORIGINAL_TYPES: dict[str, OriginalType] = {
         _half("connection-check-receiver", "Check of the connection: answer", _CHECK_SENDER),
     )
 }
-"""In the order in which people are offered them."""
+"""The connector types of the original MOSAIC, in the order in which people are offered them."""

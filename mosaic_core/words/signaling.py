@@ -21,7 +21,7 @@ from mosaic_core.words.wire_model import PlainText, WireModel, to_json, wrong_fi
 SIZE_BEFORE_AUTHORIZATION = 8 * 1024
 """Bytes of one WebSocket frame before authorization."""
 SIZE_AFTER_AUTHORIZATION = 256 * 1024
-"""Bytes of one frame after it: Chromium's offer with 16 video lines takes 80 KB."""
+"""Bytes of one WebSocket frame after authorization: Chromium's offer with 16 video lines takes 80 KB."""
 LONGEST_SPELLING = 100
 """Characters of a type that are repeated in an echo."""
 
@@ -121,16 +121,22 @@ class StatusSubscribe(SignalingMessage):
 
 
 class StatusUnsubscribe(SignalingMessage):
+    """User → server: hear no more of these robots' status."""
+
     type = "status.unsubscribe"
     robot_ids: tuple[str, ...]
 
 
 class PingPing(SignalingMessage):
+    """Server → both: are you there?"""
+
     type = "ping.ping"
     ping_id: str
 
 
 class PingPong(SignalingMessage):
+    """Both → server: the answer, with the same id."""
+
     type = "ping.pong"
     ping_id: str
 
@@ -247,6 +253,7 @@ ALIASES: dict[str, str] = {
     "signaling.close_connection": ClosePeerConnection.type,
     "signaling.send_close_peer_connection": ClosePeerConnection.type,
 }
+"""Older spellings of message types, accepted on receipt, and how they are read."""
 """Older spellings, accepted on receipt."""
 
 

@@ -8,6 +8,7 @@ Moment = Literal[
     "asked", "granted", "offered", "answered", "candidate", "ice", "dtls", "control", "hello", "catalogue", "value",
     "frame",
 ]  # fmt: skip
+"""A moment of a connection's set-up."""
 
 MOMENTS: tuple[Moment, ...] = get_args(Moment)
 
@@ -25,4 +26,5 @@ MOMENT_TITLES: dict[Moment, str] = {
     "value": "First value",
     "frame": "First picture",
 }
-"""As the operator sees them. The robot's are the same seen from its side: the offer arrives, the answer leaves."""
+"""The moments as the operator sees them. The robot's are the same seen from its side: the offer arrives, the answer
+leaves."""

@@ -40,16 +40,20 @@ from mosaic_core.words.errors import WireError
 _HEADER = struct.Struct("!BBHIIQ")
 _CHUNK = struct.Struct("!III")
 HEADER_BYTES = _HEADER.size
+"""Before the payload of every message: kind, flags, number, epoch, time."""
 CHUNK_HEADER_BYTES = _CHUNK.size
+"""More of it on a chunk: which one of how many, and the size of the whole."""
 SEQ_MODULUS = 1 << 32
 
 CHUNK_PAYLOAD_BYTES = 60 * 1024
-"""A peer that announces no maximum takes 65 536 bytes (RFC 8841 §6.1)."""
+"""The largest payload that goes in one: a peer that announces no maximum takes 65 536 bytes (RFC 8841 §6.1)."""
 SENT_CHUNK_BYTES = 16 * 1024
 """What a robot cuts: nothing overtakes a chunk, and on a slow path 60 KiB would be half a second of waiting."""
 
 
 class PayloadKind(IntEnum):
+    """What the payload of a frame is, its first byte."""
+
     JSON = 1
     STRING = 2
     BYTES = 3
@@ -58,6 +62,7 @@ class PayloadKind(IntEnum):
 class FrameFlag(IntFlag):
     NONE = 0
     CHUNKED = 1
+    """A part of a message; the chunk header says which."""
     LATCHED = 2
     """The last value, repeated for somebody who came later; ``stamp_us`` tells its age."""
 

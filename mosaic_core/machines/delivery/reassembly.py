@@ -17,9 +17,10 @@ from mosaic_core.words.errors import WireError
 MAX_MESSAGE_BYTES = 16 * 1024 * 1024
 """Largest message that a receiver reassembles."""
 MAX_CHUNKS = 4096
-"""The largest message in chunks of 4 KiB: smaller ones would cost a receiver more in bookkeeping than in data."""
+"""Chunks of one message at most: the largest one in 4 KiB each. Smaller ones would cost a receiver more in bookkeeping
+than in data."""
 MAX_PARTIAL = 4
-"""Unfinished messages of one channel: an ordered one has one, under ``latest`` a few may overlap."""
+"""The most unfinished messages of one channel: an ordered one has one, under ``latest`` a few may overlap."""
 PARTIALS_BYTES = 2 * MAX_MESSAGE_BYTES
 """What all unfinished messages of one peer may hold: the largest one, and as much again for the others."""
 ALL_PARTIALS_BYTES = 2 * PARTIALS_BYTES
@@ -29,7 +30,8 @@ PART_COST_BYTES = 128
 CHUNK_TIMEOUT_S = 5.0
 """On a channel that loses messages, one whose chunks stop arriving for this long is forgotten."""
 RELIABLE_CHUNK_TIMEOUT_S = 60.0
-"""On one that loses none they will still come, as long as the connection lives: it is lost much earlier than this."""
+"""The same on a channel that loses none: they will still come as long as the connection lives, and that is lost much
+earlier than this."""
 _REMEMBERED = 16
 
 

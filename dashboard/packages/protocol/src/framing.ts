@@ -68,6 +68,7 @@ function writeHeader(message: Uint8Array<ArrayBuffer>, frame: Frame, chunked: bo
   return view
 }
 
+/** The bounds of one reader, and what its channel promises. */
 export interface ReaderOptions {
   maxMessageBytes?: number
   maxPartial?: number

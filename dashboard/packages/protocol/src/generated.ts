@@ -64,6 +64,7 @@ export const ResultCode = {
 } as const
 export type ResultCode = (typeof ResultCode)[keyof typeof ResultCode]
 
+/** What the payload of a frame is, its first byte. */
 export const PayloadKind = {
   JSON: 1,
   STRING: 2,
@@ -263,14 +264,17 @@ export interface StatusSubscribe {
   robotIds: readonly string[]
 }
 
+/** User → server: hear no more of these robots' status. */
 export interface StatusUnsubscribe {
   robotIds: readonly string[]
 }
 
+/** Server → both: are you there? */
 export interface PingPing {
   pingId: string
 }
 
+/** Both → server: the answer, with the same id. */
 export interface PingPong {
   pingId: string
 }
@@ -677,31 +681,56 @@ export interface ControlMessages {
   'near': Near
 }
 
+/** The channel of the control messages, but for the stop. */
 export const CONTROL_LABEL = '_mosaic'
+/** A channel of its own for `Stop` and `StopAck`: unordered, nothing retransmitted, so that a lost packet of anything else delays no stop. The operator creates it in its first offer and repeats the stop until it is answered. */
 export const STOP_LABEL = '_stop'
+/** The first channel of a second peer connection: pings, so that a dead one is noticed before ICE does. */
 export const LANE_LABEL = '_lane'
+/** The DCEP protocol of our own data channels: every message carries the frame header of `machines.delivery.framing`. */
 export const CHANNEL_PROTOCOL = 'mosaic.1'
+/** What a hello says of itself; what else a side can is among its extensions. */
 export const CONTROL_PROTOCOL_VERSION = 1
+/** Who has said no hello for this long after the channel opened is an original MOSAIC, which knows none. */
 export const HELLO_TIMEOUT_MS = 2000
+/** Both sides say a ping this often; it also compares their clocks. */
 export const PING_PERIOD_MS = 500
+/** How often an operator says that it still wants its leases. */
 export const LEASE_KEEP_PERIOD_MS = 500
+/** How often a stop is said until it is answered. */
 export const STOP_REPEAT_MS = 30
+/** How often at most the robot is told how old the picture on the screen is. */
 export const MEDIA_SEEN_PERIOD_MS = 100
+/** Without a word on the control channel for this long a peer counts as lost (ICE itself needs 29 s). */
 export const PEER_LOST_AFTER_MS = 2000
+/** Bytes of one WebSocket frame after authorization: Chromium's offer with 16 video lines takes 80 KB. */
 export const SIZE_AFTER_AUTHORIZATION = 262144
+/** Before the payload of every message: kind, flags, number, epoch, time. */
 export const HEADER_BYTES = 20
+/** More of it on a chunk: which one of how many, and the size of the whole. */
 export const CHUNK_HEADER_BYTES = 12
+/** Largest message that a receiver reassembles. */
 export const MAX_MESSAGE_BYTES = 16777216
+/** Chunks of one message at most: the largest one in 4 KiB each. Smaller ones would cost a receiver more in bookkeeping than in data. */
 export const MAX_CHUNKS = 4096
+/** The largest payload that goes in one: a peer that announces no maximum takes 65 536 bytes (RFC 8841 §6.1). */
 export const CHUNK_PAYLOAD_BYTES = 61440
+/** On a channel that loses messages, one whose chunks stop arriving for this long is forgotten. */
 export const CHUNK_TIMEOUT_MS = 5000
+/** The same on a channel that loses none: they will still come as long as the connection lives, and that is lost much earlier than this. */
 export const RELIABLE_CHUNK_TIMEOUT_MS = 60000
+/** The most unfinished messages of one channel: an ordered one has one, under `latest` a few may overlap. */
 export const MAX_PARTIAL = 4
+/** What all unfinished messages of one peer may hold: the largest one, and as much again for the others. */
 export const PARTIALS_BYTES = 33554432
+/** What a chunk costs beside its payload: a peer that sends crumbs shall not get more memory than one that doesn't. */
 export const PART_COST_BYTES = 128
+/** A part of a message; the chunk header says which. */
 export const FLAG_CHUNKED = 1
+/** The last value, repeated for somebody who came later; `stamp_us` tells its age. */
 export const FLAG_LATCHED = 2
 
+/** Every reason code, with its sentence and what to do about it. */
 export const REASONS = {
   'config.unreadable': { sentence: "The configuration file can't be read.", cure: 'Check the path and its permissions.' },
   'config.syntax': { sentence: "The configuration file isn't valid YAML.", cure: 'Mind the indentation, the colons and the quotes where it says.' },
@@ -894,8 +923,10 @@ export const REASONS = {
   'recorder.busy': { sentence: 'Too many snapshots are being taken at once.', cure: 'Wait for the answers.' },
   'recorder.failed': { sentence: 'The recording ended with an error.', cure: "Look into the robot's log." },
 } as const
+/** One of the codes of `REASONS`. */
 export type ReasonCode = keyof typeof REASONS
 
+/** The reason behind a close code of a WebSocket. */
 export const CLOSE_REASONS: Record<number, ReasonCode> = {
   4400: 'signal.bad_message',
   4401: 'auth.failed',
@@ -905,6 +936,7 @@ export const CLOSE_REASONS: Record<number, ReasonCode> = {
   4413: 'signal.too_large',
   4429: 'signal.too_slow',
 }
+/** The reason behind a number of the original server. */
 export const RESULT_REASONS: Record<number, ReasonCode> = {
   2002: 'auth.failed',
   2004: 'auth.expired',
@@ -926,11 +958,13 @@ export const RESULT_REASONS: Record<number, ReasonCode> = {
   20006: 'auth.forbidden',
   20007: 'signal.robot_busy',
 }
+/** Older spellings of message types, accepted on receipt, and how they are read. */
 export const ALIASES: Record<string, keyof SignalingMessages> = {
   'signaling.send_ice_candidate': 'signaling.exchange_ice_candidate',
   'signaling.close_connection': 'signaling.close_peer_connection',
   'signaling.send_close_peer_connection': 'signaling.close_peer_connection',
 }
+/** What we can do beyond the original protocol: name and version. The lower version of the two sides counts. */
 export const EXTENSIONS: Record<string, number> = {
   'catalogue': 1,
   'multiPeer': 1,
@@ -938,6 +972,7 @@ export const EXTENSIONS: Record<string, number> = {
   'iceServers': 1,
   'closeReasons': 1,
 }
+/** What we can do on the control channel: name and version, told in the hello. The lower version of the two counts. */
 export const CONTROL_EXTENSIONS: Record<string, number> = {
   'catalogue': 1,
   'mediaWatch': 1,
@@ -954,7 +989,9 @@ export const CONTROL_EXTENSIONS: Record<string, number> = {
   'near': 1,
   'stopRight': 1,
 }
+/** A moment of a connection's set-up. */
 export type Moment = 'asked' | 'granted' | 'offered' | 'answered' | 'candidate' | 'ice' | 'dtls' | 'control' | 'hello' | 'catalogue' | 'value' | 'frame'
+/** The moments as the operator sees them. The robot's are the same seen from its side: the offer arrives, the answer leaves. */
 export const MOMENT_TITLES: Record<Moment, string> = {
   'asked': 'Asked the server',
   'granted': 'Server granted',

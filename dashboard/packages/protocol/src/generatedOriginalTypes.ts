@@ -49,12 +49,14 @@ export interface DescribedConnector {
   widget?: string
 }
 
+/** The velocity commands that original robots take, by name. */
 export const ORIGINAL_DRIVES: Readonly<Record<string, DriveCommand>> = {
   'twist': {"name": "twist", "zero": {"linear": {"x": 0, "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": 0}}, "ahead": "linear.x", "left": "angular.z", "leftSign": 1, "sideways": "linear.y", "unit": "si"},
   'teleop': {"name": "teleop", "zero": {"linear_x": 0, "angular_z": 0}, "ahead": "linear_x", "left": "angular_z", "leftSign": 1, "unit": "share"},
   'h1-direction': {"name": "h1-direction", "zero": {"lin_vel_x": 0, "ang_vel_yaw": 0}, "ahead": "lin_vel_x", "left": "ang_vel_yaw", "leftSign": -1, "unit": "share"},
 }
 
+/** The connector types of the original MOSAIC, in the order in which people are offered them. */
 export const ORIGINAL_TYPES: Readonly<Record<string, OriginalType>> = {
   'opencv-sender-camera': {"type": "opencv-sender-camera", "source": "robot", "title": "Camera", "dataType": "media", "direction": "to-operator", "kind": "video", "widget": "video", "parallelNum": 0, "channels": []},
   'opencv-sender-v4l2-camera': {"type": "opencv-sender-v4l2-camera", "source": "robot", "title": "Camera (V4L2)", "dataType": "media", "direction": "to-operator", "kind": "video", "widget": "video", "parallelNum": 0, "channels": []},

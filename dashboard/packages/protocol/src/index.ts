@@ -24,6 +24,7 @@ export {
   STOP_REPEAT_MS,
 } from './generated'
 export type * from './generated'
+/** The standard messages: an interface for each, and `SCHEMA_IDS`. */
 export * as messages from './generatedMessages'
 export * from './generatedOriginalTypes'
 export * from './messages'

@@ -1,6 +1,7 @@
 /** The one table of reason codes, as the dashboard shows it. */
 import { CLOSE_REASONS, REASONS, RESULT_REASONS, ResultCode, type ReasonCode } from './generated'
 
+/** One reason code in words. */
 export interface Reason {
   code: string
   sentence: string
@@ -12,6 +13,7 @@ export function reasonOf(code: string): Reason {
   return isReasonCode(code) ? { code, ...REASONS[code] } : { code, sentence: code, cure: '' }
 }
 
+/** Whether the table of reason codes has this one. */
 export function isReasonCode(code: string): code is ReasonCode {
   return Object.hasOwn(REASONS, code)
 }

@@ -42,6 +42,7 @@ export class Partials {
 
   constructor(private readonly limitBytes = PARTIALS_BYTES) {}
 
+  /** What all unfinished messages of the peer hold, with what each chunk costs beside its payload. */
   get sizeBytes(): number {
     return this.size
   }
@@ -64,6 +65,7 @@ export class Partials {
     }
   }
 
+  /** It is complete, or given up: it holds nothing any more. */
   gone(partial: Partial): void {
     this.byAge.delete(partial)
     this.size -= costOf(partial)

@@ -45,6 +45,7 @@ function panel(rows: number): Pick<WidgetDefinition, 'area' | 'size'> {
   return { area: 'panel', size: { columns: 4, rows } }
 }
 
+/** All widgets of the dashboard, for `chooseWidget` and `widgetsFor`; put your own beside them: `[...widgets, mine]`. */
 export const widgets: readonly WidgetDefinition[] = [
   {
     id: 'video',

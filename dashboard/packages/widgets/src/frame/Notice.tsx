@@ -4,6 +4,7 @@ import classes from './frame.module.css'
 
 const ICONS = { wait: IconHourglassEmpty, warn: IconAlertTriangle, bad: IconCircleX }
 
+/** How it is said, and what: `wait` is quiet, `warn` and `bad` are read out. */
 export interface NoticeProps {
   tone: keyof typeof ICONS
   title: string

@@ -15,6 +15,7 @@ import { Notice } from './Notice'
 import { useRecentGap } from './useRecentGap'
 import { WidgetBoundary } from './WidgetBoundary'
 
+/** Which connector of which robot a card shows, and by which widget. */
 export interface WidgetCardProps {
   robotId: string
   entry: CatalogueEntry

@@ -3,12 +3,14 @@ import type { CatalogueEntry, Direction, Kind, MosaicDataType } from '@mosaic/cl
 import type { ComponentType } from 'react'
 import type { AnyStore } from '../stores/storeKinds'
 
+/** What the component of a widget gets. */
 export interface WidgetProps {
   robotId: string
   entry: CatalogueEntry
   store: AnyStore
 }
 
+/** A widget as data: the dashboard needs nothing else to offer it. */
 export interface WidgetDefinition {
   /** Equals the catalogue's widget hint. */
   id: string
@@ -22,6 +24,7 @@ export interface WidgetDefinition {
   Component: ComponentType<WidgetProps>
 }
 
+/** Which connectors a widget shows, and why; `fitOf` compares it with what the robot announces. */
 export interface Acceptance {
   dataTypes: readonly MosaicDataType[]
   kinds?: readonly Kind[]

@@ -5,8 +5,10 @@ import type { WidgetDefinition } from './WidgetDefinition'
 
 /** How well a widget fits, best last. `possible` is offered to people but never chosen by itself. */
 export const FITS = ['possible', 'anything', 'schema', 'type', 'message', 'hint'] as const
+/** One of `FITS`: why a widget shows a connector. */
 export type Fit = (typeof FITS)[number]
 
+/** How well this widget fits this connector; null: it can't show it. */
 export function fitOf(widget: WidgetDefinition, entry: CatalogueEntry): Fit | null {
   const { accepts } = widget
   if (!accepts.dataTypes.includes(entry.dataType)) return null

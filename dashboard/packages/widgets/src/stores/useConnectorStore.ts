@@ -4,6 +4,7 @@ import type { MosaicDataType } from '@mosaic/client'
 import { useEffect, useState } from 'react'
 import type { AnyStore } from './storeKinds'
 
+/** The store of a connector while the component is mounted; null on its first render. Given back when it is unmounted. */
 export function useConnectorStore(robotId: string, connectorId: string, dataType: MosaicDataType): AnyStore | null {
   const stores = useMosaicStore()
   const [store, setStore] = useState<AnyStore | null>(null)

@@ -30,6 +30,7 @@ const dark: MantineColorsTuple = [
 /** Mantine's own cross says nothing to a screen reader. */
 const CLOSE = { 'aria-label': 'Close' }
 
+/** For Mantine's `MantineProvider`, with `cssVariables` beside it. */
 export const theme = createTheme({
   primaryColor: 'signal',
   primaryShade: { light: 7, dark: 7 },
