@@ -1,6 +1,6 @@
 """One session per wish. All run in the environment that `./dev` made, so that nothing is installed twice.
 
-nox -s lint | types | docs | dashboard | tests | e2e | bench | mutants | build | demo
+nox -s lint | types | docs | screenshots | dashboard | tests | e2e | bench | mutants | build | demo
 """
 
 from __future__ import annotations
@@ -88,6 +88,13 @@ def docs(session: nox.Session) -> None:
         PYTHON, "docs/generate_reference.py", *(["--check"] if "--check" in session.posargs else []), external=True
     )
     session.run(PYTHON, "docs/build_site.py", external=True)
+
+
+@nox.session
+def screenshots(session: nox.Session) -> None:
+    """The pictures of the pages, by Chromium, of the demo as it is now; `-- stopped` takes one of them anew."""
+    _build_dashboard(session)
+    session.run(PYTHON, "docs/make_screenshots.py", *session.posargs, external=True)
 
 
 @nox.session

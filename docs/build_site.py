@@ -13,7 +13,11 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MERMAID = ROOT / "dashboard/node_modules/@mermaid-js/tiny/dist/mermaid.tiny.js"
-PLACE = ROOT / "docs_theme/assets/javascripts/mermaid.js"
+COPIES = {
+    MERMAID: ROOT / "docs_theme/assets/javascripts/mermaid.js",
+    ROOT / "dashboard/packages/app/public/favicon.svg": ROOT / "docs_theme/assets/images/logo.svg",
+}
+"""The diagrams' script and the dashboard's own mark."""
 
 
 def main() -> int:
@@ -21,8 +25,9 @@ def main() -> int:
     if not MERMAID.exists():
         print(f"{MERMAID} is missing: run `npm ci` in dashboard/, it draws the diagrams of the site", file=sys.stderr)
         return 1
-    PLACE.parent.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(MERMAID, PLACE)
+    for source, place in COPIES.items():
+        place.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, place)
     words = [sys.executable, "-m", "zensical", "build", "--clean", "--strict"]
     return subprocess.run(words, cwd=ROOT, check=False).returncode
 

@@ -23,14 +23,21 @@ from mosaic_core.testing import build, collect, fake_host
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", *ROOT.glob("plugins/*/README.md")])
 FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
-LOCAL_FILE = re.compile(r"^`(connectors/\w+\.py)`:\n\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LOCAL_FILE = re.compile(
+    r"^(?:`(?P<said>connectors/\w+\.py)`:\n\n```python|```python title=\"(?P<title>connectors/\w+\.py)\")\n"
+    r"(?P<text>.*?)^```",
+    re.MULTILINE | re.DOTALL,
+)
+"""A connector beside the YAML files of its page."""
+FOREIGN = re.compile(r'^```yaml title="[^"]*, C\+\+"\n.*?^```\n', re.MULTILINE | re.DOTALL)
+"""A file of the C++ library: `test_coming_from_others.py` looks at it."""
 
 
 def blocks(language: str) -> list[tuple[str, str]]:
     return [
         (str(page.relative_to(ROOT)), text)
         for page in PAGES
-        for found, text in FENCE.findall(page.read_text())
+        for found, text in FENCE.findall(FOREIGN.sub("", page.read_text()))
         if found == language
     ]
 
@@ -52,14 +59,16 @@ def robot_files() -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 @pytest.mark.parametrize(("page", "document"), list(robot_files()))
+@pytest.mark.usefixtures("ros")
 def test_every_yaml_block_is_valid(page: str, document: dict[str, Any], tmp_path: Path) -> None:
     auth = {"type": "no-authorization", "robot_id": "7d1c2f6e-0b52-4c1e-9a53-2f6f1f0c9b11"}
     document.setdefault("server", {"ws_url": "ws://127.0.0.1:9001", "auth": auth})
     config = tmp_path / "mosaic_config.yaml"
     config.write_text(yaml.safe_dump(document, sort_keys=False))
-    for name, text in LOCAL_FILE.findall((ROOT / page).read_text()):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(text)
+    for found in LOCAL_FILE.finditer((ROOT / page).read_text()):
+        path = tmp_path / (found["said"] or found["title"])
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(found["text"])
     done = CliRunner().invoke(app, ["validate", str(config), "--allow-missing-env", "--local-connectors"])
     assert done.exit_code == 0, f"{page}: {done.output}"
 

@@ -103,8 +103,9 @@ def test_pages_with_diagrams_bring_the_script_that_draws_them_and_no_page_loads_
 
 def test_the_first_page_shows_the_product_and_leads_three_kinds_of_people_on(site: Path) -> None:
     text = (site / "index.html").read_text()
-    assert 'src="images/demo.png"' in text
+    for picture in ("demo-light", "demo-dark", "phone-light", "phone-dark"):
+        assert f'src="images/{picture}.webp#only-' in text
+        assert (site / "images" / f"{picture}.webp").stat().st_size < 100_000
+    assert "./dev demo" in re.sub("<[^>]*>", "", text)
     assert text.count('href="tutorial/') >= 4
-    assert {"You have a robot", "You write software for robots", "You build what people see"} <= set(
-        re.findall(r"<h2[^>]*>([^<]+)", text)
-    )
+    assert {"You try it", "You have a robot", "You extend it"} <= set(re.findall(r"<h2[^>]*>([^<]+)", text))
