@@ -1,1 +1,1 @@
-"""Connectors of a workbench: a thermometer and a lamp."""
+"""Connectors of a workbench, one of each kind."""
