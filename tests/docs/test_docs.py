@@ -110,3 +110,8 @@ def test_every_mosaic_command_in_the_docs_exists(page: str, text: str) -> None:
         if match:
             words = match[1].split()
             assert any(f"## `mosaic {' '.join(words[:count])}`" in known for count in range(len(words), 0, -1)), line
+
+
+def test_the_page_on_own_pages_shows_the_example_as_it_is() -> None:
+    page = (ROOT / "docs" / "howto" / "own-page.md").read_text()
+    assert f"```tsx\n{(ROOT / 'examples/own-page/src/main.tsx').read_text()}```" in page

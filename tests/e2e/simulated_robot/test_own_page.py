@@ -1,4 +1,5 @@
-"""The page of the documentation, made of the packed packages alone, in Chromium against a real server and robot."""
+"""The pages of the documentation and of `examples/own-page`, made of the packed packages alone, in Chromium against a
+real server and robot."""
 
 from __future__ import annotations
 
@@ -11,6 +12,7 @@ import sys
 import tarfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,7 @@ pytestmark = [pytest.mark.e2e, pytest.mark.timeout(600)]
 
 ROOT = Path(__file__).parents[3]
 DASHBOARD = ROOT / "dashboard"
+EXAMPLE = ROOT / "examples" / "own-page"
 TITLED = re.compile(r'^```\w+ title="([^"]+)"\n(.*?)^```', re.MULTILINE | re.DOTALL)
 OURS = ("protocol", "client", "react", "widgets")
 THIRD_PARTY = ("react", "react-dom", "@mantine/core", "@mantine/hooks", "vite", "@vitejs/plugin-react", "typescript")
@@ -57,8 +60,24 @@ def page_url(tmp_path_factory: pytest.TempPathFactory, server: Any, seed: Any) -
     """The page is built, and served the way a developer looks at it."""
     folder = tmp_path_factory.mktemp("my-page")
     _write_page(folder)
+    with _served(folder, ["tsconfig.json", "tsconfig.node.json"], server) as url:
+        yield url
+
+
+@pytest.fixture(scope="module")
+def example_url(tmp_path_factory: pytest.TempPathFactory, server: Any) -> Iterator[str]:
+    """The example, as it stands."""
+    folder = tmp_path_factory.mktemp("example") / "own-page"
+    shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("node_modules", "dist"))
+    with _served(folder, ["tsconfig.json"], server) as url:
+        yield url
+
+
+@contextmanager
+def _served(folder: Path, projects: list[str], server: Any) -> Iterator[str]:
+    """Installs, checks, builds and serves it; its address."""
     _install(folder)
-    _check_and_build(folder)
+    _check_and_build(folder, projects)
     port = free_port()
     words = [*VITE, "preview", "--host", "127.0.0.1", "--strictPort", "--port", str(port)]
     node = subprocess.Popen(words, cwd=folder, env=_environment(MOSAIC_SERVER=server.url), start_new_session=True)
@@ -123,6 +142,33 @@ def test_the_documented_page_takes_control_drives_and_stops(
     page.get_by_role("button", name="Stop", exact=True).first.click()
     page.get_by_role("button", name="Go on").click()
     page.get_by_role("button", name="Stop", exact=True).first.wait_for()
+
+
+def test_the_example_shows_a_picture_and_a_battery(page: Page, example_url: str, seed: Any, robot: Any) -> None:
+    problems: list[str] = []
+    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.goto(example_url)
+    page.get_by_placeholder("Email").fill(seed.email)
+    page.get_by_placeholder("Password").fill(seed.password)
+    page.get_by_role("button", name="Sign in").click()
+    page.wait_for_function("() => (document.querySelector('video')?.videoWidth ?? 0) > 0")
+    expect(page.get_by_role("region")).to_have_count(2)
+    expect(page.get_by_role("region", name=re.compile("^battery:")).get_by_text("Voltage")).to_be_visible()
+    assert problems == []
+
+
+def test_the_example_names_what_it_needs_and_no_more() -> None:
+    says = json.loads((EXAMPLE / "package.json").read_text())
+    ours = json.loads((DASHBOARD / "packages" / "app" / "package.json").read_text())
+    for name, version in (says["dependencies"] | says["devDependencies"]).items():
+        if name.startswith("@mosaic/"):
+            assert version == f"file:../../dist/{name[1:].replace('/', '-')}-{says['version']}.tgz"
+        elif name in ours["dependencies"]:
+            assert version.lstrip("^") == ours["dependencies"][name].lstrip("^")
+    imported = set(re.findall(r"from '([^'./][^']*)'", (EXAMPLE / "src" / "main.tsx").read_text()))
+    assert {name.removesuffix("/client") if name == "react-dom/client" else name for name in imported} <= set(
+        says["dependencies"]
+    )
 
 
 def _packed() -> dict[str, Path]:
@@ -201,9 +247,9 @@ def _in_the_dashboard(name: str) -> Path:
     return found
 
 
-def _check_and_build(folder: Path) -> None:
+def _check_and_build(folder: Path, projects: list[str]) -> None:
     shutil.copy(Path(__file__).parent / "check_page.mjs", folder)
-    check = ["node", "check_page.mjs", "tsconfig.json", "tsconfig.node.json"]
+    check = ["node", "check_page.mjs", *projects]
     with ThreadPoolExecutor() as side_by_side:
         list(side_by_side.map(lambda words: _run(words, folder), (check, [*VITE, "build"])))
 
