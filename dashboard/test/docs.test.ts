@@ -29,16 +29,17 @@ function listings(): Map<string, string> {
 }
 
 function problemsOf(files: Map<string, string>): string[] {
-  const { config } = ts.readConfigFile(join(ROOT, 'dashboard', 'tsconfig.json'), (path) => readFileSync(path, 'utf8'))
+  const read = (path: string) => readFileSync(path, 'utf8')
+  const { config } = ts.readConfigFile(join(ROOT, 'dashboard', 'tsconfig.json'), read) as { config: { compilerOptions: object } }
   const { options } = ts.convertCompilerOptionsFromJson(config.compilerOptions, join(ROOT, 'dashboard'))
   const given = join(ROOT, 'dashboard', 'listings', 'given.ts')
   const all = new Map([...files, [given, GIVEN]])
   const host = ts.createCompilerHost(options)
-  const read = host.getSourceFile.bind(host)
+  const parsed = host.getSourceFile.bind(host)
   host.fileExists = (path) => all.has(path) || ts.sys.fileExists(path)
   host.getSourceFile = (path, version) => {
     const text = all.get(path)
-    return text === undefined ? read(path, version) : ts.createSourceFile(path, text, version)
+    return text === undefined ? parsed(path, version) : ts.createSourceFile(path, text, version)
   }
   const program = ts.createProgram([...all.keys()], options, host)
   return [...files.keys()].flatMap((path) => {

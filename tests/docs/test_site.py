@@ -92,6 +92,11 @@ def test_every_page_is_on_the_menu() -> None:
     assert {str(path.relative_to(ROOT / "docs")) for path in (ROOT / "docs").rglob("*.md")} == menu
 
 
+def test_every_picture_is_on_a_page(site: Path) -> None:
+    told = "".join(path.read_text() for path in (ROOT / "docs").rglob("*.md"))
+    assert {path.name for path in (ROOT / "docs/images").iterdir() if path.name not in told} == set()
+
+
 def test_pages_with_diagrams_bring_the_script_that_draws_them_and_no_page_loads_from_others(site: Path) -> None:
     pages = {path: path.read_text() for path in site.rglob("*.html")}
     drawn = [text for text in pages.values() if 'class="mermaid"' in text]

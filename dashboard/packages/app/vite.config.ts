@@ -8,7 +8,7 @@ import { sharedModules } from './sharedModules'
 const SERVED_FROM = '../../../plugins/mosaic-server/mosaic_server/dashboard'
 
 /** `npm run dev` talks to a server on this machine; `MOSAIC_SERVER=http://host:port` names another. */
-const server = process.env['MOSAIC_SERVER'] ?? 'http://127.0.0.1:8080'
+const server = process.env['MOSAIC_SERVER'] ?? 'http://127.0.0.1:9001'
 
 export default defineConfig({
   plugins: [react(), mantineStyles(), sharedModules(), firstPage()],
