@@ -45,7 +45,7 @@ DRAWN = """() => {
 CALM = """() => {
   const text = document.body.innerText
   const trip = Number(/Connected\\s+([\\d.]+) ms/.exec(text)?.[1] ?? 0)
-  return !/Held still|Slowed|Refused|too slow|Reconnecting/.test(text) && trip < 40
+  return !/Held still|Slowed|Refused|too slow|Reconnecting|No \\w+ yet|\\d s ago/.test(text) && trip < 40
 }"""
 """Nothing is slow: a busy machine makes the robot careful, and its page says so."""
 
