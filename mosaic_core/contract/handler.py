@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_origi
 
 from pydantic import BaseModel
 
+from mosaic_core.contract.data_tap import DataTap
 from mosaic_core.contract.declarations import check_bodies, check_fields, check_media_delivery
 from mosaic_core.contract.declared_message import DeclaredMessage
 from mosaic_core.contract.host import HandlerHost, Loss, Outgoing, Sender, UnboundHost
@@ -187,6 +188,11 @@ class Handler:
         ``with self.tap_pictures("front") as tap: picture = tap.next(timeout_s=1.0)``. Any thread."""
         return self._host.tap_pictures(label)
 
+    def tap_data(self, *labels: str) -> DataTap:
+        """What the connectors ``labels`` send, and what operators command them; none named: all of the robot but this
+        one. ``with self.tap_data("pose", "cmd_vel") as tap: message = tap.next(timeout_s=1.0)``. Any thread."""
+        return self._host.tap_data(labels)
+
     def _send(
         self,
         kind: PayloadKind,
@@ -329,7 +335,7 @@ class DataChannelReceivable(Handler, Generic[T]):
 
     def handle_data(self, data: T, *sender: Any, **_: Any) -> Awaitable[None] | None:
         """Act on one message. Write ``handle_data(self, data)`` or ``handle_data(self, data, sender)``, ``def`` or
-        ``async def``; ``sender`` is a :class:`~mosaic_core.contract.host.Sender`.
+        ``async def``; ``sender`` is a :class:`~mosaic_core.contract.sender.Sender`.
 
         ``def`` runs on this receiver's own thread, one message at a time, newest first under ``delivery: latest``.
         Raising ends and restarts the handler; raise :class:`Refused` to refuse just this message.

@@ -6,13 +6,15 @@ The runtime implements :class:`HandlerHost` for real robots, the kit in ``mosaic
 from __future__ import annotations
 
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
+from mosaic_core.contract.sender import Sender as Sender
 from mosaic_core.machines.delivery.framing import PayloadKind
 
 if TYPE_CHECKING:
+    from mosaic_core.contract.data_tap import DataTap
     from mosaic_core.contract.media import Picture
     from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
     from mosaic_core.contract.sound import Sound
@@ -20,21 +22,6 @@ if TYPE_CHECKING:
 
 Loss: TypeAlias = Literal["replaced", "dropped", "too_large", "thinned", "refused", "lost"]
 """Why a message did not arrive; each has a counter per connector (``runtime.observation.counters``)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Sender:
-    """The sender of a message: one peer of one operator. ``role`` is observer, operator or supervisor, as the server
-    signed it. ``is_person``: a person decides there, not a program; ``is_original``: an original dashboard, which knows
-    no leases. Both are known after its hello."""
-
-    peer_id: str
-    session_id: str
-    operator_id: str = ""
-    name: str = ""
-    role: str = "operator"
-    is_person: bool = False
-    is_original: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +84,9 @@ class HandlerHost(Protocol):
     def tap_pictures(self, label: str) -> PictureTap:
         """The pictures of another connector as they were captured; nothing flows until the tap is entered."""
 
+    def tap_data(self, labels: Sequence[str]) -> DataTap:
+        """What these connectors send and are told, or all but this one's; nothing flows until the tap is entered."""
+
 
 class UnboundHost:
     """The host of a handler that no runtime has taken yet: time passes, nothing is sent."""
@@ -132,4 +122,7 @@ class UnboundHost:
         raise RuntimeError("nothing can be tapped before the robot runs")
 
     def tap_pictures(self, label: str) -> PictureTap:
+        raise RuntimeError("nothing can be tapped before the robot runs")
+
+    def tap_data(self, labels: Sequence[str]) -> DataTap:
         raise RuntimeError("nothing can be tapped before the robot runs")

@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Generic, Protocol, Self, TypeVar
 
+from mosaic_core.contract.data_tap import TappedChannel, TappedMessage
 from mosaic_core.contract.handler import Handler
 from mosaic_core.contract.host import Loss, Outgoing
 from mosaic_core.contract.media import Picture
@@ -16,7 +17,7 @@ from mosaic_core.contract.sound import Sound
 from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 
-Tapped = TypeVar("Tapped", TappedPicture, TappedImage)
+Tapped = TypeVar("Tapped", TappedPicture, TappedImage, TappedMessage)
 
 
 class Alarm(Protocol):
@@ -72,6 +73,10 @@ class FakeHost:
         """What taps of other connectors give, by label; a label that isn't here is unknown."""
         self.tapped_images: dict[str, list[TappedImage]] = {}
         """The same for their pictures before encoding."""
+        self.tapped_data: list[TappedMessage] | None = None
+        """What a tap of data gives; ``None``: its labels are unknown."""
+        self.tapped_channels: list[TappedChannel] = []
+        """The data channels of the robot."""
         self.accepts = True
         self.heard: set[str] | None = None
         """The channels that somebody has open; ``None``: all."""
@@ -141,6 +146,11 @@ class FakeHost:
         """The pictures that the test has put there."""
         return FakePictureTap(self, self.tapped_images.get(label))
 
+    def tap_data(self, labels: Sequence[str]) -> FakeDataTap:
+        """The messages that the test has put there, of ``labels`` or of all channels."""
+        wanted = [one for one in self.tapped_channels if not labels or one.label in labels]
+        return FakeDataTap(self, wanted, self.tapped_data)
+
     def sent_values(self, channel: str | None = None) -> list[Any]:
         """What was sent (on one channel), as an operator would read it: JSON values, ``str`` or ``bytes``."""
         return [_value(one) for one in self.sent if channel in (None, one.channel)]
@@ -177,6 +187,15 @@ class FakeTap(_ScriptedTap[TappedPicture]):
 
     def ask_key_frame(self) -> None:
         self.key_frames_asked += 1
+
+
+class FakeDataTap(_ScriptedTap[TappedMessage]):
+    """A tap that yields the messages of :attr:`FakeHost.tapped_data`."""
+
+    def __init__(self, host: FakeHost, channels: Sequence[TappedChannel], messages: list[TappedMessage] | None) -> None:
+        super().__init__(host, messages)
+        self.channels = tuple(channels)
+        self.dropped = 0
 
 
 class FakePictureTap(_ScriptedTap[TappedImage]):

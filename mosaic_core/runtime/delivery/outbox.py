@@ -20,6 +20,7 @@ from mosaic_core.machines.delivery.delivery_terms import DeliveryTerms
 from mosaic_core.machines.delivery.reassembly import MAX_MESSAGE_BYTES
 from mosaic_core.machines.delivery.send_scheduler import Offered
 from mosaic_core.machines.timing.pacing import ComplaintPace, NewestThinning, TokenBucket
+from mosaic_core.runtime.delivery.data_taps import DataTaps, TapReader
 from mosaic_core.runtime.observation.counters import ConnectorCounters
 from mosaic_core.runtime.threads.handover import Handover
 from mosaic_core.runtime.timing.deadline_timer import DeadlineTimer
@@ -71,9 +72,10 @@ class _Channel:
 
 class Outbox:
     """Distributes what the handlers of a robot send. ``heard_changed``: told on the loop when a channel gets its first
-    or loses its last listener."""
+    or loses its last listener; a tap is one, too."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, heard_changed: Callable[[str, bool], None]) -> None:
+        self.taps = DataTaps()
         self._loop = loop
         self._handover: Handover[Outgoing] = Handover(loop, self._arrived)
         self._heard_changed = heard_changed
@@ -111,14 +113,15 @@ class Outbox:
         if channel is None or not self._fits(channel, message):
             return False
         hearing, full = self._hearing(channel, message), channel.full
-        if hearing and full and full.issuperset(hearing):
+        is_full = bool(hearing and full) and full.issuperset(hearing)
+        if is_full and not self.taps.is_open(message.channel):
             return self._dropped(channel)
         if channel.bucket is not None and message.to is None and not self._admitted(channel, channel.bucket):
             return False
         too_much = len(self._handover) * message.size_bytes > _MAX_PENDING_BYTES
         if too_much or not self._handover.put(message):
             return self._dropped(channel)
-        return bool(hearing)
+        return bool(hearing) and not is_full
 
     def _hearing(self, channel: _Channel, message: Outgoing) -> tuple[str, ...]:
         """An answer to somebody whose session goes on with another peer is meant for that one."""
@@ -153,7 +156,7 @@ class Outbox:
     def is_heard(self, channel: str) -> bool:
         """Any thread."""
         known = self._channels.get(channel)
-        return known is not None and bool(known.listeners)
+        return known is not None and (bool(known.listeners) or self.taps.is_open(channel))
 
     # -- on the event loop ---------------------------------------------------------------------------------------
 
@@ -162,7 +165,7 @@ class Outbox:
         known = self._channels.get(channel)
         if known is None:
             return None
-        is_first = not known.listeners
+        is_first = not self.is_heard(channel)
         known.listeners = {**known.listeners, peer_id: listener}
         if is_first:
             self._heard_changed(channel, True)
@@ -176,7 +179,20 @@ class Outbox:
         known.full -= {peer_id}
         if known.audience is not None:
             known.audience.left(peer_id)
-        if not known.listeners:
+        if not self.is_heard(channel):
+            self._heard_changed(channel, False)
+
+    def tap(self, channel: str, reader: TapReader) -> Outgoing | None:
+        """Somebody on the robot itself looks at the channel; what it gets at once, as in :meth:`join`."""
+        is_first = not self.is_heard(channel)
+        self.taps.add(channel, reader)
+        if is_first:
+            self._heard_changed(channel, True)
+        return self._channels[channel].latched
+
+    def untap(self, channel: str, reader: TapReader) -> None:
+        self.taps.remove(channel, reader)
+        if not self.is_heard(channel):
             self._heard_changed(channel, False)
 
     def hand_over(self, channel: str, peer_id: str, successor_id: str) -> None:
@@ -243,6 +259,7 @@ class Outbox:
 
     def _distribute(self, channel: _Channel, message: Outgoing) -> None:
         hearing, size_bytes = self._hearing(channel, message), message.size_bytes
+        self.taps.sent(message)
         if not hearing and message.to is not None:  # an answer to somebody who takes none
             self.left_out(message.channel, "lost", 1)
         elif not hearing or self._offer(channel, hearing, message):  # unheard, its rate tells that the connector lives

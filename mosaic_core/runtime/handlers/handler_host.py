@@ -7,10 +7,11 @@ import contextlib
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from mosaic_core.contract.host import Loss
 from mosaic_core.contract.media_tap import TapCodec
+from mosaic_core.runtime.delivery.data_tap import RuntimeDataTap
 from mosaic_core.runtime.delivery.outbox import Outbox
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.media_tap import RuntimePictureTap, RuntimeTap
@@ -30,12 +31,17 @@ class RuntimeHost:
     """Gives one handler time, waiting and the way out. ``send`` and ``offer`` on any thread, ``wait`` on the body's,
     ``wait_async`` on the event loop."""
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, outbox: Outbox, media: MediaHub) -> None:
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, outbox: Outbox, media: MediaHub, own_labels: Sequence[str] = ()
+    ) -> None:
+        """``own_labels``: the handler's, and those of the handlers beside it in its connector."""
         self.losses = HandlerLosses()
         """What the handler says that it left out."""
         self._loop = loop
         self._loop_thread = threading.get_ident()
         self._media = media
+        self._outbox = outbox
+        self._own_labels = own_labels
         self.send, self.is_heard, self.offer = outbox.post, outbox.is_heard, media.offer
         self._stop = threading.Event()
         self._stop_async = asyncio.Event()
@@ -96,3 +102,7 @@ class RuntimeHost:
 
     def tap_pictures(self, label: str) -> RuntimePictureTap:
         return RuntimePictureTap(self._loop, self._media, label)
+
+    def tap_data(self, labels: Sequence[str]) -> RuntimeDataTap:
+        others = [label for label in self._outbox.taps.channels if label not in self._own_labels]
+        return RuntimeDataTap(self._loop, self._outbox, labels or others)

@@ -28,7 +28,7 @@ from mosaic_core.runtime.handlers.connector_rows import ConnectorRows
 from mosaic_core.runtime.handlers.handler_host import RuntimeHost
 from mosaic_core.runtime.handlers.receiver import Outcome, Receiver
 from mosaic_core.runtime.handlers.request_desk import RequestDesk
-from mosaic_core.runtime.handlers.routes import Route, data_routes, handlers_of, original_groups
+from mosaic_core.runtime.handlers.routes import Route, data_routes, handlers_of, original_groups, tapped_channels
 from mosaic_core.runtime.handlers.runner import Runner
 from mosaic_core.runtime.media.media_hub import MediaHub
 from mosaic_core.runtime.media.plain_stream import plain_sound
@@ -94,7 +94,7 @@ class HandlerRuns:
         """Make ways for everything that a new connector sends and takes."""
         counters = self.counters.setdefault(connector.config.label, ConnectorCounters())
         for handler in connector.handlers:
-            self._take(handler)
+            self._take(handler, [one.label for one in connector.handlers])
         for route in data_routes([connector], self.counters).values():
             self.routes[route.label] = route
             audience = self._with_receiver(route)
@@ -109,7 +109,7 @@ class HandlerRuns:
     def _take_over(self, connector: Connector) -> None:
         """Let a connector have the ways of the one that it replaces, which has the same ones."""
         for handler in connector.handlers:
-            self._take(handler)
+            self._take(handler, [one.label for one in connector.handlers])
         for fresh in data_routes([connector], self.counters).values():
             route = self.routes[fresh.label]
             route.connector, route.handler, route.safety, route.receiver = connector, fresh.handler, fresh.safety, None
@@ -127,10 +127,11 @@ class HandlerRuns:
     def _ordered(self, connectors: Sequence[Connector]) -> None:
         self._connectors = tuple(connectors)
         self._groups = original_groups(connectors)
+        self.outbox.taps.channels = tapped_channels(self.routes)
 
-    def _take(self, handler: Handler) -> None:
+    def _take(self, handler: Handler, own_labels: Sequence[str]) -> None:
         """Bind the handler and prepare its body."""
-        host = RuntimeHost(self._loop, self.outbox, self.media)
+        host = RuntimeHost(self._loop, self.outbox, self.media, own_labels)
         handler.bind(host)
         self._losses[handler.label] = host.losses
         code = PluginCode((handler,))
@@ -283,6 +284,7 @@ class HandlerRuns:
                 route.receiver.requests.refused(outcome.item, outcome.refusal)
         else:
             counters.count(len(outcome.item.payload), time.monotonic())
+        self.outbox.taps.commanded(outcome.item, outcome.refusal)
         self._listener.command_done(outcome)
 
     def _tell_failed(self, failure: tuple[str, BaseException, float]) -> None:

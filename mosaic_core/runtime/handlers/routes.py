@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+from mosaic_core.contract.data_tap import TappedChannel
 from mosaic_core.contract.handler import (
     AudioReceivable,
     AudioTrackHandler,
     DataChannelReceivable,
     Handler,
     MediaTrackHandler,
+    message_type_of,
 )
 from mosaic_core.machines.commands.release_first import PAUSE_S
 from mosaic_core.machines.delivery.send_scheduler import Priority
+from mosaic_core.runtime.configuration.catalogue_entry import message_schema
 from mosaic_core.runtime.configuration.connector import Connector
 from mosaic_core.runtime.configuration.receiver_safety import ReceiverSafety
 from mosaic_core.runtime.handlers.receiver import Receiver
@@ -70,6 +73,22 @@ def data_routes(connectors: Sequence[Connector], counters: dict[str, ConnectorCo
         )
         for connector, handler in handlers_of(connectors, Handler)
         if not isinstance(handler, MediaTrackHandler | AudioTrackHandler | AudioReceivable)
+    }
+
+
+def tapped_channels(routes: Mapping[str, Route]) -> dict[str, TappedChannel]:
+    """The channels that can be tapped, in the order of the YAML file: all but those for originals, which repeat what
+    another one has."""
+    return {
+        label: TappedChannel(
+            label,
+            route.connector.config.type,
+            route.handler.data_type,
+            getattr(message_type_of(type(route.handler)), "schema_id", ""),
+            message_schema(route.handler),
+        )
+        for label, route in routes.items()
+        if not route.handler.is_for_originals
     }
 
 

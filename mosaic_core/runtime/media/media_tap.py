@@ -5,41 +5,30 @@ of pictures before they are encoded.
 from __future__ import annotations
 
 import asyncio
-import threading
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections import deque
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Self, cast
+from typing import TYPE_CHECKING, cast
 from uuid import uuid4
 
 from mosaic_core.contract.media import Captured
 from mosaic_core.contract.media_tap import TapCodec, TappedImage, TappedPicture
 from mosaic_core.machines.congestion.rate_control import PictureLost
 from mosaic_core.runtime.media.media_hub import MediaHub
+from mosaic_core.runtime.threads.tap import Tap
 from mosaic_core.runtime.transport.media_transport import PictureFeed
 
 if TYPE_CHECKING:
     from mosaic_core.contract.media import Image
 
 
-class Tap(ABC):
-    """Opens and closes on the event loop, whatever thread enters and leaves it."""
+class CameraTap(Tap):
+    """The base of the taps of one camera: a viewer on the robot itself."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, media: MediaHub, label: str) -> None:
-        self._loop = loop
+        super().__init__(loop)
         self._media = media
         self._label = label
         self._viewer_id = f"tap-{uuid4().hex}"
-        self._came = threading.Condition()
-        """Around what the reader waits for."""
-        self.failure = ""
-
-    def __enter__(self) -> Self:
-        self._on_loop(self._open)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._on_loop(self._close)
 
     @abstractmethod
     def _start(self) -> None:
@@ -54,24 +43,13 @@ class Tap(ABC):
         else:
             self._failed("channel.unknown_label")
 
-    def _on_loop(self, act: Callable[[], None]) -> None:
-        try:
-            self._loop.call_soon_threadsafe(act)
-        except RuntimeError:
-            self._failed("peer.shutdown")  # the loop is closed: the robot has stopped
-
-    def _failed(self, code: str) -> None:
-        with self._came:
-            self.failure = code
-            self._came.notify_all()
-
 
 MAX_WAITING_BYTES = 32 * 1024 * 1024
 """Half a minute of a good picture: a disk that writes nothing for longer is broken."""
 _MIME_TYPES: dict[TapCodec, str] = {"h264": "video/H264", "vp8": "video/VP8"}
 
 
-class RuntimeTap(Tap):
+class RuntimeTap(CameraTap):
     """Reads a stream's packets on the robot itself; a :class:`~mosaic_core.contract.media_tap.MediaTap`. The pump runs
     on the event loop, the rest on the thread of whoever opened it.
     """
@@ -142,7 +120,7 @@ class RuntimeTap(Tap):
 ENCODED_ONLY = "media.encoded_only"
 
 
-class RuntimePictureTap(Tap):
+class RuntimePictureTap(CameraTap):
     """Reads a camera's pictures on the robot itself; a :class:`~mosaic_core.contract.media_tap.PictureTap`."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, media: MediaHub, label: str) -> None:

@@ -251,5 +251,7 @@ class PeerChannels:
         route.counters.refuse(refusal.gate)
         if item is not None and route.receiver is not None and route.receiver.requests is not None:
             route.receiver.requests.refused(item, refusal)
+        if item is not None:
+            self._site.outbox.taps.commanded(item, refusal)
         self._operator.refuse(route.label, seq, refusal.code, refusal.message, refusal.gate)
         self._site.listener.command_refused(route.label, self._operator.sender, refusal)
