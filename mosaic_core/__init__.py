@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # the same names for type checkers and editors
     from mosaic_core.contract.hooks import hookimpl
     from mosaic_core.contract.host import Sender
     from mosaic_core.contract.media import Captured, EncodingParams
-    from mosaic_core.contract.params import CameraLabel, Message, NoParams, OwnFolder, Params, unit
+    from mosaic_core.contract.params import CameraLabel, DataLabel, Message, NoParams, OwnFolder, Params, unit
     from mosaic_core.contract.request_handler import Request, RequestHandler
     from mosaic_core.contract.sound import Sound, SoundEncoding
     from mosaic_core.runtime.configuration.auto_configurer import AutoConfigurer, Configured
@@ -67,6 +67,7 @@ __all__ = [
     "DataChannelReceivable",
     "DataChannelSendable",
     "DataChannelStringReceivable",
+    "DataLabel",
     "Delivery",
     "DeliveryContract",
     "DeviceGone",

@@ -35,6 +35,17 @@ class CameraLabel(str):
         return core_schema.no_info_after_validator_function(cls, core_schema.str_schema())
 
 
+class DataLabel(str):
+    """Text in ``params`` that names a data channel of the same robot: ``pose: DataLabel``. A label of none is a mistake
+    of the file, as of a :class:`CameraLabel`."""
+
+    __slots__ = ()
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(cls, core_schema.str_schema())
+
+
 class OwnFolder(str):
     """Text in ``params`` that names a folder which this connector has to itself: ``directory: OwnFolder``. A second
     connector of the robot with the same folder is a mistake of the file, told before anything starts."""

@@ -35,6 +35,7 @@ from mosaic_core.machines.delivery.reassembly import (
     ChunkCollector,
     Partials,
 )
+from mosaic_core.words.data_type import MosaicDataType
 from mosaic_core.words.errors import WireError
 
 _HEADER = struct.Struct("!BBHIIQ")
@@ -57,6 +58,14 @@ class PayloadKind(IntEnum):
     JSON = 1
     STRING = 2
     BYTES = 3
+
+
+_KIND_OF = {"json": PayloadKind.JSON, "string": PayloadKind.STRING, "byte": PayloadKind.BYTES}
+
+
+def kind_of(data_type: MosaicDataType) -> PayloadKind:
+    """The kind of payload that a data channel of this data type carries."""
+    return _KIND_OF[data_type.split("-")[0]]
 
 
 class FrameFlag(IntFlag):

@@ -10,14 +10,14 @@ from typing import Any, TypeAlias, TypeVar
 from pydantic import BaseModel
 
 from mosaic_core.contract.handler import Handler, MediaTrackHandler
-from mosaic_core.contract.params import CameraLabel, OwnFolder
+from mosaic_core.contract.params import CameraLabel, DataLabel, OwnFolder
 from mosaic_core.machines.delivery.delivery_terms import chosen, contradictions
 from mosaic_core.runtime.configuration.catalogue_entry import widget_hint
 from mosaic_core.runtime.configuration.checked_config import CheckedConnector
 from mosaic_core.runtime.configuration.config_problems import real_place
 from mosaic_core.runtime.configuration.resolver import guess
 from mosaic_core.runtime.widgets.widget_modules import is_shipped, module_with
-from mosaic_core.words.data_type import Direction, MosaicDataType
+from mosaic_core.words.data_type import Direction, Kind, MosaicDataType
 from mosaic_core.words.errors import MosaicError, Problem
 
 
@@ -52,28 +52,41 @@ Loc: TypeAlias = tuple[int | str, ...]
 
 
 def label_problems(made: Sequence[WithHandlers]) -> Iterator[Problem]:
-    """Every :class:`CameraLabel` that is none. ``made``: all connectors that could be made; what the others of the file
-    would have been, nobody knows."""
+    """Every :class:`CameraLabel` and :class:`DataLabel` that is none. ``made``: all connectors that could be made; what
+    the others of the file would have been, nobody knows."""
     types = {
         label: one.config.type
         for one, handlers in made
         for label in (one.config.label, *(handler.label for handler in handlers))
     }
-    cameras = [handler.label for _, handlers in made for handler in handlers if isinstance(handler, MediaTrackHandler)]
+    every = [handler for _, handlers in made for handler in handlers]
+    cameras = [handler.label for handler in every if isinstance(handler, MediaTrackHandler)]
+    channels = [one.label for one in every if one.kind is Kind.DATA and not one.is_for_originals]
     unmade = _unmade([one for one, _ in made])
     for one, _ in made:
-        for loc, label in named_in(one.params, CameraLabel):
-            if label in cameras or (label not in types and any(label.startswith(other) for other in unmade)):
-                continue
-            what = f"which is of type '{types[label]}'" if label in types else "which this robot does not have"
-            message = f"connector '{one.config.label}' names the camera '{label}', {what}"
-            place = real_place(loc, one.document, (*one.place, "params"))
-            there_are = f"it has: {', '.join(cameras)}" if cameras else "add a camera with this label"
-            meant = guess(label, [*cameras, *sorted(unmade)])
-            yield one.document.problem(place, message, cure=there_are, guess=meant)
+        yield from _wrong_labels(one, CameraLabel, "camera", cameras, types, unmade)
+        yield from _wrong_labels(one, DataLabel, "data channel", channels, types, unmade)
 
 
-N = TypeVar("N", CameraLabel, OwnFolder)
+L = TypeVar("L", CameraLabel, DataLabel)
+
+
+def _wrong_labels(
+    one: CheckedConnector, kind: type[L], noun: str, known: Sequence[str], types: Mapping[str, str], unmade: set[str]
+) -> Iterator[Problem]:
+    """The labels in ``params`` that are not ``known``. ``types``: of all labels, also of other kinds."""
+    for loc, label in named_in(one.params, kind):
+        if label in known or (label not in types and any(label.startswith(other) for other in unmade)):
+            continue
+        what = f"which is of type '{types[label]}'" if label in types else "which this robot does not have"
+        message = f"connector '{one.config.label}' names the {noun} '{label}', {what}"
+        place = real_place(loc, one.document, (*one.place, "params"))
+        there_are = f"it has: {', '.join(known)}" if known else f"add a {noun} with this label"
+        meant = guess(label, [*known, *sorted(unmade)])
+        yield one.document.problem(place, message, cure=there_are, guess=meant)
+
+
+N = TypeVar("N", CameraLabel, DataLabel, OwnFolder)
 
 
 def named_in(value: object, kind: type[N], loc: Loc = ()) -> Iterator[tuple[Loc, N]]:

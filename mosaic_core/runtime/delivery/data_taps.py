@@ -9,11 +9,8 @@ from typing import Protocol
 from mosaic_core.contract.data_tap import TappedChannel, TappedMessage
 from mosaic_core.contract.host import Outgoing
 from mosaic_core.machines.commands.gates import GateRefusal
-from mosaic_core.machines.delivery.framing import PayloadKind
+from mosaic_core.machines.delivery.framing import kind_of
 from mosaic_core.runtime.commands.inbox import Incoming
-from mosaic_core.words.data_type import MosaicDataType
-
-_KINDS = {"json": PayloadKind.JSON, "string": PayloadKind.STRING, "byte": PayloadKind.BYTES}
 
 
 class TapReader(Protocol):
@@ -57,11 +54,6 @@ class DataTaps:
         told = TappedMessage(item.channel, kind, item.payload, item.arrived_at_s, now_s, item.sender, code, gate)
         for reader in readers:
             reader.put(told)
-
-
-def kind_of(data_type: MosaicDataType) -> PayloadKind:
-    """The kind of payload that a connector of this data type takes."""
-    return _KINDS[data_type.split("-")[0]]
 
 
 def show(message: Outgoing, reader: TapReader) -> None:

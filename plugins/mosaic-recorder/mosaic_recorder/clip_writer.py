@@ -6,6 +6,7 @@ A picture is written when the next one comes: only then is it known how long it 
 from __future__ import annotations
 
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 
 from mosaic_core.contract.media_tap import TappedPicture
@@ -21,16 +22,26 @@ PICTURE_OVERHEAD_BYTES = 32
 
 class ClipWriter:
     """Writes the pictures of one recording into files, on one thread; any may read its figures. ``claim`` gives the
-    path of a new file, ``release`` is told when it is finished. Raises :class:`OSError`.
+    path of a new file, ``release`` is told when it is finished, ``begun`` of each stretch without a cut: file, where it
+    begins there, and when that was captured. ``wall``: the wall time of a capture. Raises :class:`OSError`.
     """
 
     def __init__(
-        self, container: Container, claim: Callable[[], Path], release: Callable[[Path], None], title: str = ""
+        self,
+        container: Container,
+        claim: Callable[[], Path],
+        release: Callable[[Path], None],
+        title: str = "",
+        *,
+        begun: Callable[[str, float, float], object] = lambda file, at_s, captured_at_s: None,
+        wall: Callable[[float], datetime | None] = lambda captured_at_s: None,
     ) -> None:
         self._container: Container = container
         self._title = title
         self._claim = claim
         self._release = release
+        self._begun = begun
+        self._wall = wall
         self._timeline = Timeline()
         self._parameters = b""
         self._format: tuple[object, ...] = ()
@@ -56,10 +67,13 @@ class ClipWriter:
 
     def add(self, picture: TappedPicture) -> None:
         """The next picture; the first one, and the first after :meth:`pause`, is a key frame."""
+        is_cut, file = self._timeline.is_cut, self._file
         at_s = self._timeline.place(picture.captured_at_s)
         self._write_held(at_s)
         if picture.is_key:
             self._fit(picture, at_s)
+        if self._file is not None and (is_cut or self._file is not file):
+            self._begun(self._file.path.name, at_s - self._file_begins_s, picture.captured_at_s)
         self._held = (picture, at_s)
         self.size_bytes += len(picture.data) + PICTURE_OVERHEAD_BYTES
         self.pictures += 1
@@ -89,7 +103,15 @@ class ClipWriter:
         self._close_file()
         path = self._claim()
         try:
-            self._file = MovieFile(path, self._container, key.codec, shown.width, shown.height, self._title)
+            self._file = MovieFile(
+                path,
+                self._container,
+                key.codec,
+                shown.width,
+                shown.height,
+                self._title,
+                self._wall(key.captured_at_s),
+            )
         except BaseException:
             self._release(path)
             raise

@@ -1,4 +1,4 @@
-"""Decides what one recorder does: which cameras are recorded, the answers to commands, and the news for everybody.
+"""Decides what one recorder does: what is recorded, the answers to commands, and the news for everybody.
 
 It lives as long as the robot: when that stops, every file is finished. Handlers come and go with their tap and voice.
 """
@@ -8,24 +8,24 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Any, Self
 
 from mosaic_core import Refused
 from mosaic_core.contract.media_tap import MediaTap, PictureTap, TapCodec
-from mosaic_recorder.clip_writer import ClipWriter
-from mosaic_recorder.disk_watch import DiskWatch
 from mosaic_recorder.folder import RecordingsFolder
 from mosaic_recorder.messages import (
+    DATA,
     FileEntry,
     FileList,
     RecorderCommand,
     RecorderStatus,
     SnapshotTaken,
 )
-from mosaic_recorder.params import RecorderParams
-from mosaic_recorder.recording import Limits, Recording
+from mosaic_recorder.new_recordings import NewRecordings, Tap, TapData, TapPictures
+from mosaic_recorder.params import RecorderParams, recorded
+from mosaic_recorder.recording import Recording
 from mosaic_recorder.snapshots import Snapshots
 
 logger = logging.getLogger(__name__)
@@ -39,20 +39,18 @@ to catch up."""
 MAX_SNAPSHOTS = 4
 """At once; each is a thread and a decoder."""
 
-Tap = Callable[[str, TapCodec], MediaTap]
-TapPictures = Callable[[str], PictureTap]
-Number = TypeVar("Number", int, float)
-
 
 class RecorderDesk:
     """Commands come from one thread at a time; The taps and ``told`` are set before the first. Commands raise
     :class:`Refused`, and :class:`OSError` where the folder can't be used."""
 
-    def __init__(self, params: RecorderParams, folder: RecordingsFolder) -> None:
+    def __init__(self, params: RecorderParams, folder: RecordingsFolder, label: str = "recorder") -> None:
         self._params = params
+        self._labels = recorded(params)
+        self._new = NewRecordings(label, params, folder, self.wake)
         self._folder = folder
-        self._recordings: dict[str, Recording] = {}
-        self._ending: list[Recording] = []
+        self._recordings: dict[str, Recording[Any]] = {}
+        self._ending: list[Recording[Any]] = []
         self._news = threading.Condition()
         self._has_news = False
         self._is_over = False
@@ -61,6 +59,7 @@ class RecorderDesk:
         self._snapshot_slots = threading.BoundedSemaphore(MAX_SNAPSHOTS)
         self.tap: Tap
         self.tap_pictures: TapPictures
+        self.tap_data: TapData
         self.told: Callable[[RecorderStatus], object] = lambda status: None
         """Called with every status, on the desk's own thread."""
 
@@ -97,7 +96,7 @@ class RecorderDesk:
         for label in labels:
             if label in self._recordings:
                 self._ending.append(self._recordings[label])
-            self._recordings = {**self._recordings, label: self._new(label, command)}
+            self._recordings = {**self._recordings, label: self._made(label, command)}
             self._recordings[label].start()
         self.wake()
 
@@ -142,7 +141,7 @@ class RecorderDesk:
 
     def take_snapshots(self, command: RecorderCommand, answer: Callable[[SnapshotTaken], object]) -> None:
         """One per camera meant; ``answer`` is called on other threads. Raises :class:`Refused`."""
-        for label in self._meant(command):
+        for label in self._meant(command, self._params.labels):
             if not self._snapshot_slots.acquire(blocking=False):
                 raise Refused("recorder.busy", f"{MAX_SNAPSHOTS} snapshots are being taken")
             threading.Thread(
@@ -165,7 +164,7 @@ class RecorderDesk:
         is_paused = bool(running) and all(recording.wanted == "pause" for recording in running)
         return RecorderStatus(
             state="idle" if not running else "paused" if is_paused else "recording",
-            labels=self._params.labels,
+            labels=self._labels,
             recordings=rows,
             seconds=max((recording.status().seconds for recording in running), default=0.0),
             bytes=sum(row.bytes for row in rows),
@@ -184,13 +183,14 @@ class RecorderDesk:
 
     # -- inside --------------------------------------------------------------------------------------------------
 
-    def _meant(self, command: RecorderCommand) -> Iterable[str]:
-        unknown = [label for label in command.labels if label not in self._params.labels]
+    def _meant(self, command: RecorderCommand, known: Sequence[str] | None = None) -> Iterable[str]:
+        known = self._labels if known is None else known
+        unknown = [label for label in command.labels if label not in known]
         if unknown:
-            raise Refused("recorder.unknown_camera", f"{unknown[0]!r}; known: {', '.join(self._params.labels)}")
-        return dict.fromkeys(command.labels or self._params.labels)
+            raise Refused("recorder.unknown_camera", f"{unknown[0]!r}; known: {', '.join(known)}")
+        return dict.fromkeys(command.labels or known)
 
-    def _running(self, command: RecorderCommand) -> list[Recording]:
+    def _running(self, command: RecorderCommand) -> list[Recording[Any]]:
         found = [self._recordings[label] for label in self._meant(command) if self._runs(label)]
         if not found:
             raise Refused("recorder.not_recording")
@@ -199,24 +199,10 @@ class RecorderDesk:
     def _runs(self, label: str) -> bool:
         return label in self._recordings and self._recordings[label].is_running
 
-    def _new(self, label: str, command: RecorderCommand) -> Recording:
-        params = self._params
-        limits = Limits(
-            _less(params.max_seconds, command.max_seconds),
-            _less(params.max_bytes, command.max_bytes),
-            params.key_interval_s,
-        )
-        clip = ClipWriter(
-            params.container,
-            lambda: self._folder.claim(command.name, label, params.container),
-            self._folder.release,
-            label,
-        )
-        watch = DiskWatch(self._folder, params.min_free_bytes)
-        tap = self.tap
-        return Recording(
-            label, lambda: tap(label, params.codec), clip, limits, changed=self.wake, check_disk=watch.check
-        )
+    def _made(self, label: str, command: RecorderCommand) -> Recording[Any]:
+        if label == DATA and self._params.data:
+            return self._new.of_data(self.tap_data, command)
+        return self._new.of_camera(label, self.tap, command)
 
     def _snap(self, label: str, command: RecorderCommand, answer: Callable[[SnapshotTaken], object]) -> None:
         try:
@@ -235,9 +221,3 @@ class RecorderDesk:
             return self._folder.free_bytes()
         except OSError:
             return None
-
-
-def _less(configured: Number | None, asked: Number | None) -> Number | None:
-    """A command may ask for less than the robot allows, never for more."""
-    known = [limit for limit in (configured, asked) if limit is not None]
-    return min(known, default=None)

@@ -23,7 +23,7 @@ _log = logging.getLogger(__name__)
 
 MAX_NAME_CHARACTERS = 64
 _OURS = re.compile(
-    r"(?P<name>[\w.-]+)_(?P<at>\d{8}_\d{6})_(?P<label>[\w.-]+?)(~\d+)?\.(?P<suffix>mp4|mkv|png)", re.ASCII
+    r"(?P<name>[\w.-]+)_(?P<at>\d{8}_\d{6})_(?P<label>[\w.-]+?)(~\d+)?\.(?P<suffix>mp4|mkv|mcap|png)", re.ASCII
 )
 _OTHERS = stat.S_IRWXG | stat.S_IRWXO
 _SHARED = stat.S_ISVTX | stat.S_ISGID

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
 from mosaic_core import Message, unit
+
+DATA = "data"
+"""The label of the recording of data among those of the cameras."""
 
 RecordingState = Literal["starting", "recording", "waiting", "paused", "ended"]
 RecorderState = Literal["idle", "recording", "paused"]
@@ -17,14 +20,16 @@ class RecorderCommand(Message):
 
     command: Literal["start", "stop", "pause", "resume", "status", "list", "delete", "snapshot"]
     labels: tuple[str, ...] = Field(
-        default=(), max_length=64, description="Cameras meant; none: all that the recorder is configured for."
+        default=(),
+        max_length=64,
+        description="Cameras meant, or `data`; none: all that it is configured for.",
     )
     name: str = Field(default="", max_length=200, description="`start`, `snapshot`: begins the names of the files.")
     max_seconds: float | None = Field(
         default=None, gt=0, description="`start`: end after so much.", json_schema_extra=unit("s")
     )
     max_bytes: int | None = Field(
-        default=None, gt=0, description="`start`: end before a camera's files are larger.", json_schema_extra=unit("B")
+        default=None, gt=0, description="`start`: end before the files of one are larger.", json_schema_extra=unit("B")
     )
     files: tuple[str, ...] = Field(default=(), max_length=1000, description="`delete`: names, as `list` told them.")
     send: bool = Field(default=False, description="`snapshot`: send the picture, too.")
@@ -32,16 +37,18 @@ class RecorderCommand(Message):
 
 
 class RecordingStatus(Message):
-    """One camera's recording: the current one, or the last."""
+    """The recording of one camera, or of the data: the current one, or the last."""
 
+    kind: Literal["camera", "data"] = "camera"
     label: str
     state: RecordingState = Field(description="`waiting`: wanted, but the camera gives no picture.")
     files: tuple[str, ...] = Field(description="Names; more than one when the picture's format changed.")
     seconds: float = Field(json_schema_extra=unit("s"), description="Without pauses.")
     bytes: int = Field(json_schema_extra=unit("B"))
     pictures: int
-    dropped: int = Field(description="Pictures that the disk was too slow for.")
-    width: int = Field(json_schema_extra=unit("px"), description="0 before the first picture.")
+    messages: int = Field(default=0, description="Of data; commands that were refused are among them.")
+    dropped: int = Field(description="Pictures or messages that the disk was too slow for.")
+    width: int = Field(json_schema_extra=unit("px"), description="0 before the first picture, and of data.")
     height: int = Field(json_schema_extra=unit("px"))
     code: str = Field(description="Why it ended by itself; empty if somebody stopped it, or while it runs.")
 
@@ -51,13 +58,41 @@ class RecorderStatus(Message):
 
     type: Literal["status"] = "status"
     state: RecorderState
-    labels: tuple[str, ...] = Field(description="The cameras that can be recorded.")
+    labels: tuple[str, ...] = Field(description="What can be recorded: cameras, and `data`.")
     recordings: tuple[RecordingStatus, ...]
     seconds: float = Field(json_schema_extra=unit("s"), description="Of the longest one that runs.")
     bytes: int = Field(json_schema_extra=unit("B"), description="Of all in `recordings`.")
     dropped: int
     free_bytes: int | None = Field(json_schema_extra=unit("B"), description="null: the disk can't be asked.")
     code: str = Field(description="The first code in `recordings`.")
+
+
+class CommandNote(Message):
+    """What became of a command; in the file of data, beside the command itself."""
+
+    schema_id: ClassVar[str] = "mosaic-recorder/Command@1"
+    label: str = Field(description="Of the connector.")
+    accepted: bool = Field(description="It was carried out.")
+    sequence: int | None = Field(default=None, description="That of the command on its own topic, if it is there.")
+    code: str = Field(description="Why it was refused; empty if it was not.")
+    gate: str = Field(description="What refused it.")
+    refused: str | None = Field(default=None, description="The beginning of what was refused, as text.")
+    operator: str
+    operator_id: str
+    role: str
+    session_id: str
+
+
+class MovieNote(Message):
+    """From where on a movie shows what, until its next note; in the file of data."""
+
+    schema_id: ClassVar[str] = "mosaic-recorder/Movie@1"
+    label: str = Field(description="Of the camera.")
+    file: str
+    at_s: float = Field(json_schema_extra=unit("s"), description="A place in the file.")
+    captured_at_ns: int = Field(
+        json_schema_extra=unit("ns"), description="When the picture there was captured, since 1970."
+    )
 
 
 class FileEntry(Message):

@@ -7,15 +7,13 @@ power cut costs the last one at most.
 from __future__ import annotations
 
 import errno
-import os
-import time
 from datetime import UTC, datetime
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from mosaic_core.contract.media_tap import TapCodec
-from mosaic_recorder.folder import new_file
+from mosaic_recorder.disk_file import DiskFile
 
 if TYPE_CHECKING:
     from av.container.output import OutputContainer
@@ -24,8 +22,6 @@ if TYPE_CHECKING:
 Container: TypeAlias = Literal["mp4", "mkv"]
 
 TICKS_PER_S = 90_000
-SYNC_S = 1.0
-"""How often the disk is told to write what the system holds in memory: a power cut costs about this much."""
 _FORMATS: dict[Container, str] = {"mp4": "mp4", "mkv": "matroska"}
 _OPTIONS: dict[Container, dict[str, str]] = {
     "mp4": {"movflags": "frag_keyframe+empty_moov+default_base_moof", "frag_duration": "1000000"},
@@ -39,13 +35,21 @@ class MovieFile:
     """
 
     def __init__(
-        self, path: Path, container: Container, codec: TapCodec, width: int, height: int, title: str = ""
+        self,
+        path: Path,
+        container: Container,
+        codec: TapCodec,
+        width: int,
+        height: int,
+        title: str = "",
+        begins_at: datetime | None = None,
     ) -> None:
+        """``begins_at``: when its first picture was captured."""
         import av
 
         self.path = path
         self._failures = av.FFmpegError
-        self._disk = _Disk(path)
+        self._disk = DiskFile(path)
         options = {**_OPTIONS[container], "flush_packets": "1"}
         try:
             self._output: OutputContainer = av.open(
@@ -56,7 +60,8 @@ class MovieFile:
             self._disk.close()
             raise
         self._stream.time_base = Fraction(1, TICKS_PER_S)
-        self._output.metadata.update({"title": title, "creation_time": datetime.now(UTC).isoformat()})
+        begins = (begins_at or datetime.now(UTC)).isoformat()  # MP4 keeps the seconds of it alone, but for a comment
+        self._output.metadata.update({"title": title, "creation_time": begins, "comment": f"first picture at {begins}"})
 
     def write(self, data: bytes, at_s: float, duration_s: float, *, is_key: bool) -> None:
         """Add one picture at ``at_s`` of this file. H.264 comes with start codes; the file gets what it needs."""
@@ -87,60 +92,3 @@ class MovieFile:
                 raise self._disk.failure or OSError(errno.EIO, f"{self.path.name}: {error}") from error
         finally:
             self._disk.close()
-
-
-class _Disk:
-    """The file as libav sees it. Unbuffered: what libav has flushed survives the end of this process. Nothing more is
-    written after a failure: what follows a hole can't be played."""
-
-    def __init__(self, path: Path) -> None:
-        self._file = new_file(path, buffering=0)
-        self._synced_at_s = time.monotonic()
-        self._whole_bytes = 0
-        self.failure: OSError | None = None
-        """libav only passes on that something failed."""
-
-    def write(self, data: bytes) -> int:
-        """All of ``data``: one call may take less when the disk is nearly full, and the next one says why."""
-        if self.failure is not None:
-            raise self.failure
-        view = memoryview(data)
-        try:
-            while view:
-                view = view[self._file.write(view) :]
-        except OSError as error:
-            self.failure = error
-            raise
-        return len(data)
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        return self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        return self._file.tell()
-
-    def mark_whole(self) -> None:
-        """What is in the file can be played as it is; after a failure the rest is cut off."""
-        if self.failure is None:
-            self._whole_bytes = self._file.seek(0, os.SEEK_END)
-
-    def sync_now_and_then(self) -> None:
-        if time.monotonic() - self._synced_at_s >= SYNC_S:
-            self._sync()
-            self._synced_at_s = time.monotonic()  # after it: a slow disk gets time to breathe
-
-    def _sync(self) -> None:
-        try:
-            os.fsync(self._file.fileno())
-        except OSError as error:
-            self.failure = error
-            raise
-
-    def close(self) -> None:
-        try:
-            if self.failure is None:
-                self._sync()
-            else:
-                self._file.truncate(self._whole_bytes)
-        finally:
-            self._file.close()

@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Literal
 
 import platformdirs
 from pydantic import Field, field_validator, model_validator
 
-from mosaic_core import CameraLabel, OwnFolder, Params, unit
+from mosaic_core import CameraLabel, DataLabel, OwnFolder, Params, unit
 from mosaic_core.contract.media_tap import TapCodec
+from mosaic_recorder.messages import DATA
 from mosaic_recorder.movie_file import Container
 
 
 class RecorderParams(Params):
     labels: tuple[CameraLabel, ...] = Field(
-        min_length=1, description="Cameras that may be recorded, by their labels; a command may choose among them."
+        default=(), description="Cameras that may be recorded, by their labels; a command may choose among them."
+    )
+    data: Literal["all"] | tuple[DataLabel, ...] = Field(
+        default=(),
+        description="Connectors whose messages and commands are recorded with them into an MCAP file: their labels, or "
+        "`all`.",
     )
     directory: OwnFolder | None = Field(
         default=None,
@@ -37,7 +44,8 @@ class RecorderParams(Params):
     max_bytes: int | None = Field(
         default=None,
         gt=0,
-        description="A recording ends before one camera's files are larger; a command may ask for less.",
+        description="A recording ends before the files of one camera, or of the data, are larger; "
+        "a command may ask for less.",
         json_schema_extra=unit("B"),
     )
     min_free_bytes: int = Field(
@@ -69,9 +77,18 @@ class RecorderParams(Params):
 
     @model_validator(mode="after")
     def _fits(self) -> RecorderParams:
+        if not self.labels and not self.data:
+            raise ValueError("name cameras in `labels`, or connectors in `data`")
+        if DATA in self.labels and self.data:
+            raise ValueError(f"a camera with the label '{DATA}' can't be recorded with data: it would be both")
         if self.container == "mp4" and self.codec == "vp8":
             raise ValueError("VP8 needs `container: mkv`")
         return self
+
+
+def recorded(params: RecorderParams) -> tuple[str, ...]:
+    """The labels of all that may be recorded: cameras, and `data`."""
+    return (*params.labels, DATA) if params.data else tuple(params.labels)
 
 
 def recordings_directory(params: RecorderParams, label: str) -> Path:

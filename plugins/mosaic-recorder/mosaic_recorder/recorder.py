@@ -27,6 +27,7 @@ class Recorder(DataChannelBidirectional[RecorderCommand]):
         self._desk = desk
         desk.tap = self.tap_media
         desk.tap_pictures = self.tap_pictures
+        desk.tap_data = self.tap_data
         desk.told = self.send_json
 
     def bind(self, host: HandlerHost) -> None:
@@ -61,7 +62,7 @@ class Recorder(DataChannelBidirectional[RecorderCommand]):
 
 
 class RecorderConfigurer(DataChannelConfigurer[RecorderParams]):
-    """Records cameras into MP4 or Matroska files without encoding them again, and takes stills."""
+    """Records cameras into MP4 or Matroska files without encoding them again and data into MCAP files; takes stills."""
 
     connector_type = "recorder"
     example = {"labels": ["front"], "keep_bytes": 20_000_000_000}  # noqa: RUF012 - as the contract has it
@@ -73,6 +74,6 @@ class RecorderConfigurer(DataChannelConfigurer[RecorderParams]):
         directory = recordings_directory(params, self.label)
         desk = self.shared.get(
             f"mosaic-recorder:{self.label}",
-            lambda: RecorderDesk(params, RecordingsFolder(directory, params.keep_files, params.keep_bytes)),
+            lambda: RecorderDesk(params, RecordingsFolder(directory, params.keep_files, params.keep_bytes), self.label),
         )
         return Recorder(self.label, desk)

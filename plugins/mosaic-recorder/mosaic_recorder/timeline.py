@@ -45,6 +45,11 @@ class Timeline:
         self._zero_s = None
 
     @property
+    def is_cut(self) -> bool:
+        """The next picture is the first, or the first after a cut."""
+        return self._zero_s is None
+
+    @property
     def end_s(self) -> float:
         """The end of the last picture, shown as long as is usual; 0 before the first."""
         return 0.0 if self._at_s is None else self._at_s + _usual_s(self._steps_s)

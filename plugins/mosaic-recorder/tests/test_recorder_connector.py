@@ -14,9 +14,12 @@ from typing import Any
 import av
 import numpy as np
 import pytest
+from support.mcap_files import messages_in
 
 from mosaic_core import ConfigError, MosaicDataType, OwnFolder, Sender, Shared
+from mosaic_core.contract.data_tap import TappedChannel, TappedMessage
 from mosaic_core.contract.media_tap import TappedImage
+from mosaic_core.machines.delivery.framing import PayloadKind
 from mosaic_core.testing import ANOTHER_OPERATOR, OPERATOR, From, build, fake_host, feed
 from mosaic_core.words.codes import REASONS
 from mosaic_recorder import desk as desk_module
@@ -470,3 +473,30 @@ def test_every_code_that_the_package_names_is_in_the_table() -> None:
     named = set(re.findall(r'"((?:recorder|channel)\.[a-z_]+)"', text))
     assert named <= set(REASONS)
     assert named >= {code for code in REASONS if code.startswith("recorder.")}
+
+
+def test_data_alone_may_be_recorded_but_not_nothing_and_no_camera_is_called_like_it() -> None:
+    assert RecorderParams.model_validate({"data": "all"}).labels == ()
+    assert RecorderParams.model_validate({"labels": ["data"]}).labels == ("data",)
+    with pytest.raises(ValueError, match="name cameras in `labels`, or connectors in `data`"):
+        RecorderParams.model_validate({})
+    with pytest.raises(ValueError, match="it would be both"):
+        RecorderParams.model_validate({"labels": ["data"], "data": ["pose"]})
+
+
+def test_data_is_recorded_and_stopped_like_a_camera_but_no_still_is_taken_of_it(studio: Any, tmp_path: Path) -> None:
+    with Bench(studio, tmp_path, labels=["front"], data=["pose"]).running() as bench:
+        tap = studio.Tap([TappedMessage("pose", PayloadKind.JSON, b"{}", 1.0, 1.0)] * 3)
+        tap.channels = [TappedChannel("pose", "sim-pose", MosaicDataType.JSON_R2U)]
+        bench.host.tap_data = lambda labels: tap  # type: ignore[method-assign,assignment,return-value]
+        bench.until(lambda: bench.heard("status"))
+        assert bench.status()["labels"] == ["front", "data"]
+        assert bench.says({"command": "snapshot", "labels": ["data"]}) == ["recorder.unknown_camera"]
+        assert bench.says({"command": "start", "labels": ["data"]}) == []
+        bench.until(lambda: bench.row("data").get("messages") == 3)
+        assert bench.says({"command": "stop"}) == []
+        bench.until(lambda: bench.row("data")["state"] == "ended")
+        assert bench.says({"command": "list"}) == []
+        (file,) = bench.heard("files")[-1]["files"]
+        assert (file["label"], file["name"]) == ("data", bench.row("data")["files"][0])
+        assert len(messages_in(tmp_path / file["name"])) == 3

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from mosaic_core.contract.media_tap import TapCodec, TappedPicture
-from mosaic_recorder import movie_file
+from mosaic_recorder import disk_file
 from mosaic_recorder.movie_file import Container, MovieFile
 
 KINDS: list[tuple[Container, TapCodec]] = [("mp4", "h264"), ("mkv", "h264"), ("mkv", "vp8")]
@@ -127,7 +127,7 @@ def test_a_full_disk_is_told_once_and_what_fitted_plays(
     room_bytes = round(sum(len(picture.data) for picture in pictures) * 0.8)
     path = tmp_path / f"a.{container}"
     disk = NearlyFull(path, room_bytes)
-    monkeypatch.setattr(movie_file, "new_file", lambda *_, **__: disk)
+    monkeypatch.setattr(disk_file, "new_file", lambda *_, **__: disk)
     file = MovieFile(path, container, codec, 320, 240)
     with pytest.raises(OSError, match="No space left") as raised:
         written(file, pictures)
@@ -143,7 +143,7 @@ def test_a_disk_that_fills_at_the_very_end_is_told_by_close(
 ) -> None:
     path = tmp_path / "a.mp4"
     disk = NearlyFull(path, 10**9)
-    monkeypatch.setattr(movie_file, "new_file", lambda *_, **__: disk)
+    monkeypatch.setattr(disk_file, "new_file", lambda *_, **__: disk)
     file = MovieFile(path, "mp4", "h264", 320, 240)
     written(file, studio.encoded(100))
     disk._left = 0
@@ -158,9 +158,9 @@ def test_a_disk_that_does_not_keep_what_it_took_is_an_error(
     def fails(number: int) -> None:
         raise OSError(errno.EIO, "Input/output error")
 
-    monkeypatch.setattr(movie_file, "SYNC_S", 0.0)
+    monkeypatch.setattr(disk_file, "SYNC_S", 0.0)
     file = MovieFile(tmp_path / "a.mp4", "mp4", "h264", 320, 240)
-    monkeypatch.setattr("mosaic_recorder.movie_file.os.fsync", fails)
+    monkeypatch.setattr("mosaic_recorder.disk_file.os.fsync", fails)
     with pytest.raises(OSError, match="Input/output error"):
         written(file, studio.encoded(3))
     file.close()

@@ -11,9 +11,10 @@ from typing import Any
 import pytest
 
 from mosaic_core.contract.media_tap import TappedPicture
-from mosaic_recorder import recording as recording_module
+from mosaic_recorder import camera_recording as recording_module
+from mosaic_recorder.camera_recording import CameraRecording
 from mosaic_recorder.clip_writer import ClipWriter
-from mosaic_recorder.recording import Limits, Recording
+from mosaic_recorder.recording import Limits
 
 
 class Set:
@@ -26,7 +27,9 @@ class Set:
         self.told: list[str] = []
         self.tap = studio.Tap
 
-    def recording(self, *taps: Any, limits: Limits | None = None, check_disk: Callable[[], str] = str) -> Recording:
+    def recording(
+        self, *taps: Any, limits: Limits | None = None, check_disk: Callable[[], str] = str
+    ) -> CameraRecording:
         """Each tap serves from one start or resume to the next pause."""
         waiting = list(taps)
 
@@ -35,7 +38,7 @@ class Set:
             return self.taps[-1]
 
         clip = ClipWriter("mp4", lambda: self.folder / "a.mp4", lambda path: None)
-        made = Recording(
+        made = CameraRecording(
             "front", open_tap, clip, limits or Limits(), changed=lambda: self.told.append(made.status().state),
             check_disk=check_disk,
         )  # fmt: skip
@@ -50,7 +53,7 @@ def stage(studio: Any, tmp_path: Path) -> Set:
     return Set(studio, tmp_path)
 
 
-def ended(recording: Recording) -> str:
+def ended(recording: CameraRecording) -> str:
     """The code with which it ended, or has been stopped."""
     assert recording.join(20)
     assert recording.has_ended
@@ -173,7 +176,7 @@ def test_a_file_that_cannot_be_finished_is_told(
     stage.studio.until(lambda: recording.status().pictures == 3)
     recording.wish("stop")
     assert ended(recording) == "recorder.disk_full"
-    assert "it plays up to there" in caplog.text
+    assert "it is whole up to there" in caplog.text
 
 
 def test_anything_unforeseen_ends_the_recording_alone(stage: Set, caplog: pytest.LogCaptureFixture) -> None:

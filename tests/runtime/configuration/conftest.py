@@ -159,6 +159,7 @@ class WatcherParams(Params):
     others: tuple[CameraLabel, ...] = ()
     weights: dict[CameraLabel, float] = {}
     films: OwnFolder | None = None
+    data: tuple[DataLabel, ...] = ()
 
 
 class WatcherConfigurer(DataChannelConfigurer[WatcherParams]):

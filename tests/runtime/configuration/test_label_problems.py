@@ -61,6 +61,16 @@ def test_a_label_that_only_the_robot_knows_may_be_any(rehearsed: Rehearsed) -> N
     assert not rehearsed(unknown, "type: watcher, label: w, params: { main: rear }", allow_missing_env=True).problems
 
 
+def test_data_that_is_named_is_a_data_channel_of_the_robot(rehearsed: Rehearsed) -> None:
+    gauge = "type: gauge, label: battery"
+    assert not rehearsed(gauge, "type: watcher, label: w, params: { data: [battery] }").problems
+    (problem,) = rehearsed(*EYES, gauge, "type: watcher, label: w, params: { data: [batery] }").problems
+    assert (problem.path, problem.cure) == ("connectors[3].params.data[0]", "did you mean 'battery'?")
+    assert problem.message == "connector 'w' names the data channel 'batery', which this robot does not have"
+    (problem,) = rehearsed(*EYES, gauge, "type: watcher, label: w, params: { data: [front] }").problems
+    assert problem.message == "connector 'w' names the data channel 'front', which is of type 'eye'"
+
+
 def test_a_robot_made_in_python_is_checked_too(acme: ConnectorResolver) -> None:
     watcher = {"type": "watcher", "label": "w", "params": {"main": "frnt"}}
     config = RobotConfig.model_validate({"connectors": [{"type": "eye", "label": "front"}, watcher]})

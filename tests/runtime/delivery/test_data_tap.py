@@ -26,9 +26,6 @@ CHANNELS = [
     TappedChannel("pose", "pose", MosaicDataType.JSON_R2U),
     TappedChannel("drive", "drive", MosaicDataType.JSON_U2R),
 ]
-    TappedChannel("pose", "pose", MosaicDataType.JSON_R2U),
-    TappedChannel("drive", "d", MosaicDataType.JSON_U2R),
-]
 ANN = Sender("p1", "s1", "ann", "Ann")
 
 
