@@ -80,7 +80,7 @@ class ImageText(_Mark):
 
 
 class ImageAnnotations(StandardMessage):
-    """What is marked in a camera's picture."""
+    """What is marked in a camera's picture. The dashboard draws it over that picture: the one of ``captured_at_us``."""
 
     schema_id: ClassVar[str] = "mosaic/ImageAnnotations@1"
     given_in: ClassVar[str] = "pixels of the camera's picture: x right, y down, from its upper left corner"
@@ -89,6 +89,9 @@ class ImageAnnotations(StandardMessage):
     camera: Name | None = absent(description="Label of the camera.")
     width: int | None = absent("px", gt=0, description="Of the picture that was looked at.")
     height: int | None = absent("px", gt=0, description="Of the picture that was looked at.")
+    captured_at_us: int | None = absent(
+        "µs", ge=0, description="When that picture was captured, on the robot's monotonic clock, as a tap tells it."
+    )
     boxes: list[ImageBox] = Field(default=[], max_length=MAX_MARKS)
     lines: list[ImageLine] = Field(default=[], max_length=MAX_MARKS)
     texts: list[ImageText] = Field(default=[], max_length=MAX_MARKS)

@@ -95,7 +95,7 @@ export interface GripperTarget {
   max_effort?: number
 }
 
-/** What is marked in a camera's picture. */
+/** What is marked in a camera's picture. The dashboard draws it over that picture: the one of `captured_at_us`. */
 export interface ImageAnnotations {
   /** Label of the camera. */
   camera?: string
@@ -103,6 +103,8 @@ export interface ImageAnnotations {
   width?: number
   /** Of the picture that was looked at. (px) */
   height?: number
+  /** When that picture was captured, on the robot's monotonic clock, as a tap tells it. (µs) */
+  captured_at_us?: number
   boxes: readonly ImageBox[]
   lines: readonly ImageLine[]
   texts: readonly ImageText[]

@@ -3,6 +3,7 @@ import { MantineProvider } from '@mantine/core'
 import {
   Value,
   type Availability,
+  type Catalogue,
   type ClearReport,
   type ConnectionState,
   type ControlEvent,
@@ -99,6 +100,7 @@ export class FakeDesk {
 
 export class FakeConnection {
   readonly control = new FakeDesk()
+  readonly catalogue = new Value<Catalogue | null>(null)
   readonly state = new Value<ConnectionState>({ phase: 'connected', roundTripMs: 8 })
 }
 

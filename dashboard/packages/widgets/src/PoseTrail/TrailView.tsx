@@ -1,10 +1,11 @@
-import { ActionIcon, Tooltip } from '@mantine/core'
 import { IconCrosshair, IconEraser, IconMaximize } from '@tabler/icons-react'
 import { useEffect, useRef, useState } from 'react'
 import frame from '../frame/frame.module.css'
 import { Notice } from '../frame/Notice'
+import { Tool } from '../frame/Tool'
 import classes from '../paint/paint.module.css'
-import { fittingView, followingView, paintTrail } from '../paint/paintTrail'
+import { fittingView, followingView } from '../paint/metricGrid'
+import { paintTrail } from '../paint/paintTrail'
 import { Trail, type Place } from '../paint/Trail'
 import { useCanvas } from '../paint/useCanvas'
 import type { AnyStore } from '../stores/storeKinds'
@@ -65,15 +66,5 @@ export function TrailView({ store, name, placeOf, textOf, stepM }: TrailViewProp
         </div>
       )}
     </div>
-  )
-}
-
-function Tool({ label, onClick, children }: { label: string; onClick: () => void; children: React.ReactNode }) {
-  return (
-    <Tooltip label={label} openDelay={400}>
-      <ActionIcon size="sm" variant="default" aria-label={label} onClick={onClick}>
-        {children}
-      </ActionIcon>
-    </Tooltip>
   )
 }

@@ -85,6 +85,15 @@ test('what is recorded is shown per camera, with its end in words', () => {
   expect(screen.getByRole('listitem').textContent).toContain('disk is full')
 })
 
+test('data is shown beside the cameras, with how many messages', () => {
+  const data = { ...ROW, kind: 'data', label: 'data', messages: 5120, bytes: 210_000 }
+  shown({ ...RUNNING, recordings: [ROW, data] })
+  const [, row] = screen.getAllByRole('listitem')
+  expect(row?.textContent).toBe('data recording · 3:07 · 210 kB · 5120 messages')
+  store.say({ ...RUNNING, recordings: [{ ...data, dropped: 3 }] })
+  expect(screen.getByRole('listitem').textContent).toContain('3 messages lost')
+})
+
 test('a still that this page asked for is saved here, too; another page’s is not', async () => {
   const made: string[] = []
   vi.spyOn(URL, 'createObjectURL').mockReturnValue('blob:x')

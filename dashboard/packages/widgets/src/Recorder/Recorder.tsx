@@ -7,13 +7,13 @@ import { Notice } from '../frame/Notice'
 import { lazyDialog } from '../registry/lazyDialog'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import classes from './Recorder.module.css'
-import { formattedBytes, formattedDuration, type CameraRecording, type RecorderStatus } from './recorderMessages'
+import { formattedBytes, formattedDuration, type OneRecording, type RecorderStatus } from './recorderMessages'
 import { useRecorder, type RecorderControl } from './useRecorder'
 
 const RecordedFiles = lazyDialog(() => import('./RecordedFiles'))
 
 const STATES = { idle: 'Not recording', recording: 'Recording', paused: 'Paused' }
-const CAMERA_STATES: Record<string, string> = {
+const STATES_OF_ONE: Record<string, string> = {
   starting: 'starting',
   recording: 'recording',
   waiting: 'waiting for a picture',
@@ -58,7 +58,7 @@ export function Recorder({ entry, store }: WidgetProps) {
       ) : (
         <ul className={classes.cameras}>
           {status.recordings.map((one) => (
-            <Camera key={one.label} recording={one} />
+            <One key={one.label} recording={one} />
           ))}
         </ul>
       )}
@@ -97,11 +97,12 @@ function Transport({ status, recorder: { command }, isOpen }: { status: Recorder
   )
 }
 
-function Camera({ recording: { label, state, seconds, bytes, dropped, code } }: { recording: CameraRecording }) {
+function One({ recording: { kind, label, state, seconds, bytes, messages, dropped, code } }: { recording: OneRecording }) {
   return (
     <li className={classes.row} data-bad={code !== ''}>
-      <strong>{label}</strong> {CAMERA_STATES[state] ?? state} · {formattedDuration(seconds)} · {formattedBytes(bytes)}
-      {dropped > 0 && ` · ${dropped} pictures lost: the disk is too slow`}
+      <strong>{label}</strong> {STATES_OF_ONE[state] ?? state} · {formattedDuration(seconds)} · {formattedBytes(bytes)}
+      {kind === 'data' && ` · ${messages} messages`}
+      {dropped > 0 && ` · ${dropped} ${kind === 'data' ? 'messages' : 'pictures'} lost: the disk is too slow`}
       {code !== '' && <span>{reasonOf(code).sentence}</span>}
     </li>
   )

@@ -2,11 +2,15 @@
 
 export type RecorderState = 'idle' | 'recording' | 'paused'
 
-export interface CameraRecording {
+/** Of one camera, or of the data. */
+export interface OneRecording {
+  kind: 'camera' | 'data'
   label: string
   state: string
   seconds: number
   bytes: number
+  /** Of data. */
+  messages: number
   dropped: number
   code: string
 }
@@ -15,7 +19,7 @@ export interface RecorderStatus {
   type: 'status'
   state: RecorderState
   labels: readonly string[]
-  recordings: readonly CameraRecording[]
+  recordings: readonly OneRecording[]
   seconds: number
   freeBytes: number | null
 }
@@ -71,13 +75,15 @@ function statusOf(given: Record<string, unknown>): RecorderStatus {
   }
 }
 
-function recordingOf(value: unknown): CameraRecording {
+function recordingOf(value: unknown): OneRecording {
   const given = recordOf(value)
   return {
+    kind: given['kind'] === 'data' ? 'data' : 'camera',
     label: text(given['label']),
     state: text(given['state']),
     seconds: number(given['seconds']),
     bytes: number(given['bytes']),
+    messages: number(given['messages']),
     dropped: number(given['dropped']),
     code: text(given['code']),
   }

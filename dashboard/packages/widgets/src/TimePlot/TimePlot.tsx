@@ -16,7 +16,7 @@ export function TimePlot({ entry, store }: WidgetProps) {
   const fields = found.length > 0 ? found : declared
   const buffer = useMemo(() => new SeriesBuffer(fields.length, KEPT_S), [fields])
   useEveryJson(store, (message, info) => {
-    const there = numericFields(entry.messageSchema, message)
+    const there = allOf(fields, numericFields(entry.messageSchema, message))
     if (there.length > fields.length) return setFound(there)
     const values = fields.map((field) => numberAt(message, field))
     buffer.add((info?.receivedAtMs ?? nowMs()) / 1000, values)
@@ -26,6 +26,19 @@ export function TimePlot({ entry, store }: WidgetProps) {
     return <Notice tone="wait" title={hasSchema ? 'Nothing to plot: no field is a number' : 'No value yet'} />
   }
   return <LivePlot fields={fields} buffer={buffer} name={entry.label} />
+}
+
+/** More lines than this no legend holds. */
+const MAX_FIELDS = 96
+
+/** Fields that come and go keep their lines. */
+function allOf(known: readonly Field[], there: readonly Field[]): readonly Field[] {
+  const keys = new Set(known.map(keyOf))
+  return [...known, ...there.filter((field) => !keys.has(keyOf(field)))].slice(0, MAX_FIELDS)
+}
+
+function keyOf({ path }: Field): string {
+  return path.join('.')
 }
 
 function numberAt(message: unknown, field: Field): number | null {

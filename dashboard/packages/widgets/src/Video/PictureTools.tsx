@@ -8,6 +8,7 @@ import {
   IconMaximize,
   IconPlayerRecordFilled,
   IconPlayerStopFilled,
+  IconScan,
 } from '@tabler/icons-react'
 import { type ReactNode } from 'react'
 import type { Buffering, PictureChoices } from '../pictures/pictureChoices'
@@ -16,6 +17,8 @@ import classes from './Video.module.css'
 export interface PictureToolsProps {
   label: string
   hasPicture: boolean
+  /** Something may be marked in it. */
+  hasMarks: boolean
   choices: PictureChoices
   onChoose: (choices: PictureChoices) => void
   isRecording: boolean
@@ -28,7 +31,7 @@ export interface PictureToolsProps {
 
 /** What can be done with a picture. */
 export function PictureTools(props: PictureToolsProps) {
-  const { label, hasPicture, choices, onChoose, isRecording, onRecord, onStill, onFullscreen } = props
+  const { label, hasPicture, hasMarks, choices, onChoose, isRecording, onRecord, onStill, onFullscreen } = props
   return (
     <div className={classes.tools} role="group" aria-label={`Tools for ${label}`}>
       {onRecord !== null && (
@@ -51,6 +54,15 @@ export function PictureTools(props: PictureToolsProps) {
       >
         <IconInfoCircle size={16} />
       </Tool>
+      {hasMarks && (
+        <Tool
+          label={choices.showsMarks ? 'Hide the marks' : 'Show what is marked'}
+          isOn={choices.showsMarks}
+          onPress={() => onChoose({ ...choices, showsMarks: !choices.showsMarks })}
+        >
+          <IconScan size={16} />
+        </Tool>
+      )}
       <MoreTools {...props} />
       <Tool label={`Show ${label} on the whole screen`} onPress={onFullscreen}>
         <IconMaximize size={16} />

@@ -1,4 +1,4 @@
-import { reasonOf, type StoreState } from '@mosaic/client'
+import { messages, reasonOf, type StoreState } from '@mosaic/client'
 import { useReadable, useRobotConnection } from '@mosaic/react'
 import { useEffect, useEffectEvent, useRef, useState } from 'react'
 import { ControlFrame } from '../control/ControlFrame'
@@ -9,8 +9,10 @@ import { StoppedBanner } from '../control/StoppedBanner'
 import { download, fileName } from '../frame/download'
 import { LastPictureAge } from '../frame/LastPictureAge'
 import { Notice } from '../frame/Notice'
+import { fetched } from '../registry/fetched'
 import type { WidgetProps } from '../registry/WidgetDefinition'
 import { showsMedia, type ShowsMedia } from '../stores/storeKinds'
+import { useEntries } from '../stores/useEntries'
 import type { PictureState } from '../pictures/frameMeter'
 import { KeptCanvas } from './KeptCanvas'
 import { KeptPicture } from '../pictures/KeptPicture'
@@ -27,6 +29,10 @@ import { useShown } from './useShown'
 import { useRecording } from './useRecording'
 import classes from './Video.module.css'
 import { playPicture } from './VideoPlayer'
+
+/** Comes where the robot marks something in its pictures. */
+const MarksLayer = fetched(() => import('../Marks/MarksLayer').then((file) => file.default, () => NoMarks))
+const ANNOTATIONS: readonly string[] = [messages.SCHEMA_IDS.ImageAnnotations]
 
 /** A camera's picture with what was measured about it. A frozen picture is shown as frozen. */
 export function Video({ store, ...props }: WidgetProps) {
@@ -45,6 +51,7 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
   const [last] = useState(() => new KeptPicture())
   const [failure, setFailure] = useState('')
   const isFullscreen = useFullscreen(root)
+  const hasMarks = useEntries(robotId, ANNOTATIONS).length > 0
   const { state, facts, alarm } = usePlayer({ store, robotId, video, stream, log, last, showsDetails: choices.showsDetails })
   const kept = useKeptPicture(store, last, state)
   const storeState = useReadable(store.state)
@@ -63,6 +70,7 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
     <div ref={root} className={classes.root} data-state={isAway ? 'reconnecting' : state} data-testid="video">
       <video ref={video} className={classes.video} autoPlay muted playsInline aria-label={`Picture of ${entry.label}`} />
       {kept !== null && <KeptCanvas label={entry.label} canvas={kept} />}
+      {hasMarks && choices.showsMarks && state === 'live' && <MarksLayer {...{ robotId, store, video }} label={entry.label} />}
       {state === 'none' && !(isAway && kept !== null) && <NoPicture {...{ isOnScreen, storeState }} hasStream={stream !== null} code={missing} />}
       <div ref={alarm} className={classes.alarm} role="alert" />
       <div ref={facts} className={classes.facts} data-details={choices.showsDetails} data-testid="picture-facts" />
@@ -81,6 +89,7 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
       <PictureTools
         label={entry.label}
         hasPicture={state !== 'none'}
+        hasMarks={hasMarks}
         choices={choices}
         onChoose={choose}
         isRecording={recording.isRecording}
@@ -89,6 +98,15 @@ function Picture({ store, robotId, entry }: Omit<WidgetProps, 'store'> & { store
         onExport={(format) => exportFigures(entry.label, log, format)}
         onFullscreen={() => toggleFullscreen(root.current, video.current)}
       />
+    </div>
+  )
+}
+
+/** The picture stays without them. */
+function NoMarks() {
+  return (
+    <div className={classes.failure} role="alert">
+      What is marked could not be fetched; reload the page to see it
     </div>
   )
 }

@@ -76,7 +76,7 @@ function playMuted(video: HTMLVideoElement): void {
 }
 
 /** Tells of every picture that is put on the screen. */
-function onEveryFrame(
+export function onEveryFrame(
   video: HTMLVideoElement,
   listener: (nowMs: number, frame?: VideoFrameCallbackMetadata) => void,
 ): () => void {

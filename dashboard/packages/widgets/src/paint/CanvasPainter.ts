@@ -3,6 +3,7 @@
 export interface Colours {
   line: string
   lineStrong: string
+  panel: string
   text: string
   muted: string
   accent: string
@@ -74,6 +75,7 @@ export function coloursOf(element: Element): Colours {
   return {
     line: token('--m-line'),
     lineStrong: token('--m-line-strong'),
+    panel: token('--m-panel-raised'),
     text: token('--m-text'),
     muted: token('--m-muted'),
     accent: token('--m-accent'),

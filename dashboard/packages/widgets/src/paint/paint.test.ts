@@ -1,7 +1,7 @@
 import fc from 'fast-check'
 import { describe, expect, test } from 'vitest'
 import { niceStep } from './niceStep'
-import { fittingView, followingView } from './paintTrail'
+import { fittingView, followingView } from './metricGrid'
 import { attitudeOf, quaternionOf, yawOf } from './quaternion'
 import { Trail } from './Trail'
 

@@ -1,85 +1,33 @@
 /** Draws a trail on a metric grid, x to the right and y up. */
 import type { Surface } from './CanvasPainter'
-import { niceStep } from './niceStep'
-import type { Bounds, Place, Trail } from './Trail'
-
-export interface View {
-  centerX: number
-  centerY: number
-  /** Pixels per metre. */
-  scale: number
-}
-
-const MIN_SPAN_M = 4
-const MARGIN = 1.25
-
-/** A view that shows all of `bounds`, and at least a few metres. */
-export function fittingView(bounds: Bounds, width: number, height: number): View {
-  const spanX = Math.max(MIN_SPAN_M, (bounds.maxX - bounds.minX) * MARGIN)
-  const spanY = Math.max(MIN_SPAN_M, (bounds.maxY - bounds.minY) * MARGIN)
-  return {
-    centerX: (bounds.minX + bounds.maxX) / 2,
-    centerY: (bounds.minY + bounds.maxY) / 2,
-    scale: Math.min(width / spanX, height / spanY),
-  }
-}
-
-export function followingView(place: Place, width: number, height: number): View {
-  return { centerX: place.x, centerY: place.y, scale: Math.min(width, height) / 6 }
-}
+import { paintGrid, pixelsOf, type View } from './metricGrid'
+import type { Place, Trail } from './Trail'
 
 export function paintTrail(surface: Surface, trail: Trail, view: View): void {
-  const toX = (x: number) => surface.width / 2 + (x - view.centerX) * view.scale
-  const toY = (y: number) => surface.height / 2 - (y - view.centerY) * view.scale
-  paintGrid(surface, view, toX, toY)
-  paintWay(surface, trail, toX, toY)
-  const { last } = trail
-  if (last !== null) paintBody(surface, toX(last.x), toY(last.y), last.headingRad)
+  paintGrid(surface, view)
+  paintWay(surface, trail.last === null ? trail.points : [...trail.points, trail.last], view)
+  if (trail.last !== null) paintPlace(surface, trail.last, view)
 }
 
-type ToPixel = (metres: number) => number
-
-function paintGrid({ context, width, height, colours }: Surface, view: View, toX: ToPixel, toY: ToPixel): void {
-  const step = niceStep(Math.max(width, height) / view.scale, 8)
-  context.lineWidth = 1
-  context.strokeStyle = colours.line
-  context.beginPath()
-  for (let x = Math.ceil((view.centerX - width / 2 / view.scale) / step) * step; toX(x) <= width; x += step) {
-    context.moveTo(Math.round(toX(x)) + 0.5, 0)
-    context.lineTo(Math.round(toX(x)) + 0.5, height)
-  }
-  for (let y = Math.ceil((view.centerY - height / 2 / view.scale) / step) * step; toY(y) >= 0; y += step) {
-    context.moveTo(0, Math.round(toY(y)) + 0.5)
-    context.lineTo(width, Math.round(toY(y)) + 0.5)
-  }
-  context.stroke()
-  paintScaleBar(context, colours.muted, step, view.scale, height)
-}
-
-function paintScaleBar(context: CanvasRenderingContext2D, colour: string, step: number, scale: number, height: number): void {
+/** A line through places. */
+export function paintWay(surface: Surface, places: readonly { x: number; y: number }[], view: View, colour = surface.colours.accent): void {
+  const { context } = surface
+  const { toX, toY } = pixelsOf(surface, view)
   context.strokeStyle = colour
-  context.fillStyle = colour
-  context.font = '11px Inter Variable, sans-serif'
-  context.beginPath()
-  context.moveTo(10, height - 14)
-  context.lineTo(10, height - 10)
-  context.lineTo(10 + step * scale, height - 10)
-  context.lineTo(10 + step * scale, height - 14)
-  context.stroke()
-  context.fillText(`${Number(step.toPrecision(2))} m`, 14, height - 15)
-}
-
-function paintWay({ context, colours }: Surface, trail: Trail, toX: ToPixel, toY: ToPixel): void {
-  context.strokeStyle = colours.accent
   context.lineWidth = 2
   context.lineJoin = 'round'
   context.beginPath()
-  trail.points.forEach(({ x, y }, index) => {
+  places.forEach(({ x, y }, index) => {
     if (index === 0) context.moveTo(toX(x), toY(y))
     else context.lineTo(toX(x), toY(y))
   })
-  if (trail.last !== null) context.lineTo(toX(trail.last.x), toY(trail.last.y))
   context.stroke()
+}
+
+/** Something with a heading at its place. */
+export function paintPlace(surface: Surface, { x, y, headingRad }: Place, view: View): void {
+  const { toX, toY } = pixelsOf(surface, view)
+  paintBody(surface, toX(x), toY(y), headingRad)
 }
 
 /** An arrow where the heading is known, a dot where it isn't. */

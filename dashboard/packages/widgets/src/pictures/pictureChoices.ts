@@ -6,13 +6,15 @@ export type Buffering = 'drive' | 'inspect' | 'auto'
 export interface PictureChoices {
   buffering: Buffering
   showsDetails: boolean
+  /** What connectors mark in the picture. */
+  showsMarks: boolean
 }
 
 /** Enough to even out a poor network, too much to drive by. */
 const INSPECT_MS = 250
 
 const BUFFERINGS: readonly Buffering[] = ['drive', 'inspect', 'auto']
-const DEFAULT: PictureChoices = { buffering: 'drive', showsDetails: false }
+const DEFAULT: PictureChoices = { buffering: 'drive', showsDetails: false, showsMarks: true }
 
 export function bufferTargetMs(buffering: Buffering): number | null {
   return { drive: 0, inspect: INSPECT_MS, auto: null }[buffering]
@@ -26,6 +28,7 @@ export function readPictureChoices(storage: Pick<Storage, 'getItem'>, robotId: s
     return {
       buffering: BUFFERINGS.find((one) => one === given?.buffering) ?? DEFAULT.buffering,
       showsDetails: given?.showsDetails === true,
+      showsMarks: given?.showsMarks !== false,
     }
   } catch {
     return DEFAULT

@@ -1,6 +1,7 @@
 /** The values of one message, flat and named: from its schema where there is one, else from the message itself. */
 import { plainText } from '@mosaic/client'
 import { fieldsOf, isObject, nameOf, unitFromName, type Field, type JsonSchema } from './jsonSchema'
+import { elementFields, elementOf } from './keyedLists'
 
 export interface FieldValue extends Field {
   value: unknown
@@ -13,9 +14,15 @@ export function fieldValues(schema: JsonSchema | undefined, message: unknown): F
   return fieldsThere(schema, message).map((field) => ({ ...field, value: valueAt(message, field.path) }))
 }
 
-/** Those that a plot can draw. */
+/** Those that a plot can draw: also the elements of lists, by the names beside them. */
 export function numericFields(schema: JsonSchema | undefined, message: unknown): Field[] {
-  return fieldsThere(schema, message).filter((field) => field.kind === 'number' && field.path.at(-1) !== 'timestamp')
+  return fieldsThere(schema, message)
+    .flatMap((field) => (field.kind === 'array' ? elementsOf(field, message) : [field]))
+    .filter((field) => field.kind === 'number' && field.path.at(-1) !== 'timestamp')
+}
+
+function elementsOf(field: Field, message: unknown): Field[] {
+  return elementFields(field, valueAt(message, field.path.slice(0, -1)), valueAt(message, field.path))
 }
 
 /** What the schema declares, without what may be left out (it is null by default) and is; without a schema, what is there. */
@@ -25,8 +32,16 @@ function fieldsThere(schema: JsonSchema | undefined, message: unknown): Field[] 
   return declared.filter((field) => field.initial !== null || valueAt(message, field.path) !== undefined)
 }
 
+/** What stands at a path; an element of a list is reached by its name, or its number in a short one. */
 export function valueAt(message: unknown, path: readonly string[]): unknown {
-  return path.reduce<unknown>((value, key) => (isObject(value) ? value[key] : undefined), message)
+  let owner: unknown
+  let value = message
+  for (const key of path) {
+    const inner = Array.isArray(value) ? elementOf(owner, value, key) : isObject(value) ? value[key] : undefined
+    owner = value
+    value = inner
+  }
+  return value
 }
 
 export function fieldsOfMessage(message: unknown, path: readonly string[] = []): Field[] {

@@ -1,0 +1,44 @@
+import { useId } from 'react'
+import { formatted } from '../schema/messageFields'
+import classes from './JointCommand.module.css'
+
+export interface SliderRowProps {
+  name: string
+  unit: string
+  min: number
+  max: number
+  /** Null: nobody knows where it stands; the slider then begins in the middle. */
+  value: number | null
+  isTouched: boolean
+  onChange: (value: number) => void
+}
+
+/** One number of a command, within its range: by hand, by the arrow keys, or typed. */
+export function SliderRow({ name, unit, min, max, value, isTouched, onChange }: SliderRowProps) {
+  const id = useId()
+  const step = stepOf(max - min)
+  const shown = value ?? Math.min(max, Math.max(min, (min + max) / 2))
+  return (
+    <div className={classes.slider} data-touched={isTouched}>
+      <label htmlFor={id}>{name}</label>
+      <input
+        id={id}
+        type="range"
+        min={min}
+        max={max}
+        step={step}
+        value={shown}
+        aria-valuetext={`${formatted(value)} ${unit}`}
+        onChange={(event) => onChange(event.currentTarget.valueAsNumber)}
+      />
+      <span className={classes.value} aria-hidden>
+        {formatted(value)} {unit}
+      </span>
+    </div>
+  )
+}
+
+/** Fine enough for a hand, in round numbers. */
+function stepOf(span: number): number {
+  return span <= 0 ? 0.001 : 10 ** Math.floor(Math.log10(span / 200))
+}

@@ -1,0 +1,29 @@
+/** A target for joints as a person sets it: only what was touched is sent, the others follow where the joints stand. Pure. */
+import type { Joint } from '../Joints/joints'
+
+/** By the joint's name; what is not here was not touched. */
+export type JointDraft = Readonly<Record<string, number>>
+
+/** The joints that a target may name: those that are reported, then those that limits name. */
+export function knownNames(reported: readonly Joint[], limited: readonly string[]): string[] {
+  return [...new Set([...reported.map(({ name }) => name), ...limited])]
+}
+
+/** Where the slider of a joint stands: as it was set, else where the joint is; null where nobody knows. */
+export function shownPosition(draft: JointDraft, reported: readonly Joint[], name: string): number | null {
+  return draft[name] ?? reported.find((joint) => joint.name === name)?.position ?? null
+}
+
+/** The message, or null where nothing was touched. */
+export function targetOf(draft: JointDraft, durationS: number | null): object | null {
+  const names = Object.keys(draft)
+  if (names.length === 0) return null
+  const positions = names.map((name) => draft[name])
+  return durationS === null ? { names, positions } : { names, positions, duration_s: durationS }
+}
+
+/** A number that a person typed; null for nothing and for what is none, or not above `above`. */
+export function typedNumber(text: string, above = -Infinity): number | null {
+  const value = Number(text.replace(',', '.'))
+  return text.trim() === '' || !Number.isFinite(value) || value <= above ? null : value
+}
