@@ -23,8 +23,14 @@ CONNECTORS = """\
   - { type: sim-imu, label: imu }
   - { type: sim-gps, label: gps }
   - { type: sim-point-cloud, label: cloud, params: { rate_hz: 1, columns: 64 } }
+  - { type: sim-map, label: map }
+  - { type: sim-path, label: way_home }
+  - { type: sim-marks, label: marks, params: { camera: front, width: 320, height: 240 } }
+  - { type: sim-mast, label: mast }
+  - { type: sim-mast-target, label: mast_target }
+  - { type: sim-health, label: health }
   - { type: host-load, label: host }
-  - { type: recorder, label: recorder, params: { directory: FOLDER, labels: [front] } }
+  - { type: recorder, label: recorder, params: { directory: FOLDER, labels: [front], data: [pose] } }
   - { type: microphone, label: ears, params: { source: "tone:440" } }
   - { type: speaker, label: voice, params: { output: FOLDER/voice.wav } }
   - { type: connection-check, label: link }

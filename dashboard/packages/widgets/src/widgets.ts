@@ -136,8 +136,7 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Move joints',
     icon: IconSend,
     accepts: { dataTypes: TO_ROBOT, schemas: standard('JointTarget'), priority: 50 },
-    area: 'control',
-    size: { columns: 4, rows: 5 },
+    ...panel(4),
     Component: lazyWidget(() => import('./JointCommand/JointCommand').then((file) => file.JointCommand)),
   },
   {
@@ -145,8 +144,7 @@ export const widgets: readonly WidgetDefinition[] = [
     title: 'Gripper',
     icon: IconSend,
     accepts: { dataTypes: TO_ROBOT, schemas: standard('GripperTarget'), priority: 50 },
-    area: 'control',
-    size: { columns: 4, rows: 3 },
+    ...panel(2),
     Component: lazyWidget(() => import('./JointCommand/GripperCommand').then((file) => file.GripperCommand)),
   },
   {

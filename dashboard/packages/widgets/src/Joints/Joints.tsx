@@ -18,6 +18,8 @@ export function Joints({ robotId, entry, store }: WidgetProps) {
   if (joints === null) return <Notice tone="bad" title="Not the state of joints">It has names, each once, and positions.</Notice>
   const has = (key: 'velocity' | 'effort') => joints.some((joint) => joint[key] !== null)
   const [hasVelocity, hasEffort] = [has('velocity'), has('effort')]
+  const ranges = joints.map(({ name }) => rangeOf(safety, `positions.${name}`))
+  const hasPlace = ranges.some((range) => shareOf(0, range) !== null)
   return (
     <div className={classes.scroll} tabIndex={0} role="region" aria-label={`Joints of ${entry.label}`}>
       <table className={classes.table}>
@@ -25,14 +27,18 @@ export function Joints({ robotId, entry, store }: WidgetProps) {
           <tr>
             <th scope="col">Joint</th>
             <th scope="col" title="Sliding joints: m">Position (rad)</th>
-            <th scope="col"><span className={classes.hidden}>Within its limits</span></th>
+            {hasPlace && (
+              <th scope="col">
+                <span className={classes.hidden}>Within its limits</span>
+              </th>
+            )}
             {hasVelocity && <th scope="col">rad/s</th>}
             {hasEffort && <th scope="col">Nm</th>}
           </tr>
         </thead>
         <tbody>
-          {joints.map((joint) => (
-            <Row key={joint.name} joint={joint} range={rangeOf(safety, `positions.${joint.name}`)} {...{ hasVelocity, hasEffort }} />
+          {joints.map((joint, index) => (
+            <Row key={joint.name} joint={joint} range={ranges[index] ?? NO_RANGE} {...{ hasPlace, hasVelocity, hasEffort }} />
           ))}
         </tbody>
       </table>
@@ -40,21 +46,26 @@ export function Joints({ robotId, entry, store }: WidgetProps) {
   )
 }
 
+const NO_RANGE: JointRange = { min: null, max: null }
+
 interface RowProps {
   joint: Joint
   range: JointRange
+  hasPlace: boolean
   hasVelocity: boolean
   hasEffort: boolean
 }
 
-function Row({ joint, range, hasVelocity, hasEffort }: RowProps) {
+function Row({ joint, range, hasPlace, hasVelocity, hasEffort }: RowProps) {
   return (
     <tr data-outside={isOutside(joint.position, range)}>
       <th scope="row">{joint.name}</th>
       <td>{formatted(joint.position)}</td>
-      <td className={classes.place}>
-        <PlaceBar name={joint.name} position={joint.position} range={range} />
-      </td>
+      {hasPlace && (
+        <td className={classes.place}>
+          <PlaceBar name={joint.name} position={joint.position} range={range} />
+        </td>
+      )}
       {hasVelocity && <td>{formatted(joint.velocity)}</td>}
       {hasEffort && <td>{formatted(joint.effort)}</td>}
     </tr>

@@ -58,8 +58,8 @@ export function limitedNames(safety: Record<string, unknown> | undefined, list: 
     .map((field) => field.slice(prefix.length))
 }
 
-/** Half a turn to each side, where nothing is said. */
-const HALF_TURN = Math.PI
+/** Half a turn to each side, where nothing is said; round, so that a slider stops at round numbers. */
+const HALF_TURN = 3.15
 
 /** The ends of a slider: the limits, else half a turn to each side; wide enough for where the joint stands. */
 export function sliderRange({ min, max }: JointRange, position: number | null): { min: number; max: number } {

@@ -26,7 +26,9 @@ export function paintMap(surface: Surface, layers: readonly MapLayer[], view: Vi
   const grids = layers.filter((layer) => layer.kind === 'grid')
   if (grids.length > 0) paintUnknown(surface)
   for (const { grid } of grids) paintGridMap(surface, grid, view, pictures.pictureOf(grid, surface.colours))
+  surface.context.globalAlpha = grids.length > 0 ? 0.5 : 1 // so that no line cuts a wall
   paintGrid(surface, view)
+  surface.context.globalAlpha = 1
   for (const layer of layers) {
     if (layer.kind === 'path') paintPath(surface, layer.places, view)
     if (layer.kind === 'pose') paintPlace(surface, layer.place, view)

@@ -77,7 +77,7 @@ function chosen(entry: CatalogueEntry): WidgetDefinition | null {
 }
 
 function shown(entry = ENTRY, widget = chosen(entry)) {
-  const connection = () => ({ delivery, state: new Value<ConnectionState>({ phase: 'connected', roundTripMs: null }) })
+  const connection = () => ({ delivery, catalogue: new Value(null), state: new Value<ConnectionState>({ phase: 'connected', roundTripMs: null }) })
   const storeManager = { getOrCreateStore: () => store, releaseStore: () => (released += 1) }
   return render(
     <MantineProvider env="test">
