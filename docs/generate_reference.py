@@ -323,8 +323,10 @@ frames of ROS REP-103 and REP-105: x forward, y left, z up, angles counter-clock
 known is left out (`?`) or `null`.
 
 [How to use one, or add fields to it](../tutorial/first-connector.md#standard-messages). The number at the end of an id
-rises when old readers would misread the new shape; new fields that may be left out do not change it. `raw-json` and
-`json-sender` show and send text. The ROS 2 type is the one that holds the same.
+rises when old readers would misread the new shape; new fields that may be left out do not change it. What
+`ImageAnnotations` mark is drawn over the picture of its camera; its own card (`raw-json`) has the words. The ROS 2 type
+is the one that holds the same. `mosaic-recorder` writes each into MCAP under its id as the schema's name, with the
+robot's own JSON Schema: none of them is exactly one of Foxglove's, whose times are objects of seconds and nanoseconds.
 """
 LIMITS = """
 ## Known limits
