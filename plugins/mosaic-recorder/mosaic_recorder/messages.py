@@ -84,7 +84,7 @@ class CommandNote(Message):
 
 
 class MovieNote(Message):
-    """From where on a movie shows what, until its next note; in the file of data."""
+    """A place on a movie and when its picture was captured, until the next note; in the file of data."""
 
     schema_id: ClassVar[str] = "mosaic-recorder/Movie@1"
     label: str = Field(description="Of the camera.")

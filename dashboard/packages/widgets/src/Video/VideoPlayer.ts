@@ -1,4 +1,5 @@
 /** Plays a stream in a `<video>` and writes what is measured about it over the picture, without React. */
+import { onEveryFrame } from '../pictures/everyFrame'
 import { FrameMeter, type PictureState } from '../pictures/frameMeter'
 import { PictureAges } from '../pictures/pictureAges'
 import { recordOf, type Measured, type PictureRecord } from '../pictures/pictureRecords'
@@ -73,27 +74,4 @@ function playMuted(video: HTMLVideoElement): void {
   video.muted = true
   // Refused only while another stream takes over: that one plays.
   video.play().catch(() => {})
-}
-
-/** Tells of every picture that is put on the screen. */
-export function onEveryFrame(
-  video: HTMLVideoElement,
-  listener: (nowMs: number, frame?: VideoFrameCallbackMetadata) => void,
-): () => void {
-  if (!('requestVideoFrameCallback' in video)) return onTimeUpdate(video, () => listener(performance.now()))
-  let handle = 0
-  const next = () => {
-    handle = video.requestVideoFrameCallback((_now, frame) => {
-      listener(performance.now(), frame)
-      next()
-    })
-  }
-  next()
-  return () => video.cancelVideoFrameCallback(handle)
-}
-
-/** Older browsers only say that the picture moved on; enough to tell a live picture from a frozen one. */
-function onTimeUpdate(video: HTMLElement, listener: () => void): () => void {
-  video.addEventListener('timeupdate', listener)
-  return () => video.removeEventListener('timeupdate', listener)
 }
