@@ -1,0 +1,75 @@
+"""Writes the lock files of `locks/`: exact versions and hashes of all that `./dev`, a release and its tools install.
+
+`nox -s lock` changes what must change, `-- --upgrade` takes the newest of everything, `-- --upgrade-package NAME` of one.
+A file that git left with conflicts is a good beginning: whatever it still says is kept where it can be.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from requirements import LOCKS, ROOT, SETS, wanted
+from wheels import BUILT, missing_wheels
+
+LOWEST_PYTHON = "3.11"
+HEADER = """\
+# Written by `nox -s lock` from the pyprojects, which are what to edit. After a merge conflict: run it again.
+--only-binary :all:
+"""
+CONFLICT = re.compile(r"^(<{7}|={7}|>{7}|\|{7}).*\n?", re.MULTILINE)
+COMPILE = (
+    "uv", "pip", "compile", "--quiet", "--no-config", "--universal", "--python-version", LOWEST_PYTHON,
+    "--no-header", "--no-annotate",
+)  # fmt: skip
+
+
+def locked(lock: str, before: str, constraints: Path | None, options: list[str]) -> str:
+    """The text of one lock file, near to what it was ``before``; raises SystemExit with uv's words if nothing fits."""
+    with tempfile.TemporaryDirectory() as folder:
+        asked, answer = Path(folder, "asked.in"), Path(folder, "answer.txt")
+        asked.write_text("\n".join(wanted(lock)) + "\n")
+        answer.write_text(CONFLICT.sub("", before))
+        also = ["--constraints", str(constraints)] if constraints else []
+        words = [*COMPILE, "--generate-hashes", "--no-emit-index-url", "--no-emit-find-links"]
+        _must([*words, *also, *options, str(asked), "--output-file", str(answer)], lock)
+        exceptions = "".join(f"--no-binary {name}\n" for name in BUILT if f"\n{name}==" in answer.read_text())
+        return HEADER + exceptions + answer.read_text()
+
+
+def wheels_listed(lock: Path) -> str:
+    """The files of each package of ``lock`` as a `pylock.toml`, which names places as well and is therefore not kept."""
+    with tempfile.TemporaryDirectory() as folder:
+        answer = Path(folder, "pylock.toml")
+        _must([*COMPILE, "--no-deps", "--format", "pylock.toml", str(lock), "--output-file", str(answer)], lock.stem)
+        return answer.read_text()
+
+
+def main(options: list[str]) -> int:
+    LOCKS.mkdir(exist_ok=True)
+    lacking: list[str] = []
+    for lock in SETS:
+        path = LOCKS / f"{lock}.txt"
+        before = path.read_text() if path.exists() else ""
+        constraints = {"runtime": None, "dev": LOCKS / "runtime.txt"}.get(lock, LOCKS / "dev.txt")
+        after = locked(lock, before, constraints, options)
+        path.write_text(after)
+        lacking += [f"{path.relative_to(ROOT)}: {line}" for line in missing_wheels(wheels_listed(path))]
+        print(f"{path.relative_to(ROOT)}: {'as it was' if after == before else 'renewed'}")
+    if lacking:
+        print("No wheel, so that ./dev can't install it there:", *sorted(set(lacking)), sep="\n  ", file=sys.stderr)
+        print("Give it a marker in its pyproject, or a place with its reason among BUILT in release/wheels.py.", file=sys.stderr)
+    return int(bool(lacking))
+
+
+def _must(words: list[str], lock: str) -> None:
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"locks/{lock}.txt can't be made:\n{done.stderr}")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
