@@ -112,7 +112,7 @@ def bench(session: nox.Session) -> None:
 def mutants(session: nox.Session) -> None:
     """Change one thing after the other and see whether tests notice: `nox -s mutants -- lease stop`, or
     `-- --sample 60 --seed 1`. Takes a second for each of some thousand changes, so it is run on request."""
-    session.run(PYTHON, "-m", "pip", "install", "--quiet", "--group", "mutants", external=True)
+    _locked(session, "mutants")
     session.run(PYTHON, "tests/mutants/run.py", *session.posargs, external=True)
 
 
@@ -130,9 +130,23 @@ def build(session: nox.Session) -> None:
 
 
 @nox.session
+def lock(session: nox.Session) -> None:
+    """Renew `locks/` after a pyproject changed, or after a merge left conflicts in it; `-- --upgrade` takes the newest of
+    everything, `-- --upgrade-package NAME` of one."""
+    _locked(session, "lock")
+    session.run(PYTHON, "release/lock.py", *session.posargs, external=True)
+
+
+@nox.session
 def demo(session: nox.Session) -> None:
     _build_dashboard(session)
     session.run(PYTHON, "-m", "mosaic_core.cli.main", "demo", *session.posargs, external=True)
+
+
+def _locked(session: nox.Session, lock: str) -> None:
+    """What of `locks/` only few sessions need, installed by the first of them."""
+    words = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--require-hashes", "--requirement"]
+    session.run(PYTHON, *words, f"locks/{lock}.txt", external=True)
 
 
 def _with_mark(*marks: str) -> list[str]:

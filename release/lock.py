@@ -15,27 +15,34 @@ from pathlib import Path
 from requirements import LOCKS, ROOT, SETS, wanted
 from wheels import BUILT, missing_wheels
 
+BOUNDED_BY = {"runtime": "", "dev": "runtime", **dict.fromkeys(("release", "mutants", "node", "lock"), "dev")}
+"""By which lock each is bounded, so that both can be installed together."""
 LOWEST_PYTHON = "3.11"
 HEADER = """\
 # Written by `nox -s lock` from the pyprojects, which are what to edit. After a merge conflict: run it again.
 --only-binary :all:
 """
-CONFLICT = re.compile(r"^(<{7}|={7}|>{7}|\|{7}).*\n?", re.MULTILINE)
+NOT_A_PIN = re.compile(r"^(<{7}|={7}|>{7}|\|{7}|--|#).*\n?", re.MULTILINE)
+"""What git leaves of a conflict, and our own options."""
 COMPILE = (
-    "uv", "pip", "compile", "--quiet", "--no-config", "--universal", "--python-version", LOWEST_PYTHON,
-    "--no-header", "--no-annotate",
+    sys.executable, "-m", "uv", "pip", "compile", "--quiet", "--no-config", "--universal", "--python-version", LOWEST_PYTHON,
+    "--no-header", "--no-annotate", "--only-binary", ":all:",
+    *(word for name in BUILT for word in ("--no-binary", name)),
 )  # fmt: skip
 
 
-def locked(lock: str, before: str, constraints: Path | None, options: list[str]) -> str:
-    """The text of one lock file, near to what it was ``before``; raises SystemExit with uv's words if nothing fits."""
+def locked(lock: str, before: str, constraints: str, options: list[str]) -> str:
+    """The text of one lock file, near to what it was ``before``; raises SystemExit with uv's words if nothing fits.
+
+    :param constraints: another lock file's text, whose versions hold here too
+    """
     with tempfile.TemporaryDirectory() as folder:
-        asked, answer = Path(folder, "asked.in"), Path(folder, "answer.txt")
+        asked, bounds, answer = (Path(folder, name) for name in ("asked.in", "bounds.txt", "answer.txt"))
         asked.write_text("\n".join(wanted(lock)) + "\n")
-        answer.write_text(CONFLICT.sub("", before))
-        also = ["--constraints", str(constraints)] if constraints else []
+        bounds.write_text(NOT_A_PIN.sub("", constraints))
+        answer.write_text(NOT_A_PIN.sub("", before))
         words = [*COMPILE, "--generate-hashes", "--no-emit-index-url", "--no-emit-find-links"]
-        _must([*words, *also, *options, str(asked), "--output-file", str(answer)], lock)
+        _must([*words, "--constraints", str(bounds), *options, str(asked), "--output-file", str(answer)], lock)
         exceptions = "".join(f"--no-binary {name}\n" for name in BUILT if f"\n{name}==" in answer.read_text())
         return HEADER + exceptions + answer.read_text()
 
@@ -51,11 +58,11 @@ def wheels_listed(lock: Path) -> str:
 def main(options: list[str]) -> int:
     LOCKS.mkdir(exist_ok=True)
     lacking: list[str] = []
+    texts: dict[str, str] = {}
     for lock in SETS:
         path = LOCKS / f"{lock}.txt"
         before = path.read_text() if path.exists() else ""
-        constraints = {"runtime": None, "dev": LOCKS / "runtime.txt"}.get(lock, LOCKS / "dev.txt")
-        after = locked(lock, before, constraints, options)
+        texts[lock] = after = locked(lock, before, texts.get(BOUNDED_BY[lock], ""), options)
         path.write_text(after)
         lacking += [f"{path.relative_to(ROOT)}: {line}" for line in missing_wheels(wheels_listed(path))]
         print(f"{path.relative_to(ROOT)}: {'as it was' if after == before else 'renewed'}")

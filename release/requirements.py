@@ -13,11 +13,12 @@ LOCKS = ROOT / "locks"
 PROJECTS = [ROOT, *sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))]
 NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
 SETS = {
-    "runtime": (),
+    "runtime": ("runtime",),
     "dev": ("runtime", "dev"),
     "release": ("release",),
     "mutants": ("mutants",),
     "node": ("node",),
+    "lock": ("lock",),
 }
 """Each lock file with what goes into it: dependency groups of the root's pyproject, and `runtime`, which is what all
 distributions ask for with all their extras."""
@@ -63,8 +64,7 @@ def group(name: str, root: Path = ROOT) -> Iterator[str]:
 def wanted(lock: str) -> list[str]:
     """The lines of one lock file's input, sorted, of others' packages alone. `dev` has what builds ours as well: they are
     installed without a build environment of their own."""
-    parts = SETS[lock] or (lock,)
-    lines = {line for part in parts for line in (runtime() if part == "runtime" else group(part))}
+    lines = {line for part in SETS[lock] for line in (runtime() if part == "runtime" else group(part))}
     if lock == "dev":
         lines |= {line for project in PROJECTS for line in read(project)["build-system"]["requires"]}
     own = own_names()
