@@ -15,7 +15,7 @@ from pathlib import Path
 from requirements import LOCKS, ROOT, SETS, wanted
 from wheels import BUILT, missing_wheels
 
-BOUNDED_BY = {"runtime": "", "dev": "runtime", **dict.fromkeys(("release", "mutants", "node", "lock"), "dev")}
+BOUNDED_BY = {"runtime": "", "dev": "runtime", **dict.fromkeys(("release", "mutants", "node", "pip", "lock"), "dev")}
 """By which lock each is bounded, so that both can be installed together."""
 LOWEST_PYTHON = "3.11"
 HEADER = """\

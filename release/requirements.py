@@ -18,6 +18,7 @@ SETS = {
     "release": ("release",),
     "mutants": ("mutants",),
     "node": ("node",),
+    "pip": ("pip",),
     "lock": ("lock",),
 }
 """Each lock file with what goes into it: dependency groups of the root's pyproject, and `runtime`, which is what all
