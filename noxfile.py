@@ -1,6 +1,7 @@
 """One session per wish. All run in the environment that `./dev` made, so that nothing is installed twice.
 
-nox -s lint | types | docs | screenshots | dashboard | tests | e2e | bench | mutants | build | demo
+nox -s lint | types | docs | screenshots | dashboard | tests | e2e | bench | mutants | demo
+nox -s lock | audit | changelog | build
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -34,7 +36,7 @@ SIDE_BY_SIDE = ("-n", str(WORKERS), "--dist", "loadscope", "--no-loadscope-reord
 BUILT: set[str] = set()
 """What sessions of this run have built."""
 PLUGINS = sorted(path.parent for path in (ROOT / "plugins").glob("*/pyproject.toml"))
-TYPED = ["mosaic_core", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) for plugin in PLUGINS)]
+TYPED = ["mosaic_core", "release", *(str(next(plugin.glob("mosaic_*")).relative_to(ROOT)) for plugin in PLUGINS)]
 
 
 @nox.session
@@ -118,23 +120,42 @@ def mutants(session: nox.Session) -> None:
 
 @nox.session
 def build(session: nox.Session) -> None:
-    """Wheels and source distributions of all distributions, and the dashboard's packages, into `dist/`; each is judged,
-    and each wheel installed alone and used."""
+    """Wheels and source distributions of all distributions, and the dashboard's packages, into `dist/`, with what they
+    consist of and the locked set for whoever installs them. Each is judged, weighed, installed alone and used."""
+    _locked(session, "release")
     _build_dashboard(session)
     _npm(session, "packages", "--", "--check")
     shutil.rmtree(ROOT / "dist", ignore_errors=True)
     shutil.copytree(ROOT / "dashboard" / "dist", ROOT / "dist")
     for project in (ROOT, *PLUGINS):
-        session.run(PYTHON, "-m", "build", "--outdir", "dist", str(project), external=True)
+        session.run(PYTHON, "-m", "build", "--no-isolation", "--outdir", "dist", str(project), external=True)
+    for script in ("sizes", "bill_of_materials", "licences", "checksums"):
+        session.run(PYTHON, "-m", f"release.{script}", "dist", external=True)
     session.run(PYTHON, "tests/distributions/install_alone.py", "dist", external=True)
 
 
 @nox.session
+def audit(session: nox.Session) -> None:
+    """Known holes in what is locked; `-- --must-answer` fails where the registries' advisories can't be reached."""
+    _locked(session, "release")
+    session.run(PYTHON, "-m", "release.audit", *session.posargs, external=True)
+
+
+@nox.session
+def changelog(session: nox.Session) -> None:
+    """Show what `changes/` will become; `-- --write` moves it into CHANGELOG.md, for a release."""
+    _locked(session, "release")
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    how = ["--yes"] if "--write" in session.posargs else ["--draft"]
+    session.run(PYTHON, "-m", "towncrier", "build", *how, "--version", version, external=True)
+
+
+@nox.session
 def lock(session: nox.Session) -> None:
-    """Renew `locks/` after a pyproject changed, or after a merge left conflicts in it; `-- --upgrade` takes the newest of
-    everything, `-- --upgrade-package NAME` of one."""
+    """Renew `locks/` after a pyproject changed, or after a merge left conflicts in it; `-- --upgrade` takes the newest
+    of everything, `-- --upgrade-package NAME` of one."""
     _locked(session, "lock")
-    session.run(PYTHON, "release/lock.py", *session.posargs, external=True)
+    session.run(PYTHON, "-m", "release.lock", *session.posargs, external=True)
 
 
 @nox.session

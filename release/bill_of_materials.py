@@ -1,6 +1,6 @@
 """Writes what a release consists of, as CycloneDX: `mosaic-python.cdx.json` and `mosaic-dashboard.cdx.json`.
 
-``python release/bill_of_materials.py dist``. The wheels of that folder are installed with all that `locks/runtime.txt`
+``python -m release.bill_of_materials dist``. The wheels of that folder are installed with all that `locks/runtime.txt`
 names into an empty environment, and that is what is described; the dashboard's is what the page and the packages contain.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -15,11 +16,13 @@ import venv
 from pathlib import Path
 from typing import Any
 
-from requirements import LOCKS, ROOT
+from release.requirements import LOCKS, ROOT
 
 DASHBOARD = ROOT / "dashboard"
 PYTHON_BILL = "mosaic-python.cdx.json"
 DASHBOARD_BILL = "mosaic-dashboard.cdx.json"
+FOLDER = re.compile(r"file://[^\"]*/(?=[^/\"]+\")")
+"""Where a wheel lay on the machine that built it."""
 
 
 def write_python(folder: Path) -> None:
@@ -32,6 +35,8 @@ def write_python(folder: Path) -> None:
         words = [sys.executable, "-m", "cyclonedx_py", "environment", "--output-reproducible", "--spec-version", "1.6"]
         project = ["--pyproject", str(ROOT / "pyproject.toml"), "--mc-type", "application"]
         _must([*words, *project, "--output-file", str(folder / PYTHON_BILL), str(Path(place, "bin", "python"))])
+    bill = (folder / PYTHON_BILL).read_text()
+    (folder / PYTHON_BILL).write_text(FOLDER.sub("", bill))
 
 
 def write_dashboard(folder: Path) -> None:
@@ -74,7 +79,9 @@ def main(folder: Path) -> int:
 
 
 def _must(words: list[str]) -> None:
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False, env={**os.environ, "NO_COLOR": "1"})
+    done = subprocess.run(
+        words, cwd=ROOT, capture_output=True, text=True, check=False, env={**os.environ, "NO_COLOR": "1"}
+    )
     if done.returncode != 0:
         sys.exit(f"This failed: {' '.join(words)}\n{done.stderr or done.stdout}")
 

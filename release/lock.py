@@ -12,8 +12,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from requirements import LOCKS, ROOT, SETS, wanted
-from wheels import BUILT, missing_wheels
+from release.requirements import LOCKS, ROOT, SETS, wanted
+from release.wheels import BUILT, missing_wheels
 
 BOUNDED_BY = {"runtime": "", "dev": "runtime", **dict.fromkeys(("release", "mutants", "node", "pip", "lock"), "dev")}
 """By which lock each is bounded, so that both can be installed together."""
@@ -68,7 +68,10 @@ def main(options: list[str]) -> int:
         print(f"{path.relative_to(ROOT)}: {'as it was' if after == before else 'renewed'}")
     if lacking:
         print("No wheel, so that ./dev can't install it there:", *sorted(set(lacking)), sep="\n  ", file=sys.stderr)
-        print("Give it a marker in its pyproject, or a place with its reason among BUILT in release/wheels.py.", file=sys.stderr)
+        print(
+            "Give it a marker in its pyproject, or a place with its reason among BUILT in release/wheels.py.",
+            file=sys.stderr,
+        )
     return int(bool(lacking))
 
 

@@ -3,9 +3,10 @@ import { readdirSync, readFileSync, writeFileSync } from 'node:fs'
 import { join } from 'node:path'
 import { brotliCompressSync, constants, gzipSync } from 'node:zlib'
 import type { Plugin } from 'vite'
+import budgets from '../../../release/budgets.json'
 
-/** What must arrive before somebody can sign in, compressed: a second and a half on a poor phone link of 1 Mbit/s. */
-export const FIRST_PAGE_BYTES = 200_000
+/** What must arrive before somebody can sign in, compressed; with the other budgets of a release. */
+export const FIRST_PAGE_BYTES = budgets.first_page
 const TEXTS = /\.(html|js|css|svg|json)$/
 /** Below this the headers of an answer weigh more than what is saved. */
 const WORTH_IT_BYTES = 1000
