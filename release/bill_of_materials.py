@@ -1,7 +1,7 @@
 """Writes what a release consists of, as CycloneDX: `mosaic-python.cdx.json` and `mosaic-dashboard.cdx.json`.
 
 ``python -m release.bill_of_materials dist``. The wheels of that folder are installed with all that `locks/runtime.txt`
-names into an empty environment, and that is what is described; the dashboard's is what the page and the packages contain.
+names into an empty environment, and that is what is described; the dashboard's is what page and packages contain.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def write_python(folder: Path) -> None:
 
 
 def write_dashboard(folder: Path) -> None:
-    """What is for development alone is left out here: npm's own `--omit=dev` leaves out what both need, React for one."""
+    """What is for development alone is left out here: npm's own `--omit=dev` loses what both need, React for one."""
     words = ["npm", "sbom", "--package-lock-only", "--sbom-format", "cyclonedx"]
     done = subprocess.run(words, cwd=DASHBOARD, capture_output=True, text=True, check=False)
     if done.returncode != 0:
@@ -54,7 +54,7 @@ def write_dashboard(folder: Path) -> None:
 
 
 def shipped(bill: dict[str, Any], lock: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """``bill`` without the packages that ``lock``, the `packages` of a `package-lock.json`, has for development alone."""
+    """``bill`` without the packages that ``lock``, `packages` of a `package-lock.json`, has for development alone."""
     names = {
         f"{entry.get('name') or path.rpartition('node_modules/')[2]}@{entry['version']}"
         for path, entry in lock.items()

@@ -1,7 +1,7 @@
 """Writes how a release is checked and installed: `SHA256SUMS`, and `mosaic-requirements.txt` with a hash of everything.
 
-``python -m release.checksums dist``. With that second file `pip install --require-hashes` gets exactly what was built and
-tested here, the packages of others too, whatever a registry offers by then.
+``python -m release.checksums dist``. With that second file `pip install --require-hashes` gets exactly what was built
+and tested here, the packages of others too, whatever a registry offers by then.
 """
 
 from __future__ import annotations

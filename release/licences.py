@@ -39,8 +39,8 @@ def full_name(component: dict[str, Any]) -> str:
 
 
 def names_of(component: dict[str, Any]) -> list[str]:
-    """Expressions as they are; of single licences the identifier, or the name where there is none. A package that names an
-    identifier and repeats it as a classifier means the same twice."""
+    """Expressions as they are; of single licences the identifier, or the name where there is none. A package that names
+    an identifier and repeats it as a classifier means the same twice."""
     entries = component.get("licenses", [])
     expressions = [entry["expression"] for entry in entries if "expression" in entry]
     licences = [entry["license"] for entry in entries if "license" in entry]

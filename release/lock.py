@@ -1,7 +1,7 @@
 """Writes the lock files of `locks/`: exact versions and hashes of all that `./dev`, a release and its tools install.
 
-`nox -s lock` changes what must change, `-- --upgrade` takes the newest of everything, `-- --upgrade-package NAME` of one.
-A file that git left with conflicts is a good beginning: whatever it still says is kept where it can be.
+`nox -s lock` changes what must change, `-- --upgrade` takes the newest of everything, `-- --upgrade-package NAME` of
+one. A file that git left with conflicts is a good beginning: whatever it still says is kept where it can be.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ HEADER = """\
 NOT_A_PIN = re.compile(r"^(<{7}|={7}|>{7}|\|{7}|--|#).*\n?", re.MULTILINE)
 """What git leaves of a conflict, and our own options."""
 COMPILE = (
-    sys.executable, "-m", "uv", "pip", "compile", "--quiet", "--no-config", "--universal", "--python-version", LOWEST_PYTHON,
-    "--no-header", "--no-annotate", "--only-binary", ":all:",
+    sys.executable, "-m", "uv", "pip", "compile", "--quiet", "--no-config", "--universal",
+    "--python-version", LOWEST_PYTHON, "--no-header", "--no-annotate", "--only-binary", ":all:",
     *(word for name in BUILT for word in ("--no-binary", name)),
 )  # fmt: skip
 
@@ -48,7 +48,7 @@ def locked(lock: str, before: str, constraints: str, options: list[str]) -> str:
 
 
 def wheels_listed(lock: Path) -> str:
-    """The files of each package of ``lock`` as a `pylock.toml`, which names places as well and is therefore not kept."""
+    """The files of each package of ``lock`` as a `pylock.toml`, which names places as well and is not kept for that."""
     with tempfile.TemporaryDirectory() as folder:
         answer = Path(folder, "pylock.toml")
         _must([*COMPILE, "--no-deps", "--format", "pylock.toml", str(lock), "--output-file", str(answer)], lock.stem)

@@ -63,8 +63,8 @@ def group(name: str, root: Path = ROOT) -> Iterator[str]:
 
 
 def wanted(lock: str) -> list[str]:
-    """The lines of one lock file's input, sorted, of others' packages alone. `dev` has what builds ours as well: they are
-    installed without a build environment of their own."""
+    """The lines of one lock file's input, sorted, of others' packages alone. `dev` has what builds ours as well: they
+    are installed without a build environment of their own."""
     lines = {line for part in SETS[lock] for line in (runtime() if part == "runtime" else group(part))}
     if lock == "dev":
         lines |= {line for project in PROJECTS for line in read(project)["build-system"]["requires"]}

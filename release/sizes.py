@@ -36,9 +36,8 @@ def main(folder: Path) -> int:
     found = list(too_large(files, budgets))
     print(*found, sep="\n", end="\n" if found else "", file=sys.stderr)
     weighed = [size for file, size in files.items() if budget_of(file, budgets) is not None]
-    print(
-        f"sizes: {len(weighed)} files, {sum(weighed) / 1000:.0f} kB, {f'{len(found)} too large' if found else 'all in budget'}"
-    )
+    verdict = f"{len(found)} too large" if found else "all in budget"
+    print(f"sizes: {len(weighed)} files, {sum(weighed) / 1000:.0f} kB, {verdict}")
     return int(bool(found) or not weighed)
 
 
