@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import queue
 from types import SimpleNamespace
 from typing import Any
@@ -180,7 +181,7 @@ async def test_aiortc_keeps_the_names_that_this_replaces() -> None:
     for name in ("codecs", "decoder_thread", "decoder_queue", "timestamp_mapper", "nack_generator"):
         assert f"_RTCRtpReceiver__{name}" in names
     assert names["_RTCRtpReceiver__nack_generator"].missing == set()
-    assert asyncio.iscoroutinefunction(receiver._send_rtcp_nack)
+    assert inspect.iscoroutinefunction(receiver._send_rtcp_nack)
     be_prompt(receiver)
     assert isinstance(names["_RTCRtpReceiver__jitter_buffer"], receivers._PromptBuffer)
     await pc.close()

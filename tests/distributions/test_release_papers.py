@@ -1,0 +1,173 @@
+"""What goes beside a release is right: licences, sizes, checksums, what it consists of, and what an audit may claim."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from release import checksums
+from release.audit import of_dashboard, of_python
+from release.bill_of_materials import FOLDER, shipped
+from release.licences import Rules, full_name, is_allowed, wrong
+from release.requirements import PROJECTS, normal, read
+from release.sizes import BUDGETS, too_large
+
+RULES = Rules(
+    frozenset({"MIT", "ISC"}),
+    {"License :: MIT": "MIT"},
+    {"font": {"licence": "OFL-1.1", "reason": "a font"}},
+    {},
+)
+FONT = {"name": "font", "licenses": [{"license": {"id": "OFL-1.1"}}]}
+
+
+def component(*licences: str, name: str = "one") -> dict[str, Any]:
+    return {"name": name, "licenses": [{"expression": text} for text in licences]}
+
+
+@pytest.mark.parametrize(
+    ("expression", "answer"),
+    [
+        ("MIT", True),
+        ("GPL-3.0-only", False),
+        ("MIT OR GPL-3.0-only", True),
+        ("MIT AND GPL-3.0-only", False),
+        ("GPL-3.0-only OR MIT AND ISC", True),
+        ("(GPL-3.0-only OR MIT) AND ISC", True),
+        ("(GPL-3.0-only OR MIT) AND BSD-3-Clause", False),
+        ("((MIT))", True),
+        ("", False),
+    ],
+)
+def test_an_expression_is_allowed_where_one_choice_is_wholly(expression: str, answer: bool) -> None:
+    assert is_allowed(expression, {"MIT", "ISC"}) is answer
+
+
+def test_a_licence_that_is_not_on_the_list_is_told() -> None:
+    assert list(wrong([FONT, component("AGPL-3.0-only")], RULES)) == [
+        "one is under AGPL-3.0-only, which is not allowed"
+    ]
+    assert list(wrong([FONT, {"name": "one"}], RULES)) == ["one names no licence"]
+
+
+def test_each_of_two_named_licences_must_be_allowed_and_other_names_are_understood() -> None:
+    classifier = {"name": "one", "licenses": [{"license": {"id": "MIT"}}, {"license": {"name": "License :: MIT"}}]}
+    assert list(wrong([FONT, classifier], RULES)) == []
+    assert list(wrong([FONT, component("MIT", "GPL-2.0-only")], RULES))
+
+
+def test_an_exception_holds_for_its_package_and_licence_alone_and_goes_when_it_is_not_needed() -> None:
+    assert list(wrong([FONT], RULES)) == []
+    assert list(wrong([FONT, component("OFL-1.1")], RULES)) == ["one is under OFL-1.1, which is not allowed"]
+    assert list(wrong([component("GPL-2.0-only", name="font")], RULES))
+    assert list(wrong([component("MIT", name="font")], RULES)) == ["font is now under MIT: take its exception away"]
+    assert list(wrong([], RULES)) == ["font has an exception and is not there any more"]
+
+
+def test_our_react_is_not_facebooks() -> None:
+    assert full_name({"name": "react", "purl": "pkg:npm/%40mosaic/react@0.1.0"}) == "@mosaic/react"
+    assert full_name({"name": "react", "purl": "pkg:npm/react@19.3.1"}) == "react"
+
+
+def test_every_exception_of_ours_has_its_reason() -> None:
+    rules = Rules.read()
+    assert all(exception["reason"] for exception in rules.exceptions.values())
+    assert "x264" in rules.inside["av"]
+
+
+def test_what_is_for_development_alone_is_not_said_to_be_shipped() -> None:
+    lock = {
+        "": {"version": "1"},
+        "node_modules/react": {"version": "19"},
+        "node_modules/vite": {"version": "8", "dev": True},
+        "node_modules/@types/react": {"version": "19", "devOptional": True},
+        "packages/app": {"name": "@mosaic/app", "version": "1"},
+    }
+    refs = ["react@19", "vite@8", "@types/react@19", "@mosaic/app@1"]
+    bill = {
+        "metadata": {"component": {"bom-ref": "root@1"}},
+        "components": [{"bom-ref": ref} for ref in refs],
+        "dependencies": [{"ref": "@mosaic/app@1", "dependsOn": ["react@19", "vite@8"]}, {"ref": "vite@8"}],
+    }
+    left = shipped(bill, lock)
+    assert [one["bom-ref"] for one in left["components"]] == ["react@19", "@mosaic/app@1"]
+    assert left["dependencies"] == [{"ref": "@mosaic/app@1", "dependsOn": ["react@19"]}]
+
+
+def test_a_bill_does_not_tell_where_it_was_made() -> None:
+    assert FOLDER.sub("", '"url": "file:///home/me/dist/mosaic_core-1.whl"') == '"url": "mosaic_core-1.whl"'
+
+
+def test_silence_is_never_taken_for_innocence() -> None:
+    unknown = json.dumps({"dependencies": [{"name": "one", "skip_reason": "not found"}]})
+    for answer in (of_python("dev", "", "no route"), of_python("dev", unknown, ""), of_dashboard("", "405")):
+        assert not answer.is_complete
+        assert "not checked: no answer" in str(answer)
+        assert "no known hole" not in str(answer)
+    refused = json.dumps({"message": "request failed", "error": {}})
+    assert not of_dashboard(refused, "npm error audit endpoint").is_complete
+
+
+def test_a_hole_is_told_with_the_version_that_mends_it() -> None:
+    hole = {"id": "CVE-1", "fix_versions": ["2"]}
+    packages = [{"name": "one", "version": "1", "vulns": [hole]}, {"name": "two", "version": "1", "vulns": []}]
+    answer = of_python("dev", json.dumps({"dependencies": packages}), "")
+    assert answer.is_complete
+    assert answer.holes == ["one 1: CVE-1, mended in 2"]
+    assert "no known hole" not in str(answer)
+    report = {"metadata": {"dependencies": {"total": 2}}, "vulnerabilities": {"a": {"range": "<2", "severity": "high"}}}
+    assert of_dashboard(json.dumps(report), "").holes
+
+
+def test_only_what_was_looked_at_is_said_to_be_sound() -> None:
+    packages = [{"name": "one", "version": "1", "vulns": []}, {"name": "two", "skip_reason": "not found"}]
+    said = str(of_python("dev", json.dumps({"dependencies": packages}), ""))
+    assert "no known hole in 1 packages" in said
+    assert "no answer about 1 packages (two)" in said
+
+
+def test_a_wheel_beyond_its_budget_is_told_and_a_source_distribution_has_none() -> None:
+    budgets = {
+        "wheels": {"mosaic_core": 10},
+        "any_other_wheel": 5,
+        "packages": {"mosaic-widgets": 3},
+        "any_other_package": 1,
+    }
+    files = {
+        "mosaic_core-1-py3-none-any.whl": 10,
+        "mosaic_sim-1-py3-none-any.whl": 6,
+        "mosaic-widgets-1.tgz": 4,
+        "mosaic_core-1.tar.gz": 99,
+    }
+    assert [line.split()[0] for line in too_large(files, budgets)] == [
+        "mosaic-widgets-1.tgz",
+        "mosaic_sim-1-py3-none-any.whl",
+    ]
+
+
+def test_budgets_are_of_distributions_that_there_are() -> None:
+    names = {normal(read(project)["project"]["name"]).replace("-", "_") for project in PROJECTS}
+    assert json.loads(BUDGETS.read_text())["wheels"].keys() <= names
+
+
+def test_the_locked_set_of_a_release_has_its_own_wheels_by_hash(tmp_path: Path) -> None:
+    for project in PROJECTS:
+        table = read(project)["project"]
+        (tmp_path / f"{table['name'].replace('-', '_')}-{table['version']}-py3-none-any.whl").write_bytes(b"wheel")
+    assert checksums.main(tmp_path) == 0
+    text = (tmp_path / checksums.REQUIREMENTS).read_text()
+    for project in PROJECTS:
+        table = read(project)["project"]
+        name = f"{table['name']}=={table['version']}"
+        assert f"{name} \\\n    --hash=sha256:{checksums.hashlib.sha256(b'wheel').hexdigest()}\n" in text
+    listed = [line.split("  ")[1] for line in (tmp_path / checksums.SUMS).read_text().splitlines()]
+    assert checksums.REQUIREMENTS in listed
+    assert len(listed) == len(PROJECTS) + 1
+
+
+def test_a_release_without_one_of_its_wheels_is_none(tmp_path: Path) -> None:
+    with pytest.raises(SystemExit, match="no wheel of mosaic-core"):
+        checksums.main(tmp_path)
