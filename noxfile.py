@@ -136,8 +136,12 @@ def build(session: nox.Session) -> None:
 
 @nox.session
 def audit(session: nox.Session) -> None:
-    """Known holes in what is locked; `-- --must-answer` fails where the registries' advisories can't be reached."""
+    """Known holes in what is locked, and what others could misuse in the workflows; `-- --must-answer` fails where the
+    registries' advisories can't be reached."""
     _locked(session, "release")
+    session.run(
+        str(Path(PYTHON).with_name("zizmor")), "--offline", "--no-progress", "--quiet", ".github", external=True
+    )
     session.run(PYTHON, "-m", "release.audit", *session.posargs, external=True)
 
 

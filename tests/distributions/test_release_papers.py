@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from release import checksums
+from release import checksums, notes
 from release.audit import of_dashboard, of_python
 from release.bill_of_materials import FOLDER, shipped
 from release.licences import Rules, full_name, is_allowed, wrong
@@ -171,3 +171,19 @@ def test_the_locked_set_of_a_release_has_its_own_wheels_by_hash(tmp_path: Path) 
 def test_a_release_without_one_of_its_wheels_is_none(tmp_path: Path) -> None:
     with pytest.raises(SystemExit, match="no wheel of mosaic-core"):
         checksums.main(tmp_path)
+
+
+CHANGELOG = "# Changelog\n\n## 1.2.0 (2027-01-01)\n\n### Added\n\n- One.\n\n## 1.1.0 (2026-01-01)\n\n- Two.\n"
+
+
+def test_the_notes_of_a_release_are_its_section_of_the_changelog() -> None:
+    assert notes.of("1.2.0", CHANGELOG) == "### Added\n\n- One."
+    assert notes.of("1.1.0", CHANGELOG) == "- Two."
+    assert notes.of("1.2", CHANGELOG) == ""
+
+
+def test_a_tag_that_does_not_fit_is_refused_before_anything_is_published() -> None:
+    assert list(notes.wrong("v1.2.0", {"mosaic-core": "1.2.0"}, CHANGELOG, [])) == []
+    assert "mosaic-core is 1.1.0" in next(notes.wrong("v1.2.0", {"mosaic-core": "1.1.0"}, CHANGELOG, []))
+    assert "2 changes" in next(notes.wrong("v1.2.0", {}, CHANGELOG, ["+a.added.md", "+b.fixed.md"]))
+    assert "no section of 1.3.0" in next(notes.wrong("v1.3.0", {}, CHANGELOG, []))
