@@ -9,7 +9,7 @@ import sys
 import threading
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
@@ -82,6 +82,49 @@ def test_without_a_node_python_brings_one_before_the_dashboards_packages(
     monkeypatch.setattr(dev, "install_packages", done.append)
     assert dev.install() == Path("/its/own/node")
     assert done == ["python", "/its/own/node"]
+
+
+def installing(dev: ModuleType, monkeypatch: pytest.MonkeyPatch, venv: Path, checked: str = "") -> list[list[str]]:
+    """The commands by which `install_python` fills an environment that is there already."""
+    (venv / "bin").mkdir(parents=True, exist_ok=True)
+    (venv / "bin" / "python").touch()
+    commands: list[list[str]] = []
+    monkeypatch.setattr(dev, "VENV", venv)
+    monkeypatch.setattr(dev, "PYTHON", venv / "bin" / "python")
+    monkeypatch.setattr(dev, "_must", lambda command: commands.append([str(word) for word in command]))
+    answer = subprocess.CompletedProcess([], 0, stdout=checked)
+    monkeypatch.setattr(dev, "subprocess", SimpleNamespace(run=lambda *_, **__: answer))
+    dev.install_python()
+    return commands
+
+
+def test_others_are_installed_by_hash_and_ours_from_here_without_asking_anybody(
+    dev: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    *locked, ours = installing(dev, monkeypatch, tmp_path)
+    for words in locked:
+        assert "--require-hashes" in words
+        assert Path(words[-1]).parent == DEV.parent / "locks"
+    assert "--no-deps" in ours
+    assert "--no-build-isolation" in ours
+    sources = [ours[place + 1] for place, word in enumerate(ours) if word == "--editable"]
+    assert all(Path(source, "pyproject.toml").is_file() for source in sources)
+    assert sources[0] == str(DEV.parent)
+
+
+def test_nothing_is_installed_again_until_a_lock_or_a_pyproject_changes(
+    dev: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    assert installing(dev, monkeypatch, tmp_path)
+    assert installing(dev, monkeypatch, tmp_path) == []
+
+
+def test_a_dependency_that_is_not_locked_is_told_with_the_cure_and_one_of_a_strangers_plugin_is_not(
+    dev: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    installing(dev, monkeypatch, tmp_path / "a", "somebodys 1 requires mcap, which is not installed.\n")
+    with pytest.raises(SystemExit, match=r"requires mcap(.|\n)*nox -s lock"):
+        installing(dev, monkeypatch, tmp_path / "b", "mosaic-sim 0.1.0 requires mcap, which is not installed.\n")
 
 
 def test_packages_that_do_not_come_end_it(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
